@@ -1,0 +1,1 @@
+//! Formulas and numbers that know nothing of scenes: special functions, quadrature, solid angles, exact sums.

@@ -1,0 +1,117 @@
+//! A finished map: values, standard errors, tables and the error it states.
+
+/// A number and the standard error of it; an error of 0 means exact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// The number.
+    pub value: f64,
+    /// One standard error.
+    pub standard_error: f64,
+}
+
+/// What a map is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapKind {
+    /// Area means of the elements, in the order of [`crate::scene::Elements`].
+    Elements,
+    /// The points of a receiver set: its place in [`crate::scene::Scene::receivers`].
+    Receivers(usize),
+}
+
+/// Illuminances of one map, arrays by structure: entry `i` is element side or point `i`.
+#[derive(Clone, Debug, Default)]
+pub struct MapValues {
+    /// Illuminance in lx.
+    pub illuminance_lx: Vec<f64>,
+    /// Its standard error in lx.
+    pub standard_error_lx: Vec<f64>,
+    /// Part that has met nothing on its way, in lx.
+    pub direct_lx: Vec<f64>,
+    /// The rest, in lx.
+    pub indirect_lx: Vec<f64>,
+}
+
+/// A finished map.
+#[derive(Clone, Debug)]
+pub struct MapResult {
+    /// `elements`, or the receiver set's name.
+    pub name: String,
+    /// Elements or a receiver set.
+    pub kind: MapKind,
+    /// Name of the estimator that gave it.
+    pub method: String,
+    /// Chains spent on it.
+    pub chains: u64,
+    /// Illuminances.
+    pub values: MapValues,
+    /// The error it states.
+    pub error: MapError,
+    /// Whether the target binds it.
+    pub bound: bool,
+    /// Whether the stop rule accepted it; `None` without a target.
+    pub target_met: Option<bool>,
+    /// One row a surface side, or one row for the set.
+    pub tables: Vec<TableRow>,
+}
+
+/// The stated error of a map and its parts, as fractions of the map's mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MapError {
+    /// Random part: from the even and the odd half.
+    pub random: f64,
+    /// Estimated bias (discretisation, look-up, mesh); 0 for an unbiased method.
+    pub bias: f64,
+    /// Both in quadrature: the stated error.
+    pub estimated: f64,
+    /// Effective degrees of freedom k = (tr C)²/tr C² of the random part.
+    pub degrees_of_freedom: f64,
+    /// For a map that nothing has reached yet: upper bound of its mean in lx.
+    pub dark_upper_bound_lx: Option<f64>,
+}
+
+/// What a table row is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableKind {
+    /// One side of a surface.
+    Surface,
+    /// A grid of receivers.
+    Grid,
+    /// Receivers in no order.
+    Points,
+}
+
+impl TableKind {
+    /// Name as the table writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            TableKind::Surface => "surface",
+            TableKind::Grid => "grid",
+            TableKind::Points => "points",
+        }
+    }
+}
+
+/// A row of the result table, as lighting engineers expect it.
+#[derive(Clone, Debug)]
+pub struct TableRow {
+    /// Surface or receiver set.
+    pub name: String,
+    /// What it is.
+    pub kind: TableKind,
+    /// `front` or `back`.
+    pub side: &'static str,
+    /// Ē: weighted mean in lx.
+    pub average_lx: Estimate,
+    /// Emin in lx, corrected for the bias that noise gives a minimum.
+    pub minimum_lx: Estimate,
+    /// Emax in lx.
+    pub maximum_lx: f64,
+    /// U0 = Emin/Ē.
+    pub uniformity_u0: Estimate,
+    /// Ud = Emin/Emax.
+    pub uniformity_ud: f64,
+    /// Area in m² (0 for loose points without areas).
+    pub area_m2: f64,
+    /// Relative RMS error of the row's own values.
+    pub estimated_error: f64,
+}

@@ -1,0 +1,218 @@
+//! The valid scene: what every later room may rely on without asking again.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+/// A surface's place in [`Scene::surfaces`].
+pub type SurfaceId = u32;
+/// A material's place in [`Scene::materials`].
+pub type MaterialId = u32;
+
+/// A lighting scene in metres, lumens and candelas, checked once when it was read.
+///
+/// Only [`crate::scene::read_scene`] and the builders beside it make one; what holds there is not checked again.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Free text from the file; may be empty.
+    pub title: String,
+    /// The scene file, where there is one.
+    pub path: Option<PathBuf>,
+    /// All materials that the file names.
+    pub materials: Vec<Material>,
+    /// Vertices in metres.
+    pub vertices_m: Vec<DVec3>,
+    /// Vertex numbers of every triangle; the front is seen counter-clockwise. None has zero area.
+    pub triangles: Vec<[u32; 3]>,
+    /// Into how many parts each edge of a triangle is cut: its `n²` elements have edges no longer than asked.
+    pub divisions: Vec<u32>,
+    /// The surface of every triangle.
+    pub triangle_surfaces: Vec<SurfaceId>,
+    /// Parts of geometries, in the order of the file; their triangles lie in `triangles` one range after the other.
+    pub surfaces: Vec<Surface>,
+    /// All luminaires; their intensities are maintained values.
+    pub luminaires: Vec<Luminaire>,
+    /// All sets of receivers.
+    pub receivers: Vec<ReceiverSet>,
+    /// What the reader thinks its user should know.
+    pub warnings: Vec<String>,
+}
+
+/// What a surface does with light.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Name in the file.
+    pub name: String,
+    /// Reflection law.
+    pub law: ReflectionLaw,
+}
+
+/// A reflection law with its constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReflectionLaw {
+    /// Lambert's law: luminance ρE/π in every direction.
+    Diffuse {
+        /// Hemispherical reflectance ρ, 0 to 1.
+        reflectance: f64,
+    },
+}
+
+/// A part of a geometry that tables list: `room/floor`, `desks/Wood`, or a whole geometry without parts.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Name as tables and luminaires use it.
+    pub name: String,
+    /// Name of the geometry it is a part of.
+    pub geometry: String,
+    /// Its material.
+    pub material: MaterialId,
+    /// Whether both sides reflect and are reported.
+    pub two_sided: bool,
+    /// Its triangles, never empty.
+    pub triangles: Range<u32>,
+}
+
+/// A source of light. Everything in it is a maintained value: `dimming` and `maintenance_factor` are already in.
+#[derive(Clone, Debug)]
+pub struct Luminaire {
+    /// Name in the file.
+    pub name: String,
+    /// Maintained luminous flux in lm.
+    pub luminous_flux_lm: f64,
+    /// Dimming, 0 to 1.
+    pub dimming: f64,
+    /// Maintenance factor, 0 to 1.
+    pub maintenance_factor: f64,
+    /// Electric power in W, where the photometric file tells it (not dimmed).
+    pub power_w: Option<f64>,
+    /// How and where it emits.
+    pub emission: Emission,
+}
+
+/// How and where a luminaire emits.
+#[derive(Clone, Debug)]
+pub enum Emission {
+    /// A point with the same intensity in every direction.
+    Isotropic {
+        /// Place in m.
+        position_m: DVec3,
+        /// Maintained intensity in cd.
+        intensity_cd: f64,
+    },
+    /// A point with I = I₀ cos γ about its axis, nothing behind.
+    Lambertian {
+        /// Place in m.
+        position_m: DVec3,
+        /// Unit vector of γ = 0.
+        axis: DVec3,
+        /// Maintained intensity on the axis in cd.
+        intensity_cd: f64,
+    },
+    /// A point with a measured distribution.
+    Photometric {
+        /// Centre of the luminous opening in m.
+        position_m: DVec3,
+        /// Unit vectors of C0 (γ = 90°), C90 (γ = 90°) and γ = 0.
+        frame: [DVec3; 3],
+        /// The distribution in cd as the file gives it (initial, undimmed).
+        web: std::sync::Arc<super::photometry::IntensityWeb>,
+        /// Maintained intensity over the web's: dimming × maintenance factor.
+        scale: f64,
+    },
+    /// Uniform diffuse emission of surfaces.
+    Area {
+        /// The emitting surfaces.
+        surfaces: Vec<SurfaceId>,
+        /// Emits from the front.
+        front: bool,
+        /// Emits from the back.
+        back: bool,
+        /// Maintained exitance in lm/m².
+        exitance_lm_m2: f64,
+    },
+    /// A uniformly bright black ball.
+    Sphere {
+        /// Centre in m.
+        center_m: DVec3,
+        /// Radius in m.
+        radius_m: f64,
+        /// Maintained exitance in lm/m².
+        exitance_lm_m2: f64,
+    },
+}
+
+/// A named set of points at which illuminance is asked for.
+#[derive(Clone, Debug)]
+pub struct ReceiverSet {
+    /// Name in the file.
+    pub name: String,
+    /// Grid or points.
+    pub layout: ReceiverLayout,
+    /// The points in the order of the tables (a grid row by row).
+    pub points: Vec<ReceiverPoint>,
+}
+
+/// How the points of a set are arranged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReceiverLayout {
+    /// `columns` × `rows` points, row by row, spanned by the vectors `u` and `v` in m.
+    Grid {
+        /// Points in a row.
+        columns: u32,
+        /// Rows.
+        rows: u32,
+        /// First point's corner of the grid in m.
+        origin_m: DVec3,
+        /// Along the columns, from the first to the last point, in m.
+        u_m: DVec3,
+        /// Along the rows, from the first to the last point, in m.
+        v_m: DVec3,
+        /// Area that the grid stands for in m².
+        area_m2: f64,
+    },
+    /// Points in no order.
+    Points,
+}
+
+/// A point with a direction, at which illuminance is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct ReceiverPoint {
+    /// Place in m.
+    pub position_m: DVec3,
+    /// Unit normal of the receiving side.
+    pub normal: DVec3,
+    /// Weight in averages and errors (an area in m², or 1).
+    pub weight: f64,
+    /// Lies inside a closed solid: marked in the table, left out of averages and errors.
+    pub inside: bool,
+}
+
+impl Scene {
+    /// Corners of a triangle in m.
+    pub fn corners_m(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|vertex| self.vertices_m[vertex as usize])
+    }
+
+    /// Area of a triangle in m².
+    pub fn triangle_area_m2(&self, triangle: u32) -> f64 {
+        let [a, b, c] = self.corners_m(triangle);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Unit normal of a triangle's front.
+    pub fn triangle_normal(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners_m(triangle);
+        (b - a).cross(c - a).normalize()
+    }
+
+    /// Surface of a triangle.
+    pub fn surface_of(&self, triangle: u32) -> &Surface {
+        &self.surfaces[self.triangle_surfaces[triangle as usize] as usize]
+    }
+
+    /// Maintained flux of all luminaires in lm.
+    pub fn luminous_flux_lm(&self) -> f64 {
+        self.luminaires.iter().map(|luminaire| luminaire.luminous_flux_lm).sum()
+    }
+}

@@ -1,0 +1,141 @@
+//! Settings of a run and what comes out of it.
+
+use crate::maps::MapResult;
+
+/// What a run is asked to do.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// Target of the stated error as a fraction, if one is set.
+    pub target_error: Option<f64>,
+    /// Chains for every map, if fixed.
+    pub chains: Option<u64>,
+    /// Seconds from process start, if limited.
+    pub time_limit_s: Option<f64>,
+    /// Which maps are computed.
+    pub maps: MapSelection,
+    /// Worker threads; `None`: as many as the machine has.
+    pub threads: Option<usize>,
+}
+
+/// The maps that a run computes and, where named, binds to the target.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MapSelection {
+    /// No `--maps`: all are computed; the target binds the receiver sets if there are any, else the element map.
+    Default,
+    /// All maps, all bound.
+    All,
+    /// The element map alone.
+    Elements,
+    /// All receiver sets.
+    Receivers,
+    /// Named sets (`elements` is the element map).
+    Named(Vec<String>),
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// The stop rule accepted every bound map.
+    TargetMet,
+    /// The chains asked for are done.
+    Chains,
+    /// The time limit came first.
+    TimeLimit,
+    /// The user interrupted it.
+    Interrupted,
+    /// Every map is exact: there is nothing left to do.
+    Exact,
+}
+
+impl StopReason {
+    /// Name as `summary.json` writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            StopReason::TargetMet => "target_met",
+            StopReason::Chains => "chains",
+            StopReason::TimeLimit => "time_limit",
+            StopReason::Interrupted => "interrupted",
+            StopReason::Exact => "exact",
+        }
+    }
+}
+
+/// Where the flux of the forward chains went, in lm, scaled to the luminaires' flux.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FluxBalance {
+    /// Emitted.
+    pub emitted_lm: f64,
+    /// Absorbed on surfaces (and on bright balls).
+    pub absorbed_lm: f64,
+    /// Left the scene.
+    pub escaped_lm: f64,
+    /// Absorbed on the backs of one-sided surfaces.
+    pub back_face_lm: f64,
+    /// Cut off by choice.
+    pub truncated_lm: f64,
+}
+
+/// Σ absorptance·E·A against the emitted flux in a scene that nothing left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapCheck {
+    /// Σ absorptance·E·A in lm.
+    pub absorbed_by_map_lm: f64,
+    /// Its standard error in lm.
+    pub standard_error_lm: f64,
+    /// Deviation from the emitted flux in standard errors.
+    pub z_score: f64,
+}
+
+/// One judgement of the error during a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConvergenceRow {
+    /// Seconds since process start.
+    pub wall_s: f64,
+    /// Chains so far, all maps.
+    pub chains: u64,
+    /// Worst bound map's stated error.
+    pub estimated_error: f64,
+    /// Forecast of `wall_s` at the target.
+    pub forecast_wall_s: f64,
+    /// Forecast of `chains` at the target.
+    pub forecast_chains: f64,
+}
+
+/// Everything that a run found out.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Method asked for.
+    pub method: String,
+    /// Seed used.
+    pub seed: u64,
+    /// Target, if one was set.
+    pub target_error: Option<f64>,
+    /// Chains traced, all maps.
+    pub chains: u64,
+    /// Rays traced, all kinds.
+    pub rays: u64,
+    /// Independent replicas, even and odd together.
+    pub replicas: usize,
+    /// One entry a computed map: elements first, then receivers in file order.
+    pub maps: Vec<MapResult>,
+    /// Worst stated error of the bound maps.
+    pub estimated_error: f64,
+    /// Whether the rule accepted all bound maps; `None` without a target.
+    pub target_met: Option<bool>,
+    /// Why the run ended.
+    pub stop_reason: StopReason,
+    /// Flux balance of the chains, or why there is none.
+    pub flux_balance: Result<FluxBalance, String>,
+    /// Check of the element map, or why there is none.
+    pub map_check: Result<MapCheck, String>,
+    /// Judgements in order.
+    pub convergence: Vec<ConvergenceRow>,
+    /// Seconds for building the ray accelerator.
+    pub build_s: f64,
+    /// Seconds of computing.
+    pub compute_s: f64,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
