@@ -1,1 +1,5 @@
 //! Formulas and numbers that know nothing of scenes: special functions, quadrature, solid angles, exact sums.
+
+pub mod polygon;
+pub mod solid_angle;
+pub mod sum;
