@@ -1,1 +1,7 @@
-//! control
+//! Pure decisions: when a map is right enough, how much work that takes, and when to look again.
+
+mod schedule;
+mod stop;
+
+pub use schedule::next_judgement;
+pub use stop::{CONFIDENCE, accepts, margin, needed_work};

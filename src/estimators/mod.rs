@@ -1,1 +1,4 @@
-//! estimators
+//! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
+
+pub mod direct;
+pub mod walk;

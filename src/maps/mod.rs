@@ -1,5 +1,11 @@
 //! Even and odd halves of independent replicas, merged into maps with their errors.
 
+mod judge;
+mod replicas;
 mod result;
+mod tables;
 
+pub use judge::{Judgement, judge};
+pub use replicas::{REPLICAS, ReplicaMap, Unit, standard_error};
 pub use result::*;
+pub use tables::{TableSubject, table_row};

@@ -1,1 +1,8 @@
-//! sampling
+//! Random streams, warps, and for every luminaire and material the four faces sample, pdf, eval and total.
+
+pub mod emitter;
+pub mod random;
+pub mod reflection;
+pub mod triangle;
+pub mod warp;
+pub mod web;

@@ -4,5 +4,5 @@ pub mod elements;
 mod model;
 pub mod photometry;
 
-pub use elements::{Elements, Side};
+pub use elements::{Cell, Elements, Side};
 pub use model::*;

@@ -1,5 +1,10 @@
 //! The batch loop: work in replicas over threads, merged in order, until a stop rule ends it.
 
+mod finish;
+mod job;
+mod pilot;
+mod run;
 mod solution;
 
+pub use run::{Observer, Progress, solve};
 pub use solution::*;

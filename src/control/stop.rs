@@ -1,0 +1,86 @@
+//! The stop rule and the forecast.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use crate::maps::{Judgement, REPLICAS};
+
+/// Of the runs that say "target met", at least this share truly are at or under the target.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// Above this many degrees of freedom the margin is within 0.2% of 1 and no longer changes.
+const MOST_DEGREES: f64 = 1e6;
+
+/// By how much the expected error must lie under the target for the true one to be under it with [`CONFIDENCE`].
+///
+/// The true squared error of a run is its expectation times χ²_k/k, the expectation is estimated with 15 k degrees of
+/// freedom from the spread of the replicas, and the two are independent: their ratio follows Fisher's F(k, 15 k).
+/// The margin is the root of its 95% quantile.
+pub fn margin(degrees_of_freedom: f64) -> f64 {
+    let k = degrees_of_freedom.clamp(1.0, MOST_DEGREES);
+    match FisherSnedecor::new(k, (REPLICAS - 1) as f64 * k) {
+        Ok(f) => quantile(&f, CONFIDENCE).sqrt(),
+        Err(_) => f64::INFINITY,
+    }
+}
+
+/// Quantile by bisection of the distribution function: 60 halvings leave no doubt in the digits that matter here.
+fn quantile(f: &FisherSnedecor, probability: f64) -> f64 {
+    let (mut low, mut high) = (0.5, 64.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if f.cdf(middle) < probability { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Whether a map is right enough: its expected error with the margin, and the error that the halves state, are both
+/// at or under the target. A dark map is never met.
+pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
+    if judgement.dark || !judgement.expected_error.is_finite() {
+        return false;
+    }
+    let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
+    safe_error <= target_error && judgement.halves_error <= target_error
+}
+
+/// How many times the present work a map will have taken when the rule accepts it, by error ∝ work^(−½).
+pub fn needed_work(target_error: f64, judgement: &Judgement) -> f64 {
+    let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
+    (safe_error / target_error).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judged(expected_error: f64, halves_error: f64, degrees_of_freedom: f64) -> Judgement {
+        Judgement { mean_lx: 100.0, halves_error, expected_error, degrees_of_freedom, dark: false }
+    }
+
+    #[test]
+    fn the_margin_is_the_root_of_fishers_quantile() {
+        // Tabulated F quantiles at 95%: F(1,15) = 4.543, F(2,30) = 3.316, F(4,60) = 2.525, F(8,120) = 2.016.
+        for (k, f) in [(1.0, 4.543), (2.0, 3.316), (4.0, 2.525), (8.0, 2.016)] {
+            assert!((margin(k).powi(2) - f).abs() < 2e-3, "{k}: {}", margin(k).powi(2));
+        }
+        assert!(margin(2400.0) < 1.03 && margin(2400.0) > 1.0);
+    }
+
+    #[test]
+    fn the_rule_does_not_fire_at_a_noisy_dip() {
+        assert!(accepts(0.01, &judged(0.0095, 0.0095, 2400.0)));
+        assert!(
+            !accepts(0.01, &judged(0.0095, 0.0095, 3.0)),
+            "three degrees of freedom prove nothing at 5% under the target"
+        );
+        assert!(!accepts(0.01, &judged(0.02, 0.001, 2400.0)), "a lucky pair of halves must not stop the run");
+        assert!(!accepts(0.01, &judged(f64::NAN, 0.0, 10.0)));
+        assert!(!accepts(0.01, &Judgement { dark: true, ..judged(0.0, 0.0, 1.0) }));
+    }
+
+    #[test]
+    fn work_grows_with_the_square_of_the_error() {
+        let twice = needed_work(0.01, &judged(0.02, 0.02, 1e6));
+        assert!((twice - 4.0).abs() < 0.05, "{twice}");
+    }
+}

@@ -1,0 +1,170 @@
+//! Direct light: exact where nothing stands between, sampled in visibility where something may.
+
+use glam::DVec3;
+
+use crate::chain::Stage;
+use crate::geometry::Origin;
+use crate::sampling::emitter::Emitter;
+use crate::sampling::random::Stream;
+use crate::sampling::triangle::SeenTriangle;
+use crate::sampling::warp::uniform_triangle;
+use crate::scene::{Cell, Scene, Side};
+
+/// Up to this many emitters are each looked at in every pass; of more, a stratified choice stands for all.
+const MOST_EACH: usize = 24;
+/// Looks of one pass at a receiver where emitters are chosen.
+const LOOKS_AT_POINT: usize = 24;
+/// Looks of one pass at an element where emitters are chosen: elements are many.
+const LOOKS_OVER_CELL: usize = 6;
+
+/// Room for one pass over the emitters, so that a pass allocates nothing.
+#[derive(Clone, Debug, Default)]
+pub struct DirectPass {
+    importance: Vec<f64>,
+}
+
+/// A point that receives light.
+#[derive(Clone, Copy)]
+pub struct Receiver<'a> {
+    /// Place in m.
+    pub point_m: DVec3,
+    /// Unit normal of the receiving side.
+    pub normal: DVec3,
+    /// The same place for the tracer.
+    pub origin: &'a Origin,
+}
+
+impl DirectPass {
+    /// One unbiased sample of the direct illuminance at a point in lx, and the rays it took.
+    ///
+    /// Every emitter brings its exact unshadowed illuminance times the visibility of one point of it, drawn in
+    /// proportion to what it brings.
+    pub fn at_point(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+        if stage.emitters.list().len() > MOST_EACH {
+            return self.looks(stage, receiver, LOOKS_AT_POINT, stream);
+        }
+        let mut sum_lx = 0.0;
+        let mut rays = 0;
+        for emitter in stage.emitters.list() {
+            let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
+            if unshadowed_lx > 0.0 {
+                sum_lx += unshadowed_lx * visibility(stage, emitter, receiver, stream);
+                rays += 1;
+            }
+        }
+        (sum_lx, rays)
+    }
+
+    /// One unbiased sample of the direct illuminance at a point from `count` looks: equal steps through the emitters'
+    /// cumulative importance, so that strong ones are looked at several times and none is ever left out.
+    pub fn looks(&mut self, stage: &Stage, receiver: &Receiver, count: usize, stream: &mut Stream) -> (f64, u64) {
+        self.importance.clear();
+        let mut total = 0.0;
+        for emitter in stage.emitters.list() {
+            let importance = emitter.importance(receiver.point_m, receiver.normal);
+            total += importance;
+            self.importance.push(importance);
+        }
+        if total <= 0.0 {
+            return (0.0, 0);
+        }
+        let step = total / count as f64;
+        let mut next = stream.fine_unit() * step;
+        let mut before = 0.0;
+        let mut sum_lx = 0.0;
+        let mut rays = 0;
+        for (emitter, importance) in stage.emitters.list().iter().zip(&self.importance) {
+            while next < before + importance {
+                next += step;
+                let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
+                if unshadowed_lx > 0.0 {
+                    sum_lx += unshadowed_lx * (step / importance) * visibility(stage, emitter, receiver, stream);
+                    rays += 1;
+                }
+            }
+            before += importance;
+        }
+        (sum_lx, rays)
+    }
+
+    /// One unbiased sample of the mean direct illuminance of an element side in lx, and the rays it took.
+    ///
+    /// Point emitters look at the element through its exact solid angle, Ē = I Ω/A; for all others a point is drawn
+    /// uniformly in the element.
+    pub fn over_cell(&mut self, stage: &Stage, scene: &Scene, cell: Cell, stream: &mut Stream) -> (f64, u64) {
+        let corners = stage.elements.corners_m(scene, cell);
+        let part = stage.elements.part_corners(cell.triangle, cell.part);
+        let normal = stage.normal(cell.triangle, cell.side);
+        let area_m2 = stage.elements.area_m2(scene, cell);
+        let inner = |[u, v]: [f64; 2]| {
+            [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]))
+        };
+        let origin_at = |inner: [f64; 2]| stage.tracer.surface_origin(cell.triangle, inner, cell.side);
+        if stage.emitters.list().len() <= MOST_EACH {
+            let mut sum_lx = 0.0;
+            let mut rays = 0;
+            for emitter in stage.emitters.list() {
+                let looked = match emitter.as_point() {
+                    Some(position_m) => point_over_cell(
+                        stage, emitter, position_m, &corners, cell.side, area_m2, &origin_at, &inner, stream,
+                    ),
+                    None => {
+                        let [u, v] = uniform_triangle(stream.pair());
+                        let point_m = corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
+                        let unshadowed_lx = emitter.unshadowed_lx(point_m, normal);
+                        (unshadowed_lx > 0.0).then(|| {
+                            let origin = origin_at(inner([u, v]));
+                            let receiver = Receiver { point_m, normal, origin: &origin };
+                            unshadowed_lx * visibility(stage, emitter, &receiver, stream)
+                        })
+                    }
+                };
+                rays += u64::from(looked.is_some());
+                sum_lx += looked.unwrap_or(0.0);
+            }
+            return (sum_lx, rays);
+        }
+        let [u, v] = uniform_triangle(stream.pair());
+        let point_m = corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
+        let origin = origin_at(inner([u, v]));
+        self.looks(stage, &Receiver { point_m, normal, origin: &origin }, LOOKS_OVER_CELL, stream)
+    }
+}
+
+/// Mean illuminance that a point emitter gives an element: its intensity towards a point drawn by solid angle, times
+/// Ω/A, times visibility; `None` where the element turns away.
+#[allow(clippy::too_many_arguments)]
+fn point_over_cell(
+    stage: &Stage,
+    emitter: &Emitter,
+    position_m: DVec3,
+    corners: &[DVec3; 3],
+    side: Side,
+    area_m2: f64,
+    origin_at: &impl Fn([f64; 2]) -> Origin,
+    inner: &impl Fn([f64; 2]) -> [f64; 2],
+    stream: &mut Stream,
+) -> Option<f64> {
+    let [a, b, c] = corners.map(|corner| corner - position_m);
+    let facing = -(b - a).cross(c - a).dot(a);
+    if (side == Side::Front && facing <= 0.0) || (side == Side::Back && facing >= 0.0) {
+        return None;
+    }
+    let seen = SeenTriangle::new([a, b, c]);
+    let (direction, barycentric) = seen.draw(stream)?;
+    let intensity_cd = emitter.intensity_cd(direction);
+    if intensity_cd <= 0.0 {
+        return None;
+    }
+    let source = stage.origin(&emitter.point_place()?);
+    let hidden = stage.tracer.is_occluded(&origin_at(inner(barycentric)), &source);
+    Some(if hidden { 0.0 } else { intensity_cd * seen.solid_angle_sr() / area_m2 })
+}
+
+/// 1 or 0: whether the receiver sees the point of the emitter that is drawn for it.
+fn visibility(stage: &Stage, emitter: &Emitter, receiver: &Receiver, stream: &mut Stream) -> f64 {
+    let Some(place) = emitter.draw_towards(receiver.point_m, receiver.normal, stream) else {
+        return 0.0;
+    };
+    if stage.tracer.is_occluded(receiver.origin, &stage.origin(&place)) { 0.0 } else { 1.0 }
+}

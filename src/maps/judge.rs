@@ -1,0 +1,117 @@
+//! The error of a map, judged from its replicas.
+
+use super::replicas::{REPLICAS, ReplicaMap};
+
+/// What the replicas tell of a map's error; all errors are fractions of the map's mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Judgement {
+    /// Weighted mean of the map in lx.
+    pub mean_lx: f64,
+    /// Random error from the even and the odd half: ½ √(Σ A (E_odd − E_even)² / Σ A) / mean.
+    pub halves_error: f64,
+    /// Expected random error from the spread of all replicas: the same quantity, with 15 times the information.
+    pub expected_error: f64,
+    /// Effective degrees of freedom k = (tr C)²/tr C² of the map's error.
+    pub degrees_of_freedom: f64,
+    /// Whether every entry is 0.
+    pub dark: bool,
+}
+
+/// Judges the given entries of a map with their weights (areas; 0 leaves an entry out).
+///
+/// Replicas 2j are even, 2j + 1 odd. With y_j the difference of pair j, weighted by √A, the y_j are independent with
+/// covariance 2C: tr C² follows from products of different pairs, which no outlier in one pair can inflate alone.
+pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> Judgement {
+    const PAIRS: usize = REPLICAS / 2;
+    let mut weight_sum = 0.0;
+    let mut illuminance_sum = 0.0;
+    let mut halves_sum = 0.0;
+    let mut spread_sum = 0.0;
+    let mut products = [[0.0f64; PAIRS]; PAIRS];
+    let mut dark = true;
+    for (entry, weight) in entries.filter(|(_, weight)| *weight > 0.0) {
+        let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
+        let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
+        dark &= replicas.iter().all(|value| *value == 0.0);
+        let pairs: [f64; PAIRS] = std::array::from_fn(|pair| replicas[2 * pair + 1] - replicas[2 * pair]);
+        let halves = pairs.iter().sum::<f64>() / PAIRS as f64;
+        weight_sum += weight;
+        illuminance_sum += weight * mean;
+        halves_sum += weight * halves * halves;
+        spread_sum += weight * replicas.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+        for i in 0..PAIRS {
+            for j in 0..=i {
+                products[i][j] += weight * pairs[i] * pairs[j];
+            }
+        }
+    }
+    if weight_sum <= 0.0 || illuminance_sum <= 0.0 {
+        return Judgement { dark, degrees_of_freedom: 1.0, ..Judgement::default() };
+    }
+    let mut of_traces = 0.0;
+    let mut of_squares = 0.0;
+    for i in 0..PAIRS {
+        for j in 0..i {
+            of_traces += products[i][i] * products[j][j];
+            of_squares += products[i][j] * products[i][j];
+        }
+    }
+    let mean_lx = illuminance_sum / weight_sum;
+    Judgement {
+        mean_lx,
+        halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
+        expected_error: (spread_sum / weight_sum / (REPLICAS * (REPLICAS - 1)) as f64).sqrt() / mean_lx,
+        degrees_of_freedom: if of_squares > 0.0 { (of_traces / of_squares).max(1.0) } else { 1.0 },
+        dark,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::replicas::Unit;
+    use super::*;
+    use crate::sampling::random::{Purpose, Stream};
+
+    /// A map of `len` entries of mean 1 and relative spread `sigma` in each replica, of which `alike` neighbours are equal.
+    fn noisy(seed: u64, len: usize, alike: usize, sigma: f64) -> ReplicaMap {
+        let mut map = ReplicaMap::new(len, Unit::Lux);
+        map.direct_samples = 1;
+        for replica in 0..REPLICAS {
+            let mut stream = Stream::new(seed, Purpose::Pilot, 0, replica as u32);
+            stream.seek(0);
+            for block in 0..len / alike {
+                // Twelve uniform variates less six: normal enough, of unit variance.
+                let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
+                for entry in block * alike..(block + 1) * alike {
+                    map.direct[replica][entry] = 1.0 + sigma * normal;
+                }
+            }
+        }
+        map
+    }
+
+    #[test]
+    fn error_and_degrees_of_freedom_are_those_put_in() {
+        // 40 seeds: the mean of the squared errors must be σ²/16 within 4 of its own standard errors, and a map
+        // with 2% more noise (the planted fault) must fall outside of it.
+        for (len, alike) in [(2048, 1), (2048, 128)] {
+            let k = (len / alike) as f64;
+            let judged = |sigma: f64| {
+                let runs: Vec<Judgement> =
+                    (0..40).map(|seed| judge(&noisy(seed, len, alike, sigma), (0..len).map(|i| (i, 1.0)))).collect();
+                let mean = |of: fn(&Judgement) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
+                (mean(|j| j.expected_error.powi(2)), mean(|j| j.halves_error.powi(2)), mean(|j| j.degrees_of_freedom))
+            };
+            let (expected, halves, degrees) = judged(0.4);
+            let truth = 0.16 / 16.0;
+            let tolerance = 4.0 * truth * (2.0 / (40.0 * 15.0 * k)).sqrt();
+            assert!((expected - truth).abs() < tolerance, "{expected} {truth} ± {tolerance}");
+            assert!((halves - truth).abs() < 15f64.sqrt() * tolerance, "{halves} {truth}");
+            assert!(degrees > 0.7 * k && degrees < 1.6 * k, "{degrees} {k}");
+            if alike == 1 {
+                let (faulty, _, _) = judged(0.4 * 1.02);
+                assert!((faulty - truth).abs() > tolerance, "the planted fault passed: {faulty} {truth} ± {tolerance}");
+            }
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The sums of one map, replica by replica.
+
+use super::MapValues;
+
+/// Independent replicas of every map: eight even and eight odd.
+pub const REPLICAS: usize = 16;
+
+/// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
+///
+/// A replica's illuminance is `direct sum · direct_scale + indirect sum · indirect_scale[i]`: the scales turn sums
+/// over samples into means, and counted flux into flux over area.
+#[derive(Clone, Debug)]
+pub struct ReplicaMap {
+    /// One slab a replica: sums of direct scores in lx.
+    pub direct: Vec<Vec<f64>>,
+    /// One slab a replica: sums of indirect scores (lx, or counts of packets).
+    pub indirect: Vec<Vec<f64>>,
+    /// Direct samples of each entry so far, in every replica alike.
+    pub direct_samples: u64,
+    /// Chains or walks so far, in every replica alike.
+    pub indirect_samples: u64,
+    /// What one unit of the indirect sum is worth at entry `i` for a single sample (1 for lx; Φ/A for packets).
+    pub indirect_unit_lx: Unit,
+}
+
+/// What one unit of an indirect sum is worth.
+#[derive(Clone, Debug)]
+pub enum Unit {
+    /// Sums are in lx already.
+    Lux,
+    /// Sums count packets that each carry `luminous_flux_lm` over all samples: the areas in m² turn them into lx.
+    Packets {
+        /// Flux of all luminaires in lm.
+        luminous_flux_lm: f64,
+        /// Area of every entry in m².
+        area_m2: Vec<f64>,
+    },
+}
+
+impl ReplicaMap {
+    /// An empty map of `len` entries.
+    pub fn new(len: usize, indirect_unit_lx: Unit) -> ReplicaMap {
+        ReplicaMap {
+            direct: vec![vec![0.0; len]; REPLICAS],
+            indirect: vec![vec![0.0; len]; REPLICAS],
+            direct_samples: 0,
+            indirect_samples: 0,
+            indirect_unit_lx,
+        }
+    }
+
+    /// Entries of the map.
+    pub fn len(&self) -> usize {
+        self.direct[0].len()
+    }
+
+    /// Whether the map has no entry.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    fn direct_scale(&self) -> f64 {
+        if self.direct_samples == 0 { 0.0 } else { 1.0 / self.direct_samples as f64 }
+    }
+
+    fn indirect_scale(&self, entry: usize) -> f64 {
+        if self.indirect_samples == 0 {
+            return 0.0;
+        }
+        let unit_lx = match &self.indirect_unit_lx {
+            Unit::Lux => 1.0,
+            Unit::Packets { luminous_flux_lm, area_m2 } => luminous_flux_lm / area_m2[entry],
+        };
+        unit_lx / self.indirect_samples as f64
+    }
+
+    /// Illuminance of one entry in one replica, in lx.
+    #[inline]
+    pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
+        self.direct[replica][entry] * self.direct_scale() + self.indirect[replica][entry] * self.indirect_scale(entry)
+    }
+
+    /// Direct illuminance of one entry, mean over the replicas, in lx.
+    pub fn direct_lx(&self, entry: usize) -> f64 {
+        mean(self.direct.iter().map(|slab| slab[entry])) * self.direct_scale()
+    }
+
+    /// Indirect illuminance of one entry, mean over the replicas, in lx.
+    pub fn indirect_lx(&self, entry: usize) -> f64 {
+        mean(self.indirect.iter().map(|slab| slab[entry])) * self.indirect_scale(entry)
+    }
+
+    /// Indirect scores of one entry over all replicas (packets, where packets are counted).
+    pub fn indirect_sum(&self, entry: usize) -> f64 {
+        self.indirect.iter().map(|slab| slab[entry]).sum()
+    }
+
+    /// Means over the replicas and the standard errors that their spread gives, with 15 degrees of freedom.
+    ///
+    /// An entry that chains could have reached but none has gets the bound of three packets as its error, since 0
+    /// would claim that it is exact.
+    pub fn values(&self) -> MapValues {
+        let mut values = MapValues::default();
+        for entry in 0..self.len() {
+            let (direct_lx, indirect_lx) = (self.direct_lx(entry), self.indirect_lx(entry));
+            let spread_lx = standard_error(|replica| self.illuminance_lx(replica, entry));
+            let unseen = matches!(self.indirect_unit_lx, Unit::Packets { .. })
+                && self.indirect_samples > 0
+                && self.indirect_sum(entry) == 0.0;
+            let bound_lx = if unseen { 3.0 * self.indirect_scale(entry) / REPLICAS as f64 } else { 0.0 };
+            values.direct_lx.push(direct_lx);
+            values.indirect_lx.push(indirect_lx);
+            values.illuminance_lx.push(direct_lx + indirect_lx);
+            values.standard_error_lx.push(spread_lx.max(bound_lx));
+        }
+        values
+    }
+}
+
+fn mean(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.sum::<f64>() / REPLICAS as f64
+}
+
+/// Standard error of the mean over the replicas of a quantity given replica by replica.
+pub fn standard_error(value: impl Fn(usize) -> f64) -> f64 {
+    let mean = (0..REPLICAS).map(&value).sum::<f64>() / REPLICAS as f64;
+    let squares: f64 = (0..REPLICAS).map(|replica| (value(replica) - mean).powi(2)).sum();
+    (squares / (REPLICAS * (REPLICAS - 1)) as f64).sqrt()
+}

@@ -1,0 +1,367 @@
+//! Luminaires as the chain and the estimators see them: a flat list of emitting points, triangles and balls.
+//!
+//! Every emitter has its four faces here: `emit` draws a packet in proportion to what leaves it, `draw_towards` draws
+//! the point of it that a receiver sees in proportion to what it brings there, `unshadowed_lx` is the exact value of
+//! what it brings where nothing stands between, and `luminous_flux_lm` its total.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::random::Stream;
+use super::triangle::SeenTriangle;
+use super::warp::{cosine_hemisphere, uniform_cone, uniform_sphere, uniform_triangle};
+use super::web::WebSampler;
+use crate::base::ball::ball_illuminance_factor;
+use crate::base::polygon::triangle_illuminance_factor;
+use crate::scene::photometry::IntensityWeb;
+use crate::scene::{Emission, Scene, Side};
+
+/// Where light leaves a luminaire, for the geometry to find its place.
+#[derive(Clone, Copy, Debug)]
+pub enum Place {
+    /// A point in free space, in m.
+    Free(DVec3),
+    /// A point that may lie on a surface and then belongs to the side its normal points to.
+    Sided(DVec3, DVec3),
+    /// A point of a triangle's side.
+    Surface {
+        /// Triangle of the scene.
+        triangle: u32,
+        /// Weights of its second and third corner.
+        barycentric: [f64; 2],
+        /// Emitting side.
+        side: Side,
+    },
+    /// A point of a ball's surface.
+    Ball {
+        /// The luminaire.
+        luminaire: u32,
+        /// The point in m.
+        position_m: DVec3,
+    },
+}
+
+/// One emitting point, triangle side or ball.
+#[derive(Clone, Debug)]
+pub struct Emitter {
+    /// The luminaire it belongs to.
+    pub luminaire: u32,
+    /// Maintained flux in lm.
+    pub luminous_flux_lm: f64,
+    shape: Shape,
+}
+
+#[derive(Clone, Debug)]
+enum Shape {
+    Isotropic { position_m: DVec3, intensity_cd: f64 },
+    Lambertian { position_m: DVec3, axis: DVec3, intensity_cd: f64 },
+    Web { position_m: DVec3, frame: [DVec3; 3], web: Arc<IntensityWeb>, sampler: Arc<WebSampler>, scale: f64 },
+    Triangle(TriangleEmitter),
+    Ball { center_m: DVec3, radius_m: f64, exitance_lm_m2: f64 },
+}
+
+#[derive(Clone, Copy, Debug)]
+struct TriangleEmitter {
+    triangle: u32,
+    side: Side,
+    /// Counter-clockwise as seen from the emitting side.
+    corners_m: [DVec3; 3],
+    normal: DVec3,
+    centroid_m: DVec3,
+    radius_m: f64,
+    exitance_lm_m2: f64,
+}
+
+/// A packet's start.
+#[derive(Clone, Copy, Debug)]
+pub struct Emitted {
+    /// Where it leaves.
+    pub place: Place,
+    /// Its unit direction.
+    pub direction: DVec3,
+}
+
+/// All emitters of a scene that give light.
+#[derive(Clone, Debug)]
+pub struct Emitters {
+    list: Vec<Emitter>,
+    /// Flux of all emitters up to and including each, in lm.
+    cumulative_flux_lm: Vec<f64>,
+}
+
+impl Emitters {
+    /// Lists the emitters of a scene; luminaires without flux have none.
+    pub fn of(scene: &Scene) -> Emitters {
+        let mut list = Vec::new();
+        for (luminaire, source) in scene.luminaires.iter().enumerate() {
+            let luminaire = luminaire as u32;
+            let mut push = |luminous_flux_lm: f64, shape: Shape| {
+                if luminous_flux_lm > 0.0 {
+                    list.push(Emitter { luminaire, luminous_flux_lm, shape });
+                }
+            };
+            match &source.emission {
+                Emission::Isotropic { position_m, intensity_cd } => push(
+                    source.luminous_flux_lm,
+                    Shape::Isotropic { position_m: *position_m, intensity_cd: *intensity_cd },
+                ),
+                Emission::Lambertian { position_m, axis, intensity_cd } => push(
+                    source.luminous_flux_lm,
+                    Shape::Lambertian { position_m: *position_m, axis: *axis, intensity_cd: *intensity_cd },
+                ),
+                Emission::Photometric { position_m, frame, web, scale } => push(
+                    source.luminous_flux_lm,
+                    Shape::Web {
+                        position_m: *position_m,
+                        frame: *frame,
+                        web: web.clone(),
+                        sampler: Arc::new(WebSampler::new(web)),
+                        scale: *scale,
+                    },
+                ),
+                Emission::Sphere { center_m, radius_m, exitance_lm_m2 } => push(
+                    source.luminous_flux_lm,
+                    Shape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
+                ),
+                Emission::Area { surfaces, front, back, exitance_lm_m2 } => {
+                    let sides = [(Side::Front, *front), (Side::Back, *back)];
+                    for surface in surfaces {
+                        for triangle in scene.surfaces[*surface as usize].triangles.clone() {
+                            for (side, _) in sides.iter().filter(|(_, emits)| *emits) {
+                                let emitter = TriangleEmitter::new(scene, triangle, *side, *exitance_lm_m2);
+                                push(scene.triangle_area_m2(triangle) * exitance_lm_m2, Shape::Triangle(emitter));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let cumulative_flux_lm = list
+            .iter()
+            .scan(0.0, |sum, emitter: &Emitter| {
+                *sum += emitter.luminous_flux_lm;
+                Some(*sum)
+            })
+            .collect();
+        Emitters { list, cumulative_flux_lm }
+    }
+
+    /// The emitters.
+    pub fn list(&self) -> &[Emitter] {
+        &self.list
+    }
+
+    /// Flux of all emitters in lm.
+    pub fn luminous_flux_lm(&self) -> f64 {
+        self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
+    }
+
+    /// Draws a packet: the emitter in proportion to flux by `choice` in [0, 1), then its point and direction.
+    pub fn emit(&self, choice: f64, stream: &mut Stream) -> Emitted {
+        let aim = choice * self.luminous_flux_lm();
+        let index = self.cumulative_flux_lm.partition_point(|sum| *sum <= aim).min(self.list.len() - 1);
+        self.list[index].emit(stream)
+    }
+}
+
+impl TriangleEmitter {
+    fn new(scene: &Scene, triangle: u32, side: Side, exitance_lm_m2: f64) -> TriangleEmitter {
+        let [a, b, c] = scene.corners_m(triangle);
+        let corners_m = if side == Side::Front { [a, b, c] } else { [a, c, b] };
+        let centroid_m = (a + b + c) / 3.0;
+        let radius_m = [a, b, c].iter().map(|corner| corner.distance(centroid_m)).fold(0.0, f64::max);
+        let front = scene.triangle_normal(triangle);
+        let normal = if side == Side::Front { front } else { -front };
+        TriangleEmitter { triangle, side, corners_m, normal, centroid_m, radius_m, exitance_lm_m2 }
+    }
+
+    /// The barycentric coordinates of the scene's triangle for those of this one (whose turn depends on the side).
+    fn place(&self, [u, v]: [f64; 2]) -> Place {
+        let barycentric = if self.side == Side::Front { [u, v] } else { [v, u] };
+        Place::Surface { triangle: self.triangle, barycentric, side: self.side }
+    }
+
+    fn seen_from(&self, point_m: DVec3) -> [DVec3; 3] {
+        self.corners_m.map(|corner| corner - point_m)
+    }
+
+    fn faces(&self, point_m: DVec3) -> bool {
+        (point_m - self.corners_m[0]).dot(self.normal) > 0.0
+    }
+}
+
+/// Cosine law and inverse square at a point: E/I.
+#[inline]
+fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
+    let distance_squared = offset.length_squared();
+    let height = offset.dot(normal);
+    if height <= 0.0 { 0.0 } else { height / (distance_squared * distance_squared.sqrt()) }
+}
+
+impl Emitter {
+    /// The emitter's point in m, if it is one, and its intensity in cd towards a direction given by an offset.
+    pub fn as_point(&self) -> Option<DVec3> {
+        match &self.shape {
+            Shape::Isotropic { position_m, .. }
+            | Shape::Lambertian { position_m, .. }
+            | Shape::Web { position_m, .. } => Some(*position_m),
+            Shape::Triangle(_) | Shape::Ball { .. } => None,
+        }
+    }
+
+    /// Intensity of a point emitter in cd towards a unit direction; 0 for the others, which have none.
+    pub fn intensity_cd(&self, direction: DVec3) -> f64 {
+        match &self.shape {
+            Shape::Isotropic { intensity_cd, .. } => *intensity_cd,
+            Shape::Lambertian { axis, intensity_cd, .. } => intensity_cd * axis.dot(direction).max(0.0),
+            Shape::Web { frame, web, scale, .. } => scale * web.intensity_towards_cd(frame, direction),
+            Shape::Triangle(_) | Shape::Ball { .. } => 0.0,
+        }
+    }
+
+    /// Place of a point emitter for the geometry; a directed one belongs to the side it aims at.
+    pub fn point_place(&self) -> Option<Place> {
+        match &self.shape {
+            Shape::Isotropic { position_m, .. } => Some(Place::Free(*position_m)),
+            Shape::Lambertian { position_m, axis, .. } => Some(Place::Sided(*position_m, *axis)),
+            Shape::Web { position_m, frame, .. } => Some(Place::Sided(*position_m, frame[2])),
+            Shape::Triangle(_) | Shape::Ball { .. } => None,
+        }
+    }
+
+    /// Draws a packet in proportion to the flux that leaves.
+    pub fn emit(&self, stream: &mut Stream) -> Emitted {
+        match &self.shape {
+            Shape::Isotropic { position_m, .. } => {
+                Emitted { place: Place::Free(*position_m), direction: uniform_sphere(stream.pair()) }
+            }
+            Shape::Lambertian { position_m, axis, .. } => {
+                Emitted { place: Place::Sided(*position_m, *axis), direction: cosine_hemisphere(*axis, stream.pair()) }
+            }
+            Shape::Web { position_m, frame, sampler, .. } => {
+                let local = sampler.sample(stream.pair());
+                let direction = frame[0] * local.x + frame[1] * local.y + frame[2] * local.z;
+                Emitted { place: Place::Sided(*position_m, frame[2]), direction }
+            }
+            Shape::Triangle(triangle) => Emitted {
+                place: triangle.place(uniform_triangle(stream.pair())),
+                direction: cosine_hemisphere(triangle.normal, stream.pair()),
+            },
+            Shape::Ball { center_m, radius_m, .. } => {
+                let outward = uniform_sphere(stream.pair());
+                let place = Place::Ball { luminaire: self.luminaire, position_m: *center_m + outward * *radius_m };
+                Emitted { place, direction: cosine_hemisphere(outward, stream.pair()) }
+            }
+        }
+    }
+
+    /// Illuminance in lx at a point with a unit normal, as if nothing stood between: exact.
+    pub fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
+        match &self.shape {
+            Shape::Isotropic { position_m, intensity_cd } => {
+                intensity_cd * cosine_per_square(*position_m - point_m, normal)
+            }
+            Shape::Lambertian { position_m, .. } | Shape::Web { position_m, .. } => {
+                let geometry = cosine_per_square(*position_m - point_m, normal);
+                if geometry == 0.0 {
+                    return 0.0;
+                }
+                self.intensity_cd((point_m - *position_m).normalize()) * geometry
+            }
+            Shape::Triangle(triangle) => {
+                triangle.exitance_lm_m2 * triangle_illuminance_factor(point_m, normal, triangle.corners_m)
+            }
+            Shape::Ball { center_m, radius_m, exitance_lm_m2 } => {
+                let offset = *center_m - point_m;
+                let distance = offset.length();
+                exitance_lm_m2 * ball_illuminance_factor(offset.dot(normal) / distance, distance / radius_m)
+            }
+        }
+    }
+
+    /// A cheap stand-in for [`Emitter::unshadowed_lx`], 0 only where that is 0: its share decides how often the
+    /// emitter is looked at.
+    pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
+        match &self.shape {
+            Shape::Isotropic { .. } | Shape::Lambertian { .. } | Shape::Web { .. } => {
+                self.unshadowed_lx(point_m, normal)
+            }
+            Shape::Triangle(triangle) => {
+                if !triangle.faces(point_m) {
+                    return 0.0;
+                }
+                let bound =
+                    bounded_kernel(triangle.centroid_m - point_m, triangle.radius_m, normal, Some(triangle.normal));
+                self.luminous_flux_lm * bound / PI
+            }
+            Shape::Ball { center_m, radius_m, .. } => {
+                self.luminous_flux_lm * bounded_kernel(*center_m - point_m, *radius_m, normal, None) / (4.0 * PI)
+            }
+        }
+    }
+
+    /// Draws the point of the emitter that a receiver looks at, in proportion to what it brings there unshadowed:
+    /// the estimate of the illuminance is then [`Emitter::unshadowed_lx`] times visibility.
+    pub fn draw_towards(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Place> {
+        match &self.shape {
+            Shape::Triangle(triangle) => {
+                let seen = SeenTriangle::new(triangle.seen_from(point_m));
+                seen.draw_projected(normal, stream).map(|(_, barycentric)| triangle.place(barycentric))
+            }
+            Shape::Ball { center_m, radius_m, .. } => {
+                draw_ball(self.luminaire, *center_m, *radius_m, point_m, normal, stream)
+            }
+            _ => self.point_place(),
+        }
+    }
+}
+
+/// Largest cosines and smallest distance that a ball about the emitter allows, at least as far as its radius.
+#[inline]
+fn bounded_kernel(offset: DVec3, radius: f64, normal: DVec3, emitting: Option<DVec3>) -> f64 {
+    let distance_squared = offset.length_squared();
+    let distance = distance_squared.sqrt();
+    // Tilting by the angle that the radius spans can raise a cosine by no more than radius/distance.
+    let spread = radius / distance.max(radius);
+    let at_receiver = (offset.dot(normal) / distance.max(f64::MIN_POSITIVE) + spread).clamp(0.0, 1.0);
+    let at_emitter = match emitting {
+        Some(emitting) => (-offset.dot(emitting) / distance.max(f64::MIN_POSITIVE) + spread).clamp(0.0, 1.0),
+        None => 1.0,
+    };
+    at_receiver * at_emitter / distance_squared.max(radius * radius)
+}
+
+/// Draws that thinning by the cosine may take; see [`super::triangle`] for the reasoning.
+const MOST_DRAWS: u32 = 2000;
+
+fn draw_ball(
+    luminaire: u32,
+    center_m: DVec3,
+    radius_m: f64,
+    point_m: DVec3,
+    normal: DVec3,
+    stream: &mut Stream,
+) -> Option<Place> {
+    let offset = center_m - point_m;
+    let distance = offset.length();
+    let axis = offset / distance;
+    let sin_max = radius_m / distance;
+    if sin_max >= 1.0 {
+        return None;
+    }
+    // 1 − cos without the cancellation that a far ball would bring.
+    let one_minus_cos = sin_max * sin_max / (1.0 + (1.0 - sin_max * sin_max).sqrt());
+    let largest = (axis.dot(normal).clamp(-1.0, 1.0).acos() - sin_max.asin()).max(0.0).cos();
+    for _ in 0..MOST_DRAWS {
+        let direction = uniform_cone(axis, one_minus_cos, stream.pair());
+        if stream.unit() * largest < direction.dot(normal) {
+            let along = direction.dot(offset);
+            let miss_squared = (offset - along * direction).length_squared();
+            let reach = along - (radius_m * radius_m - miss_squared).max(0.0).sqrt();
+            return Some(Place::Ball { luminaire, position_m: point_m + direction * reach });
+        }
+    }
+    None
+}

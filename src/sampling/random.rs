@@ -1,0 +1,106 @@
+//! Streams of random numbers keyed by what they are for, never by the thread that draws them.
+
+use rand_philox::{Philox, splitmix64};
+
+/// What a stream of random numbers is used for; no two purposes share a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// Forward chains of packets from the luminaires.
+    Chains,
+    /// Direct light, sampled.
+    Direct,
+    /// Walks from the receivers back towards the luminaires.
+    Walks,
+    /// Pilot runs, whose numbers enter no result.
+    Pilot,
+}
+
+/// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.
+///
+/// Any two different (seed, purpose, map, replica, index) have streams that never meet: an index is good for
+/// 2³⁴ numbers, and there are 2⁶⁴ indices.
+#[derive(Clone, Debug)]
+pub struct Stream {
+    philox: Philox,
+    replica: u32,
+}
+
+/// 2⁻³², the spacing of a 32-bit variate.
+const SPACING_32: f64 = 1.0 / 4_294_967_296.0;
+/// 2⁻⁵³, the spacing of a 53-bit variate.
+const SPACING_53: f64 = 1.0 / 9_007_199_254_740_992.0;
+
+impl Stream {
+    /// The streams of one purpose in one map and replica; choose an index by [`Stream::seek`] before drawing.
+    pub fn new(seed: u64, purpose: Purpose, map: u32, replica: u32) -> Stream {
+        let purpose_and_map = ((purpose as u64) << 32) | u64::from(map);
+        // Two rounds of the mixer keep neighbouring seeds and purposes apart.
+        let key = splitmix64(splitmix64(seed.wrapping_add(0x9E37_79B9_7F4A_7C15)) ^ splitmix64(!purpose_and_map));
+        Stream { philox: Philox::new([key as u32, (key >> 32) as u32], u128::from(replica) << 96), replica }
+    }
+
+    /// Goes to the start of the numbers that belong to an index (a chain, a walk, a sample).
+    #[inline]
+    pub fn seek(&mut self, index: u64) {
+        self.philox.seek((u128::from(self.replica) << 96) | (u128::from(index) << 32));
+    }
+
+    /// A variate in [0, 1) with 32 bits.
+    #[inline]
+    pub fn unit(&mut self) -> f64 {
+        f64::from(self.philox.next_u32()) * SPACING_32
+    }
+
+    /// A variate in [0, 1) with 53 bits, for choices among many.
+    #[inline]
+    pub fn fine_unit(&mut self) -> f64 {
+        (self.philox.next_u64() >> 11) as f64 * SPACING_53
+    }
+
+    /// Two variates in [0, 1).
+    #[inline]
+    pub fn pair(&mut self) -> [f64; 2] {
+        [self.unit(), self.unit()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_key_gives_the_same_numbers_and_any_other_key_others() {
+        let draw = |seed, purpose, map, replica, index| {
+            let mut stream = Stream::new(seed, purpose, map, replica);
+            stream.seek(index);
+            stream.unit()
+        };
+        let first = draw(0, Purpose::Chains, 0, 0, 0);
+        assert_eq!(first, draw(0, Purpose::Chains, 0, 0, 0));
+        let others = [
+            draw(1, Purpose::Chains, 0, 0, 0),
+            draw(0, Purpose::Walks, 0, 0, 0),
+            draw(0, Purpose::Chains, 1, 0, 0),
+            draw(0, Purpose::Chains, 0, 1, 0),
+            draw(0, Purpose::Chains, 0, 0, 1),
+            draw(0, Purpose::Chains, 0, 0, 1 << 32),
+        ];
+        for (i, other) in others.iter().enumerate() {
+            assert_ne!(first, *other);
+            assert!(others[..i].iter().all(|earlier| earlier != other));
+        }
+    }
+
+    #[test]
+    fn variates_are_uniform_past_the_two_to_the_32nd_index() {
+        // χ² over 64 bins, N = 64,000, α = 1e-4: 63 degrees of freedom have their quantile at 118.
+        let mut stream = Stream::new(7, Purpose::Chains, 0, 3);
+        let mut counts = [0u32; 64];
+        for index in 0..64_000u64 {
+            stream.seek((1 << 33) + index);
+            counts[(stream.unit() * 64.0) as usize] += 1;
+        }
+        let chi2: f64 = counts.iter().map(|count| (f64::from(*count) - 1000.0).powi(2) / 1000.0).sum();
+        assert!(chi2 < 118.0 && chi2 > 25.0, "{chi2}");
+    }
+}

@@ -1,0 +1,200 @@
+//! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
+
+use super::job::{Context, Ends, Job};
+use super::{ConvergenceRow, FluxBalance, MapCheck, Settings, Solution, StopReason};
+use crate::maps::{
+    MapError, MapKind, MapResult, REPLICAS, TableKind, TableRow, TableSubject, standard_error, table_row,
+};
+use crate::sampling::reflection;
+use crate::scene::{ReceiverLayout, Scene, Side};
+
+/// Packets whose absence bounds a flux: with 95% confidence fewer than 3/N of the flux goes where none of N went.
+const PACKETS_OF_A_BOUND: f64 = 3.0;
+
+#[allow(clippy::too_many_arguments)]
+pub(super) fn finish(
+    context: &Context,
+    settings: &Settings,
+    target_error: Option<f64>,
+    jobs: Vec<Job>,
+    convergence: Vec<ConvergenceRow>,
+    stop_reason: StopReason,
+    build_s: f64,
+    compute_s: f64,
+) -> Solution {
+    let chains = jobs.iter().map(Job::chains).sum();
+    let rays = jobs.iter().map(|job| job.rays).sum();
+    let mut warnings = Vec::new();
+    let flux_balance = flux_balance(context, &jobs);
+    let map_check = map_check(context, &jobs);
+    if let Ok(balance) = &flux_balance
+        && balance.back_face_lm > 0.0
+    {
+        warnings.push(format!(
+            "{:.3} % of the flux hits the back of one-sided surfaces and is absorbed there: {}; turn the faces round, or set \"two_sided\": true",
+            100.0 * balance.back_face_lm / balance.emitted_lm,
+            "normals may be flipped"
+        ));
+    }
+    let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact());
+    let maps: Vec<MapResult> = jobs.into_iter().map(|job| map_result(context, job, target_error)).collect();
+    for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
+        warnings.push(format!(
+            "no light has reached \"{}\" yet: its mean is below {:.3e} lx; run more chains to see it",
+            map.name,
+            map.error.dark_upper_bound_lx.unwrap_or(0.0)
+        ));
+    }
+    let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
+    Solution {
+        method: "collision".to_owned(),
+        seed: settings.seed,
+        target_error,
+        chains,
+        rays,
+        replicas: REPLICAS,
+        maps,
+        estimated_error,
+        target_met: target_error.map(|_| bound_met),
+        stop_reason,
+        flux_balance,
+        map_check,
+        convergence,
+        build_s,
+        compute_s,
+        warnings,
+    }
+}
+
+fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResult {
+    let judgement = job.judgement;
+    let dark = judgement.dark && !job.is_black() && !job.map.is_empty();
+    let samples = (job.map.indirect_samples.max(1) * REPLICAS as u64) as f64;
+    let weight_sum: f64 = job.weights.iter().sum();
+    let error = MapError {
+        random: judgement.halves_error,
+        bias: 0.0,
+        estimated: judgement.halves_error,
+        degrees_of_freedom: judgement.degrees_of_freedom,
+        dark_upper_bound_lx: dark.then(|| {
+            PACKETS_OF_A_BOUND * context.stage.emitters.luminous_flux_lm() / (samples * weight_sum.max(1e-300))
+        }),
+    };
+    MapResult {
+        name: job.name.clone(),
+        kind: job.kind,
+        method: match job.kind {
+            MapKind::Elements => "collision",
+            MapKind::Receivers(_) => "walk",
+        }
+        .to_owned(),
+        chains: job.chains(),
+        values: job.map.values(),
+        error,
+        bound: job.bound,
+        target_met: target_error.map(|_| (job.met || job.is_exact()) && !dark),
+        tables: match job.kind {
+            MapKind::Elements => surface_tables(context, &job),
+            MapKind::Receivers(set) => vec![receiver_table(context.scene, set, &job)],
+        },
+    }
+}
+
+fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
+    let (scene, elements) = (context.scene, &context.stage.elements);
+    let mut rows = Vec::new();
+    for (id, surface) in scene.surfaces.iter().enumerate() {
+        let cells = elements.cells_of_surface(scene, id as u32);
+        for side in [Side::Front, Side::Back] {
+            let entries: Vec<usize> =
+                cells.clone().filter(|cell| elements.cell(*cell).side == side).map(|cell| cell as usize).collect();
+            if entries.is_empty() {
+                continue;
+            }
+            let weights: Vec<f64> = entries.iter().map(|entry| job.weights[*entry]).collect();
+            rows.push(table_row(
+                &job.map,
+                &TableSubject {
+                    name: &surface.name,
+                    kind: TableKind::Surface,
+                    side: side.name(),
+                    entries: &entries,
+                    weights: &weights,
+                    area_m2: weights.iter().sum(),
+                },
+            ));
+        }
+    }
+    rows
+}
+
+fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
+    let receivers = &scene.receivers[set];
+    let entries: Vec<usize> = (0..receivers.points.len()).collect();
+    let (kind, area_m2) = match receivers.layout {
+        ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
+        ReceiverLayout::Points => (TableKind::Points, 0.0),
+    };
+    let subject =
+        TableSubject { name: &receivers.name, kind, side: "front", entries: &entries, weights: &job.weights, area_m2 };
+    table_row(&job.map, &subject)
+}
+
+fn element_job(jobs: &[Job]) -> Result<&Job, String> {
+    let job = jobs
+        .iter()
+        .find(|job| job.kind == MapKind::Elements)
+        .ok_or("the element map was not asked for, so no chains were traced from the luminaires")?;
+    if job.is_black() {
+        return Err("no surface reflects, so no chains were traced".to_owned());
+    }
+    Ok(job)
+}
+
+fn flux_balance(context: &Context, jobs: &[Job]) -> Result<FluxBalance, String> {
+    let job = element_job(jobs)?;
+    let mut ends = Ends::default();
+    for replica in &job.ends {
+        ends += *replica;
+    }
+    let emitted_lm = context.stage.emitters.luminous_flux_lm();
+    let share = |packets: u64| emitted_lm * packets as f64 / ends.packets().max(1) as f64;
+    Ok(FluxBalance {
+        emitted_lm,
+        absorbed_lm: share(ends.absorbed + ends.balls),
+        escaped_lm: share(ends.escaped),
+        back_face_lm: share(ends.back_faces),
+        truncated_lm: 0.0,
+    })
+}
+
+/// Σ absorptance·E·A against the emitted flux: sees a wrong map, which the balance of counted packets cannot.
+fn map_check(context: &Context, jobs: &[Job]) -> Result<MapCheck, String> {
+    let job = element_job(jobs)?;
+    if job.ends.iter().any(|ends| ends.escaped > 0) {
+        return Err("the scene is open: flux escaped".to_owned());
+    }
+    if job.ends.iter().any(|ends| ends.back_faces > 0) {
+        return Err("flux hits the back of one-sided surfaces".to_owned());
+    }
+    let emitted_lm = context.stage.emitters.luminous_flux_lm();
+    let absorptance: Vec<f64> = (0..job.map.len() as u32)
+        .map(|cell| 1.0 - reflection::total(context.stage.law(context.stage.elements.cell(cell).triangle)))
+        .collect();
+    let absorbed_lm: Vec<f64> = (0..REPLICAS)
+        .map(|replica| {
+            let ends = &job.ends[replica];
+            let balls_lm = emitted_lm * ends.balls as f64 / ends.packets().max(1) as f64;
+            let cells_lm: f64 = (0..job.map.len())
+                .map(|cell| absorptance[cell] * job.weights[cell] * job.map.illuminance_lx(replica, cell))
+                .sum();
+            balls_lm + cells_lm
+        })
+        .collect();
+    let absorbed_by_map_lm = absorbed_lm.iter().sum::<f64>() / REPLICAS as f64;
+    let standard_error_lm = standard_error(|replica| absorbed_lm[replica]);
+    let deviation_lm = absorbed_by_map_lm - emitted_lm;
+    // A map without any spread is exact up to the rounding of its sums.
+    let rounding_lm = 1e-9 * emitted_lm;
+    Ok(MapCheck { absorbed_by_map_lm, standard_error_lm, z_score: deviation_lm / standard_error_lm.max(rounding_lm) })
+}

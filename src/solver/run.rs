@@ -1,0 +1,271 @@
+//! The run: jobs go forward in slices until the stop rule, a limit or the user ends it.
+
+use std::time::Instant;
+
+use super::finish::finish;
+use super::job::{Context, Job};
+use super::{ConvergenceRow, MapSelection, Settings, Solution, StopReason};
+use crate::chain::Stage;
+use crate::control::{accepts, needed_work, next_judgement};
+use crate::scene::Scene;
+
+/// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
+/// sharing it out over threads costs nothing.
+const RAYS_PER_SLICE: f64 = 400_000.0;
+/// Maps that the target does not bind get at most this share of the rays that the bound ones take.
+const UNBOUND_SHARE: f64 = 0.25;
+/// Target where the user sets no stop rule at all.
+pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
+
+/// How a run stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Worst stated error of the bound maps, once it has been judged.
+    pub estimated_error: Option<f64>,
+    /// Target, if one is set.
+    pub target_error: Option<f64>,
+    /// Chains so far, all maps.
+    pub chains: u64,
+    /// Rays so far.
+    pub rays: u64,
+    /// Forecast of the chains at the end, once there is one.
+    pub forecast_chains: Option<f64>,
+    /// Forecast of the seconds that remain, once there is one.
+    pub remaining_s: Option<f64>,
+    /// Share of the work done, 0 to 1.
+    pub fraction: f64,
+    /// Seconds since the process started.
+    pub wall_s: f64,
+}
+
+/// Who watches a run: progress goes out, interruptions and the clock come in.
+pub trait Observer: Sync {
+    /// Called after every slice of work.
+    fn progress(&self, progress: &Progress);
+    /// Whether the user wants to stop.
+    fn is_interrupted(&self) -> bool;
+    /// Seconds since the process started.
+    fn wall_s(&self) -> f64;
+}
+
+/// Solves a scene for the maps asked for.
+///
+/// The maps depend on scene, settings and how far the run went, never on threads: all sums grow in an order that the
+/// replicas fix. Names in `settings.maps` must be those of receiver sets, or `elements`.
+pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Solution {
+    let started = Instant::now();
+    let stage = Stage::new(scene);
+    let build_s = started.elapsed().as_secs_f64();
+    let context = Context { scene, stage: &stage, seed: settings.seed };
+    let target_error = settings
+        .target_error
+        .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
+    let mut run = Run {
+        context: &context,
+        settings,
+        target_error,
+        observer,
+        jobs: choose_jobs(&context, &settings.maps),
+        convergence: Vec::new(),
+    };
+    let stop_reason = run.work();
+    run.judge_all();
+    let compute_s = started.elapsed().as_secs_f64() - build_s;
+    finish(&context, settings, target_error, run.jobs, run.convergence, stop_reason, build_s, compute_s)
+}
+
+fn choose_jobs(context: &Context, maps: &MapSelection) -> Vec<Job> {
+    let sets = &context.scene.receivers;
+    let wanted = |name: &str, is_elements: bool| match maps {
+        MapSelection::Default | MapSelection::All => true,
+        MapSelection::Elements => is_elements,
+        MapSelection::Receivers => !is_elements,
+        MapSelection::Named(names) => names.iter().any(|wanted| wanted == name),
+    };
+    let mut jobs = Vec::new();
+    if wanted("elements", true) {
+        let bound = *maps != MapSelection::Default || sets.is_empty();
+        jobs.push(Job::elements(context, bound));
+    }
+    for (set, receivers) in sets.iter().enumerate() {
+        if wanted(&receivers.name, false) {
+            jobs.push(Job::receivers(context, set, true));
+        }
+    }
+    jobs
+}
+
+struct Run<'a> {
+    context: &'a Context<'a>,
+    settings: &'a Settings,
+    target_error: Option<f64>,
+    observer: &'a dyn Observer,
+    jobs: Vec<Job>,
+    convergence: Vec<ConvergenceRow>,
+}
+
+impl Run<'_> {
+    fn work(&mut self) -> StopReason {
+        for job in &mut self.jobs {
+            job.next_judgement = job.first_samples();
+        }
+        loop {
+            let Some(index) = self.next_job() else {
+                return self.why_all_is_done();
+            };
+            self.slice(index);
+            self.observer.progress(&self.progress());
+            if self.observer.is_interrupted() {
+                self.give_every_map_a_start();
+                return StopReason::Interrupted;
+            }
+            if self.settings.time_limit_s.is_some_and(|limit_s| self.observer.wall_s() >= limit_s) {
+                self.give_every_map_a_start();
+                return StopReason::TimeLimit;
+            }
+        }
+    }
+
+    /// The job to go on with: of those that still have work, the bound one with the fewest rays; an unbound one where
+    /// its share allows. With fixed chains all maps are worked alike.
+    fn next_job(&self) -> Option<usize> {
+        let open = |job: &&(usize, &Job)| !self.is_done(job.1);
+        let jobs: Vec<(usize, &Job)> = self.jobs.iter().enumerate().collect();
+        let bound = jobs.iter().filter(|(_, job)| job.bound).filter(open).min_by_key(|(_, job)| job.rays);
+        let unbound = jobs.iter().filter(|(_, job)| !job.bound).filter(open).min_by_key(|(_, job)| job.rays);
+        match (bound, unbound) {
+            (Some((index, _)), Some((other, unbound))) => {
+                let bound_rays: u64 = self.jobs.iter().filter(|job| job.bound).map(|job| job.rays).sum();
+                let unbound_rays: u64 = self.jobs.iter().filter(|job| !job.bound).map(|job| job.rays).sum();
+                let next_rays = unbound.rays_for_next(self.slice_samples(unbound));
+                let within_share = unbound_rays as f64 + next_rays <= UNBOUND_SHARE * bound_rays as f64;
+                Some(if within_share { *other } else { *index })
+            }
+            (Some((index, _)), None) => Some(*index),
+            // Every map gets a first look, however little the bound ones needed.
+            (None, Some((index, job))) if self.settings.chains.is_some() || job.samples < job.first_samples() => {
+                Some(*index)
+            }
+            (None, _) => None,
+        }
+    }
+
+    fn is_done(&self, job: &Job) -> bool {
+        if self.settings.chains.is_some_and(|chains| job.samples >= job.samples_for(chains)) {
+            return true;
+        }
+        job.met || job.is_exact() || job.map.is_empty() || job.weights.iter().all(|weight| *weight <= 0.0)
+    }
+
+    fn why_all_is_done(&self) -> StopReason {
+        if self.jobs.iter().all(|job| job.is_exact()) {
+            StopReason::Exact
+        } else if self.target_error.is_some() && self.jobs.iter().filter(|job| job.bound).all(|job| job.met) {
+            StopReason::TargetMet
+        } else {
+            StopReason::Chains
+        }
+    }
+
+    fn slice_samples(&self, job: &Job) -> u64 {
+        let most = (RAYS_PER_SLICE / job.rays_per_sample()).ceil() as u64;
+        let next = job.next_judgement.min(self.settings.chains.map_or(u64::MAX, |chains| job.samples_for(chains)));
+        most.max(1).min(next.saturating_sub(job.samples).max(1))
+    }
+
+    fn slice(&mut self, index: usize) {
+        let samples = self.jobs[index].samples + self.slice_samples(&self.jobs[index]);
+        let job = &mut self.jobs[index];
+        let started = Instant::now();
+        job.advance(self.context, samples);
+        job.seconds += started.elapsed().as_secs_f64();
+        if samples < job.next_judgement {
+            return;
+        }
+        job.judge();
+        let needed = self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement));
+        job.met = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
+        job.next_judgement = next_judgement(samples, needed);
+        if job.bound {
+            let row = self.convergence_row();
+            self.convergence.extend(row);
+        }
+    }
+
+    /// A run that is ended early still shows something of every map.
+    fn give_every_map_a_start(&mut self) {
+        for job in self.jobs.iter_mut().filter(|job| job.samples == 0 && !job.map.is_empty()) {
+            job.advance(self.context, 1);
+        }
+    }
+
+    fn judge_all(&mut self) {
+        for job in &mut self.jobs {
+            job.judge();
+        }
+        if let Some(row) = self.convergence_row()
+            && self.convergence.last().is_none_or(|last| last.chains != row.chains)
+        {
+            self.convergence.push(row);
+        }
+    }
+
+    fn convergence_row(&self) -> Option<ConvergenceRow> {
+        let progress = self.progress();
+        Some(ConvergenceRow {
+            wall_s: progress.wall_s,
+            chains: progress.chains,
+            estimated_error: progress.estimated_error?,
+            forecast_wall_s: progress.wall_s + progress.remaining_s.unwrap_or(0.0),
+            forecast_chains: progress.forecast_chains.unwrap_or(progress.chains as f64),
+        })
+    }
+
+    fn progress(&self) -> Progress {
+        let judged = || self.jobs.iter().filter(|job| job.bound && job.judgement.mean_lx > 0.0);
+        let chains: u64 = self.jobs.iter().map(Job::chains).sum();
+        let mut more_chains = 0.0;
+        let mut remaining_s = 0.0;
+        let mut done_rays = 0.0;
+        let mut more_rays = 0.0;
+        for job in self.jobs.iter().filter(|job| job.bound && job.samples > 0) {
+            let more = self.more_samples(job);
+            more_chains += more * job.chains() as f64 / job.samples as f64;
+            remaining_s += more * job.seconds / job.samples as f64;
+            more_rays += more * job.rays as f64 / job.samples as f64;
+            done_rays += job.rays as f64;
+        }
+        let time_fraction = self.settings.time_limit_s.map_or(0.0, |limit_s| self.observer.wall_s() / limit_s);
+        let work_fraction = if done_rays > 0.0 { done_rays / (done_rays + more_rays) } else { 0.0 };
+        let known = judged().next().is_some() && (self.target_error.is_some() || self.settings.chains.is_some());
+        Progress {
+            estimated_error: judged().map(|job| job.judgement.halves_error).reduce(f64::max),
+            target_error: self.target_error,
+            chains,
+            rays: self.jobs.iter().map(|job| job.rays).sum(),
+            forecast_chains: known.then_some(chains as f64 + more_chains),
+            remaining_s: known.then_some(remaining_s),
+            fraction: if known { work_fraction.max(time_fraction) } else { time_fraction }.min(1.0),
+            wall_s: self.observer.wall_s(),
+        }
+    }
+
+    /// Samples that a bound job still needs, by its own latest judgement or by the chains asked for.
+    fn more_samples(&self, job: &Job) -> f64 {
+        let done = job.samples as f64;
+        let to_target = match self.target_error {
+            Some(_) if job.met => 0.0,
+            Some(target) if job.judgement.mean_lx > 0.0 => {
+                // The judgement is of the last look; samples have been added since.
+                (needed_work(target, &job.judgement) * job.judged_samples() as f64 - done).max(0.0)
+            }
+            _ => f64::INFINITY,
+        };
+        let to_chains = self
+            .settings
+            .chains
+            .map_or(f64::INFINITY, |chains| job.samples_for(chains).saturating_sub(job.samples) as f64);
+        let more = to_target.min(to_chains);
+        if more.is_finite() { more } else { 0.0 }
+    }
+}
