@@ -1,5 +1,17 @@
 //! Photometric files: IES LM-63 and EULUMDAT, read into one form.
 
+mod error;
+mod eulumdat;
+mod file;
+mod ies;
+mod ies_body;
+mod planes;
+mod text;
 mod web;
+pub(crate) mod zones;
 
-pub use web::IntensityWeb;
+pub use error::PhotometricError;
+pub use eulumdat::parse_eulumdat;
+pub use file::{LampSet, LateralSymmetry, Opening, PhotometricFile, PhotometricFormat, read_photometric_file};
+pub use ies::parse_ies;
+pub use web::{IntensityWeb, PhotometricType, WebError};

@@ -1,0 +1,70 @@
+//! Why a photometric file can't be used.
+
+use std::path::{Path, PathBuf};
+
+/// Why a photometric file was refused: where, what stood there, what was expected, and what helps.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PhotometricError {
+    /// The file could not be read at all.
+    #[error("{}: {reason}; {remedy}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says, or which limit it breaks.
+        reason: String,
+        /// What helps.
+        remedy: String,
+    },
+    /// The file was read and breaks its format.
+    #[error("{}line {line}: found {got}, expected {expected}; {remedy}", place(path))]
+    Malformed {
+        /// The file, where the text came from one.
+        path: Option<PathBuf>,
+        /// Line, from 1.
+        line: usize,
+        /// The token that stands there, or the end of the file.
+        got: String,
+        /// What should stand there.
+        expected: String,
+        /// What helps.
+        remedy: String,
+    },
+}
+
+impl PhotometricError {
+    /// A malformed text at a line; `got` is shortened, so that a binary file does not flood the terminal.
+    pub(super) fn malformed(line: usize, got: &str, expected: impl Into<String>, remedy: impl Into<String>) -> Self {
+        const SHOWN_CHARACTERS: usize = 40;
+        let short: String = got.chars().take(SHOWN_CHARACTERS).map(|c| if c.is_control() { '�' } else { c }).collect();
+        let dots = if got.chars().count() > SHOWN_CHARACTERS { "…" } else { "" };
+        let got = if got.is_empty() { "nothing".to_string() } else { format!("`{short}{dots}`") };
+        PhotometricError::Malformed { path: None, line, got, expected: expected.into(), remedy: remedy.into() }
+    }
+
+    /// A text that ends too early.
+    pub(super) fn ended(line: usize, expected: impl Into<String>) -> Self {
+        PhotometricError::Malformed {
+            path: None,
+            line,
+            got: "the end of the file".to_string(),
+            expected: expected.into(),
+            remedy: "the file is cut off, or its counts promise more values than it holds; fetch it again from its \
+                     maker or correct the counts"
+                .to_string(),
+        }
+    }
+
+    /// The same error with the file's name.
+    pub(super) fn in_file(self, file: &Path) -> Self {
+        match self {
+            PhotometricError::Malformed { path: None, line, got, expected, remedy } => {
+                PhotometricError::Malformed { path: Some(file.to_path_buf()), line, got, expected, remedy }
+            }
+            other => other,
+        }
+    }
+}
+
+fn place(path: &Option<PathBuf>) -> String {
+    path.as_ref().map(|path| format!("{}: ", path.display())).unwrap_or_default()
+}

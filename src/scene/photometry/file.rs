@@ -1,0 +1,232 @@
+//! What a photometric file says, whatever its format.
+
+use std::path::Path;
+
+use super::{IntensityWeb, PhotometricError, PhotometricType, parse_eulumdat, parse_ies};
+
+/// Largest file that is read, in bytes: a quarter-degree table of the whole sphere takes some 10 MB of text.
+const LARGEST_FILE_BYTES: u64 = 64 << 20;
+
+/// Excess of the integrated over the declared flux, as a fraction, from which a warning is given: the trapezoidal
+/// integral of a coarse table is off by tenths of a percent.
+pub(super) const FLUX_TOLERANCE: f64 = 0.01;
+
+/// A photometric file, read: the intensities as they apply, and what the header says about them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhotometricFile {
+    /// Intensities in cd, with every factor of the file in them; initial and undimmed.
+    pub web: IntensityWeb,
+    /// Format and edition.
+    pub format: PhotometricFormat,
+    /// Who made the luminaire; may be empty.
+    pub manufacturer: String,
+    /// Description or name of the luminaire; may be empty.
+    pub luminaire: String,
+    /// Catalogue number; may be empty.
+    pub catalog_number: String,
+    /// Description of the lamps; may be empty.
+    pub lamp: String,
+    /// Labels in the order of the file: IES keywords without brackets (`[MORE]` joined to what it continues, free lines
+    /// under an empty keyword), EULUMDAT's text fields under their names.
+    pub keywords: Vec<(String, String)>,
+    /// Number of lamps, as the header gives it without sign.
+    pub lamps: f64,
+    /// Rated flux of one lamp in lm; `None` in absolute photometry.
+    pub lumens_per_lamp: Option<f64>,
+    /// Every standard set of lamps of an EULUMDAT file; the one of an IES file. The first is in force.
+    pub lamp_sets: Vec<LampSet>,
+    /// Flux in lm that the header declares: of all lamps in relative, of the luminaire in absolute photometry.
+    /// `None` for IES' absolute files, which declare none.
+    pub declared_flux_lm: Option<f64>,
+    /// Intensities were measured as they are, not against the lamps' flux.
+    pub absolute: bool,
+    /// Electric power in W, ballast included, where the file gives one above 0.
+    pub power_w: Option<f64>,
+    /// The luminous opening.
+    pub opening: Opening,
+    /// How many planes the file stores and how the others follow.
+    pub symmetry: LateralSymmetry,
+    /// The goniometer of the file.
+    pub photometric_type: PhotometricType,
+    /// Integrated flux over the lamps' flux, in relative photometry.
+    pub light_output_ratio: Option<f64>,
+    /// IES LM-63-2019's code of how the data came about.
+    pub file_generation_type: Option<f64>,
+    /// What the reader thinks its user should know.
+    pub warnings: Vec<String>,
+}
+
+/// One of the lampings that a file offers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LampSet {
+    /// Lamps in the set, without sign.
+    pub lamps: f64,
+    /// Flux in lm of all lamps of the set together (of the luminaire in absolute photometry); `None` where undeclared.
+    pub flux_lm: Option<f64>,
+    /// Type of lamp.
+    pub description: String,
+    /// Colour appearance or temperature, as written.
+    pub colour: String,
+    /// Colour rendering, as written.
+    pub colour_rendering: String,
+    /// Power in W, ballast included, where given.
+    pub power_w: Option<f64>,
+}
+
+/// Format and edition of a photometric file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhotometricFormat {
+    /// LM-63-1986: free label lines.
+    Ies1986,
+    /// LM-63-1991.
+    Ies1991,
+    /// LM-63-1995.
+    Ies1995,
+    /// LM-63-2002.
+    Ies2002,
+    /// LM-63-2019.
+    Ies2019,
+    /// EULUMDAT.
+    Eulumdat,
+}
+
+/// Which planes a file stores; the others are their mirror images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LateralSymmetry {
+    /// One plane serves all.
+    Rotational,
+    /// Quarter: mirrored at C0–C180 and at C90–C270.
+    Quadrant,
+    /// Mirrored at the plane C0–C180.
+    AboutC0,
+    /// Mirrored at the plane C90–C270.
+    AboutC90,
+    /// All planes stored.
+    None,
+}
+
+/// The luminous opening, in m; `c0` is the extent along C0–C180, `c90` along C90–C270.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Opening {
+    /// No extent.
+    Point,
+    /// A flat rectangle.
+    Rectangle {
+        /// Extent along C0–C180.
+        c0_m: f64,
+        /// Extent along C90–C270.
+        c90_m: f64,
+    },
+    /// A box with luminous sides.
+    Box {
+        /// Extent along C0–C180.
+        c0_m: f64,
+        /// Extent along C90–C270.
+        c90_m: f64,
+        /// Extent along the axis.
+        height_m: f64,
+    },
+    /// A flat disk.
+    Disk {
+        /// Diameter.
+        diameter_m: f64,
+    },
+    /// A flat ellipse, or an elliptic cylinder about the axis where the height is not 0.
+    Ellipse {
+        /// Extent along C0–C180.
+        c0_m: f64,
+        /// Extent along C90–C270.
+        c90_m: f64,
+        /// Extent along the axis.
+        height_m: f64,
+    },
+    /// A cylinder about the luminaire's axis.
+    VerticalCylinder {
+        /// Diameter.
+        diameter_m: f64,
+        /// Extent along the axis.
+        height_m: f64,
+    },
+    /// A lying cylinder.
+    HorizontalCylinder {
+        /// Lies along C0–C180; else along C90–C270.
+        along_c0: bool,
+        /// Extent along its axis.
+        length_m: f64,
+        /// Extent across, in the plane.
+        width_m: f64,
+        /// Extent across, vertically.
+        height_m: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Diameter.
+        diameter_m: f64,
+    },
+    /// An ellipsoid.
+    Ellipsoid {
+        /// Extent along C0–C180.
+        c0_m: f64,
+        /// Extent along C90–C270.
+        c90_m: f64,
+        /// Extent along the axis.
+        height_m: f64,
+    },
+    /// An upright disk or ellipse, facing C0.
+    UprightEllipse {
+        /// Extent along C90–C270.
+        width_m: f64,
+        /// Extent along the axis.
+        height_m: f64,
+    },
+}
+
+impl PhotometricFile {
+    /// Luminous flux in lm that the intensities integrate to (exact for the bilinear interpolant).
+    pub fn luminous_flux_lm(&self) -> f64 {
+        self.web.luminous_flux_lm()
+    }
+}
+
+/// Reads an IES LM-63 or EULUMDAT file; its content says which, its extension decides where the content does not.
+///
+/// # Errors
+/// A file that can't be read or is larger than 64 MiB, and a malformed one, with line, token, expectation and remedy.
+pub fn read_photometric_file(path: &Path) -> Result<PhotometricFile, PhotometricError> {
+    let bytes = read_bytes(path)?;
+    let folder = path.parent();
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let read = match (looks_like_ies(&bytes), extension.as_deref()) {
+        (true, _) | (false, Some("ies")) => parse_ies(&bytes, folder),
+        (false, _) => parse_eulumdat(&bytes),
+    };
+    read.map_err(|error| error.in_file(path))
+}
+
+/// Bytes of a regular file of a sensible size.
+pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhotometricError> {
+    let unreadable = |reason: String, remedy: &str| PhotometricError::Unreadable {
+        path: path.to_path_buf(),
+        reason,
+        remedy: remedy.to_string(),
+    };
+    let check_name = "check the name; it is taken relative to the file that names it";
+    let metadata = std::fs::metadata(path).map_err(|error| unreadable(error.to_string(), check_name))?;
+    if !metadata.is_file() {
+        return Err(unreadable("this is no regular file".to_string(), check_name));
+    }
+    if metadata.len() > LARGEST_FILE_BYTES {
+        let reason = format!("{} bytes are more than the {LARGEST_FILE_BYTES} that are read", metadata.len());
+        return Err(unreadable(reason, "a photometric file holds some kilobytes: check that this is one"));
+    }
+    std::fs::read(path).map_err(|error| unreadable(error.to_string(), "check that it may be read"))
+}
+
+/// An IES file names its standard or has a TILT line.
+fn looks_like_ies(bytes: &[u8]) -> bool {
+    let lines = super::text::lines_of(&super::text::decode(bytes));
+    let first = lines.iter().map(|line| line.trim()).find(|line| !line.is_empty()).unwrap_or_default();
+    first.to_uppercase().starts_with("IESNA")
+        || first.to_uppercase().starts_with("IES:")
+        || super::ies::tilt_line(&lines).is_some()
+}
