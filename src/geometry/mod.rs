@@ -1,88 +1,27 @@
-//! Brute-force stand-in.
-use crate::scene::{Scene, Side};
-use glam::DVec3;
-pub struct Tracer {
-    corners: Vec<[DVec3; 3]>,
-}
-#[derive(Clone, Copy)]
-pub struct Origin {
-    p: DVec3,
-    tri: u32,
-}
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfaceHit {
-    pub triangle: u32,
-    pub barycentric: [f64; 2],
-    pub side: Side,
-    pub distance_m: f64,
-}
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Meeting {
-    Surface(SurfaceHit),
-    Ball(u32),
-    Nothing,
-}
-impl Tracer {
-    pub fn new(scene: &Scene) -> Tracer {
-        Tracer { corners: (0..scene.triangles.len()).map(|t| scene.corners_m(t as u32)).collect() }
-    }
-    pub fn free_origin(&self, p: DVec3) -> Origin {
-        Origin { p, tri: u32::MAX }
-    }
-    pub fn side_origin(&self, p: DVec3, n: DVec3) -> Origin {
-        Origin { p: p + n * 1e-6, tri: u32::MAX }
-    }
-    pub fn surface_origin(&self, t: u32, [u, v]: [f64; 2], side: Side) -> Origin {
-        let [a, b, c] = self.corners[t as usize];
-        let n = (b - a).cross(c - a).normalize() * if side == Side::Front { 1e-6 } else { -1e-6 };
-        Origin { p: a + (b - a) * u + (c - a) * v + n, tri: t }
-    }
-    pub fn ball_origin(&self, _l: u32, p: DVec3) -> Origin {
-        self.free_origin(p)
-    }
-    pub fn position_m(&self, o: &Origin) -> DVec3 {
-        o.p
-    }
-    fn hit(&self, o: &Origin, d: DVec3, tmax: f64) -> Option<SurfaceHit> {
-        let mut best: Option<SurfaceHit> = None;
-        for (t, [a, b, c]) in self.corners.iter().enumerate() {
-            if t as u32 == o.tri {
-                continue;
-            }
-            let (e1, e2) = (*b - *a, *c - *a);
-            let h = d.cross(e2);
-            let det = e1.dot(h);
-            if det == 0.0 {
-                continue;
-            }
-            let s = o.p - *a;
-            let u = s.dot(h) / det;
-            if !(0.0..=1.0).contains(&u) {
-                continue;
-            }
-            let q = s.cross(e1);
-            let v = d.dot(q) / det;
-            if v < 0.0 || u + v > 1.0 {
-                continue;
-            }
-            let dist = e2.dot(q) / det;
-            if dist > 0.0 && dist < best.map_or(tmax, |b| b.distance_m) {
-                best = Some(SurfaceHit {
-                    triangle: t as u32,
-                    barycentric: [u, v],
-                    side: if det > 0.0 { Side::Front } else { Side::Back },
-                    distance_m: dist,
-                });
-            }
-        }
-        best
-    }
-    pub fn first_hit(&self, o: &Origin, d: DVec3) -> Meeting {
-        self.hit(o, d, f64::INFINITY).map_or(Meeting::Nothing, Meeting::Surface)
-    }
-    pub fn is_occluded(&self, a: &Origin, b: &Origin) -> bool {
-        let d = b.p - a.p;
-        let l = d.length();
-        self.hit(a, d / l, l * (1.0 - 1e-6)).is_some_and(|h| h.triangle != b.tri)
-    }
-}
+//! Rays among the triangles and balls of a scene: what does a ray meet first, and do two points see each other?
+//!
+//! This is the only room that works in f32, and the only one that knows obvhs. Outside, everything is f64 and metres;
+//! inside, coordinates are recentred and scaled on the scene so that its largest half-extent is 1 ([`frame`]).
+//!
+//! Three rules keep closed rooms closed:
+//!
+//! 1. *A triangle test that neighbours agree on* ([`triangle`]): vertices are sheared into the ray's frame one by one
+//!    and edge functions are products subtracted without fusing, so that two triangles compute exactly opposite
+//!    values on a shared edge; zero counts as inside.
+//! 2. *Boxes that are never missed* ([`tree`]): the boxes under the tree are padded by more than all the rounding in
+//!    the node test.
+//! 3. *Sides decided by planes, not by distances* ([`origin`]): a ray meets a front only from in front and a back only
+//!    from behind, where "in front" is judged in f64 on the side that its origin belongs to. No smallest distance is
+//!    needed, and what an origin lies on does not shadow it.
+
+mod frame;
+mod origin;
+mod tracer;
+mod tree;
+mod triangle;
+
+pub use origin::Origin;
+pub use tracer::{Meeting, SurfaceHit, Tracer};
+
+#[cfg(test)]
+mod tests;

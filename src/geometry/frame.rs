@@ -1,0 +1,69 @@
+//! The tracer's own coordinates: the scene's bounding box, recentred in f64 and scaled to [−1, 1], and only then f32.
+
+use glam::{DVec3, Vec3};
+
+use crate::scene::{Emission, Scene};
+
+/// Half-extent in m that stands in where a scene has no extent at all.
+const EXTENT_OF_A_POINT_M: f64 = 1.0;
+
+/// Maps metres to the tracer's coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    center_m: DVec3,
+    half_extent_m: f64,
+}
+
+impl Frame {
+    /// Frames everything that rays start from or meet: vertices, balls, point luminaires and receivers.
+    pub fn of(scene: &Scene) -> Frame {
+        let mut low = DVec3::splat(f64::INFINITY);
+        let mut high = DVec3::splat(f64::NEG_INFINITY);
+        let mut include = |point_m: DVec3, radius_m: f64| {
+            low = low.min(point_m - radius_m);
+            high = high.max(point_m + radius_m);
+        };
+        scene.vertices_m.iter().for_each(|vertex_m| include(*vertex_m, 0.0));
+        for luminaire in &scene.luminaires {
+            match luminaire.emission {
+                Emission::Isotropic { position_m, .. }
+                | Emission::Lambertian { position_m, .. }
+                | Emission::Photometric { position_m, .. } => include(position_m, 0.0),
+                Emission::Sphere { center_m, radius_m, .. } => include(center_m, radius_m),
+                Emission::Area { .. } => {}
+            }
+        }
+        let receivers = scene.receivers.iter().flat_map(|set| &set.points);
+        receivers.for_each(|point| include(point.position_m, 0.0));
+        if !(low.is_finite() && high.is_finite()) {
+            return Frame { center_m: DVec3::ZERO, half_extent_m: EXTENT_OF_A_POINT_M };
+        }
+        let half_extent_m = (0.5 * (high - low)).max_element();
+        let half_extent_m = if half_extent_m > 0.0 { half_extent_m } else { EXTENT_OF_A_POINT_M };
+        Frame { center_m: low + 0.5 * (high - low), half_extent_m }
+    }
+
+    /// A point in the tracer's coordinates, before it is rounded to f32.
+    #[inline]
+    pub fn to_local(self, point_m: DVec3) -> DVec3 {
+        (point_m - self.center_m) / self.half_extent_m
+    }
+
+    /// A point in the tracer's coordinates.
+    #[inline]
+    pub fn round(self, point_m: DVec3) -> Vec3 {
+        self.to_local(point_m).as_vec3()
+    }
+
+    /// A length in metres from one in the tracer's coordinates.
+    #[inline]
+    pub fn metres(self, length: f64) -> f64 {
+        length * self.half_extent_m
+    }
+
+    /// A length in the tracer's coordinates from one in metres.
+    #[inline]
+    pub fn length(self, length_m: f64) -> f64 {
+        length_m / self.half_extent_m
+    }
+}

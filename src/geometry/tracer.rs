@@ -1,0 +1,255 @@
+//! The room's face: metres and f64 outside, the scaled f32 world inside.
+
+use glam::{DVec3, Vec3, Vec3A};
+
+use super::frame::Frame;
+use super::origin::{Anchor, LIFT, Origin, PULL, RESOLUTION, pull_in};
+use super::tree::{BEFORE, Ball, Found, Tree};
+use super::triangle::{Ray, Slot};
+use crate::scene::{Emission, Scene, Side};
+
+/// Least weight of a corner that pulling off the edges may ask for: small triangles are not pulled to a point.
+const LARGEST_PULL: f64 = 0.25;
+
+/// How many times further a point is pulled off the edges if a ray from it found nothing.
+const SECOND_LOOKS: [f32; 2] = [16.0, 256.0];
+
+/// Where a ray meets a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    /// Number of the triangle in the scene.
+    pub triangle: u32,
+    /// Weights of its second and third corner, 0 to 1.
+    pub barycentric: [f64; 2],
+    /// The side that the ray came from.
+    pub side: Side,
+    /// Distance from the ray's origin in m, 0 or more.
+    pub distance_m: f64,
+}
+
+/// What a ray meets first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Meeting {
+    /// A triangle.
+    Surface(SurfaceHit),
+    /// The ball of the luminaire with this number in the scene, an [`Emission::Sphere`].
+    Ball(u32),
+    /// Nothing: the ray leaves the scene.
+    Nothing,
+}
+
+/// What a surface origin needs to know of a triangle.
+#[derive(Clone, Copy, Debug)]
+struct Footing {
+    /// A place of the triangle in the tree.
+    slot: u32,
+    /// Unit normal of the front.
+    normal: Vec3,
+    /// Least weights of the corners off the edges.
+    least: Vec3,
+}
+
+/// Finds what rays meet among the triangles and balls of one scene.
+///
+/// Built once; shared between threads. A closed room of triangles that share their vertices has no leaks: no ray
+/// escapes through its edges and corners, and none meets a back. Answers do not depend on the processor's vector
+/// instructions, nor on the order in which the tree is walked.
+///
+/// Accuracy: [`Tracer::position_accuracy_m`].
+pub struct Tracer {
+    frame: Frame,
+    tree: Tree,
+    footings: Vec<Footing>,
+    /// Place of each luminaire's ball in the tree's list.
+    balls: Vec<Option<u32>>,
+}
+
+impl Tracer {
+    /// Builds the tree of a scene's triangles and of the balls among its luminaires, which are black and opaque and
+    /// met exactly.
+    pub fn new(scene: &Scene) -> Tracer {
+        let frame = Frame::of(scene);
+        let mut balls = Vec::new();
+        let mut balls_of_luminaires = Vec::with_capacity(scene.luminaires.len());
+        for (index, luminaire) in scene.luminaires.iter().enumerate() {
+            let Emission::Sphere { center_m, radius_m, .. } = luminaire.emission else {
+                balls_of_luminaires.push(None);
+                continue;
+            };
+            balls_of_luminaires.push(Some(balls.len() as u32));
+            let (center, radius) = (frame.to_local(center_m), frame.length(radius_m));
+            balls.push(Ball { center, radius, luminaire: index as u32 });
+        }
+        let round = |vertex: u32| frame.round(scene.vertices_m[vertex as usize]);
+        let tree = Tree::new(scene.triangles.iter().map(|corners| corners.map(round)), balls);
+        let mut footings =
+            vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO }; scene.triangles.len()];
+        for (slot, primitive) in tree.primitives().iter().enumerate() {
+            if let Some(footing) = footings.get_mut(*primitive as usize) {
+                *footing = footing_of(slot as u32, &tree.slots[slot]);
+            }
+        }
+        Tracer { frame, tree, footings, balls: balls_of_luminaires }
+    }
+
+    /// A point in free space, such as a point luminaire or an observer.
+    pub fn free_origin(&self, point_m: DVec3) -> Origin {
+        Origin { point: self.frame.round(point_m).into(), normal: Vec3::ZERO, anchor: Anchor::Free }
+    }
+
+    /// A receiver or luminaire that may lie on a surface: it belongs to the side that its unit normal points to, and
+    /// what it lies on does not shadow it.
+    pub fn side_origin(&self, point_m: DVec3, normal: DVec3) -> Origin {
+        Origin::lifted(self.frame.to_local(point_m), normal, Anchor::Side)
+    }
+
+    /// A point of a triangle, by the weights of its second and third corner, on one of its sides: a hit, or a sampled
+    /// point of an element or an area luminaire.
+    ///
+    /// The point is lifted off its surface and pulled off the edges of its triangle by some millionths of the scene's
+    /// size ([`Tracer::position_accuracy_m`]).
+    #[inline]
+    pub fn surface_origin(&self, triangle: u32, barycentric: [f64; 2], side: Side) -> Origin {
+        self.surface_origin_pulled(triangle, barycentric, side, 1.0)
+    }
+
+    /// A point of a luminaire's ball, whose outside it belongs to.
+    ///
+    /// The luminaire must be an [`Emission::Sphere`]; of any other kind the point counts as free.
+    pub fn ball_origin(&self, luminaire: u32, point_m: DVec3) -> Origin {
+        let Some(ball) = self.balls.get(luminaire as usize).copied().flatten() else {
+            return self.free_origin(point_m);
+        };
+        let point = self.frame.to_local(point_m);
+        let normal = (point - self.tree.balls[ball as usize].center).normalize_or_zero();
+        Origin::lifted(point, normal, Anchor::Ball { luminaire })
+    }
+
+    /// What a ray with this unit direction meets first. There is no smallest distance: a wall that nearly touches
+    /// the origin stops the ray.
+    #[inline]
+    pub fn first_hit(&self, origin: &Origin, direction: DVec3) -> Meeting {
+        let along = direction.as_vec3a();
+        match self.tree.closest(&Ray::new(origin.point, along), origin) {
+            Some(found) => self.meeting(&found),
+            None => self.second_look(origin, along),
+        }
+    }
+
+    /// Whether anything stands between two origins.
+    #[inline]
+    pub fn is_occluded(&self, from: &Origin, to: &Origin) -> bool {
+        let difference = to.point - from.point;
+        difference != Vec3A::ZERO && self.tree.blocks(&Ray::new(from.point, difference), from, to)
+    }
+
+    /// Whether anything stands within a distance along a unit direction; the far end is a point in free space.
+    #[inline]
+    pub fn is_occluded_towards(&self, from: &Origin, direction: DVec3, distance_m: f64) -> bool {
+        let difference = direction * self.frame.length(distance_m);
+        let end = from.point.as_dvec3() + difference;
+        let to = Origin { point: end.as_vec3a(), normal: Vec3::ZERO, anchor: Anchor::Free };
+        let along = difference.as_vec3a();
+        along != Vec3A::ZERO && self.tree.blocks(&Ray::new(from.point, along), from, &to)
+    }
+
+    /// What f32 leaves, in m: points are rounded, lifted and told from a surface within this length, so that gaps
+    /// wider than it are seen. (Next to edges a surface point moves within its surface by up to eight times as much,
+    /// more in sharp corners.)
+    pub fn position_accuracy_m(&self) -> f64 {
+        self.frame.metres(LIFT + 2.0 * RESOLUTION)
+    }
+
+    fn surface_origin_pulled(&self, triangle: u32, barycentric: [f64; 2], side: Side, times: f32) -> Origin {
+        let footing = &self.footings[triangle as usize];
+        let least = (footing.least * times).min(Vec3::splat(LARGEST_PULL as f32));
+        let [second, third] = pull_in(barycentric, least);
+        let [a, b, c] = self.tree.slots[footing.slot as usize].corners();
+        let point = a + second * (b - a) + third * (c - a);
+        let normal = match side {
+            Side::Front => footing.normal,
+            Side::Back => -footing.normal,
+        };
+        let anchor = Anchor::Triangle { triangle, side, barycentric: barycentric.map(|weight| weight as f32) };
+        Origin::lifted(point, normal.as_dvec3(), anchor)
+    }
+
+    fn meeting(&self, found: &Found) -> Meeting {
+        if let Some(luminaire) = self.tree.luminaire(found.primitive) {
+            return Meeting::Ball(luminaire);
+        }
+        let crossing = &found.crossing;
+        let share = |weight: f32| f64::from(weight) / f64::from(crossing.sum);
+        Meeting::Surface(SurfaceHit {
+            triangle: found.primitive,
+            barycentric: [share(crossing.weights.y), share(crossing.weights.z)],
+            side: if crossing.sum > 0.0 { Side::Front } else { Side::Back },
+            distance_m: self.frame.metres(f64::from(crossing.t.max(0.0))),
+        })
+    }
+
+    /// A ray that found nothing may have started in a corner too tight for f32: if its origin lies near an edge of
+    /// its triangle, look again from further in before letting it go.
+    #[cold]
+    fn second_look(&self, origin: &Origin, along: Vec3A) -> Meeting {
+        let Anchor::Triangle { triangle, side, barycentric } = origin.anchor else {
+            return Meeting::Nothing;
+        };
+        let barycentric = barycentric.map(f64::from);
+        for times in SECOND_LOOKS {
+            let further_in = self.surface_origin_pulled(triangle, barycentric, side, times);
+            if further_in.point == origin.point {
+                continue;
+            }
+            if let Some(found) = self.tree.closest(&Ray::new(further_in.point, along), &further_in) {
+                return self.meeting(&found);
+            }
+        }
+        Meeting::Nothing
+    }
+}
+
+fn footing_of(slot: u32, corners: &Slot) -> Footing {
+    let [a, b, c] = corners.corners();
+    let twice_area_vector = (b - a).cross(c - a);
+    // The weight of a corner is the height above the edge across over the height of the corner.
+    let edges = DVec3::new(b.distance(c), c.distance(a), a.distance(b));
+    let least = PULL * edges / twice_area_vector.length().max(f64::MIN_POSITIVE);
+    Footing {
+        slot,
+        normal: twice_area_vector.normalize_or_zero().as_vec3(),
+        least: least.min(DVec3::splat(LARGEST_PULL)).as_vec3(),
+    }
+}
+
+/// Distance to a ball along a ray in units of its direction, if it meets it: 0 from inside.
+#[cold]
+pub(super) fn meet_ball(ray: &Ray, origin: &Origin, ball: &Ball) -> Option<f32> {
+    let along = ray.direction.as_dvec3();
+    if let Anchor::Ball { luminaire } = origin.anchor
+        && luminaire == ball.luminaire
+    {
+        return (along.dot(origin.normal.as_dvec3()) < 0.0).then_some(0.0);
+    }
+    let towards = ball.center - ray.origin.as_dvec3();
+    let square = along.length_squared();
+    let middle = towards.dot(along) / square;
+    // The distance of the line from the centre, free of the cancellation in b² − ac.
+    let half_chord_squared = ball.radius * ball.radius - (towards - middle * along).length_squared();
+    if half_chord_squared < 0.0 {
+        return None;
+    }
+    let half_chord = (half_chord_squared / square).sqrt();
+    (middle + half_chord >= 0.0).then(|| (middle - half_chord).max(0.0) as f32)
+}
+
+/// Whether a ball stands between two origins.
+#[cold]
+pub(super) fn ball_parts(ray: &Ray, from: &Origin, to: &Origin, ball: &Ball) -> bool {
+    if let Anchor::Ball { luminaire } = to.anchor
+        && luminaire == ball.luminaire
+    {
+        return ray.direction.as_dvec3().dot(to.normal.as_dvec3()) > 0.0;
+    }
+    meet_ball(ray, from, ball).is_some_and(|t| t < 1.0 + BEFORE)
+}

@@ -1,0 +1,355 @@
+//! obvhs, wrapped: its eight-wide tree, walked with our own node test and triangle test.
+//!
+//! The stock node test clamps the entry into a box to 1e-4 in units of the ray's length, so that a ray from just
+//! above a floor misses it. Ours starts a little before the origin ([`BEFORE`]). It divides nothing by rounding
+//! twice: the boxes under the tree are padded by [`PADDING`], which exceeds all the rounding of the test. Both
+//! versions of the test, AVX2 and portable, do the same operations in the same order and give the same bits.
+
+use glam::{UVec2, Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::cwbvh::node::CwBvhNode;
+use obvhs::ploc::PlocBuilder;
+use obvhs::splits::split_aabbs_preset;
+use obvhs::triangle::Triangle;
+
+use super::origin::Origin;
+use super::triangle::{Crossing, Ray, Slot};
+
+/// How much the boxes under the tree are padded on every side, in scaled coordinates. The node test works on
+/// differences of coordinates up to 2 with six roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.
+const PADDING: f32 = 1.0 / (1u32 << 19) as f32;
+
+/// How far before its origin a ray may meet a front that the origin counts as in front of, in units of the
+/// direction: a few times [`super::origin::LIFT`], for rays that leave a surface at a slant.
+pub(super) const BEFORE: f32 = -1.0 / (1u32 << 18) as f32;
+
+/// Distance from either end, in scaled coordinates, within which the sides of a triangle are weighed before it counts.
+const NEAR: f32 = 1.0 / (1u32 << 12) as f32;
+
+/// A back counts as this much behind its plane, in scaled coordinates, so that of two skins in one plane, rounded
+/// differently, a ray meets the front.
+const SKIN: f32 = 1.0 / (1u32 << 20) as f32;
+
+/// A ball in the tracer's coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ball {
+    pub center: glam::DVec3,
+    pub radius: f64,
+    pub luminaire: u32,
+}
+
+/// Triangles and balls under an eight-wide tree.
+pub(super) struct Tree {
+    tree: CwBvh,
+    /// Triangles in the order of the leaves; a triangle whose box was split stands there several times.
+    pub slots: Vec<Slot>,
+    pub balls: Vec<Ball>,
+    /// Number of triangles; what has a higher number in `primitive_indices` is a ball.
+    triangles: u32,
+    /// Whether this processor has AVX2.
+    pub has_avx2: bool,
+}
+
+/// What a ray met first.
+#[derive(Clone, Copy)]
+pub(super) struct Found {
+    /// Number of the triangle, or of the ball after all triangles.
+    pub primitive: u32,
+    /// Where the line crosses it.
+    pub crossing: Crossing,
+}
+
+impl Tree {
+    /// Builds the tree over triangles with these rounded corners, and balls.
+    pub fn new(corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: Vec<Ball>) -> Tree {
+        let mut triangles: Vec<Triangle> = Vec::with_capacity(corners.len());
+        triangles.extend(corners.map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() }));
+        let tree = build(&triangles, &balls);
+        let slot = |primitive: &u32| match triangles.get(*primitive as usize) {
+            Some(triangle) => Slot::triangle([triangle.v0.into(), triangle.v1.into(), triangle.v2.into()]),
+            None => Slot::OTHER,
+        };
+        let slots = tree.primitive_indices.iter().map(slot).collect();
+        Tree { tree, slots, balls, triangles: triangles.len() as u32, has_avx2: has_avx2() }
+    }
+
+    /// Number of a triangle in the scene for each slot; balls follow after the last triangle.
+    pub fn primitives(&self) -> &[u32] {
+        &self.tree.primitive_indices
+    }
+
+    /// The luminaire of a ball, or `None` if the primitive is a triangle.
+    #[inline]
+    pub fn luminaire(&self, primitive: u32) -> Option<u32> {
+        primitive.checked_sub(self.triangles).map(|ball| self.balls[ball as usize].luminaire)
+    }
+
+    /// What the ray meets first.
+    #[inline]
+    pub fn closest(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
+        #[cfg(target_arch = "x86_64")]
+        if self.has_avx2 {
+            // SAFETY: the processor has AVX2 and FMA.
+            return unsafe { self.closest_avx2(ray, origin) };
+        }
+        self.closest_portable(ray, origin)
+    }
+
+    /// Whether anything lies between two origins; the ray runs from the first, and its direction is the difference.
+    #[inline]
+    pub fn blocks(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if self.has_avx2 {
+            // SAFETY: the processor has AVX2 and FMA.
+            return unsafe { self.blocks_avx2(ray, from, to) };
+        }
+        self.blocks_portable(ray, from, to)
+    }
+
+    /// Takes or leaves a crossing that is not plainly a front ahead; what is returned is its rank, where it is taken.
+    #[inline]
+    fn weigh(&self, ray: &Ray, origin: &Origin, slot: usize, crossing: &mut Crossing) -> Option<f32> {
+        let primitive = self.tree.primitive_indices[slot];
+        if crossing.t.is_nan() {
+            if primitive >= self.triangles {
+                crossing.t = super::tracer::meet_ball(ray, origin, &self.balls[(primitive - self.triangles) as usize])?;
+                return Some(crossing.t);
+            }
+            *crossing = ray.cross_edge_on(&self.slots[slot])?;
+        }
+        let is_front = crossing.sum > 0.0;
+        let in_range = crossing.t > BEFORE;
+        if !in_range || origin.is_in_front(primitive, &self.slots[slot]) != is_front {
+            return None;
+        }
+        if is_front {
+            return Some(crossing.t);
+        }
+        let [a, b, c] = self.slots[slot].corners_f32();
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        Some(crossing.t + SKIN / normal.dot(ray.direction).abs().max(SKIN))
+    }
+
+    /// Whether a crossing near an end of a segment, or one that is not a number, blocks it: its ends must lie on
+    /// different sides.
+    #[inline]
+    fn parts(&self, ray: &Ray, from: &Origin, to: &Origin, slot: usize, crossing: &Crossing) -> bool {
+        let primitive = self.tree.primitive_indices[slot];
+        let mut crossing = *crossing;
+        if crossing.t.is_nan() {
+            if primitive >= self.triangles {
+                return super::tracer::ball_parts(ray, from, to, &self.balls[(primitive - self.triangles) as usize]);
+            }
+            let Some(careful) = ray.cross_edge_on(&self.slots[slot]) else {
+                return false;
+            };
+            crossing = careful;
+        }
+        let is_front = crossing.sum > 0.0;
+        from.is_in_front(primitive, &self.slots[slot]) == is_front
+            && to.is_in_front(primitive, &self.slots[slot]) != is_front
+    }
+}
+
+/// Defines the two walks with one node test.
+macro_rules! walks {
+    ($(#[$attribute:meta])* $node_test:ident, $closest:ident, $blocks:ident) => {
+        impl Tree {
+            $(#[$attribute])*
+            pub(super) fn $closest(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
+                let mut found: Option<Found> = None;
+                let mut rank = f32::INFINITY;
+                let mut state = self.tree.new_traversal(ray.direction);
+                state.oct_inv4 = ray.oct_inv4;
+                let mut node;
+                obvhs::traverse!(
+                    self.tree,
+                    node,
+                    state,
+                    $node_test(node, ray, state.oct_inv4, BEFORE, rank),
+                    {
+                        let slot = state.primitive_id as usize;
+                        if let Some(mut crossing) = ray.cross(&self.slots[slot])
+                            && !(crossing.t > rank || crossing.t < BEFORE)
+                        {
+                            let plain = crossing.sum > 0.0 && crossing.t > NEAR;
+                            let weighed =
+                                if plain { Some(crossing.t) } else { self.weigh(ray, origin, slot, &mut crossing) };
+                            if let Some(own_rank) = weighed {
+                                let primitive = self.tree.primitive_indices[slot];
+                                if own_rank < rank
+                                    || (own_rank == rank && found.is_some_and(|found| primitive < found.primitive))
+                                {
+                                    rank = own_rank;
+                                    found = Some(Found { primitive, crossing });
+                                }
+                            }
+                        }
+                    }
+                );
+                found
+            }
+
+            $(#[$attribute])*
+            pub(super) fn $blocks(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
+                let near = NEAR / ray.direction.length().max(f32::MIN_POSITIVE);
+                let (first, last) = (BEFORE * near / NEAR, 1.0 - BEFORE * near / NEAR);
+                let mut state = self.tree.new_traversal(ray.direction);
+                state.oct_inv4 = ray.oct_inv4;
+                let mut node;
+                obvhs::traverse!(
+                    self.tree,
+                    node,
+                    state,
+                    $node_test(node, ray, state.oct_inv4, first, last),
+                    {
+                        let slot = state.primitive_id as usize;
+                        if let Some(crossing) = ray.cross(&self.slots[slot])
+                            && !(crossing.t > last || crossing.t < first)
+                        {
+                            let plain = crossing.t > near && crossing.t < 1.0 - near;
+                            if plain || self.parts(ray, from, to, slot, &crossing) {
+                                return true;
+                            }
+                        }
+                    }
+                );
+                false
+            }
+        }
+    };
+}
+
+walks!(node_test_portable, closest_portable, blocks_portable);
+#[cfg(target_arch = "x86_64")]
+walks!(#[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")] node_test_avx2, closest_avx2, blocks_avx2);
+
+fn has_avx2() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("popcnt")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}
+
+/// Pads a box by more than the rounding of the node test.
+fn padded(low: Vec3A, high: Vec3A) -> Aabb {
+    Aabb { min: low - PADDING, max: high + PADDING }
+}
+
+/// obvhs' very slow build, step by step, so that boxes are padded once they are split and temporaries go early.
+fn build(triangles: &[Triangle], balls: &[Ball]) -> CwBvh {
+    let params = BvhBuildParams::very_slow_build();
+    let mut bvh2 = {
+        let (mut boxes, mut indices) = split_boxes(triangles);
+        boxes.iter_mut().for_each(|aabb| *aabb = padded(aabb.min, aabb.max));
+        indices.extend(triangles.len() as u32..(triangles.len() + balls.len()) as u32);
+        boxes.extend(balls.iter().map(|ball| {
+            padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())
+        }));
+        PlocBuilder::new().build(
+            params.ploc_search_distance,
+            &boxes,
+            indices,
+            params.sort_precision,
+            params.search_depth_threshold,
+        )
+    };
+    bvh2.uses_spatial_splits = params.pre_split;
+    ReinsertionOptimizer::default().run(&mut bvh2, params.reinsertion_batch_ratio, None);
+    let mut tree = bvh2_to_cwbvh(&bvh2, params.max_prims_per_leaf.min(3), true, false);
+    tree.nodes.shrink_to_fit();
+    tree.primitive_indices.shrink_to_fit();
+    tree
+}
+
+/// Boxes of the triangles, with large slanted triangles cut into several boxes, and the triangle of every box.
+fn split_boxes(triangles: &[Triangle]) -> (Vec<Aabb>, Vec<u32>) {
+    let mut boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+    let mut indices: Vec<u32> = (0..triangles.len() as u32).collect();
+    let largest = boxes.iter().map(Aabb::half_area).fold(0.0, f32::max);
+    let mean = boxes.iter().map(Aabb::half_area).sum::<f32>() / boxes.len().max(1) as f32;
+    split_aabbs_preset(&mut boxes, &mut indices, triangles, mean, largest);
+    (boxes, indices)
+}
+
+/// Which children of a node the ray enters between two distances, as obvhs encodes them.
+#[inline(always)]
+fn node_test_portable(node: &CwBvhNode, ray: &Ray, oct_inv4: u32, first: f32, last: f32) -> u32 {
+    let step = (node.compute_extent() * ray.inverse).to_array();
+    let start = ((Vec3A::from(node.p) - ray.origin) * ray.inverse).to_array();
+    let planes = [
+        [&node.child_min_x, &node.child_max_x],
+        [&node.child_min_y, &node.child_max_y],
+        [&node.child_min_z, &node.child_max_z],
+    ];
+    let mut enter = [first; 8];
+    let mut leave = [last; 8];
+    for axis in 0..3 {
+        let near = usize::from(ray.near[axis] != 0);
+        for child in 0..8 {
+            let t_near = f32::from(planes[axis][near][child]) * step[axis] + start[axis];
+            let t_far = f32::from(planes[axis][1 - near][child]) * step[axis] + start[axis];
+            enter[child] = if t_near > enter[child] { t_near } else { enter[child] };
+            leave[child] = if t_far < leave[child] { t_far } else { leave[child] };
+        }
+    }
+    let (child_bits, bit_index) = node.get_child_and_index_bits(oct_inv4);
+    let (child_bits, bit_index) = (child_bits.to_le_bytes(), bit_index.to_le_bytes());
+    (0..8)
+        .filter(|child| enter[*child] <= leave[*child])
+        .fold(0, |hits, child| hits | u32::from(child_bits[child]) << bit_index[child])
+}
+
+/// The same for all eight children at once.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")]
+#[inline]
+fn node_test_avx2(node: &CwBvhNode, ray: &Ray, oct_inv4: u32, first: f32, last: f32) -> u32 {
+    use std::arch::x86_64::*;
+    const FIRST_PLANES: usize = std::mem::offset_of!(CwBvhNode, child_min_x);
+    const {
+        assert!(std::mem::offset_of!(CwBvhNode, child_max_x) == FIRST_PLANES + 8);
+        assert!(std::mem::offset_of!(CwBvhNode, child_min_y) == FIRST_PLANES + 16);
+        assert!(std::mem::offset_of!(CwBvhNode, child_max_y) == FIRST_PLANES + 24);
+        assert!(std::mem::offset_of!(CwBvhNode, child_min_z) == FIRST_PLANES + 32);
+        assert!(std::mem::offset_of!(CwBvhNode, child_max_z) == FIRST_PLANES + 40);
+    }
+    let step = (node.compute_extent() * ray.inverse).to_array();
+    let start = ((Vec3A::from(node.p) - ray.origin) * ray.inverse).to_array();
+    let base = std::ptr::from_ref(node).cast::<u8>();
+    let eight = |offset: usize| {
+        // SAFETY: the offsets are those of the node's six arrays of eight bytes.
+        let bytes = unsafe { _mm_loadl_epi64(base.add(FIRST_PLANES + offset).cast()) };
+        _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes))
+    };
+    let plane = |axis: usize, offset: usize| {
+        let distance = _mm256_mul_ps(eight(axis * 16 + offset), _mm256_set1_ps(step[axis]));
+        _mm256_add_ps(distance, _mm256_set1_ps(start[axis]))
+    };
+    let near = |axis: usize| plane(axis, ray.near[axis]);
+    let far = |axis: usize| plane(axis, ray.near[axis] ^ 8);
+    let enter = _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_set1_ps(first)));
+    let leave = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_set1_ps(last)));
+    let entered = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave));
+
+    // Each child that is entered sets its bits at its place in the walking order.
+    let (child_bits, bit_index) = node.get_child_and_index_bits(oct_inv4);
+    let child_bits = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(child_bits as i64));
+    let bit_index = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(bit_index as i64));
+    let hits = _mm256_and_si256(_mm256_sllv_epi32(child_bits, bit_index), entered);
+    let hits = _mm_or_si128(_mm256_castsi256_si128(hits), _mm256_extracti128_si256::<1>(hits));
+    let hits = _mm_or_si128(hits, _mm_shuffle_epi32::<0b01_00_11_10>(hits));
+    let hits = _mm_or_si128(hits, _mm_shuffle_epi32::<0b10_11_00_01>(hits));
+    _mm_cvtsi128_si32(hits) as u32
+}
