@@ -34,9 +34,9 @@ fn quantile(f: &FisherSnedecor, probability: f64) -> f64 {
 }
 
 /// Whether a map is right enough: its expected error with the margin, and the error that the halves state, are both
-/// at or under the target. A dark map is never met.
+/// at or under the target. A dark map, or one in which nothing has bounced yet, is never met.
 pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
-    if judgement.dark || !judgement.expected_error.is_finite() {
+    if judgement.dark || judgement.unseen || !judgement.expected_error.is_finite() {
         return false;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
@@ -45,6 +45,9 @@ pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
 
 /// How many times the present work a map will have taken when the rule accepts it, by error ∝ work^(−½).
 pub fn needed_work(target_error: f64, judgement: &Judgement) -> f64 {
+    if judgement.dark || judgement.unseen {
+        return f64::INFINITY;
+    }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
     (safe_error / target_error).powi(2)
 }
@@ -54,7 +57,7 @@ mod tests {
     use super::*;
 
     fn judged(expected_error: f64, halves_error: f64, degrees_of_freedom: f64) -> Judgement {
-        Judgement { mean_lx: 100.0, halves_error, expected_error, degrees_of_freedom, dark: false }
+        Judgement { mean_lx: 100.0, halves_error, expected_error, degrees_of_freedom, dark: false, unseen: false }
     }
 
     #[test]
@@ -76,6 +79,7 @@ mod tests {
         assert!(!accepts(0.01, &judged(0.02, 0.001, 2400.0)), "a lucky pair of halves must not stop the run");
         assert!(!accepts(0.01, &judged(f64::NAN, 0.0, 10.0)));
         assert!(!accepts(0.01, &Judgement { dark: true, ..judged(0.0, 0.0, 1.0) }));
+        assert!(!accepts(0.01, &Judgement { unseen: true, ..judged(0.0, 0.0, 1.0) }));
     }
 
     #[test]

@@ -55,6 +55,12 @@ impl Frame {
         self.to_local(point_m).as_vec3()
     }
 
+    /// A point in metres from one in the tracer's coordinates.
+    #[inline]
+    pub fn to_metres(self, point: DVec3) -> DVec3 {
+        self.center_m + point * self.half_extent_m
+    }
+
     /// A length in metres from one in the tracer's coordinates.
     #[inline]
     pub fn metres(self, length: f64) -> f64 {

@@ -153,6 +153,12 @@ impl Tracer {
         along != Vec3A::ZERO && self.tree.blocks(&Ray::new(from.point, along), from, &to)
     }
 
+    /// Where an origin is in m, with what f32 leaves of it.
+    #[inline]
+    pub fn position_m(&self, origin: &Origin) -> DVec3 {
+        self.frame.to_metres(origin.point.as_dvec3())
+    }
+
     /// What f32 leaves, in m: points are rounded, lifted and told from a surface within this length, so that gaps
     /// wider than it are seen. (Next to edges a surface point moves within its surface by up to eight times as much,
     /// more in sharp corners.)

@@ -15,6 +15,8 @@ pub struct Judgement {
     pub degrees_of_freedom: f64,
     /// Whether every entry is 0.
     pub dark: bool,
+    /// Whether light could bounce but no chain or walk has scored yet: the spread then says nothing of it.
+    pub unseen: bool,
 }
 
 /// Judges the given entries of a map with their weights (areas; 0 leaves an entry out).
@@ -29,10 +31,12 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
     let mut spread_sum = 0.0;
     let mut products = [[0.0f64; PAIRS]; PAIRS];
     let mut dark = true;
+    let mut unseen = map.indirect_samples > 0;
     for (entry, weight) in entries.filter(|(_, weight)| *weight > 0.0) {
         let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
         let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
         dark &= replicas.iter().all(|value| *value == 0.0);
+        unseen &= map.indirect_sum(entry) == 0.0;
         let pairs: [f64; PAIRS] = std::array::from_fn(|pair| replicas[2 * pair + 1] - replicas[2 * pair]);
         let halves = pairs.iter().sum::<f64>() / PAIRS as f64;
         weight_sum += weight;
@@ -46,7 +50,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
         }
     }
     if weight_sum <= 0.0 || illuminance_sum <= 0.0 {
-        return Judgement { dark, degrees_of_freedom: 1.0, ..Judgement::default() };
+        return Judgement { dark, unseen, degrees_of_freedom: 1.0, ..Judgement::default() };
     }
     let mut of_traces = 0.0;
     let mut of_squares = 0.0;
@@ -63,6 +67,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
         expected_error: (spread_sum / weight_sum / (REPLICAS * (REPLICAS - 1)) as f64).sqrt() / mean_lx,
         degrees_of_freedom: if of_squares > 0.0 { (of_traces / of_squares).max(1.0) } else { 1.0 },
         dark,
+        unseen,
     }
 }
 

@@ -1,15 +1,12 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
-use super::job::{Context, Ends, Job};
+use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
 use super::{ConvergenceRow, FluxBalance, MapCheck, Settings, Solution, StopReason};
 use crate::maps::{
     MapError, MapKind, MapResult, REPLICAS, TableKind, TableRow, TableSubject, standard_error, table_row,
 };
 use crate::sampling::reflection;
 use crate::scene::{ReceiverLayout, Scene, Side};
-
-/// Packets whose absence bounds a flux: with 95% confidence fewer than 3/N of the flux goes where none of N went.
-const PACKETS_OF_A_BOUND: f64 = 3.0;
 
 #[allow(clippy::too_many_arguments)]
 pub(super) fn finish(
@@ -36,7 +33,7 @@ pub(super) fn finish(
             "normals may be flipped"
         ));
     }
-    let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact());
+    let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact() || job.judgement.dark);
     let maps: Vec<MapResult> = jobs.into_iter().map(|job| map_result(context, job, target_error)).collect();
     for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
         warnings.push(format!(

@@ -16,6 +16,11 @@ const POINTS_PER_CHUNK: usize = 64;
 /// Bits of a stream's index that count samples; the bits above them tell the point or the element.
 const SAMPLE_BITS: u32 = 32;
 
+/// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
+pub const PACKETS_OF_A_BOUND: f64 = 3.0;
+/// A map that is dark after this many chains, over the target error, is left dark.
+const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
+
 /// Everything that a job needs to know of its run.
 pub struct Context<'a> {
     /// The scene as read.
@@ -307,9 +312,34 @@ impl Job {
     }
 
     /// Judges the error as it stands.
-    pub fn judge(&mut self) {
+    pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
+        if self.judgement.unseen && !self.judgement.dark {
+            // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
+            let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
+            self.judgement.halves_error = self.judgement.halves_error.max(bound);
+            self.judgement.expected_error = self.judgement.expected_error.max(bound);
+            self.judgement.unseen = false;
+        }
+    }
+
+    /// Flux of all luminaires over the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.
+    fn flux_over_map(&self, context: &Context) -> f64 {
+        match self.kind {
+            MapKind::Elements => {
+                let area_m2: f64 = self.weights.iter().sum();
+                context.stage.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean_lx)
+            }
+            MapKind::Receivers(_) => 1.0,
+        }
+    }
+
+    /// Whether it is dark after so many chains that it no longer holds up a run.
+    pub fn stays_dark(&self, target_error: f64) -> bool {
+        self.judged_samples > 0
+            && self.judgement.dark
+            && (self.black || self.chains() as f64 * target_error > CHAINS_FOR_DARKNESS)
     }
 }
 

@@ -154,13 +154,14 @@ impl Run<'_> {
         if self.settings.chains.is_some_and(|chains| job.samples >= job.samples_for(chains)) {
             return true;
         }
-        job.met || job.is_exact() || job.map.is_empty() || job.weights.iter().all(|weight| *weight <= 0.0)
+        let stays_dark = self.target_error.is_some_and(|target| job.stays_dark(target));
+        job.met || stays_dark || job.is_exact() || job.map.is_empty() || job.weights.iter().all(|weight| *weight <= 0.0)
     }
 
     fn why_all_is_done(&self) -> StopReason {
         if self.jobs.iter().all(|job| job.is_exact()) {
             StopReason::Exact
-        } else if self.target_error.is_some() && self.jobs.iter().filter(|job| job.bound).all(|job| job.met) {
+        } else if self.target_error.is_some() && self.jobs.iter().filter(|job| job.bound).all(|job| job.met || job.judgement.dark) {
             StopReason::TargetMet
         } else {
             StopReason::Chains
@@ -182,7 +183,7 @@ impl Run<'_> {
         if samples < job.next_judgement {
             return;
         }
-        job.judge();
+        job.judge(self.context);
         let needed = self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement));
         job.met = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
         job.next_judgement = next_judgement(samples, needed);
@@ -201,7 +202,7 @@ impl Run<'_> {
 
     fn judge_all(&mut self) {
         for job in &mut self.jobs {
-            job.judge();
+            job.judge(self.context);
         }
         if let Some(row) = self.convergence_row()
             && self.convergence.last().is_none_or(|last| last.chains != row.chains)
