@@ -179,7 +179,7 @@ fn stored_planes(symmetry: LateralSymmetry, planes: usize, fields: &Fields) -> R
         LateralSymmetry::AboutC0 | LateralSymmetry::AboutC90 => (2, planes / 2 + 1),
         LateralSymmetry::Quadrant => (4, planes / 4 + 1),
     };
-    if planes % divisor == 0 {
+    if planes.is_multiple_of(divisor) {
         return Ok(stored);
     }
     let expected = format!("Mc divisible by {divisor}, as the symmetry on line 3 asks");
