@@ -82,8 +82,7 @@ impl Tracer {
         }
         let round = |vertex: u32| frame.round(scene.vertices_m[vertex as usize]);
         let tree = Tree::new(scene.triangles.iter().map(|corners| corners.map(round)), balls);
-        let mut footings =
-            vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO }; scene.triangles.len()];
+        let mut footings = vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO }; scene.triangles.len()];
         for (slot, primitive) in tree.primitives().iter().enumerate() {
             if let Some(footing) = footings.get_mut(*primitive as usize) {
                 *footing = footing_of(slot as u32, &tree.slots[slot]);

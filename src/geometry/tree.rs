@@ -44,7 +44,7 @@ pub(super) struct Ball {
 
 /// Triangles and balls under an eight-wide tree.
 pub(super) struct Tree {
-    tree: CwBvh,
+    pub(super) tree: CwBvh,
     /// Triangles in the order of the leaves; a triangle whose box was split stands there several times.
     pub slots: Vec<Slot>,
     pub balls: Vec<Ball>,
@@ -226,7 +226,12 @@ macro_rules! walks {
 
 walks!(node_test_portable, closest_portable, blocks_portable);
 #[cfg(target_arch = "x86_64")]
-walks!(#[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")] node_test_avx2, closest_avx2, blocks_avx2);
+walks!(
+    #[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")]
+    node_test_avx2,
+    closest_avx2,
+    blocks_avx2
+);
 
 fn has_avx2() -> bool {
     #[cfg(target_arch = "x86_64")]
@@ -254,9 +259,11 @@ fn build(triangles: &[Triangle], balls: &[Ball]) -> CwBvh {
         let (mut boxes, mut indices) = split_boxes(triangles);
         boxes.iter_mut().for_each(|aabb| *aabb = padded(aabb.min, aabb.max));
         indices.extend(triangles.len() as u32..(triangles.len() + balls.len()) as u32);
-        boxes.extend(balls.iter().map(|ball| {
-            padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())
-        }));
+        boxes.extend(
+            balls
+                .iter()
+                .map(|ball| padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())),
+        );
         PlocBuilder::new().build(
             params.ploc_search_distance,
             &boxes,
