@@ -123,7 +123,7 @@ impl Tree {
         }
         let is_front = crossing.sum > 0.0;
         let in_range = crossing.t > BEFORE;
-        if !in_range || origin.is_in_front(primitive, &self.slots[slot]) != is_front {
+        if !in_range || origin.is_in_front(&self.slots[slot]) != is_front {
             return None;
         }
         if is_front {
@@ -139,6 +139,9 @@ impl Tree {
     #[inline]
     fn parts(&self, ray: &Ray, from: &Origin, to: &Origin, slot: usize, crossing: &Crossing) -> bool {
         let primitive = self.tree.primitive_indices[slot];
+        if primitive == from.own_triangle() || primitive == to.own_triangle() {
+            return false;
+        }
         let mut crossing = *crossing;
         if crossing.t.is_nan() {
             if primitive >= self.triangles {
@@ -150,8 +153,8 @@ impl Tree {
             crossing = careful;
         }
         let is_front = crossing.sum > 0.0;
-        from.is_in_front(primitive, &self.slots[slot]) == is_front
-            && to.is_in_front(primitive, &self.slots[slot]) != is_front
+        from.is_in_front(&self.slots[slot]) == is_front
+            && to.is_in_front(&self.slots[slot]) != is_front
     }
 }
 
@@ -161,6 +164,7 @@ macro_rules! walks {
         impl Tree {
             $(#[$attribute])*
             pub(super) fn $closest(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
+                let own = origin.own_triangle();
                 let mut found: Option<Found> = None;
                 let mut rank = f32::INFINITY;
                 let mut state = self.tree.new_traversal(ray.direction);
@@ -175,6 +179,7 @@ macro_rules! walks {
                         let slot = state.primitive_id as usize;
                         if let Some(mut crossing) = ray.cross(&self.slots[slot])
                             && !(crossing.t > rank || crossing.t < BEFORE)
+                            && self.tree.primitive_indices[slot] != own
                         {
                             let plain = crossing.sum > 0.0 && crossing.t > NEAR;
                             let weighed =
