@@ -56,7 +56,7 @@ fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
 
 /// The formulas of all files.
 pub fn formulas() -> [Formula; 4] {
-    let fine_then_coarse = [steps(0.0, 29.5, 0.5), steps(30.0, 90.0, 2.5)].concat();
+    let fine_then_coarse = [steps(0.0, 29.5, 0.5), steps(30.0, 90.0, 1.0)].concat();
     [
         Formula {
             file: "troffer.ies",
