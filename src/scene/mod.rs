@@ -1,8 +1,28 @@
 //! From the scene file as written to one always-valid [`Scene`] in SI units.
 
 pub mod elements;
+mod error;
+mod file;
+mod luminaires;
+mod materials;
 mod model;
+mod names;
+mod obj;
+mod parse;
 pub mod photometry;
+mod placing;
+mod points_file;
+mod polygon;
+mod reader;
+mod receivers;
+mod shapes;
+mod shells;
+mod surface_grid;
+mod surfaces;
+mod units;
+mod vectors;
 
 pub use elements::{Cell, Elements, Side};
+pub use error::{Place, Refusal, SceneError};
+pub use file::{read_scene, scene_from_json};
 pub use model::*;

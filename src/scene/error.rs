@@ -1,0 +1,180 @@
+//! What a refused scene file tells its author: where, what, got, expected, and a way out.
+
+use std::fmt;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+
+/// A scene file, or a file that it names, that cannot be read; nothing of it is used.
+///
+/// Its fields are those of [`Refusal`]; `Display` writes them out over several lines, with the line of the file and a
+/// caret below the place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneError(Box<Refusal>);
+
+/// Everything that a refusal says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    /// The file in which the fault lies: the scene file, or the OBJ, points or photometric file that it names.
+    pub path: PathBuf,
+    /// Where in that file; `None` where the file as a whole is at fault (missing, unreadable).
+    pub place: Option<Place>,
+    /// Which entry of the scene file asked for this file, where the fault lies in another one.
+    pub named_by: Option<String>,
+    /// What is wrong, in one sentence.
+    pub what: String,
+    /// What stands in the file.
+    pub got: String,
+    /// What could stand there.
+    pub expected: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// A place in a text file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Line, counted from 1.
+    pub line: usize,
+    /// Column in characters, counted from 1.
+    pub column: usize,
+    /// Path to the value inside the JSON, such as `geometry[0].min[1]`; empty at the top and in files that are not JSON.
+    pub json_path: String,
+    /// The line's text, or the part of it around the place.
+    pub excerpt: String,
+    /// Characters of the excerpt before the place.
+    pub indent: usize,
+    /// Characters that the place is long, at least 1.
+    pub length: usize,
+}
+
+/// Longest excerpt of a line that a message shows, in characters.
+const EXCERPT_CHARACTERS: usize = 110;
+/// Characters of a long line that are shown before the place.
+const EXCERPT_BEFORE: usize = 50;
+
+impl SceneError {
+    pub(super) fn new(refusal: Refusal) -> SceneError {
+        SceneError(Box::new(refusal))
+    }
+
+    /// A refusal of a file as a whole.
+    pub(super) fn of_file(path: &Path, what: String, got: String, expected: &str, remedy: &str) -> SceneError {
+        SceneError::new(Refusal {
+            path: path.to_path_buf(),
+            place: None,
+            named_by: None,
+            what,
+            got,
+            expected: expected.into(),
+            remedy: remedy.into(),
+        })
+    }
+
+    pub(super) fn named_by(mut self, named_by: String) -> SceneError {
+        self.0.named_by = Some(named_by);
+        self
+    }
+}
+
+impl Deref for SceneError {
+    type Target = Refusal;
+
+    fn deref(&self) -> &Refusal {
+        &self.0
+    }
+}
+
+impl Place {
+    /// The place of a byte range of a text; a range past the end is moved to the end, and off the middle of characters.
+    pub(super) fn of(text: &str, start: usize, end: usize, json_path: &str) -> Place {
+        let floor = |mut byte: usize| {
+            byte = byte.min(text.len());
+            while !text.is_char_boundary(byte) {
+                byte -= 1;
+            }
+            byte
+        };
+        let start = floor(start);
+        let end = floor(end).max(start);
+        let line_start = text[..start].rfind('\n').map_or(0, |newline| newline + 1);
+        let line_end = text[start..].find('\n').map_or(text.len(), |newline| start + newline);
+        let before = text[line_start..start].chars().count();
+        let length = text[start..end.min(line_end)].chars().count().max(1);
+
+        // A minified file is one endless line: show only what surrounds the place.
+        let skipped = if before > EXCERPT_BEFORE { before - EXCERPT_BEFORE } else { 0 };
+        let excerpt: String = text[line_start..line_end]
+            .chars()
+            .skip(skipped)
+            .take(EXCERPT_CHARACTERS)
+            .map(|character| if character.is_control() { ' ' } else { character })
+            .collect();
+        let indent = before - skipped;
+        Place {
+            line: text[..start].matches('\n').count() + 1,
+            column: before + 1,
+            json_path: json_path.to_string(),
+            excerpt: excerpt.trim_end().to_string(),
+            indent,
+            length: length.min(EXCERPT_CHARACTERS - indent),
+        }
+    }
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.what)?;
+        match &self.place {
+            None => writeln!(f, "  in {}", self.path.display())?,
+            Some(place) => {
+                write!(f, "  in {}, line {}, column {}", self.path.display(), place.line, place.column)?;
+                if !place.json_path.is_empty() {
+                    write!(f, ", at {}", place.json_path)?;
+                }
+                let number = place.line.to_string();
+                let margin = " ".repeat(number.len());
+                writeln!(f, "\n  {margin} |\n  {number} | {}", place.excerpt)?;
+                writeln!(f, "  {margin} | {}{}", " ".repeat(place.indent), "^".repeat(place.length))?;
+            }
+        }
+        if let Some(named_by) = &self.named_by {
+            writeln!(f, "  named by {named_by}")?;
+        }
+        writeln!(f, "  got:      {}", self.got)?;
+        writeln!(f, "  expected: {}", self.expected)?;
+        write!(f, "  remedy:   {}", self.remedy)
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_counts_lines_and_characters_from_one() {
+        let text = "{\n  \"ä\": 1\n}";
+        let start = text.find('1').expect("the text has a 1");
+        let place = Place::of(text, start, start + 1, "ä");
+        assert_eq!((place.line, place.column, place.length), (2, 8, 1));
+        assert_eq!(place.excerpt, "  \"ä\": 1");
+    }
+
+    #[test]
+    fn a_long_line_is_cut_around_the_place() {
+        let text = format!("{}X{}", "a".repeat(5000), "b".repeat(5000));
+        let place = Place::of(&text, 5000, 5001, "");
+        assert_eq!(place.column, 5001);
+        assert_eq!(place.excerpt.chars().nth(place.indent), Some('X'));
+        assert!(place.excerpt.chars().count() <= EXCERPT_CHARACTERS);
+    }
+
+    #[test]
+    fn a_range_off_the_text_has_a_place_all_the_same() {
+        for (start, end) in [(1, 1), (3, 900), (900, 901)] {
+            let place = Place::of("ä\n", start, end, "");
+            assert!(place.length >= 1);
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! The scene file as a whole: text → syntax tree → one valid [`Scene`].
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::error::SceneError;
+use super::model::{Emission, ReflectionLaw, Scene};
+use super::names::listed;
+use super::reader::{Node, Source};
+use super::shells::{self, bounds_m, closed_shells_of_geometries, shells_of_scene};
+use super::surfaces::Surfaces;
+use super::units::{LengthUnit, UNIT_NAMES};
+use super::{luminaires, materials, parse, receivers, surfaces};
+
+/// Keys of the file.
+pub(super) const KEYS: [&str; 7] =
+    ["version", "title", "length_unit", "materials", "geometry", "luminaires", "receivers"];
+
+/// The version of the file format that this program reads.
+pub(super) const VERSION: f64 = 1.0;
+
+/// A lit scene larger than this, in m, is likely one in other units.
+const SUSPICIOUSLY_LARGE_M: f64 = 1000.0;
+/// A lit scene smaller than this, in m, is likely one in other units.
+const SUSPICIOUSLY_SMALL_M: f64 = 0.01;
+
+/// Reads a scene file and the OBJ, points and photometric files that it names.
+///
+/// # Errors
+///
+/// Anything that the file format refuses, with the place, what was expected and a remedy.
+pub fn read_scene(path: &Path) -> Result<Scene, SceneError> {
+    let text = parse::read_text(path, "the scene file")?;
+    let base_dir = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    scene_from_json(&text, Some(path), &base_dir)
+}
+
+/// Reads a scene from the text of its file; files that it names are relative to `base_dir`.
+///
+/// # Errors
+///
+/// As [`read_scene`].
+pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Result<Scene, SceneError> {
+    // Editors on Windows like to begin a text with a byte-order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let source = Source { text, path: path.unwrap_or(Path::new("scene")) };
+    let value = parse::parse(&source)?;
+    let root = Node::root(&source, &value);
+    let fields = root.fields("a scene file")?;
+
+    // The version first: what else is wrong with a file of another version is beside the point.
+    let version = fields.need("version", "1")?;
+    if version.number()? != VERSION {
+        let what = "a scene file of another version";
+        return Err(version.refuse(
+            what,
+            "version 1",
+            "write 1, or use the version of luxmc that the file was made for",
+        ));
+    }
+    fields.only(&KEYS)?;
+    let title = fields.get("title").map_or(Ok(""), |node| node.text())?.to_string();
+    let unit = LengthUnit::of(fields.get("length_unit").map_or(Ok(0), |node| node.choice(&UNIT_NAMES))?);
+
+    let mut warnings = Vec::new();
+    let materials = materials::read(
+        &fields.need("materials", "{ \"plaster\": { \"type\": \"diffuse\", \"reflectance\": 0.7 } }")?,
+    )?;
+    let geometry_node = fields.need("geometry", "[ … ]: the scene has no geometry")?;
+    let around = surfaces::Around { unit, base_dir, materials: &materials };
+    let surfaces = Surfaces::read(&geometry_node, &around, &mut warnings)?;
+    let luminaires_node = fields.need("luminaires", "[ … ]: the scene has no luminaire")?;
+    let around = luminaires::Around { unit, base_dir, surfaces: &surfaces };
+    let luminaires = luminaires::read(&luminaires_node, &around, &mut warnings)?;
+    let receivers = match fields.get("receivers") {
+        Some(node) => receivers::read(&node, &receivers::Around { unit, base_dir, surfaces: &surfaces })?,
+        None => Vec::new(),
+    };
+
+    let mut scene = Scene {
+        title,
+        path: path.map(Path::to_path_buf),
+        materials,
+        vertices_m: surfaces.vertices_m,
+        triangles: surfaces.triangles,
+        divisions: surfaces.divisions,
+        triangle_surfaces: surfaces.triangle_surfaces,
+        surfaces: surfaces.surfaces,
+        luminaires,
+        receivers,
+        warnings,
+    };
+    if never_absorbs(&scene) {
+        return Err(geometry_node.refuse_as(
+            "a closed scene in which nothing absorbs",
+            "every reflectance is 1, and no light can leave",
+            "a surface with a reflectance below 1, an opening, or a sphere luminaire",
+            "lower a reflectance: the light would go on for ever",
+        ));
+    }
+    mark_inside_points(&mut scene);
+    warn_of_proportions(&mut scene, unit);
+    Ok(scene)
+}
+
+/// Whether light that a luminaire sends out can be lost nowhere.
+fn never_absorbs(scene: &Scene) -> bool {
+    let is_white = |surface: &super::model::Surface| match scene.materials[surface.material as usize].law {
+        ReflectionLaw::Diffuse { reflectance } => reflectance == 1.0,
+    };
+    let has_black_ball = scene.luminaires.iter().any(|luminaire| matches!(luminaire.emission, Emission::Sphere { .. }));
+    if has_black_ball || !scene.surfaces.iter().all(is_white) {
+        return false;
+    }
+
+    // A back that light can reach absorbs; the backs of closed shells lie on their far side.
+    let shells = shells_of_scene(scene);
+    let has_open_backs = shells.iter().any(|shell| !shell.closed && !shells::reflects_on_both_sides(scene, shell));
+    !has_open_backs
+        && scene.luminaires.iter().any(|luminaire| {
+            luminaire.luminous_flux_lm > 0.0 && shells::is_shut_in(scene, &shells, &luminaire.emission)
+        })
+}
+
+fn mark_inside_points(scene: &mut Scene) {
+    if scene.receivers.is_empty() {
+        return;
+    }
+    let shells = closed_shells_of_geometries(scene);
+    let size_m = shells::size_m(scene);
+    let mut receivers = std::mem::take(&mut scene.receivers);
+    for set in &mut receivers {
+        set.points.par_iter_mut().for_each(|point| {
+            point.inside = shells::is_inside_solid(scene, &shells, point.position_m, size_m);
+        });
+        let inside = set.points.iter().filter(|point| point.inside).count();
+        if inside > 0 {
+            let all = set.points.len();
+            let what = "lie inside of a closed solid; they are left out of tables and errors";
+            scene.warnings.push(format!("{}: {inside} of {all} points {what}", set.name));
+        }
+    }
+    scene.receivers = receivers;
+}
+
+fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
+    let [low_m, high_m] = bounds_m(scene);
+    let size_m = low_m.distance(high_m);
+    if size_m > SUSPICIOUSLY_LARGE_M || size_m < SUSPICIOUSLY_SMALL_M {
+        let others = listed(UNIT_NAMES.into_iter().filter(|name| *name != unit.name));
+        scene.warnings.push(format!(
+            "the scene is {size_m:.4} m across, as its length_unit is \"{}\"; is {others} meant?",
+            unit.name
+        ));
+    }
+    for luminaire in &scene.luminaires {
+        let place_m = match luminaire.emission {
+            Emission::Isotropic { position_m, .. }
+            | Emission::Lambertian { position_m, .. }
+            | Emission::Photometric { position_m, .. } => position_m,
+            Emission::Sphere { center_m, .. } => center_m,
+            Emission::Area { .. } => continue,
+        };
+        if place_m.cmplt(low_m).any() || place_m.cmpgt(high_m).any() {
+            scene.warnings.push(format!(
+                "{}: this luminaire is outside of the scene's bounding box ({place_m} m; the box goes from {low_m} to {high_m} m)",
+                luminaire.name
+            ));
+        }
+    }
+
+    // Names that the command line uses for itself, or cannot tell from a list of names.
+    for set in &scene.receivers {
+        if ["all", "elements", "receivers"].contains(&set.name.as_str()) || set.name.contains(',') {
+            scene.warnings.push(format!("{}: a receiver of this name cannot be chosen by --maps", set.name));
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Reads `luminaires`: everything becomes maintained lumens and candelas.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::error::SceneError;
+use super::model::{Emission, Luminaire};
+use super::photometry::read_photometric_file;
+use super::reader::{Fields, Node};
+use super::surfaces::Surfaces;
+use super::units::LengthUnit;
+use super::vectors::photometric_frame;
+
+/// The luminaire types, as files name them.
+pub(super) const TYPES: [&str; 4] = ["point", "sphere", "area", "photometric"];
+
+/// Keys of every luminaire type.
+pub(super) const KEYS: [&[&str]; 4] = [
+    &[
+        "name",
+        "type",
+        "position",
+        "distribution",
+        "aim",
+        "intensity_cd",
+        "luminous_flux_lm",
+        "dimming",
+        "maintenance_factor",
+    ],
+    &["name", "type", "center", "radius", "exitance_lm_m2", "luminous_flux_lm", "dimming", "maintenance_factor"],
+    &["name", "type", "surface", "side", "exitance_lm_m2", "luminous_flux_lm", "dimming", "maintenance_factor"],
+    &["name", "type", "file", "position", "aim", "rotation_deg", "dimming", "maintenance_factor"],
+];
+
+/// Values of `distribution`.
+pub(super) const DISTRIBUTIONS: [&str; 2] = ["isotropic", "lambertian"];
+/// Values of `side`.
+pub(super) const SIDES: [&str; 3] = ["front", "back", "both"];
+
+/// What luminaires refer to.
+pub(super) struct Around<'a> {
+    pub unit: LengthUnit,
+    pub base_dir: &'a Path,
+    pub surfaces: &'a Surfaces,
+}
+
+/// Reads all luminaires.
+pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<Vec<Luminaire>, SceneError> {
+    let items = node.items("luminaires")?;
+    if items.is_empty() {
+        let remedy = "add at least one, such as { \"name\": \"lamp\", \"type\": \"point\", \"position\": [4, 3, 2.5], \"intensity_cd\": 800 }";
+        return Err(node.refuse("the scene has no luminaire", "at least one luminaire", remedy));
+    }
+    let mut names = HashMap::new();
+    let mut maintained = false;
+    let mut luminaires = Vec::with_capacity(items.len());
+    for item in items {
+        let fields = item.fields("a luminaire")?;
+        maintained |= fields.get("maintenance_factor").is_some();
+        luminaires.push(read_one(&item, around, &mut names, warnings)?);
+    }
+    if !maintained {
+        warnings.push("no luminaire has a maintenance_factor: results are those of a new installation".into());
+    }
+    Ok(luminaires)
+}
+
+/// Refuses a name that has been given before to something of the same sort.
+pub(super) fn unique_name(fields: &Fields, names: &mut HashMap<String, String>) -> Result<String, SceneError> {
+    let node = fields.need("name", "\"…\"")?;
+    let name = node.name()?;
+    if let Some(first) = names.insert(name.to_string(), node.json_path().to_string()) {
+        return Err(node.refuse_as(
+            format!("the name {name:?} is given twice"),
+            format!("{name:?} again; {first} has it already"),
+            "a name of its own",
+            "rename one of the two",
+        ));
+    }
+    Ok(name.to_string())
+}
+
+fn read_one(
+    node: &Node,
+    around: &Around,
+    names: &mut HashMap<String, String>,
+    warnings: &mut Vec<String>,
+) -> Result<Luminaire, SceneError> {
+    let kind = node.fields("a luminaire")?.need("type", "\"point\"")?.choice(&TYPES)?;
+    let what = format!("{} {} luminaire", if TYPES[kind] == "area" { "an" } else { "a" }, TYPES[kind]);
+    let fields = node.fields(&what)?;
+    fields.only(KEYS[kind])?;
+    let name = unique_name(&fields, names)?;
+    let dimming = fields.get("dimming").map_or(Ok(1.0), |node| node.fraction("dimming"))?;
+    let maintenance_factor =
+        fields.get("maintenance_factor").map_or(Ok(1.0), |node| node.fraction("the maintenance factor"))?;
+    let maintained = dimming * maintenance_factor;
+
+    let mut power_w = None;
+    let (luminous_flux_lm, emission) = match TYPES[kind] {
+        "point" => read_point(&fields, &name, around.unit, maintained, warnings)?,
+        "sphere" => read_sphere(&fields, around.unit, maintained)?,
+        "area" => read_area(&fields, around.surfaces, maintained)?,
+        _ => {
+            let (flux_lm, emission, file_power_w) = read_photometric(&fields, &name, around, maintained, warnings)?;
+            power_w = file_power_w;
+            (flux_lm, emission)
+        }
+    };
+    if !luminous_flux_lm.is_finite() {
+        let expected = "a luminous flux that a 64-bit float can hold";
+        return Err(node.refuse(format!("the luminous flux of {name:?} is not finite"), expected, "check its numbers"));
+    }
+    if luminous_flux_lm == 0.0 {
+        warnings.push(format!("{name}: this luminaire gives no light"));
+    }
+    Ok(Luminaire { name, luminous_flux_lm, dimming, maintenance_factor, power_w, emission })
+}
+
+fn place_m(fields: &Fields, key: &str, unit: LengthUnit) -> Result<DVec3, SceneError> {
+    Ok(unit.point_m(fields.need(key, "[4, 3, 2.5]")?.vector()?))
+}
+
+fn aim(fields: &Fields) -> Result<DVec3, SceneError> {
+    fields.get("aim").map_or(Ok(-DVec3::Z), |node| node.direction())
+}
+
+fn read_point(
+    fields: &Fields,
+    name: &str,
+    unit: LengthUnit,
+    maintained: f64,
+    warnings: &mut Vec<String>,
+) -> Result<(f64, Emission), SceneError> {
+    let position_m = place_m(fields, "position", unit)?;
+    let distribution = fields.get("distribution").map_or(Ok(0), |node| node.choice(&DISTRIBUTIONS))?;
+    let axis = aim(fields)?;
+
+    // Φ = 4πI of an isotropic point, and ∫ I₀ cos γ dΩ = πI₀ of one that follows Lambert's law.
+    let flux_over_intensity_sr = [4.0 * PI, PI][distribution];
+    let (which, node) = fields.one_of(["intensity_cd", "luminous_flux_lm"])?;
+    let given = maintained * node.at_least_zero(["the intensity", "the luminous flux"][which])?;
+    let (luminous_flux_lm, intensity_cd) = match which {
+        0 => (given * flux_over_intensity_sr, given),
+        _ => (given, given / flux_over_intensity_sr),
+    };
+    if DISTRIBUTIONS[distribution] == "lambertian" {
+        return Ok((luminous_flux_lm, Emission::Lambertian { position_m, axis, intensity_cd }));
+    }
+    if fields.get("aim").is_some() {
+        warnings.push(format!("{name}: aim has no effect, because the luminaire is isotropic"));
+    }
+    Ok((luminous_flux_lm, Emission::Isotropic { position_m, intensity_cd }))
+}
+
+/// Flux and exitance of a uniformly emitting area.
+fn flux_and_exitance(fields: &Fields, area_m2: f64, maintained: f64) -> Result<(f64, f64), SceneError> {
+    let (which, node) = fields.one_of(["exitance_lm_m2", "luminous_flux_lm"])?;
+    let given = maintained * node.at_least_zero(["the exitance", "the luminous flux"][which])?;
+    Ok(match which {
+        0 => (given * area_m2, given),
+        _ => (given, given / area_m2),
+    })
+}
+
+fn read_sphere(fields: &Fields, unit: LengthUnit, maintained: f64) -> Result<(f64, Emission), SceneError> {
+    let center_m = place_m(fields, "center", unit)?;
+    let radius_node = fields.need("radius", "0.15")?;
+    let radius_m = unit.length_m(radius_node.above_zero("the radius")?);
+    let area_m2 = 4.0 * PI * radius_m * radius_m;
+    if !area_m2.is_normal() {
+        return Err(radius_node.refuse(
+            "the radius is out of all proportion",
+            "a radius in length_unit",
+            "check the number",
+        ));
+    }
+    let (luminous_flux_lm, exitance_lm_m2) = flux_and_exitance(fields, area_m2, maintained)?;
+    Ok((luminous_flux_lm, Emission::Sphere { center_m, radius_m, exitance_lm_m2 }))
+}
+
+fn read_area(fields: &Fields, surfaces: &Surfaces, maintained: f64) -> Result<(f64, Emission), SceneError> {
+    let emitting = surfaces.named(&fields.need("surface", "\"panel\"")?)?;
+    let side = fields.get("side").map_or(Ok(0), |node| node.choice(&SIDES))?;
+    let (front, back) = (SIDES[side] != "back", SIDES[side] != "front");
+    let one_side_m2: f64 = emitting.iter().map(|id| surfaces.area_m2(*id)).sum();
+    let area_m2 = if front && back { 2.0 * one_side_m2 } else { one_side_m2 };
+    let (luminous_flux_lm, exitance_lm_m2) = flux_and_exitance(fields, area_m2, maintained)?;
+    Ok((luminous_flux_lm, Emission::Area { surfaces: emitting, front, back, exitance_lm_m2 }))
+}
+
+fn read_photometric(
+    fields: &Fields,
+    name: &str,
+    around: &Around,
+    maintained: f64,
+    warnings: &mut Vec<String>,
+) -> Result<(f64, Emission, Option<f64>), SceneError> {
+    let position_m = place_m(fields, "position", around.unit)?;
+    let aim = aim(fields)?;
+    let rotation_deg = fields.get("rotation_deg").map_or(Ok(0.0), |node| node.number())?;
+    let node = fields.need("file", "\"downlight.ies\"")?;
+    let path = around.base_dir.join(node.name()?);
+    let file = read_photometric_file(&path).map_err(|error| {
+        let expected = "a photometric file: IES LM-63 (.ies) or EULUMDAT (.ldt)";
+        let what = "the photometric file cannot be read".to_string();
+        SceneError::of_file(
+            &path,
+            what,
+            error.to_string(),
+            expected,
+            "check the file name, or get the file anew from the maker",
+        )
+        .named_by(node.as_namer())
+    })?;
+    warnings.extend(file.warnings.iter().map(|warning| format!("{name}: {}: {warning}", path.display())));
+    let luminous_flux_lm = maintained * file.web.luminous_flux_lm();
+    let frame = photometric_frame(aim, rotation_deg);
+    let emission = Emission::Photometric { position_m, frame, web: Arc::new(file.web), scale: maintained };
+    Ok((luminous_flux_lm, emission, file.power_w))
+}

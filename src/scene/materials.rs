@@ -1,0 +1,93 @@
+//! Reads `materials`.
+
+use super::error::SceneError;
+use super::model::{Material, ReflectionLaw};
+use super::reader::{Fields, Node};
+
+/// The material types, as files name them.
+pub(super) const TYPES: [&str; 5] = ["diffuse", "phong", "mirror", "glass", "translucent"];
+
+/// Keys of every material type.
+pub(super) const KEYS: [&[&str]; 5] = [
+    &["type", "reflectance"],
+    &["type", "diffuse_reflectance", "specular_reflectance", "exponent"],
+    &["type", "reflectance"],
+    &["type", "refractive_index", "internal_transmittance"],
+    &["type", "diffuse_reflectance", "diffuse_transmittance"],
+];
+
+/// Reads all materials.
+pub(super) fn read(node: &Node) -> Result<Vec<Material>, SceneError> {
+    let fields = node.fields("materials")?;
+    let mut materials = Vec::new();
+    for entry in fields.entries() {
+        if entry.name.trim().is_empty() {
+            let what = "a material without a name".into();
+            return Err(fields.refuse_key(&entry, what, "a name".into(), "give it a name".into()));
+        }
+        materials.push(Material { name: entry.name.to_string(), law: read_law(&entry.value)? });
+    }
+    Ok(materials)
+}
+
+fn read_law(node: &Node) -> Result<ReflectionLaw, SceneError> {
+    let fields = node.fields("a material")?;
+    let kind = fields.need("type", "\"diffuse\"")?.choice(&TYPES)?;
+    let what = format!("a {} material", TYPES[kind]);
+    let fields = node.fields(&what)?;
+    fields.only(KEYS[kind])?;
+    match TYPES[kind] {
+        "diffuse" => Ok(ReflectionLaw::Diffuse { reflectance: share(&fields, "reflectance")? }),
+        "phong" => {
+            sums_to_at_most_one(&fields, "diffuse_reflectance", "specular_reflectance")?;
+            fields.need("exponent", "60")?.at_least_zero("the exponent")?;
+            Err(later(&fields, &what))
+        }
+        "mirror" => {
+            share(&fields, "reflectance")?;
+            Err(later(&fields, &what))
+        }
+        "glass" => {
+            let node = fields.need("refractive_index", "1.52")?;
+            if node.number()? < 1.0 {
+                let remedy = "give the glass's index relative to air, such as 1.52";
+                return Err(node.refuse("the refractive index is below 1", "a number of at least 1", remedy));
+            }
+            share(&fields, "internal_transmittance")?;
+            Err(later(&fields, &what))
+        }
+        _ => {
+            sums_to_at_most_one(&fields, "diffuse_reflectance", "diffuse_transmittance")?;
+            Err(later(&fields, &what))
+        }
+    }
+}
+
+fn share(fields: &Fields, key: &str) -> Result<f64, SceneError> {
+    fields.need(key, "0.5")?.fraction(&key.replace('_', " "))
+}
+
+fn sums_to_at_most_one(fields: &Fields, first: &str, second: &str) -> Result<(), SceneError> {
+    /// Two decimal fractions that sum to 1 on paper may miss it by this much in doubles.
+    const ROUNDING: f64 = 1e-12;
+    let sum = share(fields, first)? + share(fields, second)?;
+    if sum > 1.0 + ROUNDING {
+        let node = fields.need(second, "0.5")?;
+        return Err(node.refuse_as(
+            format!("\"{first}\" and \"{second}\" sum above 1"),
+            format!("{sum} in all"),
+            "a sum of at most 1: a surface returns no more than it receives",
+            "lower one of the two",
+        ));
+    }
+    Ok(())
+}
+
+fn later(fields: &Fields, what: &str) -> SceneError {
+    fields.node().refuse_as(
+        format!("{what} comes later: this version does not compute it yet"),
+        what,
+        "a diffuse material",
+        "use { \"type\": \"diffuse\", \"reflectance\": … } with its total reflectance for now",
+    )
+}

@@ -1,0 +1,58 @@
+//! Names in messages: lists of what is allowed and the nearest name to a mistyped one.
+
+/// The allowed name that a mistyped one most likely stands for.
+pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = typed.to_lowercase();
+    allowed
+        .into_iter()
+        .map(|name| (edits(&lower, &name.to_lowercase()), name))
+        .filter(|(edits, name)| *edits <= 1 + name.chars().count() / 4)
+        .min_by_key(|(edits, _)| *edits)
+        .map(|(_, name)| name)
+}
+
+/// `"a", "b" or "c"`; long lists are cut.
+pub(super) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    /// A message names no more than this many.
+    const MOST: usize = 16;
+    let names: Vec<&str> = names.into_iter().collect();
+    let quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("\"{name}\"")).collect();
+    if names.len() > MOST {
+        return format!("{}, … ({} in all)", quoted.join(", "), names.len());
+    }
+    match quoted.as_slice() {
+        [] => "none".into(),
+        [only] => only.clone(),
+        [first @ .., last] => format!("{} or {last}", first.join(", ")),
+    }
+}
+
+/// Levenshtein's distance: insertions, deletions and replacements of characters.
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, a) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, b) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(a != *b);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_name_is_the_one_with_the_fewest_edits() {
+        let keys = ["reflectance", "type", "material"];
+        assert_eq!(nearest("reflectence", keys), Some("reflectance"));
+        assert_eq!(nearest("Type", keys), Some("type"));
+        assert_eq!(nearest("colour", keys), None);
+        assert_eq!(edits("kitten", "sitting"), 3);
+    }
+}

@@ -1,0 +1,262 @@
+//! Wavefront OBJ: vertices and polygons, in parts by `usemtl`.
+//!
+//! What concerns only looks (`vt`, `vn`, `mtllib`, smoothing, groups) is passed over: a face's front follows from the
+//! order of its corners, its material from the scene file.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::error::SceneError;
+use super::polygon::triangulate;
+use super::reader::{Source, shortened};
+use super::shapes::{Shape, ShapePart};
+
+/// Name of the part that faces before the first `usemtl` make up, in a file that has others.
+pub(super) const UNNAMED_PART: &str = "unnamed";
+
+/// Statements that say nothing of the shape's surfaces.
+const PASSED_OVER: [&str; 10] = ["vt", "vn", "vp", "o", "g", "s", "mtllib", "usemap", "maplib", "lod"];
+/// Statements of shapes without an area.
+const WITHOUT_AREA: [&str; 2] = ["l", "p"];
+
+/// Reads a mesh. Warnings say what was passed over and matters.
+///
+/// # Errors
+///
+/// Malformed vertices and faces, corners that do not exist, and files without a face, with their places.
+pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+    let mut reader =
+        ObjReader { source, vertices: Vec::new(), numbers: HashMap::new(), shape: Shape::default(), part: None };
+    let mut strange: Vec<(usize, &str)> = Vec::new();
+    let mut lines = Words { text: source.text, next: 0, line: 0 };
+    while let Some(words) = lines.statement() {
+        let Some((keyword, arguments)) = words.split_first() else { continue };
+        let numbers = || arguments.split(|word| source.text[word.clone()].starts_with('#')).next().unwrap_or_default();
+        match &source.text[keyword.clone()] {
+            "v" => reader.vertex(keyword, numbers())?,
+            "f" => reader.face(keyword, numbers())?,
+            "usemtl" => reader.use_material(keyword, arguments)?,
+            word if word.starts_with('#') || PASSED_OVER.contains(&word) => {}
+            word => strange.push((lines.line, word)),
+        }
+    }
+    if let Some((line, word)) = strange.first() {
+        let reason = if WITHOUT_AREA.contains(word) { "lines and points have no area" } else { "not known" };
+        warnings.push(format!(
+            "{}: {} statements were passed over, first \"{}\" in line {line} ({reason})",
+            source.path.display(),
+            strange.len(),
+            shortened(word)
+        ));
+    }
+    if reader.shape.parts.is_empty() {
+        return Err(source.refuse(
+            0..1,
+            "",
+            "a mesh without a face",
+            format!("{} vertices, no face", reader.vertices.len()),
+            "a Wavefront OBJ file with lines such as \"f 1 2 3\"",
+            "export polygons as OBJ",
+        ));
+    }
+    Ok(reader.shape)
+}
+
+struct ObjReader<'a> {
+    source: &'a Source<'a>,
+    /// The number in the shape of every vertex of the file: vertices that coincide exactly are one.
+    vertices: Vec<u32>,
+    numbers: HashMap<[u64; 3], u32>,
+    shape: Shape,
+    part: Option<String>,
+}
+
+impl ObjReader<'_> {
+    fn refuse(&self, range: &Range<usize>, what: &str, expected: &str, remedy: &str) -> SceneError {
+        let got = format!("{:?}", shortened(&self.source.text[range.clone()]));
+        self.source.refuse(range.clone(), "", what, got, expected, remedy)
+    }
+
+    fn vertex(&mut self, keyword: &Range<usize>, arguments: &[Range<usize>]) -> Result<(), SceneError> {
+        if arguments.len() < 3 {
+            let line = keyword.start..arguments.last().unwrap_or(keyword).end;
+            return Err(self.refuse(&line, "a vertex needs three coordinates", "v x y z", "complete the line"));
+        }
+        let mut point = DVec3::ZERO;
+        for axis in 0..3 {
+            point[axis] = match self.source.text[arguments[axis].clone()].parse::<f64>() {
+                Ok(value) if value.is_finite() => value,
+                _ => {
+                    return Err(self.refuse(
+                        &arguments[axis],
+                        "a coordinate is no finite number",
+                        "a number",
+                        "correct it",
+                    ));
+                }
+            };
+        }
+        // Adding +0 makes −0 and +0 one.
+        let key = (point + DVec3::ZERO).to_array().map(f64::to_bits);
+        let vertices = &mut self.shape.vertices;
+        let number = *self.numbers.entry(key).or_insert_with(|| {
+            vertices.push(point);
+            (vertices.len() - 1) as u32
+        });
+        self.vertices.push(number);
+        Ok(())
+    }
+
+    fn face(&mut self, keyword: &Range<usize>, arguments: &[Range<usize>]) -> Result<(), SceneError> {
+        if arguments.len() < 3 {
+            let line = keyword.start..arguments.last().unwrap_or(keyword).end;
+            return Err(self.refuse(&line, "a face needs three corners", "f a b c …", "complete the line"));
+        }
+        let numbers = arguments.iter().map(|corner| self.corner(corner)).collect::<Result<Vec<u32>, _>>()?;
+        let points: Vec<DVec3> = numbers.iter().map(|number| self.shape.vertices[*number as usize]).collect();
+        let triangles = triangulate(&points).into_iter().map(|triangle| triangle.map(|corner| numbers[corner]));
+        match self.shape.parts.iter_mut().find(|part| part.name == self.part) {
+            Some(part) => part.triangles.extend(triangles),
+            None => self.shape.parts.push(ShapePart { name: self.part.clone(), triangles: triangles.collect() }),
+        }
+        Ok(())
+    }
+
+    /// The vertex of `7`, `7/1`, `7//3` or `7/1/3`; negative numbers count back from the last vertex so far.
+    fn corner(&self, range: &Range<usize>) -> Result<u32, SceneError> {
+        let text = &self.source.text[range.clone()];
+        let mut numbers = text.split('/');
+        let vertex = numbers.next().and_then(|number| number.parse::<i64>().ok());
+        let rest_is_numbers =
+            numbers.clone().count() <= 2 && numbers.all(|number| number.is_empty() || number.parse::<i64>().is_ok());
+        let (Some(vertex), true) = (vertex, rest_is_numbers) else {
+            return Err(self.refuse(
+                range,
+                "a face's corner is no vertex number",
+                "7, 7/1, 7//3 or 7/1/3",
+                "correct it",
+            ));
+        };
+        let known = self.vertices.len() as i64;
+        let index = if vertex > 0 { vertex - 1 } else { known.saturating_add(vertex) };
+        if vertex == 0 || index < 0 || index >= known {
+            let expected = format!("a number from 1 to {known}, or -1 to -{known}: the vertices so far");
+            return Err(self.refuse(
+                range,
+                "a face names a vertex that is not there",
+                &expected,
+                "correct the number; numbers begin at 1",
+            ));
+        }
+        Ok(self.vertices[index as usize])
+    }
+
+    fn use_material(&mut self, keyword: &Range<usize>, arguments: &[Range<usize>]) -> Result<(), SceneError> {
+        let (Some(first), Some(last)) = (arguments.first(), arguments.last()) else {
+            return Err(self.refuse(keyword, "usemtl without a name", "usemtl NAME", "complete the line"));
+        };
+        self.part = Some(self.source.text[first.start..last.end].to_string());
+        Ok(())
+    }
+}
+
+/// Statements of a text: words between white space, lines joined where they end with a backslash.
+struct Words<'t> {
+    text: &'t str,
+    next: usize,
+    line: usize,
+}
+
+impl Words<'_> {
+    fn statement(&mut self) -> Option<Vec<Range<usize>>> {
+        let mut words = Vec::new();
+        let mut joined = true;
+        if self.next >= self.text.len() {
+            return None;
+        }
+        while joined && self.next < self.text.len() {
+            let start = self.next;
+            let end = self.text[start..].find('\n').map_or(self.text.len(), |newline| start + newline);
+            self.next = end + 1;
+            self.line += 1;
+            let line = self.text[start..end].trim_end();
+            joined = line.ends_with('\\');
+            let line = line.strip_suffix('\\').unwrap_or(line);
+            words.extend(line.split_whitespace().map(|word| {
+                let offset = word.as_ptr() as usize - self.text.as_ptr() as usize;
+                offset..offset + word.len()
+            }));
+        }
+        Some(words)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn read_text(text: &str) -> Result<(Shape, Vec<String>), SceneError> {
+        let mut warnings = Vec::new();
+        let shape = read(&Source { text, path: Path::new("test.obj") }, &mut warnings)?;
+        Ok((shape, warnings))
+    }
+
+    #[test]
+    fn all_ways_to_name_a_corner_mean_the_same_vertex() {
+        let vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\n";
+        for face in
+            ["f 1 2 3", "f 1/1 2/1 3/1", "f 1//1 2//1 3//1", "f 1/1/1 2/1/1 3/1/1", "f -3 -2 -1", "f 1 2 \\\n 3"]
+        {
+            let (shape, warnings) = read_text(&format!("{vertices}{face}\n")).expect(face);
+            assert_eq!(shape.parts[0].triangles, [[0, 1, 2]], "{face}");
+            assert!(warnings.is_empty());
+        }
+    }
+
+    #[test]
+    fn parts_follow_usemtl_and_not_groups() {
+        let (shape, _) = read_text(
+            "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nusemtl Light oak\ng top\nf 1 2 3 4\nusemtl steel\nf 1 3 4\no x\nusemtl Light oak\nf 2 3 4\n",
+        )
+        .expect("a valid file");
+        let names: Vec<_> = shape.parts.iter().map(|part| (part.name.as_deref(), part.triangles.len())).collect();
+        assert_eq!(names, [(None, 1), (Some("Light oak"), 3), (Some("steel"), 1)]);
+    }
+
+    #[test]
+    fn vertices_that_coincide_exactly_are_one_and_no_others() {
+        let (shape, _) =
+            read_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv -0 0 0\nv 1 1 1e-300\nf 1 2 3\nf 4 2 5").expect("valid");
+        assert_eq!(shape.vertices.len(), 4);
+        assert_eq!(shape.parts[0].triangles, [[0, 1, 2], [0, 1, 3]]);
+    }
+
+    #[test]
+    fn faults_are_named_with_line_and_column() {
+        for (text, line, column) in [
+            ("v 0 0\n", 1, 1),
+            ("v 0 0 0\nv 0 x 0\n", 2, 5),
+            ("v 0 0 inf\n", 1, 7),
+            ("v 0 0 0\nf 1 1 2\n", 2, 7),
+            ("v 0 0 0\nf 1 0 1\n", 2, 5),
+            ("v 0 0 0\nf 1 1/a 1\n", 2, 5),
+            ("v 0 0 0\nf 1 -9223372036854775808 1\n", 2, 5),
+            ("v 0 0 0\nf 1 1\n", 2, 1),
+            ("usemtl\n", 1, 1),
+            ("", 1, 1),
+        ] {
+            let error = read_text(text).expect_err(text);
+            let place = error.place.as_ref().expect("a place");
+            assert_eq!((place.line, place.column), (line, column), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_passed_over_and_matters_is_said() {
+        let (_, warnings) = read_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2\nf 1 2 3\n").expect("valid");
+        assert!(warnings.len() == 1 && warnings[0].contains("line 4"), "{warnings:?}");
+    }
+}

@@ -1,0 +1,154 @@
+//! Strict JSON: the text of a scene file to a syntax tree with places.
+
+use std::path::Path;
+
+use jsonc_parser::ast::Value;
+use jsonc_parser::errors::ParseErrorKind;
+use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
+
+use super::error::SceneError;
+use super::reader::Source;
+
+/// Reads a file as UTF-8 text.
+///
+/// # Errors
+///
+/// A file that is missing, cannot be read or is not UTF-8.
+pub(super) fn read_text(path: &Path, kind: &str) -> Result<String, SceneError> {
+    let bytes = std::fs::read(path).map_err(|error| unreadable(path, kind, &error))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+        Source { text: &text, path }.refuse(
+            valid..valid + 1,
+            "",
+            format!("{kind} is not UTF-8 text"),
+            format!("the byte 0x{:02X}", error.as_bytes()[valid]),
+            "UTF-8 text",
+            "save the file as UTF-8",
+        )
+    })
+}
+
+fn unreadable(path: &Path, kind: &str, error: &std::io::Error) -> SceneError {
+    let remedy = match error.kind() {
+        std::io::ErrorKind::NotFound => "check the name and the folder; file names are relative to the scene file",
+        std::io::ErrorKind::PermissionDenied => "allow reading the file",
+        _ => "give the name of a plain file that can be read",
+    };
+    SceneError::of_file(path, format!("{kind} cannot be read"), error.to_string(), "a file that can be read", remedy)
+}
+
+/// Parses strict JSON: no comments, no trailing commas, nothing beyond RFC 8259.
+pub(super) fn parse<'t>(source: &Source<'t>) -> Result<Value<'t>, SceneError> {
+    let options = ParseOptions {
+        allow_comments: false,
+        allow_loose_object_property_names: false,
+        allow_trailing_commas: false,
+        allow_missing_commas: false,
+        allow_single_quoted_strings: false,
+        allow_hexadecimal_numbers: false,
+        allow_unary_plus_numbers: false,
+        allow_bare_decimal_point_numbers: false,
+        allow_non_finite_numbers: false,
+        allow_extended_string_escapes: false,
+    };
+    let parsed = parse_to_ast(source.text, &CollectOptions::default(), &options).map_err(|error| {
+        let range = error.range();
+        let (expected, remedy) = advice(error.kind());
+
+        // An object or list without an end is reported where it begins; the reader also wants to know where the text ended.
+        let got = match error.kind() {
+            ParseErrorKind::UnterminatedObject | ParseErrorKind::UnterminatedArray => {
+                format!(
+                    "the end of the text in line {}, before the closing bracket",
+                    source.text.lines().count().max(1)
+                )
+            }
+            _ => match source.text.get(range.start..).and_then(|rest| rest.split_whitespace().next()) {
+                Some(word) => format!("{:?}", super::reader::shortened(word)),
+                None => "the end of the text".into(),
+            },
+        };
+        let end = match error.kind() {
+            ParseErrorKind::UnterminatedObject | ParseErrorKind::UnterminatedArray => range.start + 1,
+            _ => range.end,
+        };
+        source.refuse(
+            range.start..end,
+            "",
+            format!("malformed JSON: {}", lower_first(&error.kind().to_string())),
+            got,
+            expected,
+            remedy,
+        )
+    })?;
+    let Some(value) = parsed.value else {
+        return Err(source.refuse(
+            0..1,
+            "",
+            "an empty scene file",
+            "no JSON at all",
+            "a JSON object",
+            "see `luxmc schema`",
+        ));
+    };
+
+    // The syntax tree's parser lets a few things pass that JSON does not know, such as 012 or tabs within texts.
+    if let Err(error) = serde_json::from_str::<serde::de::IgnoredAny>(source.text) {
+        let start = byte_of(source.text, error.line(), error.column());
+        let message = error.to_string();
+        let message = message.split(" at line ").next().unwrap_or("").to_string();
+        return Err(source.refuse(
+            start..start + 1,
+            "",
+            format!("malformed JSON: {message}"),
+            "text that is not JSON",
+            "strict JSON (RFC 8259)",
+            "correct the text at this place",
+        ));
+    }
+    Ok(value)
+}
+
+/// What stands to reason at a syntax error.
+fn advice(kind: &ParseErrorKind) -> (&'static str, &'static str) {
+    match kind {
+        ParseErrorKind::CommentsNotAllowed => ("JSON without comments", "delete the comment"),
+        ParseErrorKind::TrailingCommasNotAllowed => ("no comma after the last value", "delete the comma"),
+        ParseErrorKind::ExpectedComma => ("a comma between two values", "insert a comma"),
+        ParseErrorKind::UnterminatedObject => {
+            ("} at the end of the object", "close the object; the file may be cut short")
+        }
+        ParseErrorKind::UnterminatedArray => ("] at the end of the list", "close the list; the file may be cut short"),
+        ParseErrorKind::NonFiniteNumbersNotAllowed => {
+            ("a finite number", "write a number; JSON knows no NaN or Infinity")
+        }
+        ParseErrorKind::SingleQuotedStringsNotAllowed => ("text in double quotes", "use \" instead of '"),
+        ParseErrorKind::ExpectedStringObjectProperty => ("a key in double quotes", "put the key in double quotes"),
+        ParseErrorKind::ExpectedColonAfterObjectKey => ("a colon between key and value", "insert a colon"),
+        ParseErrorKind::ExpectedObjectValue => ("a value after the colon", "add the value; the file may be cut short"),
+        ParseErrorKind::MultipleRootJsonValues => {
+            ("the end of the file", "delete what follows the scene's closing bracket")
+        }
+        ParseErrorKind::BareDecimalPointNumbersNotAllowed => ("a digit on both sides of the point", "write 0.5 or 5.0"),
+        ParseErrorKind::HexadecimalNumbersNotAllowed => ("a decimal number", "write the number in decimal"),
+        ParseErrorKind::UnaryPlusNumbersNotAllowed => ("a number without a plus sign", "delete the plus sign"),
+        ParseErrorKind::NestingDepthExceeded => ("a scene file's few levels of brackets", "see `luxmc schema`"),
+        ParseErrorKind::String(_) => {
+            ("a text that ends on its line, with JSON's escapes", "check its quotes and backslashes")
+        }
+        _ => ("strict JSON (RFC 8259)", "correct the text at this place"),
+    }
+}
+
+fn lower_first(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or(String::new(), |first| first.to_lowercase().chain(characters).collect())
+}
+
+/// Byte number of a line and column that count bytes from 1.
+fn byte_of(text: &str, line: usize, column: usize) -> usize {
+    let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
+    start + column.saturating_sub(1)
+}

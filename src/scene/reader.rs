@@ -1,0 +1,411 @@
+//! Walks the syntax tree of a scene file by hand, so that every refusal knows its exact place.
+
+use std::ops::Range;
+use std::path::Path;
+
+use glam::DVec3;
+use jsonc_parser::ast::{ObjectProp, Value};
+use jsonc_parser::common::Ranged;
+
+use super::error::{Place, Refusal, SceneError};
+use super::names::{listed, nearest};
+
+/// A text and the name it goes by in messages.
+pub(super) struct Source<'t> {
+    pub text: &'t str,
+    pub path: &'t Path,
+}
+
+impl Source<'_> {
+    /// A refusal at a byte range of the text.
+    pub fn refuse(
+        &self,
+        range: Range<usize>,
+        json_path: &str,
+        what: impl Into<String>,
+        got: impl Into<String>,
+        expected: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> SceneError {
+        SceneError::new(Refusal {
+            path: self.path.to_path_buf(),
+            place: Some(Place::of(self.text, range.start, range.end, json_path)),
+            named_by: None,
+            what: what.into(),
+            got: got.into(),
+            expected: expected.into(),
+            remedy: remedy.into(),
+        })
+    }
+}
+
+/// A value of the file and the way to it.
+#[derive(Clone)]
+pub(super) struct Node<'a> {
+    source: &'a Source<'a>,
+    value: &'a Value<'a>,
+    json_path: String,
+}
+
+/// The keys of an object, each given once.
+#[derive(Clone)]
+pub(super) struct Fields<'a> {
+    node: Node<'a>,
+    what: String,
+    properties: &'a [ObjectProp<'a>],
+}
+
+/// One key of an object and its value.
+pub(super) struct Entry<'a> {
+    pub name: &'a str,
+    pub value: Node<'a>,
+    /// Where the key stands.
+    pub key_range: Range<usize>,
+}
+
+impl<'a> Node<'a> {
+    /// The topmost value of a text.
+    pub fn root(source: &'a Source<'a>, value: &'a Value<'a>) -> Node<'a> {
+        Node { source, value, json_path: String::new() }
+    }
+
+    /// The way to the value, such as `geometry[0].min`.
+    pub fn json_path(&self) -> &str {
+        &self.json_path
+    }
+
+    /// `scene.json at geometry[0].file`, for refusals of files that the scene names.
+    pub fn as_namer(&self) -> String {
+        let start = self.value.range().start;
+        let line = Place::of(self.source.text, start, start, "").line;
+        format!("{}, line {line}, at {}", self.source.path.display(), self.json_path)
+    }
+
+    /// Refuses the value as it stands.
+    pub fn refuse(
+        &self,
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> SceneError {
+        self.refuse_as(what, self.described(), expected, remedy)
+    }
+
+    /// Refuses the value, with other words for what it is.
+    pub fn refuse_as(
+        &self,
+        what: impl Into<String>,
+        got: impl Into<String>,
+        expected: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> SceneError {
+        let range = self.value.range();
+        self.source.refuse(range.start..range.end, &self.json_path, what, got, expected, remedy)
+    }
+
+    fn refuse_type(&self, expected: &str, remedy: &str) -> SceneError {
+        let name = if self.json_path.is_empty() { "the file".to_string() } else { format!("\"{}\"", self.json_path) };
+        self.refuse(format!("{name} has the wrong type"), expected, remedy)
+    }
+
+    fn described(&self) -> String {
+        match self.value {
+            Value::StringLit(text) => format!("the text {:?}", shortened(&text.value)),
+            Value::NumberLit(number) => format!("the number {}", shortened(number.value)),
+            Value::BooleanLit(boolean) => boolean.value.to_string(),
+            Value::NullKeyword(_) => "null".into(),
+            Value::Array(array) if array.elements.is_empty() => "an empty list".into(),
+            Value::Array(array) => format!("a list of {}", array.elements.len()),
+            Value::Object(object) if object.properties.is_empty() => "an empty object".into(),
+            Value::Object(object) => {
+                format!("an object with {}", listed(object.properties.iter().map(|property| property.name.as_str())))
+            }
+        }
+    }
+
+    /// The keys of an object; `what` names it in messages (`a diffuse material`).
+    pub fn fields(&self, what: &str) -> Result<Fields<'a>, SceneError> {
+        let Value::Object(object) = self.value else {
+            return Err(self.refuse_type(&format!("an object: {what}"), "write { \"key\": value, … }"));
+        };
+        let fields = Fields { node: self.clone(), what: what.into(), properties: &object.properties };
+        let mut seen = std::collections::HashMap::new();
+        for entry in fields.entries() {
+            if let Some(first_start) = seen.insert(entry.name, entry.key_range.start) {
+                let first = Place::of(self.source.text, first_start, first_start, "");
+                return Err(self.source.refuse(
+                    entry.key_range.clone(),
+                    entry.value.json_path(),
+                    format!("the key {:?} is given twice", shortened(entry.name)),
+                    format!(
+                        "{:?} again; it stands already in line {}, column {}",
+                        shortened(entry.name),
+                        first.line,
+                        first.column
+                    ),
+                    "each key once",
+                    "delete or rename one of the two",
+                ));
+            }
+        }
+        Ok(fields)
+    }
+
+    /// The values of a list.
+    pub fn items(&self, what: &str) -> Result<Vec<Node<'a>>, SceneError> {
+        let Value::Array(array) = self.value else {
+            return Err(self.refuse_type(&format!("a list of {what}"), "write [ …, … ]"));
+        };
+        Ok(array
+            .elements
+            .iter()
+            .enumerate()
+            .map(|(index, value)| Node {
+                source: self.source,
+                value,
+                json_path: format!("{}[{index}]", self.json_path),
+            })
+            .collect())
+    }
+
+    /// A text, which may be empty.
+    pub fn text(&self) -> Result<&'a str, SceneError> {
+        let Value::StringLit(text) = self.value else {
+            return Err(self.refuse_type("a text in double quotes", "write \"…\""));
+        };
+        Ok(&text.value)
+    }
+
+    /// A text with something in it.
+    pub fn name(&self) -> Result<&'a str, SceneError> {
+        let name = self.text()?;
+        if name.trim().is_empty() {
+            return Err(self.refuse("an empty name", "a name with at least one letter", "give it a name"));
+        }
+        Ok(name)
+    }
+
+    /// One of a few texts: its place in the list.
+    pub fn choice(&self, allowed: &[&str]) -> Result<usize, SceneError> {
+        let text = self.text()?;
+        allowed.iter().position(|name| *name == text).ok_or_else(|| {
+            self.refuse(
+                format!("{:?} is none of the values that \"{}\" can have", shortened(text), self.json_path),
+                listed(allowed.iter().copied()),
+                meant(text, allowed.iter().copied()),
+            )
+        })
+    }
+
+    /// `true` or `false`.
+    pub fn boolean(&self) -> Result<bool, SceneError> {
+        let Value::BooleanLit(boolean) = self.value else {
+            return Err(self.refuse_type("true or false", "write true or false, without quotes"));
+        };
+        Ok(boolean.value)
+    }
+
+    /// Whether the value is a text.
+    pub fn is_text(&self) -> bool {
+        matches!(self.value, Value::StringLit(_))
+    }
+
+    /// A finite number.
+    pub fn number(&self) -> Result<f64, SceneError> {
+        let Value::NumberLit(number) = self.value else {
+            return Err(self.refuse_type("a number", "write the number without quotes, brackets or a unit"));
+        };
+        match number.value.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(self.refuse(
+                "a number that is not finite",
+                "a number between -1.79e308 and 1.79e308",
+                "write a number that a 64-bit float can hold",
+            )),
+        }
+    }
+
+    /// A number of at least 0.
+    pub fn at_least_zero(&self, quantity: &str) -> Result<f64, SceneError> {
+        let value = self.number()?;
+        if value < 0.0 {
+            return Err(self.refuse(format!("{quantity} is negative"), "a number of at least 0", "remove the sign"));
+        }
+        Ok(value)
+    }
+
+    /// A number above 0.
+    pub fn above_zero(&self, quantity: &str) -> Result<f64, SceneError> {
+        let value = self.number()?;
+        if value <= 0.0 {
+            let how = if value < 0.0 { "negative" } else { "0" };
+            return Err(self.refuse(format!("{quantity} is {how}"), "a number above 0", "give a positive number"));
+        }
+        Ok(value)
+    }
+
+    /// A number from 0 to 1.
+    pub fn fraction(&self, quantity: &str) -> Result<f64, SceneError> {
+        let value = self.number()?;
+        if value < 0.0 {
+            return Err(self.refuse(format!("{quantity} is negative"), "a number from 0 to 1", "remove the sign"));
+        }
+        if value > 1.0 {
+            let remedy = if value <= 100.0 {
+                format!("if {value} % is meant, write {}", value / 100.0)
+            } else {
+                "give a fraction of 1".into()
+            };
+            return Err(self.refuse(format!("{quantity} is above 1"), "a number from 0 to 1", remedy));
+        }
+        Ok(value)
+    }
+
+    /// A whole number of at least 1.
+    pub fn count(&self, quantity: &str) -> Result<u32, SceneError> {
+        let value = self.number()?;
+        if value < 1.0 || value.fract() != 0.0 || value > f64::from(u32::MAX) {
+            let expected = format!("a whole number from 1 to {}", u32::MAX);
+            return Err(self.refuse(format!("{quantity} is no count"), expected, "give a whole number of at least 1"));
+        }
+        Ok(value as u32)
+    }
+
+    /// Three finite numbers.
+    pub fn vector(&self) -> Result<DVec3, SceneError> {
+        let expected = "a list of three numbers: [x, y, z]";
+        let Value::Array(array) = self.value else {
+            return Err(self.refuse_type(expected, "write [x, y, z]"));
+        };
+        if array.elements.len() != 3 {
+            let what = format!("\"{}\" has {} numbers", self.json_path, array.elements.len());
+            return Err(self.refuse(what, expected, "give x, y and z"));
+        }
+        let numbers = self.items("numbers")?.iter().map(Node::number).collect::<Result<Vec<f64>, _>>()?;
+        Ok(DVec3::new(numbers[0], numbers[1], numbers[2]))
+    }
+
+    /// A direction: three numbers, not all 0, made one unit long.
+    pub fn direction(&self) -> Result<DVec3, SceneError> {
+        let vector = self.vector()?;
+        // Scaled to its largest component first, so that neither tiny nor huge directions lose their length.
+        let largest = vector.abs().max_element();
+        if largest == 0.0 {
+            let what = format!("\"{}\" has no direction", self.json_path);
+            return Err(self.refuse_as(
+                what,
+                "a vector of length 0",
+                "a vector of any other length",
+                "give a direction",
+            ));
+        }
+        Ok((vector / largest).normalize())
+    }
+}
+
+impl<'a> Fields<'a> {
+    /// The object itself.
+    pub fn node(&self) -> &Node<'a> {
+        &self.node
+    }
+
+    /// All keys in the order of the file.
+    pub fn entries(&self) -> impl Iterator<Item = Entry<'a>> + '_ {
+        self.properties.iter().map(|property| {
+            let range = property.name.range();
+            Entry {
+                name: property.name.as_str(),
+                value: Node {
+                    source: self.node.source,
+                    value: &property.value,
+                    json_path: child(&self.node.json_path, property.name.as_str()),
+                },
+                key_range: range.start..range.end,
+            }
+        })
+    }
+
+    /// Refuses keys that are not in the list.
+    pub fn only(&self, allowed: &[&str]) -> Result<(), SceneError> {
+        for entry in self.entries() {
+            if !allowed.contains(&entry.name) {
+                return Err(self.refuse_key(
+                    &entry,
+                    format!("{} has no key {:?}", self.what, shortened(entry.name)),
+                    listed(allowed.iter().copied()),
+                    meant(entry.name, allowed.iter().copied()),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a key rather than its value.
+    pub fn refuse_key(&self, entry: &Entry, what: String, expected: String, remedy: String) -> SceneError {
+        let got = format!("the key {:?}", shortened(entry.name));
+        self.node.source.refuse(entry.key_range.clone(), entry.value.json_path(), what, got, expected, remedy)
+    }
+
+    /// The value of a key, where it is given.
+    pub fn get(&self, key: &str) -> Option<Node<'a>> {
+        self.entries().find(|entry| entry.name == key).map(|entry| entry.value)
+    }
+
+    /// The value of a key that must be given.
+    pub fn need(&self, key: &str, example: &str) -> Result<Node<'a>, SceneError> {
+        self.get(key).ok_or_else(|| {
+            self.node.refuse(
+                format!("{} needs the key \"{key}\"", self.what),
+                format!("\"{key}\" among its keys"),
+                format!("add \"{key}\": {example}"),
+            )
+        })
+    }
+
+    /// Of two keys that say the same in different ways, the one that is given: its place (0 or 1) and value.
+    pub fn one_of(&self, keys: [&str; 2]) -> Result<(usize, Node<'a>), SceneError> {
+        let expected = format!("either \"{}\" or \"{}\"", keys[0], keys[1]);
+        match keys.map(|key| self.get(key)) {
+            [Some(first), None] => Ok((0, first)),
+            [None, Some(second)] => Ok((1, second)),
+            [Some(_), Some(second)] => Err(second.refuse_as(
+                format!("{} is given twice over: \"{}\" and \"{}\"", self.what, keys[0], keys[1]),
+                "both",
+                expected,
+                "delete one of them",
+            )),
+            [None, None] => Err(self.node.refuse(
+                format!("{} needs \"{}\" or \"{}\"", self.what, keys[0], keys[1]),
+                expected,
+                format!("add \"{}\": a number", keys[0]),
+            )),
+        }
+    }
+}
+
+/// What a mistyped name may stand for, as a remedy.
+pub(super) fn meant<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>) -> String {
+    match nearest(typed, allowed) {
+        Some(name) => format!("perhaps \"{name}\" is meant"),
+        None => "use one of those, or delete it".into(),
+    }
+}
+
+/// A text short enough for a message.
+pub(super) fn shortened(text: &str) -> String {
+    /// Characters that a message repeats of a value.
+    const MOST: usize = 60;
+    if text.chars().count() <= MOST {
+        return text.to_string();
+    }
+    format!("{}…", text.chars().take(MOST).collect::<String>())
+}
+
+fn child(parent: &str, key: &str) -> String {
+    let plain = key.chars().all(|character| character.is_alphanumeric() || "_-".contains(character));
+    match (plain && !key.is_empty(), parent.is_empty()) {
+        (true, true) => key.to_string(),
+        (true, false) => format!("{parent}.{key}"),
+        (false, _) => format!("{parent}[{key:?}]"),
+    }
+}

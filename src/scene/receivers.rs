@@ -1,0 +1,209 @@
+//! Reads `receivers`: grids and lists of points.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::error::SceneError;
+use super::luminaires::unique_name;
+use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::reader::{Fields, Node};
+use super::surface_grid::{self, Spacing};
+use super::surfaces::Surfaces;
+use super::units::LengthUnit;
+use super::vectors::{direction, span_a_plane};
+use super::{parse, points_file};
+
+/// The receiver types, as files name them.
+pub(super) const TYPES: [&str; 4] = ["grid", "points", "luminance", "ugr"];
+
+/// Keys of every receiver type; a grid has those of both its forms.
+pub(super) const KEYS: [&[&str]; 4] = [
+    &["name", "type", "origin", "u", "v", "columns", "rows", "surface", "height", "margin", "spacing"],
+    &["name", "type", "file"],
+    &["name", "type", "position", "directions"],
+    &["name", "type", "position", "view_direction"],
+];
+/// Keys of a grid by corners.
+const CORNER_KEYS: [&str; 7] = ["name", "type", "origin", "u", "v", "columns", "rows"];
+/// Keys of a grid on a surface.
+const SURFACE_KEYS: [&str; 6] = ["name", "type", "surface", "height", "margin", "spacing"];
+
+/// The rule that `spacing` can name.
+pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
+
+/// Most points of a grid: some gigabytes.
+const MOST_POINTS: u64 = 1 << 26;
+
+/// What receivers refer to.
+pub(super) struct Around<'a> {
+    pub unit: LengthUnit,
+    pub base_dir: &'a Path,
+    pub surfaces: &'a Surfaces,
+}
+
+/// Reads all receivers; whether points lie inside of solids is told later.
+pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, SceneError> {
+    let mut names = HashMap::new();
+    node.items("receivers")?.iter().map(|item| read_one(item, around, &mut names)).collect()
+}
+
+fn read_one(node: &Node, around: &Around, names: &mut HashMap<String, String>) -> Result<ReceiverSet, SceneError> {
+    let kind = node.fields("a receiver")?.need("type", "\"grid\"")?.choice(&TYPES)?;
+    let what = format!("a {} receiver", TYPES[kind]);
+    let fields = node.fields(&what)?;
+    fields.only(KEYS[kind])?;
+    let name = unique_name(&fields, names)?;
+    let (layout, points) = match TYPES[kind] {
+        "grid" if fields.get("surface").is_some() => read_surface_grid(node, around)?,
+        "grid" => read_corner_grid(node, around.unit)?,
+        "points" => read_points(&fields, around)?,
+        _ => return Err(refuse_later(&fields, &what)?),
+    };
+    Ok(ReceiverSet { name, layout, points })
+}
+
+/// Checks receivers that are not computed yet, and refuses them for that.
+fn refuse_later(fields: &Fields, what: &str) -> Result<SceneError, SceneError> {
+    fields.need("position", "[1, 3, 1.2]")?.vector()?;
+    if fields.get("view_direction").is_some() || what.contains("ugr") {
+        fields.need("view_direction", "[1, 0, 0]")?.direction()?;
+    } else {
+        let node = fields.need("directions", "[[1, 0, 0]]")?;
+        let directions = node.items("directions")?;
+        if directions.is_empty() {
+            return Err(node.refuse("no direction to look in", "at least one direction", "add [x, y, z]"));
+        }
+        for direction in directions {
+            direction.direction()?;
+        }
+    }
+    Ok(fields.node().refuse_as(
+        format!("{what} comes later: this version does not compute it yet"),
+        what,
+        "a receiver of type \"grid\" or \"points\"",
+        "remove this receiver for now",
+    ))
+}
+
+fn refuse_too_many(node: &Node, points: u64) -> SceneError {
+    let expected = format!("at most {MOST_POINTS} points in a grid");
+    node.refuse_as("the grid has too many points", format!("{points} points"), expected, "ask for fewer")
+}
+
+/// A grid as it is laid out, before its points are made.
+pub(super) struct GridFrame {
+    pub columns: u32,
+    pub rows: u32,
+    pub origin_m: DVec3,
+    pub u_m: DVec3,
+    pub v_m: DVec3,
+}
+
+impl GridFrame {
+    /// The layout and its points, row by row. Every point stands for a cell as wide as the points' distance; a row of
+    /// one point for the whole of `u` (or `v`).
+    fn points(&self) -> (ReceiverLayout, Vec<ReceiverPoint>) {
+        let cells_over_span = |count: u32| if count > 1 { f64::from(count) / f64::from(count - 1) } else { 1.0 };
+        let vector_area_m2 = self.u_m.cross(self.v_m);
+        let area_m2 = vector_area_m2.length() * cells_over_span(self.columns) * cells_over_span(self.rows);
+        let normal = direction(self.u_m).cross(direction(self.v_m)).normalize();
+        let weight = area_m2 / (f64::from(self.columns) * f64::from(self.rows));
+        let share = |index: u32, count: u32| if count > 1 { f64::from(index) / f64::from(count - 1) } else { 0.5 };
+        let points = (0..self.rows)
+            .flat_map(|row| (0..self.columns).map(move |column| (column, row)))
+            .map(|(column, row)| ReceiverPoint {
+                position_m: self.origin_m + share(column, self.columns) * self.u_m + share(row, self.rows) * self.v_m,
+                normal,
+                weight,
+                inside: false,
+            })
+            .collect();
+        let layout = ReceiverLayout::Grid {
+            columns: self.columns,
+            rows: self.rows,
+            origin_m: self.origin_m,
+            u_m: self.u_m,
+            v_m: self.v_m,
+            area_m2,
+        };
+        (layout, points)
+    }
+}
+
+fn read_corner_grid(node: &Node, unit: LengthUnit) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
+    let fields = node.fields("a grid given by its corner")?;
+    fields.only(&CORNER_KEYS)?;
+    let origin = fields.need("origin", "[0.25, 0.25, 0.8], or \"surface\": \"room/floor\"")?.vector()?;
+    let u = fields.need("u", "[7.5, 0, 0]")?.vector()?;
+    let v_node = fields.need("v", "[0, 5.5, 0]")?;
+    let v = v_node.vector()?;
+    let columns_node = fields.need("columns", "32")?;
+    let columns = columns_node.count("the number of columns")?;
+    let rows = fields.need("rows", "24")?.count("the number of rows")?;
+    if !span_a_plane(u, v) {
+        let expected = "two vectors that span an area: the grid's normal is u × v";
+        let got = "\"u\" and \"v\" that are parallel or 0";
+        return Err(v_node.refuse_as("the grid has no normal", got, expected, "correct \"u\" or \"v\""));
+    }
+    if u64::from(columns) * u64::from(rows) > MOST_POINTS {
+        return Err(refuse_too_many(&columns_node, u64::from(columns) * u64::from(rows)));
+    }
+    let frame = GridFrame { columns, rows, origin_m: unit.point_m(origin), u_m: unit.point_m(u), v_m: unit.point_m(v) };
+    if !(frame.u_m.cross(frame.v_m).length().is_normal() && (frame.origin_m + frame.u_m + frame.v_m).is_finite()) {
+        let expected = "lengths in length_unit";
+        return Err(v_node.refuse("the grid's size is out of all proportion", expected, "check the numbers"));
+    }
+    Ok(frame.points())
+}
+
+fn read_surface_grid(node: &Node, around: &Around) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
+    let fields = node.fields("a grid on a surface")?;
+    fields.only(&SURFACE_KEYS)?;
+    let surface_node = fields.need("surface", "\"room/floor\"")?;
+    let surfaces = around.surfaces.named(&surface_node)?;
+    let length_m = |key: &str, quantity: &str| {
+        let length = fields.get(key).map_or(Ok(0.0), |node| node.at_least_zero(quantity))?;
+        Ok(around.unit.length_m(length))
+    };
+    let height_m = length_m("height", "the height")?;
+    let margin_m = length_m("margin", "the margin")?;
+    let spacing_node = fields.get("spacing");
+    let spacing = match &spacing_node {
+        None => Spacing::En12464,
+        Some(node) if node.is_text() => {
+            node.choice(&SPACING_RULES)?;
+            Spacing::En12464
+        }
+        Some(node) => Spacing::Distance(around.unit.length_m(node.above_zero("the spacing")?)),
+    };
+
+    let rectangle = surface_grid::Rectangle::of(around.surfaces, &surfaces).map_err(|reason| {
+        surface_node.refuse(
+            format!("a grid needs a rectangle, and this surface is none: {reason}"),
+            "a flat rectangular surface, such as a box's floor",
+            "give the grid by \"origin\", \"u\", \"v\", \"columns\" and \"rows\" (several grids for an L-shaped floor)",
+        )
+    })?;
+    let Some(field) = rectangle.shrunk(margin_m) else {
+        let blamed = fields.get("margin").unwrap_or(surface_node);
+        let [long_m, short_m] = rectangle.sides_m();
+        let expected = format!("less than half of the shorter side of {long_m:.4} m × {short_m:.4} m");
+        return Err(blamed.refuse("the margin leaves nothing of the surface", expected, "give a smaller margin"));
+    };
+    let [columns, rows] = field.counts(spacing);
+    if columns * rows > MOST_POINTS as f64 {
+        return Err(refuse_too_many(&spacing_node.unwrap_or(surface_node), (columns * rows) as u64));
+    }
+    Ok(field.grid(columns as u32, rows as u32, height_m).points())
+}
+
+fn read_points(fields: &Fields, around: &Around) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
+    let node = fields.need("file", "\"probes.csv\"")?;
+    let path = around.base_dir.join(node.name()?);
+    let points = parse::read_text(&path, "the points file")
+        .and_then(|text| points_file::read(&text, &path, around.unit))
+        .map_err(|error| error.named_by(node.as_namer()))?;
+    Ok((ReceiverLayout::Points, points))
+}

@@ -1,0 +1,243 @@
+//! Connected pieces of surface: which are closed, which way they face, and what lies inside of them.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::model::{Emission, Scene};
+
+/// A connected piece of surface.
+#[derive(Clone, Debug)]
+pub(super) struct Shell {
+    /// Its triangles.
+    pub triangles: Vec<u32>,
+    /// Whether every edge is passed as often one way as the other, so that it has no boundary.
+    pub closed: bool,
+    /// Signed volume in m³ of a closed shell: positive where the fronts look outwards.
+    pub volume_m3: f64,
+    low_m: DVec3,
+    high_m: DVec3,
+}
+
+/// A point this near to a shell, as a fraction of the scene's size, lies on it and not inside: far above the rounding
+/// of coordinates, far below what a drawing means.
+const ON_SURFACE: f64 = 1e-9;
+
+/// How far in front of a surface its light is taken to begin, as a fraction of the scene's size.
+const IN_FRONT: f64 = 1e-6;
+
+impl Shell {
+    /// Around how many times, and which way, the shell lies about a point: +1 inside of one that faces outward, −1 of
+    /// one that faces inward, 0 outside. Only meaningful for a closed shell and off its surface.
+    ///
+    /// Source: solid angle of a triangle, Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle" (1983).
+    pub fn winding(&self, scene: &Scene, point_m: DVec3) -> f64 {
+        if point_m.cmplt(self.low_m).any() || point_m.cmpgt(self.high_m).any() {
+            return 0.0;
+        }
+        let solid_angle_sr: f64 = self
+            .triangles
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = scene.corners_m(*triangle).map(|corner| corner - point_m);
+                let [length_a, length_b, length_c] = [a, b, c].map(DVec3::length);
+                let volume = a.dot(b.cross(c));
+                let cosine =
+                    length_a * length_b * length_c + a.dot(b) * length_c + b.dot(c) * length_a + c.dot(a) * length_b;
+                2.0 * volume.atan2(cosine)
+            })
+            .sum();
+        solid_angle_sr / (4.0 * PI)
+    }
+
+    fn encloses(&self, scene: &Scene, point_m: DVec3, tolerance_m: f64) -> bool {
+        self.winding(scene, point_m).abs() > 0.5
+            && self
+                .triangles
+                .iter()
+                .all(|triangle| distance_to_triangle(point_m, scene.corners_m(*triangle)) > tolerance_m)
+    }
+}
+
+/// The shells that some triangles make up: those with a vertex in common are one.
+fn shells(scene: &Scene, triangles: std::ops::Range<u32>, vertex_of: impl Fn(u32) -> u32) -> Vec<Shell> {
+    let corners = |triangle: u32| scene.triangles[triangle as usize].map(&vertex_of);
+
+    // Join the vertices of every triangle.
+    let mut parents: HashMap<u32, u32> = HashMap::new();
+    for triangle in triangles.clone() {
+        let [a, b, c] = corners(triangle);
+        let root = root_of(&mut parents, a);
+        for vertex in [b, c] {
+            let other = root_of(&mut parents, vertex);
+            parents.insert(other, root);
+        }
+    }
+    let mut places: HashMap<u32, usize> = HashMap::new();
+    let mut shells: Vec<Shell> = Vec::new();
+    for triangle in triangles {
+        let root = root_of(&mut parents, corners(triangle)[0]);
+        let place = *places.entry(root).or_insert_with(|| {
+            shells.push(Shell {
+                triangles: Vec::new(),
+                closed: false,
+                volume_m3: 0.0,
+                low_m: DVec3::INFINITY,
+                high_m: DVec3::NEG_INFINITY,
+            });
+            shells.len() - 1
+        });
+        shells[place].triangles.push(triangle);
+    }
+    for shell in &mut shells {
+        shell.measure(scene, corners);
+    }
+    shells
+}
+
+fn root_of(parents: &mut HashMap<u32, u32>, vertex: u32) -> u32 {
+    let mut root = vertex;
+    while let Some(parent) = parents.get(&root).filter(|parent| **parent != root) {
+        root = *parent;
+    }
+    let mut next = vertex;
+    while let Some(parent) = parents.insert(next, root).filter(|parent| *parent != root && *parent != next) {
+        next = parent;
+    }
+    root
+}
+
+impl Shell {
+    fn measure(&mut self, scene: &Scene, corners: impl Fn(u32) -> [u32; 3]) {
+        let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(3 * self.triangles.len());
+        for triangle in &self.triangles {
+            let [a, b, c] = corners(*triangle);
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                edges.push(if from < to { (from, to, 1) } else { (to, from, -1) });
+            }
+            for corner_m in scene.corners_m(*triangle) {
+                self.low_m = self.low_m.min(corner_m);
+                self.high_m = self.high_m.max(corner_m);
+            }
+        }
+        edges.sort_unstable();
+        self.closed = edges
+            .chunk_by(|one, other| (one.0, one.1) == (other.0, other.1))
+            .all(|same| same.iter().map(|edge| edge.2).sum::<i32>() == 0);
+
+        // Measured from a corner of its own, so that a small shell far from the origin keeps its digits.
+        self.volume_m3 = self
+            .triangles
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = scene.corners_m(*triangle).map(|corner| corner - self.low_m);
+                a.dot(b.cross(c)) / 6.0
+            })
+            .sum();
+    }
+}
+
+/// The closed shells of every geometry by itself.
+pub(super) fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
+    let geometries = scene.surfaces.chunk_by(|one, other| one.geometry == other.geometry);
+    geometries
+        .flat_map(|parts| {
+            let triangles = parts[0].triangles.start..parts[parts.len() - 1].triangles.end;
+            shells(scene, triangles, |vertex| vertex)
+        })
+        .filter(|shell| shell.closed)
+        .collect()
+}
+
+/// The shells of the scene as a whole: here vertices of different geometries that coincide exactly are one, so that a
+/// room made of rectangles is closed.
+pub(super) fn shells_of_scene(scene: &Scene) -> Vec<Shell> {
+    let mut first: HashMap<[u64; 3], u32> = HashMap::new();
+    let vertex_of: Vec<u32> = (0u32..)
+        .zip(&scene.vertices_m)
+        .map(|(number, vertex)| *first.entry((*vertex + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(number))
+        .collect();
+    shells(scene, 0..scene.triangles.len() as u32, |vertex| vertex_of[vertex as usize])
+}
+
+/// Whether a point lies inside of a closed solid: the smallest closed shell around it faces outward.
+///
+/// So a point in a room is not inside, even where a larger solid stands around the room; one in a table is.
+pub(super) fn is_inside_solid(scene: &Scene, shells: &[Shell], point_m: DVec3, scene_size_m: f64) -> bool {
+    let tolerance_m = ON_SURFACE * scene_size_m;
+    let smallest = |outward: bool| {
+        shells
+            .iter()
+            .filter(|shell| (shell.volume_m3 > 0.0) == outward && shell.encloses(scene, point_m, tolerance_m))
+            .map(|shell| shell.volume_m3.abs())
+            .min_by(f64::total_cmp)
+    };
+    match smallest(true) {
+        None => false,
+        Some(solid_m3) => smallest(false).is_none_or(|room_m3| solid_m3 < room_m3),
+    }
+}
+
+/// Whether no light of a luminaire can get out of the scene: a closed shell whose inside reflects lies around it.
+///
+/// `None` for a luminaire that is none of the scene's points or surfaces.
+pub(super) fn is_shut_in(scene: &Scene, shells: &[Shell], emission: &Emission) -> bool {
+    let step_m = IN_FRONT * size_m(scene);
+    let starts_m: Vec<DVec3> = match emission {
+        Emission::Isotropic { position_m, .. } => vec![*position_m],
+        Emission::Lambertian { position_m, axis, .. } => vec![*position_m + step_m * *axis],
+        Emission::Photometric { position_m, frame, .. } => vec![*position_m + step_m * frame[2]],
+        Emission::Sphere { center_m, .. } => vec![*center_m],
+        Emission::Area { surfaces, front, back, .. } => surfaces
+            .iter()
+            .flat_map(|id| {
+                let triangle = scene.surfaces[*id as usize].triangles.start;
+                let middle_m = scene.corners_m(triangle).iter().sum::<DVec3>() / 3.0;
+                let step = step_m * scene.triangle_normal(triangle);
+                [front.then_some(middle_m + step), back.then_some(middle_m - step)]
+            })
+            .flatten()
+            .collect(),
+    };
+    starts_m.iter().all(|start_m| {
+        shells.iter().filter(|shell| shell.closed).any(|shell| {
+            let winding = shell.winding(scene, *start_m);
+            winding < -0.5 || winding > 0.5 && reflects_on_both_sides(scene, shell)
+        })
+    })
+}
+
+/// Whether every triangle of a shell reflects on both sides.
+pub(super) fn reflects_on_both_sides(scene: &Scene, shell: &Shell) -> bool {
+    shell.triangles.iter().all(|triangle| scene.surface_of(*triangle).two_sided)
+}
+
+/// Lowest and highest coordinates of the geometry in m.
+pub(super) fn bounds_m(scene: &Scene) -> [DVec3; 2] {
+    let corners = || (0..scene.triangles.len() as u32).flat_map(|triangle| scene.corners_m(triangle));
+    [corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max)]
+}
+
+/// Diagonal of the geometry's bounding box in m.
+pub(super) fn size_m(scene: &Scene) -> f64 {
+    let [low_m, high_m] = bounds_m(scene);
+    low_m.distance(high_m)
+}
+
+/// Distance of a point to a triangle.
+fn distance_to_triangle(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a).normalize();
+    let edges = [(a, b), (b, c), (c, a)];
+    let above = edges.iter().all(|(from, to)| (*to - *from).cross(point - *from).dot(normal) >= 0.0);
+    if above {
+        return (point - a).dot(normal).abs();
+    }
+    edges
+        .iter()
+        .map(|(from, to)| {
+            let along = ((point - *from).dot(*to - *from) / (*to - *from).length_squared()).clamp(0.0, 1.0);
+            point.distance(*from + along * (*to - *from))
+        })
+        .fold(f64::INFINITY, f64::min)
+}

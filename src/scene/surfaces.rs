@@ -1,0 +1,367 @@
+//! Reads `geometry`: every kind becomes placed triangles in metres, part by part.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::error::SceneError;
+use super::model::{Material, MaterialId, Surface, SurfaceId};
+use super::names::listed;
+use super::placing::Placing;
+use super::reader::{Fields, Node, Source, meant};
+use super::shapes::{self, BOX_FACES, Shape};
+use super::units::LengthUnit;
+use super::{obj, parse};
+
+/// The geometry types, as files name them.
+pub(super) const TYPES: [&str; 4] = ["box", "rectangle", "mesh", "sphere"];
+
+/// Keys of every geometry type.
+pub(super) const KEYS: [&[&str]; 4] = [
+    &["name", "type", "min", "max", "facing", "material", "materials", "two_sided", "max_element_edge", "transform"],
+    &["name", "type", "origin", "u", "v", "material", "two_sided", "max_element_edge", "transform"],
+    &["name", "type", "file", "material", "materials", "two_sided", "max_element_edge", "transform"],
+    &["name", "type", "center", "radius", "facing", "material", "two_sided", "max_element_edge", "transform"],
+];
+
+/// Keys of a box's `materials`.
+pub(super) const BOX_MATERIALS: [&str; 7] = ["floor", "ceiling", "walls", "x_min", "x_max", "y_min", "y_max"];
+/// Values of `facing`.
+pub(super) const FACINGS: [&str; 2] = ["outward", "inward"];
+
+/// Most element sides of a scene, so that their numbers fit 32 bits with room to spare.
+const MOST_CELLS: f64 = 2_147_483_648.0;
+/// Largest coordinate in m, so that volumes and squared areas stay finite.
+const LARGEST_COORDINATE_M: f64 = 1e15;
+/// A triangle whose height is less than this fraction of its longest edge has no normal worth the name: the rounding
+/// of its coordinates decides where it points.
+const SMALLEST_RELATIVE_HEIGHT: f64 = 1e-12;
+/// An edge may be longer than asked by this fraction, so that 3 m in pieces of 0.3 m are ten and not eleven.
+const EDGE_ROUNDING: f64 = 1e-12;
+
+/// All triangles of a scene so far.
+#[derive(Default)]
+pub(super) struct Surfaces {
+    pub vertices_m: Vec<DVec3>,
+    pub triangles: Vec<[u32; 3]>,
+    pub divisions: Vec<u32>,
+    pub triangle_surfaces: Vec<SurfaceId>,
+    pub surfaces: Vec<Surface>,
+    /// Names of geometries and parts, with the way to what gave them.
+    names: HashMap<String, String>,
+    cells: f64,
+}
+
+/// What geometry refers to.
+pub(super) struct Around<'a> {
+    pub unit: LengthUnit,
+    pub base_dir: &'a Path,
+    pub materials: &'a [Material],
+}
+
+impl Surfaces {
+    /// Reads all geometry.
+    pub fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<Surfaces, SceneError> {
+        let mut surfaces = Surfaces::default();
+        let items = node.items("geometry")?;
+        if items.is_empty() {
+            let remedy = "add at least one, such as { \"name\": \"room\", \"type\": \"box\", … }";
+            return Err(node.refuse("the scene has no geometry", "at least one geometry", remedy));
+        }
+        for item in items {
+            surfaces.add(&item, around, warnings)?;
+        }
+        Ok(surfaces)
+    }
+
+    /// The surfaces that a name stands for: a whole geometry or one part.
+    pub fn named(&self, node: &Node) -> Result<Vec<SurfaceId>, SceneError> {
+        let name = node.text()?;
+        let found: Vec<SurfaceId> = (0..self.surfaces.len() as SurfaceId)
+            .filter(|id| {
+                let surface = &self.surfaces[*id as usize];
+                surface.name == name || surface.geometry == name
+            })
+            .collect();
+        if found.is_empty() {
+            let mut known: Vec<&str> = self.names.keys().map(String::as_str).collect();
+            known.sort_unstable();
+            let remedy = meant(name, known.iter().copied());
+            return Err(node.refuse(format!("there is no surface {name:?}"), listed(known.iter().copied()), remedy));
+        }
+        Ok(found)
+    }
+
+    /// Area of one side of a surface in m².
+    pub fn area_m2(&self, surface: SurfaceId) -> f64 {
+        let triangles = &self.surfaces[surface as usize].triangles;
+        triangles
+            .clone()
+            .map(|triangle| {
+                let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.vertices_m[vertex as usize]);
+                0.5 * (b - a).cross(c - a).length()
+            })
+            .sum()
+    }
+
+    fn add(&mut self, node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<(), SceneError> {
+        // Keys and values, whatever the kind.
+        let kind = node.fields("a geometry")?.need("type", "\"box\"")?.choice(&TYPES)?;
+        let fields = node.fields(&format!("a {} geometry", TYPES[kind]))?;
+        fields.only(KEYS[kind])?;
+        let name_node = fields.need("name", "\"room\"")?;
+        let name = name_node.name()?;
+        self.claim(&name_node, name)?;
+        let two_sided = fields.get("two_sided").map_or(Ok(false), |node| node.boolean())?;
+        let longest_edge =
+            fields.get("max_element_edge").map(|node| node.above_zero("the longest edge")).transpose()?;
+        let placing = fields.get("transform").map_or(Ok(Placing::HERE), |node| Placing::read(&node))?;
+
+        // The shape, and what it is made of.
+        let shape = match TYPES[kind] {
+            "box" => read_box(&fields)?,
+            "rectangle" => read_rectangle(&fields, name, warnings)?,
+            "mesh" => read_mesh(&fields, around, warnings)?,
+            _ => read_sphere(&fields, name, &placing, longest_edge, warnings)?,
+        };
+        let part_names: Vec<Option<&str>> = shape.parts.iter().map(|part| part.name.as_deref()).collect();
+        let materials = part_materials(&fields, TYPES[kind], &part_names, around.materials)?;
+
+        // Its place in metres.
+        let first_vertex = self.vertices_m.len();
+        for vertex in &shape.vertices {
+            let place_m = around.unit.point_m(placing.apply(*vertex));
+            if !(place_m.abs().max_element() <= LARGEST_COORDINATE_M) {
+                let expected = format!("coordinates up to {LARGEST_COORDINATE_M:e} m");
+                return Err(node.refuse_as(
+                    format!("{name:?} is too large"),
+                    format!("{place_m} m"),
+                    expected,
+                    "check numbers and length_unit",
+                ));
+            }
+            self.vertices_m.push(place_m);
+        }
+        let longest_edge_m = longest_edge.map(|edge| around.unit.length_m(edge));
+        let mut dropped = 0usize;
+        for (part, material) in shape.parts.iter().zip(materials) {
+            let surface_name = match &part.name {
+                Some(part) => format!("{name}/{part}"),
+                None => name.to_string(),
+            };
+            if part.name.is_some() {
+                self.claim(&name_node, &surface_name)?;
+            }
+            let first = self.triangles.len() as u32;
+            for triangle in &part.triangles {
+                let triangle = triangle.map(|vertex| first_vertex as u32 + vertex);
+                match self.divisions_of(triangle, longest_edge_m) {
+                    Some(divisions) => self.push(triangle, divisions, two_sided),
+                    None => dropped += 1,
+                }
+                if self.cells > MOST_CELLS || self.vertices_m.len() > u32::MAX as usize {
+                    let blamed = fields.get("max_element_edge").unwrap_or_else(|| node.clone());
+                    let expected = format!("at most {MOST_CELLS} elements in a scene");
+                    return Err(blamed.refuse("the scene has too many elements", expected, "ask for longer edges"));
+                }
+            }
+            if first == self.triangles.len() as u32 {
+                warnings.push(format!("{surface_name}: left out, because none of its triangles has an area"));
+                continue;
+            }
+            self.surfaces.push(Surface {
+                name: surface_name,
+                geometry: name.to_string(),
+                material,
+                two_sided,
+                triangles: first..self.triangles.len() as u32,
+            });
+        }
+        if dropped > 0 {
+            warnings.push(format!("{name}: {dropped} triangles without an area were dropped"));
+        }
+        if self.surfaces.last().is_none_or(|surface| surface.geometry != name) {
+            let expected = "at least one triangle with an area";
+            return Err(node.refuse(format!("{name:?} has no area"), expected, "check its coordinates"));
+        }
+        Ok(())
+    }
+
+    fn claim(&mut self, node: &Node, name: &str) -> Result<(), SceneError> {
+        if let Some(first) = self.names.insert(name.to_string(), node.json_path().to_string()) {
+            return Err(node.refuse_as(
+                format!("the surface name {name:?} is given twice"),
+                format!("{name:?} again; {first} gives it already"),
+                "a name that no other geometry or part has",
+                "rename one of the two",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Into how many parts the edges of a triangle are cut; `None` for one without an area.
+    fn divisions_of(&self, triangle: [u32; 3], longest_edge_m: Option<f64>) -> Option<f64> {
+        let [a, b, c] = triangle.map(|vertex| self.vertices_m[vertex as usize]);
+        let longest_m = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let twice_area_m2 = (b - a).cross(c - a).length();
+        if twice_area_m2 <= SMALLEST_RELATIVE_HEIGHT * longest_m * longest_m {
+            return None;
+        }
+        Some(longest_edge_m.map_or(1.0, |edge_m| (longest_m / edge_m * (1.0 - EDGE_ROUNDING)).ceil().max(1.0)))
+    }
+
+    fn push(&mut self, triangle: [u32; 3], divisions: f64, two_sided: bool) {
+        self.cells += divisions * divisions * if two_sided { 2.0 } else { 1.0 };
+        self.triangles.push(triangle);
+        self.divisions.push(divisions as u32);
+        self.triangle_surfaces.push(self.surfaces.len() as SurfaceId);
+    }
+}
+
+fn faces_inward(fields: &Fields) -> Result<bool, SceneError> {
+    fields.get("facing").map_or(Ok(false), |node| Ok(FACINGS[node.choice(&FACINGS)?] == "inward"))
+}
+
+fn read_box(fields: &Fields) -> Result<Shape, SceneError> {
+    let min = fields.need("min", "[0, 0, 0]")?.vector()?;
+    let max_node = fields.need("max", "[8, 6, 3]")?;
+    let max = max_node.vector()?;
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        if min[axis] >= max[axis] {
+            return Err(max_node.refuse_as(
+                format!("the box has no extent along {name}"),
+                format!("min {} and max {}", min[axis], max[axis]),
+                "each number of \"max\" above the one of \"min\"",
+                "swap the two, or use a rectangle for a flat surface",
+            ));
+        }
+    }
+    Ok(shapes::cuboid(min, max, faces_inward(fields)?))
+}
+
+fn read_rectangle(fields: &Fields, name: &str, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+    let origin = fields.need("origin", "[0, 0, 0]")?.vector()?;
+    let u = fields.need("u", "[1, 0, 0]")?.vector()?;
+    let v_node = fields.need("v", "[0, 1, 0]")?;
+    let v = v_node.vector()?;
+    if !super::vectors::span_a_plane(u, v) {
+        let expected = "two vectors that span an area";
+        return Err(v_node.refuse_as(
+            format!("the rectangle {name:?} has no area"),
+            "\"u\" and \"v\" that are parallel or 0",
+            expected,
+            "correct \"u\" or \"v\"",
+        ));
+    }
+    if !super::vectors::are_perpendicular(u, v) {
+        warnings.push(format!("{name}: its sides are not at right angles; it is taken as a parallelogram"));
+    }
+    Ok(shapes::parallelogram(origin, u, v))
+}
+
+fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+    let node = fields.need("file", "\"desks.obj\"")?;
+    let path = around.base_dir.join(node.name()?);
+    let text = parse::read_text(&path, "the OBJ file").map_err(|error| error.named_by(node.as_namer()))?;
+    let source = Source { text: &text, path: &path };
+    let mut shape = obj::read(&source, warnings).map_err(|error| error.named_by(node.as_namer()))?;
+
+    // A file without materials is a surface of its own; with some, the faces before the first are a part like the others.
+    if shape.parts.len() > 1 {
+        for part in &mut shape.parts {
+            part.name.get_or_insert_with(|| obj::UNNAMED_PART.into());
+        }
+    }
+    Ok(shape)
+}
+
+fn read_sphere(
+    fields: &Fields,
+    name: &str,
+    placing: &Placing,
+    longest_edge: Option<f64>,
+    warnings: &mut Vec<String>,
+) -> Result<Shape, SceneError> {
+    let center = fields.need("center", "[0, 0, 1]")?.vector()?;
+    let radius = fields.need("radius", "0.3")?.above_zero("the radius")?;
+    let inward = faces_inward(fields)?;
+    let frequency = shapes::sphere_frequency(radius * placing.scale, longest_edge);
+    if let (Some(node), true) = (fields.get("max_element_edge"), frequency > f64::from(shapes::MOST_SPHERE_FREQUENCY)) {
+        let finest = 2.0 * radius * placing.scale / f64::from(shapes::MOST_SPHERE_FREQUENCY);
+        let expected = format!("an edge of at least {finest:.3e}");
+        return Err(node.refuse("the sphere would become too many triangles", expected, "ask for longer edges"));
+    }
+    let shape = shapes::icosphere(center, radius, inward, frequency as u32);
+    let exact = 4.0 * std::f64::consts::PI * radius * radius;
+    let area: f64 = shape.parts[0]
+        .triangles
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(|vertex| shape.vertices[vertex as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .sum();
+    warnings.push(format!(
+        "{name}: the sphere is {} triangles inscribed in it; their area is {:.3}% too small",
+        shape.parts[0].triangles.len(),
+        100.0 * (1.0 - area / exact)
+    ));
+    Ok(shape)
+}
+
+/// The material of every part.
+fn part_materials(
+    fields: &Fields,
+    kind: &str,
+    parts: &[Option<&str>],
+    materials: &[Material],
+) -> Result<Vec<MaterialId>, SceneError> {
+    let whole = fields.get("material").map(|node| material(&node, materials)).transpose()?;
+    let mut own: HashMap<&str, MaterialId> = HashMap::new();
+    if let Some(node) = fields.get("materials") {
+        let overrides = node.fields("materials of a geometry")?;
+        if kind == "box" {
+            overrides.only(&BOX_MATERIALS)?;
+        }
+        for entry in overrides.entries() {
+            if kind == "mesh" && !parts.contains(&Some(entry.name)) {
+                let names = || parts.iter().flatten().copied();
+                let what = format!("the mesh has no part {:?}", entry.name);
+                return Err(overrides.refuse_key(&entry, what, listed(names()), meant(entry.name, names())));
+            }
+            own.insert(entry.name, material(&entry.value, materials)?);
+        }
+    }
+
+    // The part's own entry first, then the walls' for a box's walls and the like-named material for a mesh's part.
+    let of_part = |part: Option<&str>| {
+        let by_name = |name: &str| match kind {
+            "box" if BOX_FACES[2..].contains(&name) => own.get("walls").copied(),
+            "mesh" => materials.iter().position(|material| material.name == name).map(|id| id as MaterialId),
+            _ => None,
+        };
+        part.and_then(|name| own.get(name).copied().or_else(|| by_name(name))).or(whole).ok_or_else(|| {
+            let (what, remedy) = match part {
+                Some(part) if kind == "mesh" => (
+                    format!("no material for the mesh's part {part:?}"),
+                    format!("add \"materials\": {{ {part:?}: … }}, or a \"material\" for the whole mesh"),
+                ),
+                Some(part) => (format!("no material for the box's {part}"), "add \"material\": …".into()),
+                None => ("a geometry without a material".into(), "add \"material\": …".into()),
+            };
+            let known = listed(materials.iter().map(|material| material.name.as_str()));
+            fields.node().refuse(what, format!("\"material\" with one of {known}"), remedy)
+        })
+    };
+    parts.iter().map(|part| of_part(*part)).collect()
+}
+
+fn material(node: &Node, materials: &[Material]) -> Result<MaterialId, SceneError> {
+    let name = node.text()?;
+    let names = || materials.iter().map(|material| material.name.as_str());
+    names()
+        .position(|known| known == name)
+        .map(|id| id as MaterialId)
+        .ok_or_else(|| node.refuse(format!("there is no material {name:?}"), listed(names()), meant(name, names())))
+}
