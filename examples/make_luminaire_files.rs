@@ -56,7 +56,7 @@ fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
 
 /// The formulas of all files.
 pub fn formulas() -> [Formula; 4] {
-    let fine_then_coarse = [steps(0.0, 29.5, 0.5), steps(30.0, 90.0, 2.5)].concat();
+    let fine_then_coarse = [steps(0.0, 29.5, 0.5), steps(30.0, 90.0, 1.0)].concat();
     [
         Formula {
             file: "troffer.ies",
@@ -162,7 +162,8 @@ fn eulumdat(
     let lamp_flux_lm: f64 = set[2].parse().unwrap_or(f64::NAN);
     let turn: Vec<f64> = (0..planes).map(|plane| plane as f64 * 360.0 / planes as f64).collect();
     let between = if planes == 1 { "0".to_string() } else { format!("{}", turn[1]) };
-    let counts = [kind, symmetry, &planes.to_string(), &between, &formula.gamma_deg.len().to_string(), "1"].map(String::from);
+    let counts =
+        [kind, symmetry, &planes.to_string(), &between, &formula.gamma_deg.len().to_string(), "1"].map(String::from);
     let mut lines = vec!["luxmc samples".to_string()];
     lines.extend(counts);
     lines.extend(["computed, not measured", name, formula.file, formula.file, formula.text].map(String::from));

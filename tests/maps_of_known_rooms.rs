@@ -119,12 +119,46 @@ fn escapes() {
     let scene = cube(0.5, 1);
     let tracer = Tracer::new(&scene);
     let o = tracer.free_origin(DVec3::splat(2.0));
-    let mut n = 0; let mut esc=0;
-    for i in 0..1000 { for j in 0..100 {
-        let z = 1.0 - 2.0 * (i as f64 + 0.5) / 1000.0; let p = (j as f64)*0.0628;
-        let r = (1.0 - z * z).sqrt();
-        n+=1; if tracer.first_hit(&o, DVec3::new(r * p.cos(), r * p.sin(), z)) == Meeting::Nothing { esc += 1; }
-    }}
+    let mut n = 0;
+    let mut esc = 0;
+    for i in 0..1000 {
+        for j in 0..100 {
+            let z = 1.0 - 2.0 * (i as f64 + 0.5) / 1000.0;
+            let p = (j as f64) * 0.0628;
+            let r = (1.0 - z * z).sqrt();
+            n += 1;
+            if tracer.first_hit(&o, DVec3::new(r * p.cos(), r * p.sin(), z)) == Meeting::Nothing {
+                esc += 1;
+            }
+        }
+    }
     println!("{n} {esc}");
-    let m = tracer.first_hit(&o, DVec3::new(0.1,0.2,-0.9746794344808963)); println!("{m:?}");
+    let m = tracer.first_hit(&o, DVec3::new(0.1, 0.2, -0.9746794344808963));
+    println!("{m:?}");
+}
+#[test]
+fn speed() {
+    let scene = cube(0.8, 16);
+    let t = std::time::Instant::now();
+    let s = solve(
+        &scene,
+        &Settings {
+            seed: 0,
+            target_error: None,
+            chains: Some(2_000_000),
+            time_limit_s: None,
+            maps: MapSelection::Elements,
+            threads: None,
+        },
+        &Silent,
+    );
+    println!(
+        "chains {} rays {} compute {} M rays/s {} err {}",
+        s.chains,
+        s.rays,
+        s.compute_s,
+        s.rays as f64 / s.compute_s / 1e6,
+        s.estimated_error
+    );
+    println!("{:?}", t.elapsed());
 }

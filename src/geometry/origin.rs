@@ -84,9 +84,24 @@ impl Origin {
         Origin { point: (point + LIFT * normal).as_vec3().into(), normal: normal.as_vec3(), anchor }
     }
 
+    /// Whether a direction leads straight into the surface that the origin surely lies on.
+    #[inline]
+    pub(super) fn has_below(&self, direction: Vec3A) -> bool {
+        matches!(self.anchor, Anchor::Triangle { .. }) && Vec3A::from(self.normal).dot(direction) < 0.0
+    }
+
+    /// The triangle that the origin lies on, which its rays do not meet; no triangle's number otherwise.
+    #[inline]
+    pub(super) fn own_triangle(&self) -> u32 {
+        match self.anchor {
+            Anchor::Triangle { triangle, .. } => triangle,
+            _ => u32::MAX,
+        }
+    }
+
     /// Whether the origin counts as in front of a triangle with these corners.
     #[inline]
-    pub(super) fn is_in_front(&self, triangle: u32, slot: &Slot) -> bool {
+    pub(super) fn is_in_front(&self, slot: &Slot) -> bool {
         let [a, b, c] = slot.corners_f32();
         let (along, across) = (b - a, c - a);
         let height = along.cross(across).dot(self.point - a);
@@ -94,17 +109,12 @@ impl Origin {
         if height * height > CLEARLY_OFF * along.length_squared() * across.length_squared() {
             return height > 0.0;
         }
-        self.is_just_in_front(triangle, slot)
+        self.is_just_in_front(slot)
     }
 
     /// The same, carefully.
     #[cold]
-    fn is_just_in_front(&self, triangle: u32, slot: &Slot) -> bool {
-        if let Anchor::Triangle { triangle: own, side, .. } = self.anchor
-            && own == triangle
-        {
-            return side == Side::Front;
-        }
+    fn is_just_in_front(&self, slot: &Slot) -> bool {
         let [a, b, c] = slot.corners();
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let facing = normal.dot(self.normal.as_dvec3());

@@ -91,8 +91,7 @@ impl Tracer {
         }
         let round = |vertex: u32| frame.round(scene.vertices_m[vertex as usize]);
         let tree = Tree::new(scene.triangles.iter().map(|corners| corners.map(round)), balls);
-        let mut footings =
-            vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO }; scene.triangles.len()];
+        let mut footings = vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO }; scene.triangles.len()];
         for (slot, primitive) in tree.primitives().iter().enumerate() {
             if let Some(footing) = footings.get_mut(*primitive as usize) {
                 *footing = footing_of(slot as u32, &tree.slots[slot]);
@@ -149,7 +148,12 @@ impl Tracer {
     #[inline]
     pub fn is_occluded(&self, from: &Origin, to: &Origin) -> bool {
         let difference = to.point - from.point;
-        difference != Vec3A::ZERO && self.tree.blocks(&Ray::new(from.point, difference), from, to)
+        if difference == Vec3A::ZERO {
+            return false;
+        }
+        from.has_below(difference)
+            || to.has_below(-difference)
+            || self.tree.blocks(&Ray::new(from.point, difference), from, to)
     }
 
     /// Whether anything stands within a distance along a unit direction; the far end is a point in free space.
@@ -159,7 +163,8 @@ impl Tracer {
         let end = from.point.as_dvec3() + difference;
         let to = Origin { point: end.as_vec3a(), normal: Vec3::ZERO, anchor: Anchor::Free };
         let along = difference.as_vec3a();
-        along != Vec3A::ZERO && self.tree.blocks(&Ray::new(from.point, along), from, &to)
+        along != Vec3A::ZERO
+            && (from.has_below(along) || self.tree.blocks(&Ray::new(from.point, along), from, &to))
     }
 
     /// Where an origin is in m, with what f32 leaves of it.

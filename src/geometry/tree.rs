@@ -44,7 +44,7 @@ pub(super) struct Ball {
 
 /// Triangles and balls under an eight-wide tree.
 pub(super) struct Tree {
-    tree: CwBvh,
+    pub(super) tree: CwBvh,
     /// Triangles in the order of the leaves; a triangle whose box was split stands there several times.
     pub slots: Vec<Slot>,
     pub balls: Vec<Ball>,
@@ -123,7 +123,7 @@ impl Tree {
         }
         let is_front = crossing.sum > 0.0;
         let in_range = crossing.t > BEFORE;
-        if !in_range || origin.is_in_front(primitive, &self.slots[slot]) != is_front {
+        if !in_range || origin.is_in_front(&self.slots[slot]) != is_front {
             return None;
         }
         if is_front {
@@ -139,6 +139,9 @@ impl Tree {
     #[inline]
     fn parts(&self, ray: &Ray, from: &Origin, to: &Origin, slot: usize, crossing: &Crossing) -> bool {
         let primitive = self.tree.primitive_indices[slot];
+        if primitive == from.own_triangle() || primitive == to.own_triangle() {
+            return false;
+        }
         let mut crossing = *crossing;
         if crossing.t.is_nan() {
             if primitive >= self.triangles {
@@ -150,8 +153,8 @@ impl Tree {
             crossing = careful;
         }
         let is_front = crossing.sum > 0.0;
-        from.is_in_front(primitive, &self.slots[slot]) == is_front
-            && to.is_in_front(primitive, &self.slots[slot]) != is_front
+        from.is_in_front(&self.slots[slot]) == is_front
+            && to.is_in_front(&self.slots[slot]) != is_front
     }
 }
 
@@ -161,6 +164,7 @@ macro_rules! walks {
         impl Tree {
             $(#[$attribute])*
             pub(super) fn $closest(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
+                let own = origin.own_triangle();
                 let mut found: Option<Found> = None;
                 let mut rank = f32::INFINITY;
                 let mut state = self.tree.new_traversal(ray.direction);
@@ -175,6 +179,7 @@ macro_rules! walks {
                         let slot = state.primitive_id as usize;
                         if let Some(mut crossing) = ray.cross(&self.slots[slot])
                             && !(crossing.t > rank || crossing.t < BEFORE)
+                            && self.tree.primitive_indices[slot] != own
                         {
                             let plain = crossing.sum > 0.0 && crossing.t > NEAR;
                             let weighed =
@@ -226,7 +231,12 @@ macro_rules! walks {
 
 walks!(node_test_portable, closest_portable, blocks_portable);
 #[cfg(target_arch = "x86_64")]
-walks!(#[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")] node_test_avx2, closest_avx2, blocks_avx2);
+walks!(
+    #[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")]
+    node_test_avx2,
+    closest_avx2,
+    blocks_avx2
+);
 
 fn has_avx2() -> bool {
     #[cfg(target_arch = "x86_64")]
@@ -254,9 +264,11 @@ fn build(triangles: &[Triangle], balls: &[Ball]) -> CwBvh {
         let (mut boxes, mut indices) = split_boxes(triangles);
         boxes.iter_mut().for_each(|aabb| *aabb = padded(aabb.min, aabb.max));
         indices.extend(triangles.len() as u32..(triangles.len() + balls.len()) as u32);
-        boxes.extend(balls.iter().map(|ball| {
-            padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())
-        }));
+        boxes.extend(
+            balls
+                .iter()
+                .map(|ball| padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())),
+        );
         PlocBuilder::new().build(
             params.ploc_search_distance,
             &boxes,

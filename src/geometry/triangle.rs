@@ -86,8 +86,8 @@ impl Ray {
         let along = direction.to_array();
         let first = if last == 2 { 0 } else { last + 1 };
         let second = if first == 2 { 0 } else { first + 1 };
-        // A ray that runs down its axis swaps the other two, which keeps fronts counter-clockwise.
-        let axes = if along[last] < 0.0 { [second, first, last] } else { [first, second, last] };
+        // A ray that runs up its axis swaps the other two, so that it always sees fronts counter-clockwise.
+        let axes = if along[last] > 0.0 { [second, first, last] } else { [first, second, last] };
         let from = origin.to_array();
         let inverse = 1.0 / Vec3A::select(
             magnitude.cmplt(Vec3A::splat(SMALLEST_COMPONENT)),

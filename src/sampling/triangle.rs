@@ -189,3 +189,91 @@ fn largest_cosine(corners: &[DVec3; 3], normal: DVec3) -> f64 {
     }
     if sides.abs() == 3.0 && corners[0].dot(normal) > 0.0 { 1.0 } else { largest }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::random::Purpose;
+
+    /// χ² of N = 160,000 draws (seed 5, α = 1e-4) over the n² parts of a triangle, against what `weight` of each part's
+    /// own directions says; returns (χ², its quantile).
+    fn chi_square(corners: [DVec3; 3], normal: Option<DVec3>, tilt: f64) -> (f64, f64) {
+        const PARTS: usize = 6;
+        const N: u32 = 160_000;
+        let seen = SeenTriangle::new(corners);
+        let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
+        let part_of = |[u, v]: [f64; 2]| {
+            let at = |x: f64| ((x * PARTS as f64) as usize).min(PARTS - 1);
+            at(u) * PARTS + at(v)
+        };
+        let mut counts = vec![0.0; PARTS * PARTS];
+        for index in 0..N {
+            stream.seek(u64::from(index));
+            let drawn = match normal {
+                Some(normal) => seen.draw_projected(normal, &mut stream),
+                None => seen.draw(&mut stream),
+            };
+            let (direction, barycentric) = drawn.expect("the triangle can be seen");
+            let [a, b, c] = corners;
+            let point = a + barycentric[0] * (b - a) + barycentric[1] * (c - a);
+            assert!((point.normalize() - direction).length() < 1e-6, "direction and point disagree");
+            counts[part_of(barycentric)] += 1.0;
+        }
+        // Independent expectation by a fine midpoint rule over the triangle's area.
+        const FINE: usize = 600;
+        let mut expected = vec![0.0; PARTS * PARTS];
+        let [a, b, c] = corners;
+        let front = (b - a).cross(c - a);
+        for i in 0..FINE {
+            for j in 0..FINE - i {
+                let uv = [(i as f64 + 1.0 / 3.0) / FINE as f64, (j as f64 + 1.0 / 3.0) / FINE as f64];
+                let point = a + uv[0] * (b - a) + uv[1] * (c - a);
+                let distance = point.length();
+                let cosine = normal.map_or(1.0, |normal| (point.dot(normal) / distance).max(0.0));
+                expected[part_of(uv)] += front.dot(point).abs() / distance.powi(3) * cosine * (1.0 + tilt * uv[0]);
+            }
+        }
+        let total: f64 = expected.iter().sum();
+        let (mut chi2, mut bins) = (0.0, 0.0);
+        let (mut rare, mut rare_count) = (0.0, 0.0);
+        for (count, share) in counts.iter().zip(&expected) {
+            let mean = share / total * f64::from(N);
+            if mean < 20.0 {
+                rare += mean;
+                rare_count += count;
+                continue;
+            }
+            chi2 += (count - mean) * (count - mean) / mean;
+            bins += 1.0;
+        }
+        if rare > 5.0 {
+            chi2 += (rare_count - rare) * (rare_count - rare) / rare;
+            bins += 1.0;
+        }
+        // Wilson and Hilferty's normal approximation of the χ² quantile at 1 − 1e-4 (z = 3.719).
+        let k: f64 = bins - 1.0;
+        let quantile = k * (1.0 - 2.0 / (9.0 * k) + 3.719 * (2.0 / (9.0 * k)).sqrt()).powi(3);
+        (chi2, quantile)
+    }
+
+    #[test]
+    fn points_are_drawn_in_proportion_to_what_they_bring() {
+        let near = [DVec3::new(-1.0, -1.0, 0.5), DVec3::new(2.0, -0.5, 0.6), DVec3::new(0.0, 1.5, 0.4)];
+        let far = near.map(|corner| corner + DVec3::new(3.0, 4.0, 9.0));
+        let across = [DVec3::new(1.0, -1.0, -0.8), DVec3::new(1.2, 1.0, -0.5), DVec3::new(1.0, 0.2, 1.5)];
+        let up = Some(DVec3::Z);
+        for (name, corners, normal) in [
+            ("near, solid angle", near, None),
+            ("far, solid angle", far, None),
+            ("near, projected", near, up),
+            ("far, projected", far, up),
+            ("across the horizon", across, up),
+            ("two corners below", across.map(|corner| corner - DVec3::Z * 0.3), up),
+        ] {
+            let (chi2, quantile) = chi_square(corners, normal, 0.0);
+            assert!(chi2 < quantile, "{name}: χ² {chi2} above {quantile}");
+            let (chi2, quantile) = chi_square(corners, normal, 0.3);
+            assert!(chi2 > quantile, "{name}: the planted fault passed, χ² {chi2} below {quantile}");
+        }
+    }
+}

@@ -17,11 +17,44 @@ pub fn tangents(normal: DVec3) -> [DVec3; 2] {
     ]
 }
 
+/// Sine and cosine of `turns` full turns, 0 to 1, to some 1e-15: a chain spends an eighth of its time here when the
+/// mathematical library, which must reduce any angle, does it.
+#[inline]
+pub fn sin_cos_of_turns(turns: f64) -> (f64, f64) {
+    // The nearest quarter turn, and the rest between −1/8 and 1/8 of a turn as an angle.
+    let quarter = (4.0 * turns + 0.5).floor();
+    let angle = (turns - 0.25 * quarter) * TAU;
+    let a = angle * angle;
+    let sin = angle
+        * (1.0
+            - a / 6.0
+                * (1.0
+                    - a / 20.0
+                        * (1.0
+                            - a / 42.0
+                                * (1.0 - a / 72.0 * (1.0 - a / 110.0 * (1.0 - a / 156.0 * (1.0 - a / 210.0)))))));
+    let cos = 1.0
+        - a / 2.0
+            * (1.0
+                - a / 12.0
+                    * (1.0
+                        - a / 30.0
+                            * (1.0
+                                - a / 56.0
+                                    * (1.0 - a / 90.0 * (1.0 - a / 132.0 * (1.0 - a / 182.0 * (1.0 - a / 240.0)))))));
+    match quarter as i32 & 3 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
 /// A direction about a normal with density cos θ / π per sr.
 #[inline]
 pub fn cosine_hemisphere(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
     let radius = u.sqrt();
-    let (sin, cos) = (TAU * v).sin_cos();
+    let (sin, cos) = sin_cos_of_turns(v);
     let [t, b] = tangents(normal);
     // 1 − u never reaches 0, since u stays below 1: the direction always leaves the surface.
     t * (radius * cos) + b * (radius * sin) + normal * (1.0 - u).sqrt()
@@ -32,7 +65,7 @@ pub fn cosine_hemisphere(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
 pub fn uniform_sphere([u, v]: [f64; 2]) -> DVec3 {
     let z = 1.0 - 2.0 * u;
     let radius = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = (TAU * v).sin_cos();
+    let (sin, cos) = sin_cos_of_turns(v);
     DVec3::new(radius * cos, radius * sin, z)
 }
 
@@ -43,7 +76,7 @@ pub fn uniform_sphere([u, v]: [f64; 2]) -> DVec3 {
 pub fn uniform_cone(axis: DVec3, one_minus_cos_max: f64, [u, v]: [f64; 2]) -> DVec3 {
     let drop = u * one_minus_cos_max;
     let radius = (drop * (2.0 - drop)).max(0.0).sqrt();
-    let (sin, cos) = (TAU * v).sin_cos();
+    let (sin, cos) = sin_cos_of_turns(v);
     let [t, b] = tangents(axis);
     t * (radius * cos) + b * (radius * sin) + axis * (1.0 - drop)
 }
@@ -59,4 +92,66 @@ pub fn uniform_triangle([u, v]: [f64; 2]) -> [f64; 2] {
 #[inline]
 pub fn cosine_hemisphere_pdf_per_sr(cos_theta: f64) -> f64 {
     cos_theta.max(0.0) / PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::random::{Purpose, Stream};
+
+    #[test]
+    fn sine_and_cosine_of_turns_are_those_of_the_library() {
+        for i in 0..=100_000 {
+            let turns = f64::from(i) / 100_000.0;
+            let (sin, cos) = sin_cos_of_turns(turns);
+            let angle = TAU * turns;
+            assert!((sin - angle.sin()).abs() < 2e-15 && (cos - angle.cos()).abs() < 2e-15, "{turns}");
+        }
+        let (sin, cos) = sin_cos_of_turns(1.0 - 2f64.powi(-53));
+        assert!(sin.abs() < 1e-15 && (cos - 1.0).abs() < 1e-15);
+    }
+
+    /// Means of first and second moments over N = 200,000 draws (seed 1); each must lie within 4.9 standard errors of the
+    /// exact value (α = 1e-6), and a density that leans 1% towards the normal must not.
+    fn moments(draw: impl Fn(&mut Stream) -> f64) -> (f64, f64) {
+        let mut stream = Stream::new(1, Purpose::Pilot, 0, 0);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        const N: u32 = 200_000;
+        for index in 0..N {
+            stream.seek(u64::from(index));
+            let value = draw(&mut stream);
+            sum += value;
+            squares += value * value;
+        }
+        let mean = sum / f64::from(N);
+        (mean, ((squares / f64::from(N) - mean * mean) / f64::from(N)).sqrt())
+    }
+
+    #[test]
+    fn the_cosine_hemisphere_has_its_moments_about_any_normal() {
+        for normal in [DVec3::Z, -DVec3::Z, DVec3::X, DVec3::new(1.0, -2.0, 0.5).normalize()] {
+            // E[cos θ] = 2/3, E[cos² θ] = 1/2; E[x²] = 1/4 along either tangent.
+            let [t, _] = tangents(normal);
+            let (mean, error) = moments(|stream| cosine_hemisphere(normal, stream.pair()).dot(normal));
+            assert!((mean - 2.0 / 3.0).abs() < 4.9 * error, "{mean} ± {error}");
+            assert!((mean * 1.01 - 2.0 / 3.0).abs() > 4.9 * error, "the planted fault passed");
+            let (mean, error) = moments(|stream| cosine_hemisphere(normal, stream.pair()).dot(t).powi(2));
+            assert!((mean - 0.25).abs() < 4.9 * error, "{mean} ± {error}");
+        }
+    }
+
+    #[test]
+    fn edge_variates_give_unit_vectors_that_leave_the_surface() {
+        let last = 1.0 - 2f64.powi(-32);
+        for pair in [[0.0, 0.0], [last, last], [0.0, last], [last, 0.0], [last, 0.25]] {
+            for normal in [DVec3::Z, -DVec3::Z, DVec3::Y] {
+                let direction = cosine_hemisphere(normal, pair);
+                assert!((direction.length() - 1.0).abs() < 1e-12 && direction.dot(normal) > 0.0);
+            }
+            assert!((uniform_sphere(pair).length() - 1.0).abs() < 1e-12);
+            let [u, v] = uniform_triangle(pair);
+            assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.0);
+            assert!((uniform_cone(DVec3::X, 1e-9, pair).length() - 1.0).abs() < 1e-12);
+        }
+    }
 }

@@ -105,3 +105,189 @@ fn interval(count: usize, target: f64, cumulated: impl Fn(usize) -> f64) -> usiz
     }
     low
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+    use super::*;
+    use crate::scene::photometry::PhotometricType;
+
+    /// Chance of refusing a right sampler.
+    const ALPHA: f64 = 1e-3;
+    /// Draws of a χ² test: a fault of 1% in half of all directions then lies some ten standard deviations off.
+    const DRAWS: usize = 2_000_000;
+    const SEED: u64 = 20_240_917;
+    /// Bins of the χ² test along the azimuth and the cosine.
+    const BINS: [usize; 2] = [8, 6];
+    /// Midpoints along each side of a bin, for its expected count.
+    const MIDPOINTS: usize = 128;
+
+    /// SplitMix64 (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators").
+    struct Stream(u64);
+
+    impl Stream {
+        fn variate(&mut self) -> f64 {
+            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let once = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            let twice = (once ^ (once >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((twice ^ (twice >> 31)) >> 11) as f64 * (-53_f64).exp2()
+        }
+    }
+
+    /// Uneven steps, dark zones, a dark plane and an asymmetric lobe.
+    fn lopsided() -> IntensityWeb {
+        let c = vec![0.0, 30.0, 100.0, 180.0, 250.0, 360.0];
+        let gamma = vec![0.0, 10.0, 45.0, 90.0, 120.0, 180.0];
+        let rows = [
+            [5.0, 8.0, 3.0, 1.0, 0.0, 0.0],
+            [5.0, 20.0, 9.0, 2.0, 0.0, 0.0],
+            [5.0, 6.0, 30.0, 2.0, 4.0, 0.0],
+            [0.0; 6],
+            [5.0, 2.0, 0.0, 0.0, 7.0, 2.0],
+            [5.0, 8.0, 3.0, 1.0, 0.0, 0.0],
+        ];
+        IntensityWeb::new(c, gamma, rows.concat()).unwrap()
+    }
+
+    /// A floodlight's table, of which most directions are dark.
+    fn floodlight() -> IntensityWeb {
+        let (planes, angles) = (vec![150.0, 180.0, 220.0], vec![50.0, 90.0, 110.0]);
+        let cd = vec![1.0, 4.0, 2.0, 5.0, 9.0, 3.0, 2.0, 6.0, 1.0];
+        IntensityWeb::on_goniometer(PhotometricType::B, planes, angles, cd).unwrap()
+    }
+
+    /// The same, brighter by `excess` in the planes up to C100.
+    fn with_fault(web: &IntensityWeb, excess: f64) -> IntensityWeb {
+        let mut faulty = web.clone();
+        let row = web.gamma_deg.len();
+        for (index, cd) in faulty.intensity_cd.iter_mut().enumerate() {
+            if web.c_deg[index / row] <= 100.0 {
+                *cd *= 1.0 + excess;
+            }
+        }
+        faulty
+    }
+
+    /// The p-value of draws from `drawn` against the intensities of `truth`, bins pooled until 20 are expected in each.
+    fn chi_square_p(drawn: &WebSampler, truth: &IntensityWeb) -> f64 {
+        let mut counts = vec![0.0; BINS[0] * BINS[1]];
+        let mut stream = Stream(SEED);
+        for _ in 0..DRAWS {
+            let direction = drawn.sample([stream.variate(), stream.variate()]);
+            let turn = (direction.y.atan2(direction.x) / TAU).rem_euclid(1.0);
+            let [i, j] = [turn, 0.5 * (1.0 - direction.z)];
+            let [i, j] = [(i * BINS[0] as f64) as usize, (j * BINS[1] as f64) as usize];
+            counts[i.min(BINS[0] - 1) * BINS[1] + j.min(BINS[1] - 1)] += 1.0;
+        }
+
+        let masses: Vec<f64> = (0..counts.len()).map(|bin| bin_mass(truth, bin / BINS[1], bin % BINS[1])).collect();
+        let total: f64 = masses.iter().sum();
+        let mut pooled: Vec<(f64, f64)> = vec![(0.0, 0.0)];
+        for (mass, count) in masses.iter().zip(&counts) {
+            let last = pooled.len() - 1;
+            pooled[last].0 += mass / total * DRAWS as f64;
+            pooled[last].1 += count;
+            if pooled[last].0 >= 20.0 {
+                pooled.push((0.0, 0.0));
+            }
+        }
+        let rest = pooled.pop().unwrap();
+        let last = pooled.len() - 1;
+        pooled[last] = (pooled[last].0 + rest.0, pooled[last].1 + rest.1);
+        let statistic: f64 = pooled.iter().map(|(expected, count)| (count - expected).powi(2) / expected).sum();
+        1.0 - ChiSquared::new(last as f64).unwrap().cdf(statistic)
+    }
+
+    /// ∫ I dω over a bin by midpoints in azimuth and cosine.
+    fn bin_mass(web: &IntensityWeb, i: usize, j: usize) -> f64 {
+        let at = |k: usize, bin: usize, bins: usize| (bin as f64 + (k as f64 + 0.5) / MIDPOINTS as f64) / bins as f64;
+        let mut sum = 0.0;
+        for k in 0..MIDPOINTS * MIDPOINTS {
+            let azimuth = TAU * at(k / MIDPOINTS, i, BINS[0]);
+            let z = 1.0 - 2.0 * at(k % MIDPOINTS, j, BINS[1]);
+            let radius = (1.0 - z * z).sqrt();
+            sum += web.intensity_along_cd(DVec3::new(radius * azimuth.cos(), radius * azimuth.sin(), z));
+        }
+        sum * 4.0 * PI / (BINS[0] * BINS[1] * MIDPOINTS * MIDPOINTS) as f64
+    }
+
+    #[test]
+    fn draws_follow_the_distribution_and_a_fault_of_two_percent_is_rejected() {
+        let web = lopsided();
+        let right = chi_square_p(&WebSampler::new(&web), &web);
+        assert!(right > ALPHA, "p = {right}");
+        let wrong = chi_square_p(&WebSampler::new(&with_fault(&web, 0.02)), &web);
+        assert!(wrong < ALPHA, "a planted fault went unseen: p = {wrong}");
+    }
+
+    #[test]
+    fn density_integrates_to_one_and_total_is_the_flux() {
+        for web in [lopsided(), floodlight()] {
+            let sampler = WebSampler::new(&web);
+            assert!((sampler.total() / web.luminous_flux_lm() - 1.0).abs() < 1e-14);
+            let bins = (0..BINS[0] * BINS[1]).map(|bin| bin_mass(&web, bin / BINS[1], bin % BINS[1]));
+            let integral = bins.sum::<f64>() / sampler.total();
+            // A table that ends in steps is only as well integrated as its midpoints lie.
+            assert!((integral - 1.0).abs() < 2e-3, "{integral}");
+        }
+        let smooth =
+            IntensityWeb::new(vec![0.0, 360.0], vec![0.0, 90.0, 180.0], vec![1.0, 3.0, 2.0, 1.0, 3.0, 2.0]).unwrap();
+        let sampler = WebSampler::new(&smooth);
+        let integral = (0..BINS[1]).map(|j| bin_mass(&smooth, 0, j)).sum::<f64>() * BINS[0] as f64 / sampler.total();
+        assert!((integral - 1.0).abs() < 1e-5, "{integral}");
+    }
+
+    /// The variates are cumulated shares: the flux within the angles that a sample reaches is what they say.
+    #[test]
+    fn samples_stand_where_their_share_of_the_flux_ends() {
+        // I = 1 below the horizontal: γ follows from 1 − cos γ = u, C from u alone.
+        let hemisphere = IntensityWeb::new(vec![0.0, 360.0], vec![0.0, 90.0], vec![1.0; 4]).unwrap();
+        let sampler = WebSampler::new(&hemisphere);
+        for (u, v) in [(0.1, 0.3), (0.5, 0.999), (0.9, 1e-9), (0.25, 1e-17)] {
+            let direction = sampler.sample([u, v]);
+            assert!((direction.z - (1.0 - v)).abs() < 1e-14, "{direction} for {v}");
+            let radius = (v * (2.0 - v)).sqrt();
+            assert!((direction.x - radius * (TAU * u).cos()).abs() < 1e-13);
+            assert!((direction.y - radius * (TAU * u).sin()).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn edge_variates_give_unit_directions_within_the_table() {
+        let last = 1.0 - (-53_f64).exp2();
+        for web in [lopsided(), floodlight()] {
+            let sampler = WebSampler::new(&web);
+            for u in [0.0, 1e-300, 0.5, last] {
+                for v in [0.0, 1e-300, 0.5, last] {
+                    let direction = sampler.sample([u, v]);
+                    assert!((direction.length() - 1.0).abs() < 1e-14, "{direction} for {u}, {v}");
+                    assert!(sampler.pdf_per_sr(direction) >= 0.0);
+                }
+            }
+        }
+        // A table without zeros gives a density above 0 even on its edges.
+        let sampler = WebSampler::new(&floodlight());
+        for variates in [[0.0, 0.0], [last, last], [0.0, last], [last, 0.0]] {
+            assert!(sampler.pdf_per_sr(sampler.sample(variates)) > 0.0, "{variates:?}");
+        }
+        let dark = WebSampler::new(&IntensityWeb::new(vec![0.0, 360.0], vec![0.0, 90.0], vec![0.0; 4]).unwrap());
+        assert_eq!((dark.total(), dark.pdf_per_sr(dark.sample([0.3, 0.4]))), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_floodlight_draws_by_its_own_angles() {
+        let web = floodlight();
+        let sampler = WebSampler::new(&web);
+        let mut stream = Stream(SEED);
+        // Mean of 1/I over draws ∝ I is the solid angle of the table over its flux.
+        let mean = (0..200_000).map(|_| 1.0 / sampler.eval(sampler.sample([stream.variate(), stream.variate()])));
+        let mean = mean.sum::<f64>() / 200_000.0;
+        let zone = 50_f64.to_radians().cos() - 110_f64.to_radians().cos();
+        let exact = 70_f64.to_radians() * zone / sampler.total();
+        // The standard error is some 0.15% of the mean: five of them.
+        assert!((mean / exact - 1.0).abs() < 0.0075, "{mean} {exact}");
+    }
+}

@@ -161,7 +161,9 @@ impl Run<'_> {
     fn why_all_is_done(&self) -> StopReason {
         if self.jobs.iter().all(|job| job.is_exact()) {
             StopReason::Exact
-        } else if self.target_error.is_some() && self.jobs.iter().filter(|job| job.bound).all(|job| job.met || job.judgement.dark) {
+        } else if self.target_error.is_some()
+            && self.jobs.iter().filter(|job| job.bound).all(|job| job.met || job.judgement.dark)
+        {
             StopReason::TargetMet
         } else {
             StopReason::Chains

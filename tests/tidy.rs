@@ -1,0 +1,127 @@
+//! Keeps the house tidy: floors, prints, f32, and the length of files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Rooms and their floors; a room may use only rooms on lower numbers.
+const FLOORS: &[(&str, u32)] = &[
+    ("base", 0),
+    ("scene", 1),
+    ("geometry", 2),
+    ("sampling", 2),
+    ("chain", 3),
+    ("estimators", 4),
+    ("maps", 5),
+    ("control", 6),
+    ("solver", 7),
+    ("light_mesh", 7),
+    ("radiosity", 7),
+    ("analytic", 8),
+    ("output", 8),
+    ("validation", 9),
+    ("cli", 10),
+];
+
+/// Lines that can be read in one sitting.
+const LONGEST_FILE: usize = 600;
+
+fn sources() -> Vec<(PathBuf, String)> {
+    fn walk(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
+        let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        entries.sort();
+        for path in entries {
+            if path.is_dir() {
+                walk(&path, found);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let text = fs::read_to_string(&path).unwrap();
+                found.push((path, text));
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
+    assert!(found.len() > 20, "the sources were not found");
+    found
+}
+
+fn room_of(path: &Path) -> Option<String> {
+    let inside = path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("src")).unwrap();
+    let mut parts = inside.components();
+    let first = parts.next()?.as_os_str().to_str()?.to_owned();
+    parts.next().map(|_| first)
+}
+
+fn floor(room: &str) -> u32 {
+    FLOORS.iter().find(|(name, _)| *name == room).unwrap_or_else(|| panic!("src/{room} stands on no floor")).1
+}
+
+/// Rooms that a line of code names by `crate::room` or `luxmc::room`; comments do not count.
+fn rooms_named(line: &str) -> Vec<&str> {
+    if line.trim_start().starts_with("//") {
+        return Vec::new();
+    }
+    let names = line.split("crate::").skip(1);
+    names.map(|rest| rest.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or("")).collect()
+}
+
+fn complaints(check: impl Fn(&Path, &str) -> Vec<String>) -> Vec<String> {
+    sources().iter().flat_map(|(path, text)| check(path, text)).collect()
+}
+
+#[test]
+fn rooms_use_only_the_floors_above_them() {
+    let broken = complaints(|path, text| {
+        let Some(room) = room_of(path) else { return Vec::new() };
+        let own = floor(&room);
+        let named = text
+            .lines()
+            .enumerate()
+            .flat_map(|(number, line)| rooms_named(line).into_iter().map(move |other| (number + 1, other)));
+        let wrong = named
+            .filter(|(_, other)| FLOORS.iter().any(|(name, _)| name == other) && *other != room && floor(other) >= own);
+        wrong.map(|(number, other)| format!("{}:{number}: {room} uses {other}", path.display())).collect()
+    });
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[test]
+fn only_the_command_line_prints() {
+    let broken = complaints(|path, text| {
+        if room_of(path).is_none_or(|room| room == "cli") {
+            return Vec::new();
+        }
+        let code = text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//"));
+        let prints = code.filter(|(_, line)| ["println!", "print!", "dbg!"].iter().any(|print| line.contains(print)));
+        prints.map(|(number, _)| format!("{}:{}: prints", path.display(), number + 1)).collect()
+    });
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[test]
+fn only_the_geometry_works_in_f32_or_knows_obvhs() {
+    let broken = complaints(|path, text| {
+        if room_of(path).is_some_and(|room| room == "geometry") {
+            return Vec::new();
+        }
+        let code = text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//"));
+        let wrong =
+            code.filter(|(_, line)| line.contains(": f32") || line.contains("as f32") || line.contains("obvhs"));
+        wrong.map(|(number, line)| format!("{}:{}: {}", path.display(), number + 1, line.trim())).collect()
+    });
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[test]
+fn files_can_be_read_in_one_sitting() {
+    let long = complaints(|path, text| {
+        let lines = text.lines().count();
+        if lines > LONGEST_FILE { vec![format!("{}: {lines} lines", path.display())] } else { Vec::new() }
+    });
+    assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+#[test]
+fn the_checks_see_what_they_forbid() {
+    assert_eq!(rooms_named("use crate::solver::Settings; let x = crate::maps::judge;"), ["solver", "maps"]);
+    assert!(rooms_named("//! see crate::solver").is_empty());
+}
