@@ -1,5 +1,7 @@
 //! Formulas and numbers that know nothing of scenes: special functions, quadrature, solid angles, exact sums.
 
 pub mod polygon;
+pub mod quadrature;
 pub mod solid_angle;
+pub mod special;
 pub mod sum;
