@@ -63,6 +63,9 @@ pub fn bessel_k1_scaled(x: f64) -> f64 {
 /// series has lost under a digit and the fraction needs some 60 steps.
 const SERIES_BELOW: f64 = 2.0;
 
+/// Above this size Hankel's expansion reaches full accuracy: its smallest term is about e^(−2|z|) = 2e-16.
+const EXPANSION_ABOVE: f64 = 18.0;
+
 /// eᶻ K₀(z) and eᶻ K₁(z) of a complex argument with Re z ≥ 0, z ≠ 0.
 ///
 /// Accuracy: 1e-14 of each value's size. On the imaginary axis and the real axis, real and imaginary part each have
@@ -75,7 +78,37 @@ pub fn bessel_k01_scaled(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
         let (k0, z_k1_minus_one) = small_k01(z);
         return (k0 * scale, (z_k1_minus_one + 1.0) / z * scale);
     }
+    if z.norm_sqr() > EXPANSION_ABOVE * EXPANSION_ABOVE {
+        return (expanded_k_scaled(z, 0.0), expanded_k_scaled(z, 4.0));
+    }
     temme_k01_scaled(z)
+}
+
+/// eᶻ K₀(z) alone, in less time.
+///
+/// Range, accuracy, source: those of [`bessel_k01_scaled`].
+pub fn complex_bessel_k0_scaled(z: Complex<f64>) -> Complex<f64> {
+    if z.norm_sqr() > EXPANSION_ABOVE * EXPANSION_ABOVE {
+        return expanded_k_scaled(z, 0.0);
+    }
+    bessel_k01_scaled(z).0
+}
+
+/// eᶻ K_ν(z) by Hankel's expansion for large |z|, with `mu` = 4ν².
+fn expanded_k_scaled(z: Complex<f64>, mu: f64) -> Complex<f64> {
+    const MOST_TERMS: usize = 40;
+    let step = Complex::new(0.125, 0.0) / z;
+    let mut term = Complex::new(1.0, 0.0);
+    let mut sum = term;
+    for n in 1..MOST_TERMS {
+        let odd = (2 * n - 1) as f64;
+        term *= step * ((mu - odd * odd) / n as f64);
+        sum += term;
+        if term.norm_sqr() < (0.1 * f64::EPSILON).powi(2) {
+            break;
+        }
+    }
+    (Complex::new(FRAC_PI_2, 0.0) / z).sqrt() * sum
 }
 
 /// z K₁(z) and 1 − z K₁(z) of a complex argument with Re z ≥ 0, each without cancellation: as z → 0 the first goes to

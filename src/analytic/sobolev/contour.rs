@@ -149,7 +149,7 @@ pub(super) fn real_axis(rule: &PanelRule, spectrum: &Spectrum) -> Vec<Panel<f64>
     split(rule.panels(&edges, on_axis), |k| k.re, |f| f.re)
 }
 
-/// Panels up the imaginary axis to [`TURN`]: t and t Im G(it), from where t r is nothing for every radius up to `r_max`.
+/// Panels up the imaginary axis to [`TURN`]: t and t Im G(it), for radii up to `r_max`.
 pub(super) fn imaginary_axis(rule: &PanelRule, spectrum: &Spectrum, r_max: f64) -> Vec<Panel<f64>> {
     let edges = rising_powers(NEGLIGIBLE_PHASE / r_max, TURN);
     let on_axis = |t: f64| {
@@ -159,8 +159,9 @@ pub(super) fn imaginary_axis(rule: &PanelRule, spectrum: &Spectrum, r_max: f64) 
     split(rule.panels(&edges, on_axis), |k| k.im, |f| f.im)
 }
 
-/// Below this t r the turned integral has nothing: (t r)³ ln(t r) of it.
-pub(super) const NEGLIGIBLE_PHASE: f64 = 4e-6;
+/// The lowest panel of the turned integral ends at this t r: it holds (t r)³ ln(t r) of it, so its singularity matters
+/// no more.
+const NEGLIGIBLE_PHASE: f64 = 4e-6;
 
 /// Panels along the ray: k and k G(k) e^{iφ}; the parameter is the distance from where the ray begins.
 pub(super) fn ray(rule: &PanelRule, spectrum: &Spectrum, r_min: f64) -> Vec<Panel<Complex<f64>>> {

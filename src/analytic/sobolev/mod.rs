@@ -15,9 +15,9 @@ use std::f64::consts::PI;
 
 use nalgebra::Complex;
 
-use self::contour::{NEGLIGIBLE_PHASE, NODES, NOTHING_LEFT, Panel, PanelRule, PanelSum, TURN};
+use self::contour::{NODES, NOTHING_LEFT, Panel, PanelRule, PanelSum, TURN};
 use super::error::{AnalyticError, require, require_reflectance};
-use crate::base::special::{bessel_j0, bessel_k0, bessel_k01_scaled, z_bessel_k1_and_deficit};
+use crate::base::special::{EULER_GAMMA, bessel_j0, bessel_k0, complex_bessel_k0_scaled, z_bessel_k1_and_deficit};
 
 /// Two infinite parallel diffuse planes at distance 1 m, an isotropic point source of 1 cd between them.
 ///
@@ -109,8 +109,8 @@ pub fn sobolev_at_radii(
     Ok(values.collect())
 }
 
-/// Below this r the real axis is used, from it on the turned path. At the border the real axis has lost two digits.
-const REAL_AXIS_BELOW: f64 = 4.0;
+/// Below this r the real axis is used, from it on the turned path. At the border the real axis has lost two digits at most.
+const REAL_AXIS_BELOW: f64 = 3.0;
 
 /// Rounding errors of a sum, as a fraction of the sum of its terms' sizes: those of κ and of the wave, about 2e-15 at
 /// worst and mostly of either sign, with room for what was not met in 1,040 cases.
@@ -194,13 +194,22 @@ struct RealAxisForm {
     moments: Vec<[f64; 3]>,
 }
 
+/// A last panel with less than this part of the whole is left out: r < 3 makes of the whole 0.02 or more.
+const NOTHING_ON_AXIS: f64 = 1e-17;
+
 /// Up to this kr the wave is 1 − (kr)²/4 + (kr)⁴/64, the next term being (kr)⁶/2304.
 const FLAT_PHASE: f64 = 0.01;
 
 impl RealAxisForm {
     fn new(spectrum: &Spectrum) -> RealAxisForm {
         let rule = PanelRule::new();
-        let panels = contour::real_axis(&rule, spectrum);
+        let mut panels = contour::real_axis(&rule, spectrum);
+        // Falling exponentials leave nothing in the last panels.
+        let size = |panel: &Panel<f64>| rule.sum(0.5 * (panel.to - panel.from), &panel.values).absolute;
+        let nothing = NOTHING_ON_AXIS * panels.iter().map(size).sum::<f64>();
+        while panels.last().is_some_and(|panel| size(panel) < nothing) {
+            panels.pop();
+        }
         let mut moments = vec![[0.0; 3]];
         for panel in &panels {
             let half = 0.5 * (panel.to - panel.from);
@@ -232,6 +241,8 @@ impl RealAxisForm {
 struct TurnedForm {
     rule: PanelRule,
     axis: Vec<Panel<f64>>,
+    /// Sums over the axis' panels before each, with v = −(2/π) t Im G(it): of v tⁿ and of v tⁿ ln t, for n = 0, 2, 4.
+    moments: Vec<[[f64; 2]; 3]>,
     ray: Vec<Panel<Complex<f64>>>,
 }
 
@@ -241,29 +252,62 @@ impl TurnedForm {
         let rule = PanelRule::new();
         let axis = contour::imaginary_axis(&rule, spectrum, r_max);
         let ray = contour::ray(&rule, spectrum, r_min);
-        TurnedForm { rule, axis, ray }
+        let mut axis = axis;
+        let mut moments = vec![[[0.0; 2]; 3]];
+        for panel in &mut axis {
+            panel.values = panel.values.map(|value| -2.0 / PI * value);
+            let moment = |power: i32, log: i32| {
+                let term = |i: usize| panel.values[i] * panel.places[i].powi(power) * panel.places[i].ln().powi(log);
+                rule.sum(0.5 * (panel.to - panel.from), &std::array::from_fn(term)).value
+            };
+            let mut sums = moments[moments.len() - 1];
+            for (n, sums) in sums.iter_mut().enumerate() {
+                for (log, sum) in sums.iter_mut().enumerate() {
+                    *sum += moment(2 * n as i32, log as i32);
+                }
+            }
+            moments.push(sums);
+        }
+        TurnedForm { rule, axis, moments, ray }
     }
 
     fn at(&self, r: f64) -> Estimate {
         let mut tally = Tally::default();
-        let first = self.axis.partition_point(|panel| panel.to * r < NEGLIGIBLE_PHASE);
-        for panel in self.axis[first..].iter().take_while(|panel| panel.from * r < NOTHING_LEFT) {
-            let values = std::array::from_fn(|i| -2.0 / PI * panel.values[i] * bessel_k0(panel.places[i] * r));
+        let flat = self.axis.partition_point(|panel| panel.to * r <= SHALLOW_PHASE);
+        let value = self.shallow(r, &self.moments[flat]);
+        tally.add(PanelSum { value, absolute: value.abs(), truncation: 0.0 });
+        for panel in self.axis[flat..].iter().take_while(|panel| panel.from * r < NOTHING_LEFT) {
+            let values = std::array::from_fn(|i| panel.values[i] * bessel_k0(panel.places[i] * r));
             tally.add(self.rule.sum(0.5 * (panel.to - panel.from), &values));
         }
         // The ray begins where the wave has fallen by e^{−2r} already.
         let fall = r * contour::RAY_ANGLE.sin() + contour::RAY_ANGLE.cos();
         let begins = TURN * r - 4.0 * r.ln_1p();
-        for panel in self.ray.iter().take_while(|panel| begins + panel.from * fall < NOTHING_LEFT) {
+        for panel in self.ray.iter().take_while(|panel| begins + panel.from * fall < NOTHING_LEFT_OF_RAY) {
             let values = std::array::from_fn(|i| (panel.values[i] * hankel_wave(panel.places[i] * r)).re);
             tally.add(self.rule.sum(0.5 * (panel.to - panel.from), &values));
         }
         tally.estimate()
     }
+
+    /// The panels' part where K₀(tr) goes by its first terms, Σ (x/2)^{2n}/n!² (ψ(n+1) − ln(x/2)) to n = 2.
+    fn shallow(&self, r: f64, moments: &[[f64; 2]; 3]) -> f64 {
+        let log = (0.5 * r).ln();
+        let q = 0.25 * r * r;
+        let psi = [-EULER_GAMMA, 1.0 - EULER_GAMMA, 1.5 - EULER_GAMMA];
+        let term = |n: usize| (psi[n] - log) * moments[n][0] - moments[n][1];
+        term(0) + q * (term(1) + q * 0.25 * term(2))
+    }
 }
+
+/// Up to this tr the wave K₀(tr) goes by three terms: the next is (tr)⁶ ln(tr)/2304 = 1e-16.
+const SHALLOW_PHASE: f64 = 0.006;
+
+/// Exponent past which the ray brings nothing beside a reflected illuminance that falls as r⁻³ or r⁻⁴.
+const NOTHING_LEFT_OF_RAY: f64 = 38.0;
 
 /// H₀⁽¹⁾(z) = (2/πi) K₀(−iz), for z in the first quadrant.
 fn hankel_wave(z: Complex<f64>) -> Complex<f64> {
     let turned = Complex::new(z.im, -z.re);
-    (-turned).exp() * bessel_k01_scaled(turned).0 * Complex::new(0.0, -2.0 / PI)
+    (-turned).exp() * complex_bessel_k0_scaled(turned) * Complex::new(0.0, -2.0 / PI)
 }

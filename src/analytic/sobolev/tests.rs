@@ -67,7 +67,10 @@ fn both_paths_agree_where_both_hold() {
                     let allowed = near.estimated_error + far.estimated_error;
                     assert!((near.value - far.value).abs() <= allowed, "{spectrum:?} r {r}: {near:?} {far:?}");
                     // Beyond the border the real axis' estimate grows, as its panels are no longer made for such waves.
-                    assert!(r > REAL_AXIS_BELOW || allowed < 1e-12 * near.value, "{spectrum:?} r {r}: {near:?} {far:?}");
+                    assert!(
+                        r > REAL_AXIS_BELOW || allowed < 1e-12 * near.value,
+                        "{spectrum:?} r {r}: {near:?} {far:?}"
+                    );
                 }
             }
         }
