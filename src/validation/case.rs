@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use super::error::CaseError;
 use super::fields::{Fraction, fill_in};
-use super::truth::TruthSpec;
+use super::truth::{Truth, TruthSpec};
 use crate::scene::{Scene, SceneError, scene_from_json};
 
 /// The file that makes a folder a case.
@@ -126,14 +126,16 @@ impl Light {
     }
 }
 
-/// Published numbers: a column of the truth's reference file.
+/// Published numbers: a column of the truth's reference file, or one number.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Beside {
     /// Whose numbers they are.
     pub name: String,
     /// The column; empty cells are skipped.
-    pub column: String,
+    pub column: Option<String>,
+    /// The number in lx; `null` where there is none.
+    pub value_lx: Option<f64>,
 }
 
 /// When a comparison passes. Whatever is named must hold; that deviations fit their error bars must hold always.
@@ -331,6 +333,7 @@ fn read_run(
     for (index, value) in compare.iter().enumerate() {
         let comparison: Comparison = typed(path, &format!("compare[{index}]"), filled(value)?)?;
         check_comparison(path, &scene, &comparison)?;
+        Truth::prepare(&comparison.truth, &scene, path.parent().unwrap_or(base_dir))?;
         if comparison.runs.as_ref().is_none_or(|names| names.contains(&run.name)) {
             comparisons.push(comparison);
         }
