@@ -13,7 +13,7 @@ const LOOKS_IN_GAMMA: usize = 5;
 const LOOKS_IN_C: usize = 72;
 
 /// A group is near while its radius is more than this share of its distance.
-const NEAR: f64 = 0.5;
+const NEAR: f64 = 0.25;
 /// Cosine between axes above which two emitters aim alike.
 const ALIKE: f64 = 0.999;
 
