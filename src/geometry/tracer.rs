@@ -19,6 +19,13 @@ const SECOND_LOOKS: [f32; 2] = [16.0, 256.0];
 /// slipped this far inside.
 const STEPS_ASIDE: [f64; 3] = [4.0 * PULL, 32.0 * PULL, 256.0 * PULL];
 
+/// Share of a corner below which a crossing may lie on an edge: where triangles are no lower than 2⁻⁹, rounding
+/// (2⁻²³) stays below it.
+const EDGE_SHARE: f32 = 1.0 / (1u32 << 14) as f32;
+
+/// Largest distance between crossings, in units of the direction, that rounding may have exchanged.
+const LONGEST_TIE: f32 = 1.0 / (1u32 << 12) as f32;
+
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit {
@@ -137,9 +144,10 @@ impl Tracer {
     #[inline]
     pub fn first_hit(&self, origin: &Origin, direction: DVec3) -> Meeting {
         let along = direction.as_vec3a();
-        match self.tree.closest(&Ray::new(origin.point, along), origin) {
-            Some(found) if self.is_side(&found) => self.meeting(&found),
-            Some(found) => self.look_from_aside(origin, along, &found),
+        let ray = Ray::new(origin.point, along);
+        match self.tree.closest(&ray, origin) {
+            Some(found) if self.is_plain(&found) => self.meeting(&found),
+            Some(found) => self.settle(&ray, origin, &found),
             None => self.look_from_further_in(origin, along),
         }
     }
@@ -207,6 +215,50 @@ impl Tracer {
     fn is_side(&self, found: &Found) -> bool {
         found.crossing.sum > 0.0
             || self.footings.get(found.primitive as usize).is_none_or(|footing| footing.two_sided)
+    }
+
+    /// Whether a crossing is beyond doubt: it lies off the edges, and is no one-sided back.
+    #[inline]
+    fn is_plain(&self, found: &Found) -> bool {
+        let crossing = &found.crossing;
+        let shares = crossing.weights.truncate().abs();
+        // Of a ball, nothing here is a number.
+        !(shares.min_element() < EDGE_SHARE * crossing.sum.abs()) && self.is_side(found)
+    }
+
+    /// Which triangle a ray meets first where several cross it within rounding, as at edges: a front rather than a
+    /// back, and no front that stands on the far side of a back.
+    #[cold]
+    fn settle(&self, ray: &Ray, origin: &Origin, found: &Found) -> Meeting {
+        let noise = |one: &Found| {
+            let normal = self.footings.get(one.primitive as usize).map_or(Vec3::ZERO, |footing| footing.normal);
+            RESOLUTION as f32 / ray.direction.dot(normal.into()).abs().max(RESOLUTION as f32)
+        };
+        let t = found.crossing.t;
+        let mut tied = self.tree.crossings(ray, origin, t - LONGEST_TIE, t + LONGEST_TIE);
+        tied.retain(|one| (one.crossing.t - t).abs() <= noise(one) + noise(found));
+        let (mut fronts, backs): (Vec<Found>, Vec<Found>) = tied.iter().partition(|one| !(one.crossing.sum < 0.0));
+        fronts.sort_by(|one, other| {
+            one.crossing.t.total_cmp(&other.crossing.t).then(one.primitive.cmp(&other.primitive))
+        });
+        let on_this_side = fronts.iter().find(|front| !backs.iter().any(|back| self.is_beyond(front, back)));
+        if let Some(front) = on_this_side.or(fronts.first()) {
+            return self.meeting(front);
+        }
+        if self.is_side(found) { self.meeting(found) } else { self.look_from_aside(origin, ray.direction, found) }
+    }
+
+    /// Whether a triangle stands wholly in front of another's plane.
+    fn is_beyond(&self, one: &Found, other: &Found) -> bool {
+        let footing = |found: &Found| self.footings.get(found.primitive as usize);
+        let (Some(one), Some(other)) = (footing(one), footing(other)) else {
+            return false;
+        };
+        let [base, ..] = self.tree.slots[other.slot as usize].corners();
+        let heights = self.tree.slots[one.slot as usize]
+            .corners()
+            .map(|corner| other.normal.as_dvec3().dot(corner - base));
+        heights.iter().all(|height| *height > -RESOLUTION) && heights.iter().any(|height| *height > RESOLUTION)
     }
 
     /// A ray that found nothing may have started in a corner too tight for f32: if its origin lies near an edge of

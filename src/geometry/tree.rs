@@ -110,6 +110,26 @@ impl Tree {
         self.blocks_portable(ray, from, to)
     }
 
+    /// All crossings that count between two distances, in no order.
+    #[cold]
+    pub fn crossings(&self, ray: &Ray, origin: &Origin, first: f32, last: f32) -> Vec<Found> {
+        let mut all = Vec::new();
+        let mut state = self.tree.new_traversal(ray.direction);
+        let mut node;
+        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, first, last), {
+            let slot = state.primitive_id as usize;
+            let primitive = self.tree.primitive_indices[slot];
+            if let Some(mut crossing) = ray.cross(&self.slots[slot])
+                && primitive != origin.own_triangle()
+                && self.weigh(ray, origin, slot, &mut crossing).is_some()
+                && (first..=last).contains(&crossing.t)
+            {
+                all.push(Found { primitive, crossing });
+            }
+        });
+        all
+    }
+
     /// Takes or leaves a crossing that is not plainly a front ahead; what is returned is its rank, where it is taken.
     #[inline]
     fn weigh(&self, ray: &Ray, origin: &Origin, slot: usize, crossing: &mut Crossing) -> Option<f32> {
