@@ -23,9 +23,6 @@ const STEPS_ASIDE: [f64; 3] = [4.0 * PULL, 32.0 * PULL, 256.0 * PULL];
 /// (2⁻²³) stays below it.
 const EDGE_SHARE: f32 = 1.0 / (1u32 << 14) as f32;
 
-/// Largest distance between crossings, in units of the direction, that rounding may have exchanged.
-const LONGEST_TIE: f32 = 1.0 / (1u32 << 12) as f32;
-
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit {
@@ -171,8 +168,7 @@ impl Tracer {
         let end = from.point.as_dvec3() + difference;
         let to = Origin { point: end.as_vec3a(), normal: Vec3::ZERO, anchor: Anchor::Free };
         let along = difference.as_vec3a();
-        along != Vec3A::ZERO
-            && (from.has_below(along) || self.tree.blocks(&Ray::new(from.point, along), from, &to))
+        along != Vec3A::ZERO && (from.has_below(along) || self.tree.blocks(&Ray::new(from.point, along), from, &to))
     }
 
     /// What f32 leaves, in m: points are rounded, lifted and told from a surface within this length, so that gaps
@@ -213,8 +209,7 @@ impl Tracer {
     /// Whether a ray met a ball, a front, or the back of a two-sided surface.
     #[inline]
     fn is_side(&self, found: &Found) -> bool {
-        found.crossing.sum > 0.0
-            || self.footings.get(found.primitive as usize).is_none_or(|footing| footing.two_sided)
+        found.crossing.sum > 0.0 || self.footings.get(found.primitive as usize).is_none_or(|footing| footing.two_sided)
     }
 
     /// Whether a crossing is beyond doubt: it lies off the edges, and is no one-sided back.
@@ -235,7 +230,7 @@ impl Tracer {
             RESOLUTION as f32 / ray.direction.dot(normal.into()).abs().max(RESOLUTION as f32)
         };
         let t = found.crossing.t;
-        let mut tied = self.tree.crossings(ray, origin, t - LONGEST_TIE, t + LONGEST_TIE);
+        let mut tied = self.tree.crossings(ray, origin);
         tied.retain(|one| (one.crossing.t - t).abs() <= noise(one) + noise(found));
         let (mut fronts, backs): (Vec<Found>, Vec<Found>) = tied.iter().partition(|one| !(one.crossing.sum < 0.0));
         fronts.sort_by(|one, other| {
@@ -255,9 +250,8 @@ impl Tracer {
             return false;
         };
         let [base, ..] = self.tree.slots[other.slot as usize].corners();
-        let heights = self.tree.slots[one.slot as usize]
-            .corners()
-            .map(|corner| other.normal.as_dvec3().dot(corner - base));
+        let heights =
+            self.tree.slots[one.slot as usize].corners().map(|corner| other.normal.as_dvec3().dot(corner - base));
         heights.iter().all(|height| *height > -RESOLUTION) && heights.iter().any(|height| *height > RESOLUTION)
     }
 

@@ -110,19 +110,18 @@ impl Tree {
         self.blocks_portable(ray, from, to)
     }
 
-    /// All crossings that count between two distances, in no order.
+    /// All crossings that count along the ray, in no order.
     #[cold]
-    pub fn crossings(&self, ray: &Ray, origin: &Origin, first: f32, last: f32) -> Vec<Found> {
+    pub fn crossings(&self, ray: &Ray, origin: &Origin) -> Vec<Found> {
         let mut all = Vec::new();
         let mut state = self.tree.new_traversal(ray.direction);
         let mut node;
-        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, first, last), {
+        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, BEFORE, f32::MAX), {
             let slot = state.primitive_id as usize;
             let primitive = self.tree.primitive_indices[slot];
             if let Some(mut crossing) = ray.cross(&self.slots[slot])
                 && primitive != origin.own_triangle()
                 && self.weigh(ray, origin, slot, &mut crossing).is_some()
-                && (first..=last).contains(&crossing.t)
             {
                 all.push(Found { primitive, crossing });
             }
@@ -142,8 +141,10 @@ impl Tree {
             *crossing = ray.cross_edge_on(&self.slots[slot])?;
         }
         let is_front = crossing.sum > 0.0;
-        let in_range = crossing.t > BEFORE;
-        if !in_range || origin.is_in_front(&self.slots[slot]) != is_front {
+        if crossing.t < BEFORE
+            || origin.has_under(ray.direction, crossing.t)
+            || origin.is_in_front(&self.slots[slot]) != is_front
+        {
             return None;
         }
         if is_front {
@@ -172,9 +173,11 @@ impl Tree {
             };
             crossing = careful;
         }
+        if from.has_under(ray.direction, crossing.t) || to.has_under(-ray.direction, 1.0 - crossing.t) {
+            return false;
+        }
         let is_front = crossing.sum > 0.0;
-        from.is_in_front(&self.slots[slot]) == is_front
-            && to.is_in_front(&self.slots[slot]) != is_front
+        from.is_in_front(&self.slots[slot]) == is_front && to.is_in_front(&self.slots[slot]) != is_front
     }
 }
 
@@ -251,7 +254,12 @@ macro_rules! walks {
 
 walks!(node_test_portable, closest_portable, blocks_portable);
 #[cfg(target_arch = "x86_64")]
-walks!(#[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")] node_test_avx2, closest_avx2, blocks_avx2);
+walks!(
+    #[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")]
+    node_test_avx2,
+    closest_avx2,
+    blocks_avx2
+);
 
 fn has_avx2() -> bool {
     #[cfg(target_arch = "x86_64")]
@@ -279,9 +287,11 @@ fn build(triangles: &[Triangle], balls: &[Ball]) -> CwBvh {
         let (mut boxes, mut indices) = split_boxes(triangles);
         boxes.iter_mut().for_each(|aabb| *aabb = padded(aabb.min, aabb.max));
         indices.extend(triangles.len() as u32..(triangles.len() + balls.len()) as u32);
-        boxes.extend(balls.iter().map(|ball| {
-            padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())
-        }));
+        boxes.extend(
+            balls
+                .iter()
+                .map(|ball| padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())),
+        );
         PlocBuilder::new().build(
             params.ploc_search_distance,
             &boxes,
