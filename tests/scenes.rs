@@ -185,7 +185,7 @@ fn points_inside_of_solids_are_marked_and_those_on_them_are_not() {
 #[test]
 fn a_sphere_is_a_solid_and_an_open_surface_is_none() {
     let sphere = r#"{ "name": "s", "type": "sphere", "center": [0.5,0.5,0.5], "radius": 0.6, "material": "m" }"#;
-    assert_eq!(insides(sphere)[0], true);
+    assert!(insides(sphere)[0]);
     let plane =
         r#"{ "name": "s", "type": "rectangle", "origin": [0,0,0], "u": [1,0,0], "v": [0,1,0], "material": "m" }"#;
     assert_eq!(insides(plane), [false; 6]);
