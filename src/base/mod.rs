@@ -1,5 +1,6 @@
 //! Formulas and numbers that know nothing of scenes: special functions, quadrature, solid angles, exact sums.
 
+pub mod form_factors;
 pub mod polygon;
 pub mod quadrature;
 pub mod solid_angle;
