@@ -163,8 +163,7 @@ impl Tracer {
         let end = from.point.as_dvec3() + difference;
         let to = Origin { point: end.as_vec3a(), normal: Vec3::ZERO, anchor: Anchor::Free };
         let along = difference.as_vec3a();
-        along != Vec3A::ZERO
-            && (from.has_below(along) || self.tree.blocks(&Ray::new(from.point, along), from, &to))
+        along != Vec3A::ZERO && (from.has_below(along) || self.tree.blocks(&Ray::new(from.point, along), from, &to))
     }
 
     /// Where an origin is in m, with what f32 leaves of it.

@@ -153,8 +153,7 @@ impl Tree {
             crossing = careful;
         }
         let is_front = crossing.sum > 0.0;
-        from.is_in_front(&self.slots[slot]) == is_front
-            && to.is_in_front(&self.slots[slot]) != is_front
+        from.is_in_front(&self.slots[slot]) == is_front && to.is_in_front(&self.slots[slot]) != is_front
     }
 }
 

@@ -89,11 +89,12 @@ impl Ray {
         // A ray that runs up its axis swaps the other two, so that it always sees fronts counter-clockwise.
         let axes = if along[last] > 0.0 { [second, first, last] } else { [first, second, last] };
         let from = origin.to_array();
-        let inverse = 1.0 / Vec3A::select(
-            magnitude.cmplt(Vec3A::splat(SMALLEST_COMPONENT)),
-            Vec3A::splat(SMALLEST_COMPONENT).copysign(direction),
-            direction,
-        );
+        let inverse = 1.0
+            / Vec3A::select(
+                magnitude.cmplt(Vec3A::splat(SMALLEST_COMPONENT)),
+                Vec3A::splat(SMALLEST_COMPONENT).copysign(direction),
+                direction,
+            );
         let down = inverse.is_negative_bitmask() as usize;
         Ray {
             origin,
@@ -155,4 +156,3 @@ impl Ray {
         Some(Crossing { t: t as f32, weights: shares.as_vec3().extend(0.0), sum: sum.signum() as f32 })
     }
 }
-

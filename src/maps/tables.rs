@@ -22,8 +22,8 @@ pub struct TableSubject<'a> {
 /// Sums up a part of a map.
 ///
 /// The average is linear, so its error is the spread of the replicas' own averages. Minimum and U0 are not: noise
-/// pulls a minimum down. They are judged by the jackknife, which leaves out one replica at a time, takes the bias off
-/// to first order, and keeps within what the map shows (never below 0).
+/// pulls a minimum down. They are judged by the jackknife, which leaves out one replica at a time and takes the bias off
+/// to first order; the result is kept between 0 and the average, where every minimum lies.
 pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     let weight_sum: f64 = subject.weights.iter().sum();
     let counted = || subject.entries.iter().zip(subject.weights).filter(|(_, weight)| **weight > 0.0);
@@ -53,9 +53,9 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     }
     let without = |replica: usize| (average_lx.value * REPLICAS as f64 - averages[replica]) / (REPLICAS - 1) as f64;
     let ratio = |minimum: f64, average: f64| if average > 0.0 { minimum / average } else { 0.0 };
-    let minimum_lx = jackknife(minima[REPLICAS], |replica| minima[replica]);
+    let minimum_lx = jackknife(minima[REPLICAS], average_lx.value, |replica| minima[replica]);
     let uniformity_u0 =
-        jackknife(ratio(minima[REPLICAS], average_lx.value), |replica| ratio(minima[replica], without(replica)));
+        jackknife(ratio(minima[REPLICAS], average_lx.value), 1.0, |replica| ratio(minima[replica], without(replica)));
     let judgement = judge(map, counted().map(|(entry, weight)| (*entry, *weight)));
     TableRow {
         name: subject.name.to_owned(),
@@ -71,10 +71,13 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     }
 }
 
-/// Jackknife over the replicas: the value less its first-order bias, kept at or above 0, and its standard error.
-fn jackknife(whole: f64, without: impl Fn(usize) -> f64) -> Estimate {
+/// Jackknife over the replicas: the value less its first-order bias, kept from 0 to `most`, and its standard error.
+fn jackknife(whole: f64, most: f64, without: impl Fn(usize) -> f64) -> Estimate {
     let n = REPLICAS as f64;
     let mean = (0..REPLICAS).map(&without).sum::<f64>() / n;
     let squares: f64 = (0..REPLICAS).map(|replica| (without(replica) - mean).powi(2)).sum();
-    Estimate { value: (n * whole - (n - 1.0) * mean).max(0.0), standard_error: ((n - 1.0) / n * squares).sqrt() }
+    Estimate {
+        value: (n * whole - (n - 1.0) * mean).clamp(0.0, most.max(0.0)),
+        standard_error: ((n - 1.0) / n * squares).sqrt(),
+    }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::scene::photometry::IntensityWeb;
-use crate::scene::photometry::zones::{invert_linear, invert_zone, sine_moments};
+use crate::scene::photometry::zones::{Zone, invert_linear, sine_moments};
 
 /// Draws directions with the density I/Φ per steradian.
 ///
@@ -16,6 +16,7 @@ pub struct WebSampler {
     web: IntensityWeb,
     c_rad: Vec<f64>,
     gamma_rad: Vec<f64>,
+    gamma_sines: Vec<f64>,
     /// Flux in lm/rad of each plane up to each γ: `plane * gamma_rad.len() + i`.
     cumulated_lm_rad: Vec<f64>,
     /// Flux in lm up to each C.
@@ -40,7 +41,8 @@ impl WebSampler {
             let (before, here) = (cumulated_lm_rad[j * row - 1], cumulated_lm_rad[(j + 1) * row - 1]);
             cumulated_lm[j] = cumulated_lm[j - 1] + (c_rad[j] - c_rad[j - 1]) * 0.5 * (before + here);
         }
-        WebSampler { web: web.clone(), c_rad, gamma_rad, cumulated_lm_rad, cumulated_lm }
+        let gamma_sines = gamma_rad.iter().map(|gamma| gamma.sin()).collect();
+        WebSampler { web: web.clone(), c_rad, gamma_rad, gamma_sines, cumulated_lm_rad, cumulated_lm }
     }
 
     /// A unit vector along C0, C90 and γ = 0 for two variates in [0, 1).
@@ -65,11 +67,16 @@ impl WebSampler {
         let between = |table: &[f64], i: usize| (1.0 - t) * table[near + i] + t * table[far + i];
         let cumulated = |i: usize| between(&self.cumulated_lm_rad, i);
         let target_lm_rad = variates[1] * cumulated(row - 1);
-        let zone = interval(row, target_lm_rad, cumulated);
-        let (from, to) = (self.gamma_rad[zone], self.gamma_rad[zone + 1]);
-        let (from_cd, to_cd) = (between(&self.web.intensity_cd, zone), between(&self.web.intensity_cd, zone + 1));
-        let offset = invert_zone(from, to - from, from_cd, to_cd, target_lm_rad - cumulated(zone));
-        self.web.direction_at(c_rad, from + offset)
+        let index = interval(row, target_lm_rad, cumulated);
+        let zone = Zone {
+            from_rad: self.gamma_rad[index],
+            width_rad: self.gamma_rad[index + 1] - self.gamma_rad[index],
+            sines: [self.gamma_sines[index], self.gamma_sines[index + 1]],
+            intensities_cd: [index, index + 1].map(|i| between(&self.web.intensity_cd, i)),
+        };
+        let before_lm_rad = cumulated(index);
+        let offset = zone.offset_holding(target_lm_rad - before_lm_rad, cumulated(index + 1) - before_lm_rad);
+        self.web.direction_at(c_rad, zone.from_rad + offset)
     }
 
     /// Density per steradian of a unit direction along C0, C90 and γ = 0: I/Φ.

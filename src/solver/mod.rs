@@ -5,6 +5,7 @@ mod job;
 mod pilot;
 mod run;
 mod solution;
+mod sparse;
 
 pub use run::{Observer, Progress, solve};
 pub use solution::*;

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::finish::finish;
 use super::job::{Context, Job};
+use super::sparse::fill_sparse_elements;
 use super::{ConvergenceRow, MapSelection, Settings, Solution, StopReason};
 use crate::chain::Stage;
 use crate::control::{accepts, needed_work, next_judgement};
@@ -204,6 +205,7 @@ impl Run<'_> {
 
     fn judge_all(&mut self) {
         for job in &mut self.jobs {
+            fill_sparse_elements(self.context, job);
             job.judge(self.context);
         }
         if let Some(row) = self.convergence_row()

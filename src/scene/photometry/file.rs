@@ -188,7 +188,7 @@ impl PhotometricFile {
     }
 }
 
-/// Reads an IES LM-63 or EULUMDAT file; its content says which, its extension decides where the content does not.
+/// Reads an IES LM-63 or EULUMDAT file: the former by its extension `.ies` or its TILT line, the latter otherwise.
 ///
 /// # Errors
 /// A file that can't be read or is larger than 64 MiB, and a malformed one, with line, token, expectation and remedy.
@@ -196,10 +196,12 @@ pub fn read_photometric_file(path: &Path) -> Result<PhotometricFile, Photometric
     let bytes = read_bytes(path)?;
     let folder = path.parent();
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-    let read = match (looks_like_ies(&bytes), extension.as_deref()) {
-        (true, _) | (false, Some("ies")) => parse_ies(&bytes, folder),
-        (false, _) => parse_eulumdat(&bytes),
+    let ies = match extension.as_deref() {
+        Some("ies") => true,
+        Some("ldt") => has_tilt_line(&bytes),
+        _ => has_tilt_line(&bytes) || bytes.starts_with(b"IES"),
     };
+    let read = if ies { parse_ies(&bytes, folder) } else { parse_eulumdat(&bytes) };
     read.map_err(|error| error.in_file(path))
 }
 
@@ -222,11 +224,7 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhotometricError> {
     std::fs::read(path).map_err(|error| unreadable(error.to_string(), "check that it may be read"))
 }
 
-/// An IES file names its standard or has a TILT line.
-fn looks_like_ies(bytes: &[u8]) -> bool {
-    let lines = super::text::lines_of(&super::text::decode(bytes));
-    let first = lines.iter().map(|line| line.trim()).find(|line| !line.is_empty()).unwrap_or_default();
-    first.to_uppercase().starts_with("IESNA")
-        || first.to_uppercase().starts_with("IES:")
-        || super::ies::tilt_line(&lines).is_some()
+/// Only IES files have one.
+fn has_tilt_line(bytes: &[u8]) -> bool {
+    super::ies::tilt_line(&super::text::lines_of(&super::text::decode(bytes))).is_some()
 }

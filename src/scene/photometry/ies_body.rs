@@ -98,7 +98,7 @@ pub(super) fn read_tilt(tokens: &mut Tokens) -> Result<Tilt, PhotometricError> {
 fn body(tokens: &mut Tokens, included_tilt: bool) -> Result<Body, PhotometricError> {
     let tilt = if included_tilt { Some(read_tilt(tokens)?) } else { None };
     let not_negative = |value: f64| value >= 0.0;
-    let lamps = tokens.checked("the number of lamps, above 0", "write 1 if it is not known", |value| value > 0.0)?;
+    let lamps = tokens.checked("a number of lamps of 0 or more", "write 1 if it is not known", not_negative)?;
     let lumens_per_lamp = tokens.number("the lumens per lamp (-1 for absolute photometry)")?;
     let multiplier = tokens.checked("a candela multiplier of 0 or more", "write 1 where none applies", not_negative)?;
     let verticals = tokens.count("the number of vertical angles", 2)?;

@@ -245,7 +245,7 @@ impl IntensityWeb {
         };
         let plane = own.y.atan2(own.x);
         let turned = if plane < 0.0 { plane + std::f64::consts::TAU } else { plane };
-        (turned, own.x.hypot(own.y).atan2(own.z))
+        (turned, (own.x * own.x + own.y * own.y).sqrt().atan2(own.z))
     }
 
     /// The unit vector along C0, C90 and γ = 0 of the table's two angles in radians.

