@@ -2,5 +2,7 @@
 
 pub mod ball;
 pub mod polygon;
+pub mod quadrature;
 pub mod solid_angle;
+pub mod special;
 pub mod sum;

@@ -235,8 +235,7 @@ mod tests {
         ];
         for normal in normals {
             for point in points {
-                let total: f64 =
-                    faces.iter().map(|f| polygon_illuminance_factor(point, normal, &f.map(|i| at(i)))).sum();
+                let total: f64 = faces.iter().map(|f| polygon_illuminance_factor(point, normal, &f.map(at))).sum();
                 assert!((total - 1.0).abs() < 4e-15, "{point} {normal}: {total}");
             }
         }
