@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use super::inspect::InspectArguments;
-use super::sobolev::SobolevArguments;
+use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
 
 const EXAMPLES: &str = "\
@@ -36,6 +36,7 @@ pub enum Command {
     /// Compute every map and receiver set of a scene and write the results into a directory
     Solve(SolveArguments),
     /// Exact illuminance between two parallel diffuse planes lit by a point source
+    #[command(long_about = sobolev::ABOUT)]
     Sobolev(SobolevArguments),
     /// Show what was read from a scene or a photometric file
     Inspect(InspectArguments),

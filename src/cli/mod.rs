@@ -4,6 +4,7 @@ mod arguments;
 mod console;
 mod exit;
 mod inspect;
+mod inspect_photometric;
 mod method;
 mod number_text;
 mod progress;
