@@ -1,6 +1,50 @@
-//! Arguments, choice of method, progress and exit codes.
+//! The command line: arguments, progress, exit codes. Nothing outside this room prints.
+
+mod arguments;
+mod console;
+mod exit;
+mod inspect;
+mod inspect_photometric;
+mod method;
+mod number_text;
+mod progress;
+mod result_table;
+mod schema;
+mod selection;
+mod sobolev;
+mod solve;
+mod text_table;
+mod values;
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use exit::{Exit, Failure};
 
 /// Runs the program named by the process's arguments.
-pub fn run() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+///
+/// Returns the exit code: 0 done, 1 a validation case failed, 2 bad usage or input, 3 a limit came before the target,
+/// 4 results could not be written, 130 interrupted.
+pub fn run() -> ExitCode {
+    let started = Instant::now();
+    let arguments = Arguments::parse();
+    let outcome = match &arguments.command {
+        Command::Solve(arguments) => solve::run(arguments, started),
+        Command::Sobolev(arguments) => sobolev::run(arguments),
+        Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Schema => schema::run(),
+    };
+    match outcome {
+        Ok(exit) => exit.code(),
+        Err(failure) => {
+            console::message(&format!("luxmc: error: {failure}"));
+            failure.exit().code()
+        }
+    }
 }
+
+/// What a command comes to.
+type Outcome = Result<Exit, Failure>;

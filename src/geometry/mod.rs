@@ -21,7 +21,7 @@ mod tree;
 mod triangle;
 
 pub use origin::Origin;
-pub use tracer::{Meeting, SurfaceHit, Tracer};
+pub use tracer::{Meeting, SurfaceHit, Tracer, position_accuracy_m};
 
 #[cfg(test)]
 mod tests;

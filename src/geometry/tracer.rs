@@ -75,6 +75,15 @@ pub struct Tracer {
     balls: Vec<Option<u32>>,
 }
 
+/// [`Tracer::position_accuracy_m`] of a scene's tracer, without building it.
+pub fn position_accuracy_m(scene: &Scene) -> f64 {
+    position_accuracy_in_m(Frame::of(scene))
+}
+
+fn position_accuracy_in_m(frame: Frame) -> f64 {
+    frame.metres(LIFT + 2.0 * RESOLUTION)
+}
+
 impl Tracer {
     /// Builds the tree of a scene's triangles and of the balls among its luminaires, which are black and opaque and
     /// met exactly.
@@ -181,7 +190,7 @@ impl Tracer {
     /// wider than it are seen. (Next to edges a surface point moves within its surface by up to eight times as much,
     /// more in sharp corners.)
     pub fn position_accuracy_m(&self) -> f64 {
-        self.frame.metres(LIFT + 2.0 * RESOLUTION)
+        position_accuracy_in_m(self.frame)
     }
 
     fn surface_origin_pulled(&self, triangle: u32, barycentric: [f64; 2], side: Side, times: f32) -> Origin {

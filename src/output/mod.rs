@@ -1,1 +1,39 @@
-//! output
+//! What a run leaves behind: result files as bytes, and the directory that takes them whole or not at all.
+
+mod directory;
+mod error;
+mod maps;
+mod sheet;
+mod summary;
+
+pub use directory::ResultDirectory;
+pub use error::OutputError;
+pub use maps::result_files;
+pub use sheet::shortest;
+pub use summary::{RunRecord, summary_file};
+
+/// A result file before it is written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ResultFile {
+    /// Plain file name.
+    pub name: String,
+    /// Its whole content.
+    pub bytes: Vec<u8>,
+}
+
+/// A scene's name for something, made fit for a file name: anything outside `A–Z a–z 0–9 _ -` becomes `-`.
+pub fn file_name_part(name: &str) -> String {
+    let allowed = |letter: &char| letter.is_ascii_alphanumeric() || "_-".contains(*letter);
+    name.chars().map(|letter| if allowed(&letter) { letter } else { '-' }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::file_name_part;
+
+    #[test]
+    fn only_plain_letters_get_into_file_names() {
+        assert_eq!(file_name_part("work plane/0.8 m_A-1"), "work-plane-0-8-m_A-1");
+        assert_eq!(file_name_part("../Büro"), "---B-ro");
+    }
+}

@@ -1,0 +1,45 @@
+//! The commands and where each is described.
+
+use clap::{Parser, Subcommand};
+
+use super::inspect::InspectArguments;
+use super::sobolev::{self, SobolevArguments};
+use super::solve::SolveArguments;
+
+const EXAMPLES: &str = "\
+Examples:
+  luxmc inspect scenes/office.json
+  luxmc solve scenes/office.json --out out/office --target-error 1%
+  luxmc sobolev --h1 0.5 --rho1 0.5 --rho2 0.5 --r 0:3:31
+  luxmc schema > scene.schema.json
+
+Exit codes:
+  0    done (target met where one was set)
+  1    a validation case failed
+  2    bad usage or bad input; nothing written
+  3    a limit ended the run before the set target was met; results written
+  4    results could not be written
+  130  interrupted; results written";
+
+/// Photometric lighting simulator: illuminance and luminance of a lit scene, with an error it can vouch for.
+#[derive(Debug, Parser)]
+#[command(name = "luxmc", version, after_help = EXAMPLES, arg_required_else_help = true)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Compute every map and receiver set of a scene and write the results into a directory
+    Solve(SolveArguments),
+    /// Exact illuminance between two parallel diffuse planes lit by a point source
+    #[command(long_about = sobolev::ABOUT)]
+    Sobolev(SobolevArguments),
+    /// Show what was read from a scene or a photometric file
+    Inspect(InspectArguments),
+    /// Print the JSON Schema of the scene file
+    Schema,
+}

@@ -1,0 +1,83 @@
+//! Exit codes and what stands behind them.
+
+use std::process::ExitCode;
+
+use crate::analytic::AnalyticError;
+use crate::output::OutputError;
+use crate::scene::SceneError;
+use crate::scene::photometry::PhotometricError;
+
+/// How the program ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// 0: done; the target is met where one was set.
+    Done,
+    /// 2: bad usage or bad input; nothing was written.
+    Refused,
+    /// 3: a limit ended the run before the target was met; results were written.
+    TargetMissed,
+    /// 4: results could not be written.
+    Unwritten,
+    /// 130: interrupted; results were written.
+    Interrupted,
+}
+
+impl Exit {
+    /// The process's exit code.
+    pub fn number(self) -> u8 {
+        match self {
+            Exit::Done => 0,
+            Exit::Refused => 2,
+            Exit::TargetMissed => 3,
+            Exit::Unwritten => 4,
+            Exit::Interrupted => 130,
+        }
+    }
+
+    /// The same as the standard library wants it.
+    pub fn code(self) -> ExitCode {
+        ExitCode::from(self.number())
+    }
+}
+
+/// Why a command could not do what it was asked to.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// A scene file, or a file that it names, was refused.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A photometric file was refused.
+    #[error(transparent)]
+    Photometric(#[from] PhotometricError),
+    /// A question that an exact solution has no answer for.
+    #[error(transparent)]
+    Analytic(#[from] AnalyticError),
+    /// Options that do not go together, or not with the scene.
+    #[error("{what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
+    Usage {
+        /// What is wrong.
+        what: String,
+        /// What was given.
+        got: String,
+        /// What could have been given.
+        expected: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// Results could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The standard output did not take what was asked for.
+    #[error("cannot write to the standard output: {0}\n  remedy:   look where it is redirected to")]
+    StandardOutput(std::io::Error),
+}
+
+impl Failure {
+    /// How the program ends on it.
+    pub fn exit(&self) -> Exit {
+        match self {
+            Failure::Scene(_) | Failure::Photometric(_) | Failure::Analytic(_) | Failure::Usage { .. } => Exit::Refused,
+            Failure::Output(_) | Failure::StandardOutput(_) => Exit::Unwritten,
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Watches a run: a bar on a terminal, sparse lines elsewhere, nothing when asked to be quiet.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::console;
+use super::exit::Exit;
+use super::number_text::{count, percent, time};
+use crate::solver::{Observer, Progress};
+
+/// Seconds between two lines where there is no terminal.
+const LINE_INTERVAL_S: f64 = 5.0;
+/// Steps of the bar.
+const BAR_STEPS: u64 = 1000;
+
+static INTERRUPTIONS: AtomicU32 = AtomicU32::new(0);
+
+/// From now on the first interruption (Ctrl-C, or a polite kill) ends the run with its results, the second ends the
+/// process at once.
+pub fn heed_interruptions() {
+    let handler = || {
+        if INTERRUPTIONS.fetch_add(1, Ordering::SeqCst) > 0 {
+            std::process::exit(i32::from(Exit::Interrupted.number()));
+        }
+    };
+    // Without a handler an interruption ends the process as it always does: no reason not to run.
+    ctrlc::set_handler(handler).ok();
+}
+
+fn is_interrupted() -> bool {
+    INTERRUPTIONS.load(Ordering::SeqCst) > 0
+}
+
+enum Display {
+    Quiet,
+    Bar(ProgressBar),
+    Lines(Mutex<f64>),
+}
+
+/// The terminal's side of a run.
+pub struct Watcher {
+    started: Instant,
+    run_started_s: f64,
+    display: Display,
+}
+
+impl Watcher {
+    /// Watches a run of a process that started at `started`.
+    pub fn new(started: Instant, quiet: bool) -> Watcher {
+        let run_started_s = started.elapsed().as_secs_f64();
+        let display = if quiet {
+            Display::Quiet
+        } else if std::io::stderr().is_terminal() {
+            Display::Bar(bar())
+        } else {
+            Display::Lines(Mutex::new(run_started_s))
+        };
+        Watcher { started, run_started_s, display }
+    }
+
+    /// Clears the bar, so that lines can follow.
+    pub fn finish(&self) {
+        if let Display::Bar(bar) = &self.display {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(BAR_STEPS), ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{bar:24} {wide_msg}") {
+        bar.set_style(style.progress_chars("━╸ "));
+    }
+    bar
+}
+
+impl Observer for Watcher {
+    fn progress(&self, progress: &Progress) {
+        match &self.display {
+            Display::Quiet => {}
+            Display::Bar(bar) => {
+                bar.set_position((progress.fraction * BAR_STEPS as f64) as u64);
+                bar.set_message(line(progress, self.run_started_s));
+            }
+            Display::Lines(last_s) => {
+                let Ok(mut last_s) = last_s.lock() else { return };
+                if progress.wall_s - *last_s >= LINE_INTERVAL_S {
+                    *last_s = progress.wall_s;
+                    console::message(&format!("{:>8}: {}", time(progress.wall_s), line(progress, self.run_started_s)));
+                }
+            }
+        }
+    }
+
+    fn is_interrupted(&self) -> bool {
+        is_interrupted()
+    }
+
+    fn wall_s(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+}
+
+/// Error, target, chains, speed, forecast and remaining time.
+fn line(progress: &Progress, run_started_s: f64) -> String {
+    let mut parts = Vec::new();
+    match (progress.estimated_error, progress.target_error) {
+        (Some(error), Some(target)) => parts.push(format!("error {} (target {})", percent(error), percent(target))),
+        (Some(error), None) => parts.push(format!("error {}", percent(error))),
+        (None, Some(target)) => parts.push(format!("target {}", percent(target))),
+        (None, None) => {}
+    }
+    match progress.forecast_chains {
+        Some(forecast) => parts.push(format!("{} of {} chains", count(progress.chains as f64), count(forecast))),
+        None => parts.push(format!("{} chains", count(progress.chains as f64))),
+    }
+    let running_s = progress.wall_s - run_started_s;
+    if running_s > 0.0 {
+        parts.push(format!("{:.1} Mrays/s", progress.rays as f64 / running_s / 1e6));
+    }
+    if let Some(remaining_s) = progress.remaining_s {
+        parts.push(format!("{} remaining", time(remaining_s)));
+    }
+    parts.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_tells_error_target_forecast_and_speed() {
+        let progress = Progress {
+            estimated_error: Some(0.0123),
+            target_error: Some(0.01),
+            chains: 1_500_000,
+            rays: 8_000_000,
+            forecast_chains: Some(2.4e6),
+            remaining_s: Some(1.2),
+            fraction: 0.6,
+            wall_s: 2.5,
+        };
+        assert_eq!(
+            line(&progress, 0.5),
+            "error 1.23 % (target 1.00 %), 1.50 M of 2.40 M chains, 4.0 Mrays/s, 1.2 s remaining"
+        );
+    }
+}

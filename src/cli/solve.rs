@@ -1,0 +1,198 @@
+//! `luxmc solve`: read, prove the directory, compute, write, tell.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+
+use super::exit::{Exit, Failure};
+use super::method::{Method, Plots, method, plots};
+use super::number_text::{percent, significant, time};
+use super::progress::{Watcher, heed_interruptions};
+use super::result_table::result_table;
+use super::selection::select_maps;
+use super::{Outcome, console, values};
+use crate::geometry::position_accuracy_m;
+use crate::output::{ResultDirectory, RunRecord, result_files, summary_file};
+use crate::scene::{Elements, Scene, read_scene};
+use crate::solver::{Settings, Solution, StopReason, solve};
+
+const EXAMPLES: &str = "\
+Examples:
+  luxmc solve office.json --out out                       to a stated error of 1% (the default)
+  luxmc solve office.json --out out --target-error 0.5%   finer
+  luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
+  luxmc solve office.json --out out --chains 1e6          the same bytes in every run
+  luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
+
+The first stop rule met ends the run. Standard output carries the result table alone.
+Ctrl-C ends the run and writes what it has; a second Ctrl-C ends the process at once.
+Exit code 3: a limit came before the target.";
+
+/// Arguments of `luxmc solve`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct SolveArguments {
+    /// Scene file (JSON)
+    scene: PathBuf,
+    /// Directory for the results; made where missing, other files in it stay
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
+    #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
+    target_error: Option<f64>,
+    /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
+    #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
+    time_limit: Option<f64>,
+    /// Chains for every map, rounded up to fill the replicas: 1000000, 1_000_000 or 1e6
+    #[arg(long, value_name = "N", value_parser = values::chains, allow_hyphen_values = true)]
+    chains: Option<u64>,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "SEED", default_value = "0", value_parser = values::seed, allow_hyphen_values = true)]
+    seed: u64,
+    /// Worker threads; results do not depend on them [default: all processors]
+    #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
+    threads: Option<usize>,
+    /// Maps to compute, write and bind to the target: all, elements, receivers, or names of receiver sets with
+    /// commas between [default: all are computed; the target binds the receiver sets, if any]
+    #[arg(long, value_name = "MAPS")]
+    maps: Option<String>,
+    /// Method: auto or collision
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
+    method: Method,
+    /// Plots: svg, png, both with a comma between, or none [default: svg]
+    #[arg(long, value_name = "FORMATS", value_parser = plots)]
+    plots: Option<Plots>,
+    /// No progress on standard error; warnings and errors stay
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Solves a scene.
+pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
+    heed_interruptions();
+    let scene = read_scene(&arguments.scene)?;
+    let read_s = started.elapsed().as_secs_f64();
+    let settings = settings(arguments, &scene)?;
+    let pool = thread_pool(arguments.threads)?;
+    let mut directory = ResultDirectory::open(&arguments.out)?;
+
+    let quiet = arguments.quiet;
+    let tell = |line: &str| {
+        if !quiet {
+            console::message(line)
+        }
+    };
+    tell(&opening_line(arguments, &scene, &settings, pool.current_num_threads()));
+    if arguments.plots.as_ref().is_some_and(Plots::any) {
+        tell("note: this version draws no plots yet; the tables are complete");
+    }
+
+    let watcher = Watcher::new(started, quiet);
+    let solution = pool.install(|| solve(&scene, &settings, &watcher));
+    watcher.finish();
+
+    let write_started = Instant::now();
+    for file in result_files(&scene, &solution)? {
+        directory.stage(&file)?;
+    }
+    let record = RunRecord {
+        scene: arguments.scene.display().to_string(),
+        read_s,
+        write_s: write_started.elapsed().as_secs_f64(),
+        wall_s: started.elapsed().as_secs_f64(),
+        threads: pool.current_num_threads(),
+        position_accuracy_m: position_accuracy_m(&scene),
+        files: directory.names(),
+    };
+    directory.stage(&summary_file(&scene, &solution, &record))?;
+    directory.commit()?;
+
+    console::result(&result_table(&solution))?;
+    for warning in scene.warnings.iter().chain(&solution.warnings) {
+        console::message(&format!("warning: {warning}"));
+    }
+    tell(&closing_lines(&solution, &arguments.out.display().to_string(), started.elapsed().as_secs_f64()));
+    Ok(exit_of(&solution))
+}
+
+fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failure> {
+    Ok(Settings {
+        seed: arguments.seed,
+        target_error: arguments.target_error,
+        chains: arguments.chains,
+        time_limit_s: arguments.time_limit,
+        maps: select_maps(arguments.maps.as_deref(), scene)?,
+        threads: arguments.threads,
+    })
+}
+
+fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Failure> {
+    // Rayon takes 0 for all processors.
+    let wanted = threads.unwrap_or(0);
+    rayon::ThreadPoolBuilder::new().num_threads(wanted).build().map_err(|error| Failure::Usage {
+        what: "the threads cannot be started".to_owned(),
+        got: format!("--threads {wanted}: {error}"),
+        expected: "a number of threads that the system grants".to_owned(),
+        remedy: "ask for fewer threads".to_owned(),
+    })
+}
+
+fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, threads: usize) -> String {
+    let mut rules = Vec::new();
+    rules.extend(settings.target_error.map(|error| format!("target {}", percent(error))));
+    rules.extend(settings.chains.map(|chains| format!("{chains} chains")));
+    rules.extend(settings.time_limit_s.map(|limit_s| format!("time limit {}", time(limit_s))));
+    if rules.is_empty() {
+        rules.push("target 1 %".to_owned());
+    }
+    format!(
+        "luxmc {}: {}: {} triangles, {} element sides, {} luminaires of {} lm, {} receiver sets; {}; {} threads",
+        env!("CARGO_PKG_VERSION"),
+        arguments.scene.display(),
+        scene.triangles.len(),
+        Elements::of(scene).len(),
+        scene.luminaires.len(),
+        significant(scene.luminous_flux_lm(), 5),
+        scene.receivers.len(),
+        rules.join(", "),
+        threads
+    )
+}
+
+fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
+    let end = match (solution.stop_reason, solution.target_met) {
+        (StopReason::Exact, _) => "exact: nothing is left to chance",
+        (StopReason::Interrupted, _) => "interrupted",
+        (_, Some(true)) => "target met",
+        (StopReason::TimeLimit, Some(false)) => "target not met: the time limit came first",
+        (_, Some(false)) => "target not met: the chains are used up",
+        (StopReason::TimeLimit, None) => "time limit reached",
+        (_, None) => "chains done",
+    };
+    let balance = match &solution.flux_balance {
+        Ok(balance) => format!(
+            "flux: {} lm emitted = {} absorbed + {} escaped + {} on back faces + {} truncated",
+            significant(balance.emitted_lm, 5),
+            significant(balance.absorbed_lm, 5),
+            significant(balance.escaped_lm, 5),
+            significant(balance.back_face_lm, 5),
+            significant(balance.truncated_lm, 5)
+        ),
+        Err(note) => format!("flux: no balance, since {note}"),
+    };
+    format!(
+        "{end}; stated error {} after {} chains in {}\n{balance}\nresults in {directory}",
+        percent(solution.estimated_error),
+        solution.chains,
+        time(wall_s)
+    )
+}
+
+fn exit_of(solution: &Solution) -> Exit {
+    match (solution.stop_reason, solution.target_met) {
+        (StopReason::Interrupted, _) => Exit::Interrupted,
+        (_, Some(false)) => Exit::TargetMissed,
+        _ => Exit::Done,
+    }
+}

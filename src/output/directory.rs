@@ -1,0 +1,218 @@
+//! The directory that takes the results: proven writable before the run, filled in one go after it.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use super::{OutputError, ResultFile};
+
+/// Names that luxmc gives to its results; maps' plots (`map-….svg`) come on top.
+const OWN_NAMES: &[&str] = &[
+    "elements.csv",
+    "receivers.csv",
+    "ugr.csv",
+    "luminance.csv",
+    "tables.csv",
+    "convergence.csv",
+    "convergence.svg",
+    "convergence.png",
+    "scene.vtp",
+    "report.html",
+];
+/// The file whose presence says that the others are complete.
+const SUMMARY: &str = "summary.json";
+
+/// A directory for the results of one run.
+///
+/// Files are staged under temporary names, and appear under their own only when all are safely on the disk;
+/// `summary.json` comes last.
+#[derive(Debug)]
+pub struct ResultDirectory {
+    path: PathBuf,
+    staged: Vec<(String, NamedTempFile)>,
+}
+
+impl ResultDirectory {
+    /// Makes the directory where it is missing, and proves that files can be made in it.
+    ///
+    /// # Errors
+    ///
+    /// A path that is no directory, cannot be made, or cannot be written to.
+    pub fn open(path: &Path) -> Result<ResultDirectory, OutputError> {
+        std::fs::create_dir_all(path)
+            .map_err(|error| OutputError::unwritable(path, "the directory cannot be made", &error))?;
+        let mut probe = temporary(path)?;
+        probe
+            .write_all(b"luxmc")
+            .and_then(|()| probe.as_file().sync_all())
+            .and_then(|()| probe.close())
+            .map_err(|error| OutputError::unwritable(path, "a file in it cannot be written", &error))?;
+        for name in OWN_NAMES.iter().chain([&SUMMARY]) {
+            refuse_directory(&path.join(name))?;
+        }
+        Ok(ResultDirectory { path: path.to_path_buf(), staged: Vec::new() })
+    }
+
+    /// Where the results go.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Names of the files staged so far.
+    pub fn names(&self) -> Vec<String> {
+        self.staged.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Puts a file on the disk under a temporary name.
+    ///
+    /// # Errors
+    ///
+    /// The disk does not take it; nothing of it is left.
+    pub fn stage(&mut self, file: &ResultFile) -> Result<(), OutputError> {
+        let mut staged = temporary(&self.path)?;
+        staged.write_all(&file.bytes).and_then(|()| staged.as_file().sync_all()).map_err(|error| {
+            OutputError::unwritable(self.path.join(&file.name), "the file cannot be written", &error)
+        })?;
+        self.staged.push((file.name.clone(), staged));
+        Ok(())
+    }
+
+    /// Gives all staged files their names, in the order in which they were staged.
+    ///
+    /// Files that an earlier run lists in its summary and that this one does not write are removed, so that a
+    /// directory never mixes two runs; whatever else lies there stays.
+    ///
+    /// # Errors
+    ///
+    /// A file cannot be renamed; what has not been renamed yet leaves nothing behind.
+    pub fn commit(self) -> Result<(), OutputError> {
+        for (name, _) in &self.staged {
+            refuse_directory(&self.path.join(name))?;
+        }
+        let stale = files_of_an_earlier_run(&self.path);
+
+        // From here on the directory is in between two runs: no summary stands in it.
+        remove(&self.path.join(SUMMARY))?;
+        for name in stale.iter().filter(|name| self.staged.iter().all(|(staged, _)| staged != *name)) {
+            remove(&self.path.join(name))?;
+        }
+        for (name, staged) in self.staged {
+            let path = self.path.join(name);
+            staged
+                .persist(&path)
+                .map_err(|error| OutputError::unwritable(&path, "the file cannot be renamed", &error.error))?;
+        }
+
+        // A rename lasts once the directory is on the disk. Some systems cannot do that to a directory; the files
+        // themselves are safe by now.
+        if let Ok(directory) = std::fs::File::open(&self.path) {
+            directory.sync_all().ok();
+        }
+        Ok(())
+    }
+}
+
+fn temporary(directory: &Path) -> Result<NamedTempFile, OutputError> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".luxmc-").suffix(".tmp");
+
+    // Temporary files are private by default; results are for whoever may read files of this user.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder
+        .tempfile_in(directory)
+        .map_err(|error| OutputError::unwritable(directory, "a file in it cannot be made", &error))
+}
+
+fn refuse_directory(path: &Path) -> Result<(), OutputError> {
+    if !path.is_dir() {
+        return Ok(());
+    }
+    let error = std::io::Error::from(std::io::ErrorKind::IsADirectory);
+    Err(OutputError::unwritable(path, "a directory bears the name of a result file", &error))
+}
+
+fn remove(path: &Path) -> Result<(), OutputError> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(OutputError::unwritable(path, "a file of an earlier run cannot be removed", &error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Files that an earlier run's summary lists, of those that bear a name that luxmc gives.
+fn files_of_an_earlier_run(directory: &Path) -> Vec<String> {
+    let Ok(bytes) = std::fs::read(directory.join(SUMMARY)) else {
+        return Vec::new();
+    };
+    let Ok(summary) = serde_json::from_slice::<serde_json::Value>(&bytes) else {
+        return Vec::new();
+    };
+    let listed = summary["files"].as_array().cloned().unwrap_or_default();
+    listed.iter().filter_map(|name| name.as_str()).filter(|name| is_own(name)).map(str::to_owned).collect()
+}
+
+fn is_own(name: &str) -> bool {
+    let plot = name.strip_prefix("map-").and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
+    OWN_NAMES.contains(&name) || plot.is_some_and(|part| part == super::file_name_part(part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(name: &str, text: &str) -> ResultFile {
+        ResultFile { name: name.into(), bytes: text.into() }
+    }
+
+    fn listing(path: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(path).expect("the directory is there");
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    fn run(path: &Path, files: &[ResultFile]) {
+        let mut directory = ResultDirectory::open(path).expect("writable");
+        for file in files {
+            directory.stage(file).expect("staged");
+        }
+        directory.commit().expect("committed");
+    }
+
+    #[test]
+    fn nothing_shows_before_the_commit_and_nothing_stays_without_it() {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        let path = home.path().join("a/b");
+        let mut directory = ResultDirectory::open(&path).expect("writable");
+        assert!(listing(&path).is_empty());
+        directory.stage(&file("tables.csv", "x\n")).expect("staged");
+        assert!(!path.join("tables.csv").exists());
+        drop(directory);
+        assert!(listing(&path).is_empty());
+    }
+
+    #[test]
+    fn a_second_run_takes_away_its_own_stale_files_and_no_others() {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        let path = home.path();
+        std::fs::write(path.join("report.html"), "of someone else").expect("written");
+        std::fs::write(path.join("notes.txt"), "foreign").expect("written");
+        let listed = r#"{"files": ["elements.csv", "map-a.svg", "tables.csv", "notes.txt", "../notes.txt"]}"#;
+        run(path, &[file("elements.csv", "1"), file("map-a.svg", "1"), file("tables.csv", "1"), file(SUMMARY, listed)]);
+        run(path, &[file("tables.csv", "2"), file(SUMMARY, "{}")]);
+        assert_eq!(listing(path), ["notes.txt", "report.html", SUMMARY, "tables.csv"]);
+        assert_eq!(std::fs::read_to_string(path.join("tables.csv")).expect("there"), "2");
+    }
+
+    #[test]
+    fn a_path_below_a_file_is_refused() {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        std::fs::write(home.path().join("f"), "").expect("written");
+        assert!(ResultDirectory::open(&home.path().join("f")).is_err());
+        assert!(ResultDirectory::open(&home.path().join("f/below")).is_err());
+    }
+}

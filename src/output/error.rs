@@ -1,0 +1,49 @@
+//! Why results could not be written.
+
+use std::path::PathBuf;
+
+/// Results that could not be written, or must not be.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The directory or a file in it cannot be written.
+    #[error("cannot write results: {what}\n  in {}\n  got:      {got}\n  expected: a directory in which files can be made\n  remedy:   {remedy}", path.display())]
+    Unwritable {
+        /// Directory or file.
+        path: PathBuf,
+        /// What was tried.
+        what: &'static str,
+        /// What the system answered.
+        got: String,
+        /// What to do about it.
+        remedy: &'static str,
+    },
+    /// A number that no table may hold.
+    #[error(
+        "cannot write results: a number that is not finite\n  in {file}, row {row}, column {column}\n  got:      {got}\n  expected: finite numbers alone\n  remedy:   this is a fault of luxmc; please report it together with the scene"
+    )]
+    NotFinite {
+        /// File that would hold it.
+        file: &'static str,
+        /// Row, counted from 1 below the header.
+        row: usize,
+        /// Column's header.
+        column: &'static str,
+        /// The number.
+        got: f64,
+    },
+}
+
+impl OutputError {
+    pub(super) fn unwritable(path: impl Into<PathBuf>, what: &'static str, error: &std::io::Error) -> OutputError {
+        use std::io::ErrorKind;
+        let remedy = match error.kind() {
+            ErrorKind::PermissionDenied => "allow writing there, or name another directory with --out",
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                "make room, or name a directory on another disk with --out"
+            }
+            ErrorKind::ReadOnlyFilesystem => "name a directory on a disk that can be written, with --out",
+            _ => "name another directory with --out",
+        };
+        OutputError::Unwritable { path: path.into(), what, got: error.to_string(), remedy }
+    }
+}

@@ -1,0 +1,231 @@
+//! The tables of a run: elements, receivers, result rows and the judgements of the error.
+
+use std::f64::consts::PI;
+
+use super::sheet::{Field, Sheet};
+use super::{OutputError, ResultFile};
+use crate::maps::{MapKind, MapResult, TableRow};
+use crate::scene::{Elements, Emission, ReflectionLaw, Scene, Side};
+use crate::solver::{ConvergenceRow, Solution};
+
+const ELEMENT_COLUMNS: &[&str] = &[
+    "surface",
+    "element",
+    "side",
+    "x",
+    "y",
+    "z",
+    "nx",
+    "ny",
+    "nz",
+    "area_m2",
+    "illuminance_lx",
+    "standard_error_lx",
+    "direct_lx",
+    "indirect_lx",
+    "exitance_lm_m2",
+    "luminance_cd_m2",
+];
+const RECEIVER_COLUMNS: &[&str] = &[
+    "receiver",
+    "index",
+    "x",
+    "y",
+    "z",
+    "nx",
+    "ny",
+    "nz",
+    "illuminance_lx",
+    "standard_error_lx",
+    "direct_lx",
+    "indirect_lx",
+    "inside",
+];
+const TABLE_COLUMNS: &[&str] = &[
+    "name",
+    "kind",
+    "side",
+    "average_lx",
+    "average_standard_error_lx",
+    "minimum_lx",
+    "minimum_standard_error_lx",
+    "maximum_lx",
+    "uniformity_u0",
+    "uniformity_u0_standard_error",
+    "uniformity_ud",
+    "area_m2",
+    "estimated_error",
+];
+const CONVERGENCE_COLUMNS: &[&str] = &["wall_s", "chains", "estimated_error", "forecast_wall_s", "forecast_chains"];
+
+/// All tables of a run, those alone that have a map to show: a map that was not asked for has no file.
+///
+/// Every table but `convergence.csv` is free of times, so that equal maps give equal bytes.
+///
+/// # Errors
+///
+/// A number that is not finite: no table holds one.
+pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
+    let mut files = Vec::new();
+    for map in &solution.maps {
+        if map.kind == MapKind::Elements {
+            files.push(element_file(scene, map)?);
+        }
+    }
+    if solution.maps.iter().any(|map| matches!(map.kind, MapKind::Receivers(_))) {
+        files.push(receiver_file(scene, &solution.maps)?);
+    }
+    files.push(table_file(solution.maps.iter().flat_map(|map| &map.tables))?);
+    files.push(convergence_file(&solution.convergence)?);
+    Ok(files)
+}
+
+fn element_file(scene: &Scene, map: &MapResult) -> Result<ResultFile, OutputError> {
+    let elements = Elements::of(scene);
+    let own_emission = OwnEmission::of(scene);
+    let mut sheet = Sheet::new("elements.csv", ELEMENT_COLUMNS);
+
+    // Elements are counted from 0 within their surface; both sides of one share its number.
+    let mut first_of_triangle = Vec::with_capacity(scene.triangles.len());
+    for surface in &scene.surfaces {
+        let mut next = 0;
+        for triangle in surface.triangles.clone() {
+            first_of_triangle.push(next);
+            next += scene.divisions[triangle as usize] * scene.divisions[triangle as usize];
+        }
+    }
+
+    for index in 0..elements.len() {
+        let cell = elements.cell(index as u32);
+        let surface = scene.triangle_surfaces[cell.triangle as usize];
+        let [a, b, c] = elements.corners_m(scene, cell);
+        let centroid_m = (a + b + c) / 3.0;
+        let front = scene.triangle_normal(cell.triangle);
+        let normal = if cell.side == Side::Front { front } else { -front };
+        let illuminance_lx = map.values.illuminance_lx[index];
+
+        let own_lm_m2 = own_emission.exitance_lm_m2(surface, cell.side);
+        let exitance_lm_m2 = diffuse_reflectance(scene, surface) * illuminance_lx + own_lm_m2;
+
+        sheet.row(&[
+            Field::Text(&scene.surfaces[surface as usize].name),
+            Field::Count(u64::from(first_of_triangle[cell.triangle as usize] + cell.part)),
+            Field::Text(cell.side.name()),
+            Field::Number(centroid_m.x),
+            Field::Number(centroid_m.y),
+            Field::Number(centroid_m.z),
+            Field::Number(normal.x),
+            Field::Number(normal.y),
+            Field::Number(normal.z),
+            Field::Number(elements.area_m2(scene, cell)),
+            Field::Number(illuminance_lx),
+            Field::Number(map.values.standard_error_lx[index]),
+            Field::Number(map.values.direct_lx[index]),
+            Field::Number(map.values.indirect_lx[index]),
+            Field::Number(exitance_lm_m2),
+            Field::Number(exitance_lm_m2 / PI),
+        ])?;
+    }
+    Ok(sheet.finish())
+}
+
+/// Reflectance whose share of the light leaves in every direction alike.
+fn diffuse_reflectance(scene: &Scene, surface: u32) -> f64 {
+    let material = scene.surfaces[surface as usize].material;
+    match scene.materials[material as usize].law {
+        ReflectionLaw::Diffuse { reflectance } => reflectance,
+    }
+}
+
+/// What area luminaires emit from either side of every surface, in lm/m².
+struct OwnEmission {
+    front_lm_m2: Vec<f64>,
+    back_lm_m2: Vec<f64>,
+}
+
+impl OwnEmission {
+    fn of(scene: &Scene) -> OwnEmission {
+        let mut own =
+            OwnEmission { front_lm_m2: vec![0.0; scene.surfaces.len()], back_lm_m2: vec![0.0; scene.surfaces.len()] };
+        for luminaire in &scene.luminaires {
+            let Emission::Area { surfaces, front, back, exitance_lm_m2 } = &luminaire.emission else {
+                continue;
+            };
+            for surface in surfaces {
+                own.front_lm_m2[*surface as usize] += if *front { *exitance_lm_m2 } else { 0.0 };
+                own.back_lm_m2[*surface as usize] += if *back { *exitance_lm_m2 } else { 0.0 };
+            }
+        }
+        own
+    }
+
+    fn exitance_lm_m2(&self, surface: u32, side: Side) -> f64 {
+        match side {
+            Side::Front => self.front_lm_m2[surface as usize],
+            Side::Back => self.back_lm_m2[surface as usize],
+        }
+    }
+}
+
+fn receiver_file(scene: &Scene, maps: &[MapResult]) -> Result<ResultFile, OutputError> {
+    let mut sheet = Sheet::new("receivers.csv", RECEIVER_COLUMNS);
+    for map in maps {
+        let MapKind::Receivers(set) = map.kind else {
+            continue;
+        };
+        for (index, point) in scene.receivers[set].points.iter().enumerate() {
+            sheet.row(&[
+                Field::Text(&map.name),
+                Field::Count(index as u64),
+                Field::Number(point.position_m.x),
+                Field::Number(point.position_m.y),
+                Field::Number(point.position_m.z),
+                Field::Number(point.normal.x),
+                Field::Number(point.normal.y),
+                Field::Number(point.normal.z),
+                Field::Number(map.values.illuminance_lx[index]),
+                Field::Number(map.values.standard_error_lx[index]),
+                Field::Number(map.values.direct_lx[index]),
+                Field::Number(map.values.indirect_lx[index]),
+                Field::Flag(point.inside),
+            ])?;
+        }
+    }
+    Ok(sheet.finish())
+}
+
+fn table_file<'a>(rows: impl Iterator<Item = &'a TableRow>) -> Result<ResultFile, OutputError> {
+    let mut sheet = Sheet::new("tables.csv", TABLE_COLUMNS);
+    for row in rows {
+        sheet.row(&[
+            Field::Text(&row.name),
+            Field::Text(row.kind.name()),
+            Field::Text(row.side),
+            Field::Number(row.average_lx.value),
+            Field::Number(row.average_lx.standard_error),
+            Field::Number(row.minimum_lx.value),
+            Field::Number(row.minimum_lx.standard_error),
+            Field::Number(row.maximum_lx),
+            Field::Number(row.uniformity_u0.value),
+            Field::Number(row.uniformity_u0.standard_error),
+            Field::Number(row.uniformity_ud),
+            Field::Number(row.area_m2),
+            Field::Number(row.estimated_error),
+        ])?;
+    }
+    Ok(sheet.finish())
+}
+
+fn convergence_file(rows: &[ConvergenceRow]) -> Result<ResultFile, OutputError> {
+    let mut sheet = Sheet::new("convergence.csv", CONVERGENCE_COLUMNS);
+    for row in rows {
+        sheet.row(&[
+            Field::Number(row.wall_s),
+            Field::Count(row.chains),
+            Field::Number(row.estimated_error),
+            Field::Number(row.forecast_wall_s),
+            Field::Number(row.forecast_chains),
+        ])?;
+    }
+    Ok(sheet.finish())
+}

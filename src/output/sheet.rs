@@ -1,0 +1,102 @@
+//! A table in the making, checked cell by cell.
+
+use super::{OutputError, ResultFile};
+
+/// A cell of a table.
+pub(super) enum Field<'a> {
+    /// Text, which must not be empty.
+    Text(&'a str),
+    /// A number in the shortest decimals that read back to the same f64.
+    Number(f64),
+    /// A whole number.
+    Count(u64),
+    /// `true` or `false`.
+    Flag(bool),
+}
+
+/// A CSV table (RFC 4180 quoting, lines end with a line feed).
+pub(super) struct Sheet {
+    name: &'static str,
+    columns: &'static [&'static str],
+    writer: csv::Writer<Vec<u8>>,
+    rows: usize,
+}
+
+/// Writing to memory asks for nothing that could fail.
+const IN_MEMORY: &str = "a table in memory takes every row";
+
+impl Sheet {
+    /// A table with its header.
+    pub fn new(name: &'static str, columns: &'static [&'static str]) -> Sheet {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(columns).expect(IN_MEMORY);
+        Sheet { name, columns, writer, rows: 0 }
+    }
+
+    /// Adds a row with a cell for every column.
+    ///
+    /// # Errors
+    ///
+    /// A number that is not finite.
+    pub fn row(&mut self, fields: &[Field]) -> Result<(), OutputError> {
+        debug_assert_eq!(fields.len(), self.columns.len());
+        self.rows += 1;
+        for (field, column) in fields.iter().zip(self.columns) {
+            match field {
+                Field::Text(text) => self.writer.write_field(text).expect(IN_MEMORY),
+                Field::Count(count) => self.writer.write_field(count.to_string()).expect(IN_MEMORY),
+                Field::Flag(flag) => self.writer.write_field(flag.to_string()).expect(IN_MEMORY),
+                Field::Number(number) if number.is_finite() => {
+                    self.writer.write_field(shortest(*number)).expect(IN_MEMORY);
+                }
+                Field::Number(number) => {
+                    return Err(OutputError::NotFinite { file: self.name, row: self.rows, column, got: *number });
+                }
+            }
+        }
+        self.writer.write_record(None::<&[u8]>).expect(IN_MEMORY);
+        Ok(())
+    }
+
+    /// The table as a file.
+    pub fn finish(self) -> ResultFile {
+        ResultFile { name: self.name.to_owned(), bytes: self.writer.into_inner().expect(IN_MEMORY) }
+    }
+}
+
+/// The shortest decimals that read back to the same f64; −0 is written as 0.
+pub fn shortest(number: f64) -> String {
+    let text = format!("{:?}", number + 0.0);
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_read_back_to_the_same_bits() {
+        let numbers = [0.1, 1.0 / 3.0, 1e300, 5e-324, 123_456_789.123_456_79, -2.5e-7, 0.0];
+        for number in numbers {
+            let back: f64 = shortest(number).parse().expect("a number was written");
+            assert_eq!(back.to_bits(), number.to_bits());
+        }
+        assert_eq!([-0.0, 1.0, 0.5, 1e-7, 4096.0].map(shortest), ["0", "1", "0.5", "1e-7", "4096"]);
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_refused_with_its_place() {
+        let mut sheet = Sheet::new("t.csv", &["name", "x"]);
+        assert!(sheet.row(&[Field::Text("a, \"b\""), Field::Number(1.0)]).is_ok());
+        let refused = sheet.row(&[Field::Text("c"), Field::Number(f64::NAN)]);
+        assert!(matches!(refused, Err(OutputError::NotFinite { row: 2, column: "x", .. })));
+    }
+
+    #[test]
+    fn texts_with_commas_and_quotes_are_quoted() {
+        let mut sheet = Sheet::new("t.csv", &["name", "x", "n", "f"]);
+        let row = [Field::Text("a, \"b\""), Field::Number(1.5), Field::Count(7), Field::Flag(true)];
+        sheet.row(&row).expect("all finite");
+        assert_eq!(sheet.finish().bytes, b"name,x,n,f\n\"a, \"\"b\"\"\",1.5,7,true\n");
+    }
+}

@@ -1,0 +1,128 @@
+//! `summary.json`: the run in one object.
+
+use serde_json::{Map, Value, json};
+
+use super::ResultFile;
+use crate::maps::MapResult;
+use crate::scene::{Elements, Luminaire, Scene};
+use crate::solver::Solution;
+
+/// Version of the scene file that this program reads.
+const SCENE_FILE_VERSION: u32 = 1;
+
+/// What a summary tells of a run that neither the scene nor the solution knows.
+#[derive(Clone, Debug)]
+pub struct RunRecord {
+    /// Scene file as the user named it.
+    pub scene: String,
+    /// Seconds of reading the scene.
+    pub read_s: f64,
+    /// Seconds of making and storing all other files.
+    pub write_s: f64,
+    /// Seconds from process start.
+    pub wall_s: f64,
+    /// Worker threads.
+    pub threads: usize,
+    /// How far off a point may lie that rays see, in m.
+    pub position_accuracy_m: f64,
+    /// All files of the run, the summary apart.
+    pub files: Vec<String>,
+}
+
+/// The summary of a run.
+pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> ResultFile {
+    let (flux_balance, flux_balance_note) = or_note(&solution.flux_balance, |balance| {
+        json!({
+            "emitted_lm": balance.emitted_lm,
+            "absorbed_lm": balance.absorbed_lm,
+            "escaped_lm": balance.escaped_lm,
+            "back_face_lm": balance.back_face_lm,
+            "truncated_lm": balance.truncated_lm,
+        })
+    });
+    let (map_check, map_check_note) = or_note(&solution.map_check, |check| {
+        json!({
+            "absorbed_by_map_lm": check.absorbed_by_map_lm,
+            "standard_error_lm": check.standard_error_lm,
+            "z_score": check.z_score,
+        })
+    });
+    let warnings: Vec<&String> = scene.warnings.iter().chain(&solution.warnings).collect();
+    let summary = json!({
+        "scene": record.scene,
+        "title": scene.title,
+        "seed": solution.seed,
+        "method": solution.method,
+        "chains": solution.chains,
+        "rays": solution.rays,
+        "replicas": solution.replicas,
+        "threads": record.threads,
+        "surfaces": scene.surfaces.len(),
+        "triangles": scene.triangles.len(),
+        "elements": Elements::of(scene).len(),
+        "read_s": record.read_s,
+        "build_s": solution.build_s,
+        "compute_s": solution.compute_s,
+        "write_s": record.write_s,
+        "wall_s": record.wall_s,
+        "target_error": solution.target_error,
+        "estimated_error": solution.estimated_error,
+        "target_met": solution.target_met,
+        "stop_reason": solution.stop_reason.name(),
+        "maps": solution.maps.iter().map(map_entry).collect::<Vec<Value>>(),
+        "flux_balance": flux_balance,
+        "flux_balance_note": flux_balance_note,
+        "map_check": map_check,
+        "map_check_note": map_check_note,
+        "position_accuracy_m": record.position_accuracy_m,
+        "luminous_flux_lm": scene.luminous_flux_lm(),
+        "luminaires": scene.luminaires.iter().map(luminaire_entry).collect::<Vec<Value>>(),
+        "warnings": warnings,
+        "files": record.files,
+        "versions": versions(),
+    });
+    let mut bytes = serde_json::to_vec_pretty(&summary).expect("a JSON value has text keys alone");
+    bytes.push(b'\n');
+    ResultFile { name: "summary.json".to_owned(), bytes }
+}
+
+fn or_note<T>(outcome: &Result<T, String>, write: impl Fn(&T) -> Value) -> (Value, Value) {
+    match outcome {
+        Ok(value) => (write(value), Value::Null),
+        Err(note) => (Value::Null, json!(note)),
+    }
+}
+
+fn map_entry(map: &MapResult) -> Value {
+    json!({
+        "name": map.name,
+        "estimated_error": map.error.estimated,
+        "random_error": map.error.random,
+        "bias": map.error.bias,
+        "degrees_of_freedom": map.error.degrees_of_freedom,
+        "method": map.method,
+        "bound": map.bound,
+        "target_met": map.target_met,
+        "chains": map.chains,
+        "dark": map.error.dark_upper_bound_lx.is_some(),
+        "dark_upper_bound_lx": map.error.dark_upper_bound_lx,
+    })
+}
+
+fn luminaire_entry(luminaire: &Luminaire) -> Value {
+    json!({
+        "name": luminaire.name,
+        "luminous_flux_lm": luminaire.luminous_flux_lm,
+        "dimming": luminaire.dimming,
+        "maintenance_factor": luminaire.maintenance_factor,
+        "power_w": luminaire.power_w,
+    })
+}
+
+fn versions() -> Map<String, Value> {
+    let mut versions = Map::new();
+    versions.insert("luxmc".into(), json!(env!("CARGO_PKG_VERSION")));
+    versions.insert("scene_file".into(), json!(SCENE_FILE_VERSION));
+    versions.insert("platform".into(), json!(format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)));
+    versions
+}
