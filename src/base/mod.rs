@@ -1,6 +1,7 @@
 //! Formulas and numbers that know nothing of scenes: special functions, quadrature, solid angles, exact sums.
 
 pub mod ball;
+pub mod form_factors;
 pub mod polygon;
 pub mod quadrature;
 pub mod solid_angle;

@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 use super::compare::CompareArguments;
 use super::inspect::InspectArguments;
-use super::sobolev::SobolevArguments;
+use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
 use super::validate::ValidateArguments;
 
@@ -40,6 +40,7 @@ pub enum Command {
     /// Compute every map and receiver set of a scene and write the results into a directory
     Solve(SolveArguments),
     /// Exact illuminance between two parallel diffuse planes lit by a point source
+    #[command(long_about = sobolev::ABOUT)]
     Sobolev(SobolevArguments),
     /// Run validation cases against their exact solutions and write a report
     Validate(ValidateArguments),

@@ -2,8 +2,10 @@
 
 use std::process::ExitCode;
 
+use crate::analytic::AnalyticError;
 use crate::output::OutputError;
 use crate::scene::SceneError;
+use crate::scene::photometry::PhotometricError;
 use crate::validation::CaseError;
 
 /// How the program ends.
@@ -51,6 +53,12 @@ pub enum Failure {
     /// A validation case was refused.
     #[error(transparent)]
     Case(#[from] CaseError),
+    /// A photometric file was refused.
+    #[error(transparent)]
+    Photometric(#[from] PhotometricError),
+    /// A question that an exact solution has no answer for.
+    #[error(transparent)]
+    Analytic(#[from] AnalyticError),
     /// Options that do not go together, or not with the scene.
     #[error("{what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
     Usage {
@@ -75,7 +83,11 @@ impl Failure {
     /// How the program ends on it.
     pub fn exit(&self) -> Exit {
         match self {
-            Failure::Scene(_) | Failure::Case(_) | Failure::Usage { .. } => Exit::Refused,
+            Failure::Scene(_)
+            | Failure::Case(_)
+            | Failure::Photometric(_)
+            | Failure::Analytic(_)
+            | Failure::Usage { .. } => Exit::Refused,
             Failure::Output(_) | Failure::StandardOutput(_) => Exit::Unwritten,
         }
     }

@@ -1,5 +1,143 @@
-//! `luxmc inspect`
-use super::{Outcome, exit::Exit};
-#[derive(Debug, clap::Args)]
-pub struct InspectArguments { scene: std::path::PathBuf }
-pub fn run(_: &InspectArguments) -> Outcome { Ok(Exit::Done) }
+//! `luxmc inspect`: what was read from a scene or a photometric file.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use super::exit::Exit;
+use super::inspect_photometric::{photometric_json, photometric_text};
+use super::number_text::plain;
+use super::text_table::text_table;
+use super::{Outcome, console};
+use crate::scene::photometry::read_photometric_file;
+use crate::scene::{InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, inspect, read_scene};
+
+const EXAMPLES: &str = "\
+Examples:
+  luxmc inspect office.json             surfaces, luminaires, receivers, totals and warnings
+  luxmc inspect office.json --json      the same for programs: metres, m², lm, cd
+  luxmc inspect downlight.ldt           header, flux, light output ratio, symmetry, beam angles";
+
+/// Arguments of `luxmc inspect`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct InspectArguments {
+    /// Scene file (JSON), or a photometric file (.ies or .ldt)
+    #[arg(value_name = "SCENE")]
+    file: PathBuf,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// Shows a scene or a photometric file.
+pub fn run(arguments: &InspectArguments) -> Outcome {
+    let text = if is_photometric(&arguments.file) {
+        let file = read_photometric_file(&arguments.file)?;
+        if arguments.json { as_text(&photometric_json(&file)) } else { photometric_text(&file) }
+    } else {
+        let inspection = inspect(&read_scene(&arguments.file)?);
+        if arguments.json { as_text(&json!(inspection)) } else { scene_text(&inspection) }
+    };
+    console::result(&text)?;
+    Ok(Exit::Done)
+}
+
+fn as_text(value: &serde_json::Value) -> String {
+    format!("{value:#}\n")
+}
+
+fn is_photometric(path: &Path) -> bool {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    matches!(extension.as_deref(), Some("ies" | "ldt"))
+}
+
+fn scene_text(inspection: &Inspection) -> String {
+    let totals = &inspection.totals;
+    let mut text = String::new();
+    if !inspection.title.is_empty() {
+        text += &format!("{}\n", inspection.title);
+    }
+    let [low, high] = [inspection.bounds_min_m, inspection.bounds_max_m];
+    let closed = if inspection.closed { "closed" } else { "open: light can leave it" };
+    text += &format!("from {} to {} m; {closed}\n", place(low), place(high));
+
+    text += &format!("\nSurfaces: {}, {} m²\n", totals.surfaces, plain(totals.area_m2, 4));
+    text += &surface_table(&inspection.surfaces);
+
+    text += &format!("\nLuminaires: {}, {} lm maintained\n", totals.luminaires, plain(totals.luminous_flux_lm, 5));
+    text += &luminaire_table(&inspection.luminaires);
+
+    if !inspection.receivers.is_empty() {
+        text += &format!("\nReceivers: {} points\n", totals.receiver_points);
+        text += &receiver_table(&inspection.receivers);
+    }
+    text += &format!("\nMaps: {} triangles, {} element sides\n", totals.triangles, totals.element_sides);
+    for warning in &inspection.warnings {
+        text += &format!("warning: {warning}\n");
+    }
+    text
+}
+
+fn place([x, y, z]: [f64; 3]) -> String {
+    format!("({}, {}, {})", plain(x, 4), plain(y, 4), plain(z, 4))
+}
+
+fn surface_table(surfaces: &[InspectedSurface]) -> String {
+    let rows = surfaces.iter().map(|surface| {
+        vec![
+            surface.name.clone(),
+            surface.material.clone(),
+            surface.sides.join(", "),
+            plain(surface.reflectance, 3),
+            plain(surface.area_m2, 4),
+            surface.triangles.to_string(),
+            surface.elements.to_string(),
+        ]
+    });
+    let header = ["name", "material", "sides", "reflectance", "area/m²", "triangles", "elements"];
+    text_table(&header, &[0, 1, 2], rows)
+}
+
+fn luminaire_table(luminaires: &[InspectedLuminaire]) -> String {
+    let maybe = |number: Option<f64>| number.map_or("-".to_owned(), |number| plain(number, 4));
+    let rows = luminaires.iter().map(|luminaire| {
+        vec![
+            luminaire.name.clone(),
+            luminaire.kind.to_owned(),
+            place(luminaire.position_m),
+            luminaire.aim.map_or("-".to_owned(), place),
+            plain(luminaire.luminous_flux_lm, 5),
+            maybe(luminaire.intensity_cd),
+            maybe(luminaire.exitance_lm_m2),
+            plain(luminaire.dimming, 3),
+            plain(luminaire.maintenance_factor, 3),
+            maybe(luminaire.power_w),
+        ]
+    });
+    let header =
+        ["name", "type", "position/m", "aim", "flux/lm", "I0/cd", "M/(lm/m²)", "dimming", "maintenance", "power/W"];
+    text_table(&header, &[0, 1, 2, 3], rows)
+}
+
+fn receiver_table(receivers: &[InspectedReceivers]) -> String {
+    let pair = |a: Option<String>, b: Option<String>| match (a, b) {
+        (Some(a), Some(b)) => format!("{a} x {b}"),
+        _ => "-".to_owned(),
+    };
+    let spacing = |spacing_m: Option<f64>| spacing_m.map(|spacing_m| plain(spacing_m, 3));
+    let rows = receivers.iter().map(|set| {
+        vec![
+            set.name.clone(),
+            set.kind.to_owned(),
+            pair(set.columns.map(|n| n.to_string()), set.rows.map(|n| n.to_string())),
+            pair(spacing(set.column_spacing_m), spacing(set.row_spacing_m)),
+            set.points.to_string(),
+            set.inside.to_string(),
+            set.area_m2.map_or("-".to_owned(), |area_m2| plain(area_m2, 4)),
+        ]
+    });
+    let header = ["name", "type", "columns x rows", "spacing/m", "points", "inside solids", "area/m²"];
+    text_table(&header, &[0, 1, 2, 3], rows)
+}

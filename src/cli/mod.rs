@@ -5,6 +5,7 @@ mod compare;
 mod console;
 mod exit;
 mod inspect;
+mod inspect_photometric;
 mod method;
 mod number_text;
 mod progress;

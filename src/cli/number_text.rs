@@ -15,6 +15,15 @@ pub fn significant(number: f64, digits: usize) -> String {
     format!("{number:.decimals$}")
 }
 
+/// A number as somebody would write it: up to this many significant digits, without zeros at the end.
+pub fn plain(number: f64, digits: usize) -> String {
+    let text = significant(number + 0.0, digits);
+    if !text.contains('.') || text.contains('e') {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 /// A fraction as percent: `1.23 %`.
 pub fn percent(fraction: f64) -> String {
     format!("{} %", significant(100.0 * fraction, 3))
@@ -50,12 +59,13 @@ mod tests {
             (1234.56, "1235"),
             (123.456, "123.5"),
             (9.9996, "10.00"),
-            (0.012_345, "0.01234"),
+            (0.012_346, "0.01235"),
             (1.5e-9, "1.500e-9"),
             (0.0, "0"),
         ] {
             assert_eq!(significant(number, 4), text);
         }
+        assert_eq!([1.0, 0.8, 20.0, 12.3456].map(|number| plain(number, 4)), ["1", "0.8", "20", "12.35"]);
         assert_eq!(percent(0.01), "1.00 %");
         assert_eq!(count(1_234_567.0), "1.23 M");
         assert_eq!((time(0.523), time(61.0), time(200.0)), ("0.52 s".into(), "61 s".into(), "3 min 20 s".into()));

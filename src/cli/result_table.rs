@@ -4,8 +4,7 @@ use super::number_text::significant;
 use super::text_table::text_table;
 use crate::solver::Solution;
 
-const HEADER: &[&str] =
-    &["name", "side", "Ē/lx", "±/lx", "Emin/lx", "±/lx", "Emax/lx", "U0", "±", "Ud", "error/%"];
+const HEADER: &[&str] = &["name", "side", "Ē/lx", "±/lx", "Emin/lx", "±/lx", "Emax/lx", "U0", "±", "Ud", "error/%"];
 
 /// One row a surface side or receiver set: average, minimum, maximum and uniformities, with standard errors.
 pub fn result_table(solution: &Solution) -> String {

@@ -2,7 +2,7 @@
 
 use super::exit::Exit;
 use super::{Outcome, console};
-fn scene_schema() -> serde_json::Value { todo!() }
+use crate::scene::scene_schema;
 
 /// Prints the schema.
 pub fn run() -> Outcome {

@@ -19,14 +19,15 @@ use crate::solver::{Settings, Solution, StopReason, solve};
 
 const EXAMPLES: &str = "\
 Examples:
-  luxmc solve office.json --out out                          to a stated error of 1 % (the default)
-  luxmc solve office.json --out out --target-error 0.5%      finer
-  luxmc solve office.json --out out --time-limit 60s         as good as a minute allows
-  luxmc solve office.json --out out --chains 1e6 --seed 7    the same bytes on every run and any number of threads
-  luxmc solve office.json --out out --maps \"work plane\"      one receiver set alone
+  luxmc solve office.json --out out                       to a stated error of 1% (the default)
+  luxmc solve office.json --out out --target-error 0.5%   finer
+  luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
+  luxmc solve office.json --out out --chains 1e6          the same bytes in every run
+  luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
 
-The first stop rule met ends the run. Standard output carries the result table alone; Ctrl-C ends the run and
-writes what it has, a second Ctrl-C ends the process at once. Exit code 3: a limit came before the target.";
+The first stop rule met ends the run. Standard output carries the result table alone.
+Ctrl-C ends the run and writes what it has; a second Ctrl-C ends the process at once.
+Exit code 3: a limit came before the target.";
 
 /// Arguments of `luxmc solve`.
 #[derive(Debug, Args)]
@@ -38,19 +39,19 @@ pub struct SolveArguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
-    #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_negative_numbers = true)]
+    #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
     /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
-    #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
     time_limit: Option<f64>,
     /// Chains for every map, rounded up to fill the replicas: 1000000, 1_000_000 or 1e6
-    #[arg(long, value_name = "N", value_parser = values::chains, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = values::chains, allow_hyphen_values = true)]
     chains: Option<u64>,
     /// Seed of all random numbers
-    #[arg(long, value_name = "SEED", default_value = "0", value_parser = values::seed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SEED", default_value = "0", value_parser = values::seed, allow_hyphen_values = true)]
     seed: u64,
     /// Worker threads; results do not depend on them [default: all processors]
-    #[arg(long, value_name = "T", value_parser = values::threads, allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
     /// Maps to compute, write and bind to the target: all, elements, receivers, or names of receiver sets with
     /// commas between [default: all are computed; the target binds the receiver sets, if any]
@@ -77,7 +78,11 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     let mut directory = ResultDirectory::open(&arguments.out)?;
 
     let quiet = arguments.quiet;
-    let tell = |line: &str| if !quiet { console::message(line) };
+    let tell = |line: &str| {
+        if !quiet {
+            console::message(line)
+        }
+    };
     tell(&opening_line(arguments, &scene, &settings, pool.current_num_threads()));
     if arguments.plots.as_ref().is_some_and(Plots::any) {
         tell("note: this version draws no plots yet; the tables are complete");

@@ -119,9 +119,15 @@ mod tests {
 
     #[test]
     fn times_read_in_every_unit() {
-        for (text, seconds) in
-            [("60", 60.0), ("60s", 60.0), ("500ms", 0.5), ("5m", 300.0), ("5 min", 300.0), ("1.5h", 5400.0), ("1e2s", 100.0)]
-        {
+        for (text, seconds) in [
+            ("60", 60.0),
+            ("60s", 60.0),
+            ("500ms", 0.5),
+            ("5m", 300.0),
+            ("5 min", 300.0),
+            ("1.5h", 5400.0),
+            ("1e2s", 100.0),
+        ] {
             let read = time_s(text).unwrap_or(f64::NAN);
             assert!((read - seconds).abs() < 1e-12 * seconds, "{text}: {read}");
         }

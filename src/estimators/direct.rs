@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::chain::Stage;
 use crate::geometry::Origin;
 use crate::sampling::emitter::Emitter;
+use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::triangle::SeenTriangle;
 use crate::sampling::warp::uniform_triangle;
@@ -129,6 +130,21 @@ impl DirectPass {
         let origin = origin_at(inner([u, v]));
         self.looks(stage, &Receiver { point_m, normal, origin: &origin }, LOOKS_OVER_CELL, stream)
     }
+}
+
+/// One unbiased sample of the direct illuminance at a point from a look at a single emitter, and the rays it took: for
+/// the vertices of walks.
+pub fn one_look(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    let variate = stream.fine_unit();
+    let Some((emitter, probability)) = stage.emitters.choose_for(receiver.point_m, receiver.normal, variate, cut)
+    else {
+        return (0.0, 0);
+    };
+    let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
+    if unshadowed_lx <= 0.0 {
+        return (0.0, 0);
+    }
+    (unshadowed_lx / probability * visibility(stage, emitter, receiver, stream), 1)
 }
 
 /// Mean illuminance that a point emitter gives an element: its intensity towards a point drawn by solid angle, times

@@ -6,19 +6,15 @@
 //! No score ever holds a 1/r² of two surfaces, so corners are harmless.
 
 use crate::chain::Stage;
-use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::direct::{Receiver, one_look};
 use crate::geometry::Meeting;
+use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection;
 use crate::sampling::warp::cosine_hemisphere;
 
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
-pub fn sample_indirect_lx(
-    stage: &Stage,
-    receiver: &Receiver,
-    direct: &mut DirectPass,
-    stream: &mut Stream,
-) -> (f64, u64) {
+pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let mut origin = *receiver.origin;
     let mut direction = cosine_hemisphere(receiver.normal, stream.pair());
     let mut illuminance_lx = 0.0;
@@ -36,7 +32,7 @@ pub fn sample_indirect_lx(
         origin = stage.tracer.surface_origin(hit.triangle, hit.barycentric, hit.side);
         let normal = stage.normal(hit.triangle, hit.side);
         let here = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
-        let (direct_lx, direct_rays) = direct.looks(stage, &here, 1, stream);
+        let (direct_lx, direct_rays) = one_look(stage, &here, cut, stream);
         illuminance_lx += reflectance * direct_lx;
         rays += direct_rays;
         match reflection::sample(law, normal, stream) {

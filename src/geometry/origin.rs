@@ -90,6 +90,12 @@ impl Origin {
         matches!(self.anchor, Anchor::Triangle { .. }) && Vec3A::from(self.normal).dot(direction) < 0.0
     }
 
+    /// Whether a crossing a little before the origin lies under the surface that the origin was lifted off.
+    #[inline]
+    pub(super) fn has_under(&self, direction: Vec3A, t: f32) -> bool {
+        t < 0.0 && t * Vec3A::from(self.normal).dot(direction) < -LIFT as f32
+    }
+
     /// The triangle that the origin lies on, which its rays do not meet; no triangle's number otherwise.
     #[inline]
     pub(super) fn own_triangle(&self) -> u32 {

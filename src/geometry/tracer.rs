@@ -14,6 +14,15 @@ const LARGEST_PULL: f64 = 0.25;
 /// How many times further a point is pulled off the edges if a ray from it found nothing.
 const SECOND_LOOKS: [f32; 2] = [16.0, 256.0];
 
+/// How far aside a point is moved, in scaled coordinates, if a ray from it met a back: a solid that stands on a
+/// surface without sharing its vertices leaves a crack of some 2⁻²⁴ below its edge, through which a flat ray may have
+/// slipped this far inside.
+const STEPS_ASIDE: [f64; 3] = [4.0 * PULL, 32.0 * PULL, 256.0 * PULL];
+
+/// Share of a corner below which a crossing may lie on an edge: where triangles are no lower than 2⁻⁹, rounding
+/// (2⁻²³) stays below it.
+const EDGE_SHARE: f32 = 1.0 / (1u32 << 14) as f32;
+
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit {
@@ -47,6 +56,8 @@ struct Footing {
     normal: Vec3,
     /// Least weights of the corners off the edges.
     least: Vec3,
+    /// Whether its back is a side like its front.
+    two_sided: bool,
 }
 
 /// Finds what rays meet among the triangles and balls of one scene.
@@ -91,10 +102,11 @@ impl Tracer {
         }
         let round = |vertex: u32| frame.round(scene.vertices_m[vertex as usize]);
         let tree = Tree::new(scene.triangles.iter().map(|corners| corners.map(round)), balls);
-        let mut footings = vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO }; scene.triangles.len()];
+        let mut footings =
+            vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO, two_sided: false }; scene.triangles.len()];
         for (slot, primitive) in tree.primitives().iter().enumerate() {
             if let Some(footing) = footings.get_mut(*primitive as usize) {
-                *footing = footing_of(slot as u32, &tree.slots[slot]);
+                *footing = footing_of(slot as u32, &tree.slots[slot], scene.surface_of(*primitive).two_sided);
             }
         }
         Tracer { frame, tree, footings, balls: balls_of_luminaires }
@@ -138,9 +150,11 @@ impl Tracer {
     #[inline]
     pub fn first_hit(&self, origin: &Origin, direction: DVec3) -> Meeting {
         let along = direction.as_vec3a();
-        match self.tree.closest(&Ray::new(origin.point, along), origin) {
-            Some(found) => self.meeting(&found),
-            None => self.second_look(origin, along),
+        let ray = Ray::new(origin.point, along);
+        match self.tree.closest(&ray, origin) {
+            Some(found) if self.is_plain(&found) => self.meeting(&found),
+            Some(found) => self.settle(&ray, origin, &found),
+            None => self.look_from_further_in(origin, along),
         }
     }
 
@@ -207,10 +221,59 @@ impl Tracer {
         })
     }
 
+    /// Whether a ray met a ball, a front, or the back of a two-sided surface.
+    #[inline]
+    fn is_side(&self, found: &Found) -> bool {
+        found.crossing.sum > 0.0 || self.footings.get(found.primitive as usize).is_none_or(|footing| footing.two_sided)
+    }
+
+    /// Whether a crossing is beyond doubt: it lies off the edges, and is no one-sided back.
+    #[inline]
+    fn is_plain(&self, found: &Found) -> bool {
+        let crossing = &found.crossing;
+        let shares = crossing.weights.truncate().abs();
+        // Of a ball, nothing here is a number.
+        !(shares.min_element() < EDGE_SHARE * crossing.sum.abs()) && self.is_side(found)
+    }
+
+    /// Which triangle a ray meets first where several cross it within rounding, as at edges: a front rather than a
+    /// back, and no front that stands on the far side of a back.
+    #[cold]
+    fn settle(&self, ray: &Ray, origin: &Origin, found: &Found) -> Meeting {
+        let noise = |one: &Found| {
+            let normal = self.footings.get(one.primitive as usize).map_or(Vec3::ZERO, |footing| footing.normal);
+            RESOLUTION as f32 / ray.direction.dot(normal.into()).abs().max(RESOLUTION as f32)
+        };
+        let t = found.crossing.t;
+        let mut tied = self.tree.crossings(ray, origin);
+        tied.retain(|one| (one.crossing.t - t).abs() <= noise(one) + noise(found));
+        let (mut fronts, backs): (Vec<Found>, Vec<Found>) = tied.iter().partition(|one| !(one.crossing.sum < 0.0));
+        fronts.sort_by(|one, other| {
+            one.crossing.t.total_cmp(&other.crossing.t).then(one.primitive.cmp(&other.primitive))
+        });
+        let on_this_side = fronts.iter().find(|front| !backs.iter().any(|back| self.is_beyond(front, back)));
+        if let Some(front) = on_this_side.or(fronts.first()) {
+            return self.meeting(front);
+        }
+        if self.is_side(found) { self.meeting(found) } else { self.look_from_aside(origin, ray.direction, found) }
+    }
+
+    /// Whether a triangle stands wholly in front of another's plane.
+    fn is_beyond(&self, one: &Found, other: &Found) -> bool {
+        let footing = |found: &Found| self.footings.get(found.primitive as usize);
+        let (Some(one), Some(other)) = (footing(one), footing(other)) else {
+            return false;
+        };
+        let [base, ..] = self.tree.slots[other.slot as usize].corners();
+        let heights =
+            self.tree.slots[one.slot as usize].corners().map(|corner| other.normal.as_dvec3().dot(corner - base));
+        heights.iter().all(|height| *height > -RESOLUTION) && heights.iter().any(|height| *height > RESOLUTION)
+    }
+
     /// A ray that found nothing may have started in a corner too tight for f32: if its origin lies near an edge of
     /// its triangle, look again from further in before letting it go.
     #[cold]
-    fn second_look(&self, origin: &Origin, along: Vec3A) -> Meeting {
+    fn look_from_further_in(&self, origin: &Origin, along: Vec3A) -> Meeting {
         let Anchor::Triangle { triangle, side, barycentric } = origin.anchor else {
             return Meeting::Nothing;
         };
@@ -226,9 +289,30 @@ impl Tracer {
         }
         Meeting::Nothing
     }
+
+    /// A ray from a surface that met the back of a one-sided surface may have started in the crack below a solid that
+    /// stands there: look again from around its origin whether it meets a front from there.
+    #[cold]
+    fn look_from_aside(&self, origin: &Origin, along: Vec3A, found: &Found) -> Meeting {
+        let Anchor::Triangle { .. } = origin.anchor else {
+            return self.meeting(found);
+        };
+        let (first, second) = origin.normal.as_dvec3().any_orthonormal_pair();
+        for step in STEPS_ASIDE {
+            for aside in [first, second, -first, -second] {
+                let point = (origin.point.as_dvec3() + step * aside).as_vec3a();
+                let beside = Origin { point, ..*origin };
+                let again = self.tree.closest(&Ray::new(point, along), &beside);
+                if let Some(again) = again.filter(|again| self.is_side(again)) {
+                    return self.meeting(&again);
+                }
+            }
+        }
+        self.meeting(found)
+    }
 }
 
-fn footing_of(slot: u32, corners: &Slot) -> Footing {
+fn footing_of(slot: u32, corners: &Slot, two_sided: bool) -> Footing {
     let [a, b, c] = corners.corners();
     let twice_area_vector = (b - a).cross(c - a);
     // The weight of a corner is the height above the edge across over the height of the corner.
@@ -238,6 +322,7 @@ fn footing_of(slot: u32, corners: &Slot) -> Footing {
         slot,
         normal: twice_area_vector.normalize_or_zero().as_vec3(),
         least: least.min(DVec3::splat(LARGEST_PULL)).as_vec3(),
+        two_sided,
     }
 }
 

@@ -110,6 +110,25 @@ impl Tree {
         self.blocks_portable(ray, from, to)
     }
 
+    /// All crossings that count along the ray, in no order.
+    #[cold]
+    pub fn crossings(&self, ray: &Ray, origin: &Origin) -> Vec<Found> {
+        let mut all = Vec::new();
+        let mut state = self.tree.new_traversal(ray.direction);
+        let mut node;
+        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, BEFORE, f32::MAX), {
+            let slot = state.primitive_id as usize;
+            let primitive = self.tree.primitive_indices[slot];
+            if let Some(mut crossing) = ray.cross(&self.slots[slot])
+                && primitive != origin.own_triangle()
+                && self.weigh(ray, origin, slot, &mut crossing).is_some()
+            {
+                all.push(Found { primitive, crossing });
+            }
+        });
+        all
+    }
+
     /// Takes or leaves a crossing that is not plainly a front ahead; what is returned is its rank, where it is taken.
     #[inline]
     fn weigh(&self, ray: &Ray, origin: &Origin, slot: usize, crossing: &mut Crossing) -> Option<f32> {
@@ -122,8 +141,10 @@ impl Tree {
             *crossing = ray.cross_edge_on(&self.slots[slot])?;
         }
         let is_front = crossing.sum > 0.0;
-        let in_range = crossing.t > BEFORE;
-        if !in_range || origin.is_in_front(&self.slots[slot]) != is_front {
+        if crossing.t < BEFORE
+            || origin.has_under(ray.direction, crossing.t)
+            || origin.is_in_front(&self.slots[slot]) != is_front
+        {
             return None;
         }
         if is_front {
@@ -151,6 +172,9 @@ impl Tree {
                 return false;
             };
             crossing = careful;
+        }
+        if from.has_under(ray.direction, crossing.t) || to.has_under(-ray.direction, 1.0 - crossing.t) {
+            return false;
         }
         let is_front = crossing.sum > 0.0;
         from.is_in_front(&self.slots[slot]) == is_front && to.is_in_front(&self.slots[slot]) != is_front

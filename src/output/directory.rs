@@ -71,10 +71,9 @@ impl ResultDirectory {
     /// The disk does not take it; nothing of it is left.
     pub fn stage(&mut self, file: &ResultFile) -> Result<(), OutputError> {
         let mut staged = temporary(&self.path)?;
-        staged
-            .write_all(&file.bytes)
-            .and_then(|()| staged.as_file().sync_all())
-            .map_err(|error| OutputError::unwritable(self.path.join(&file.name), "the file cannot be written", &error))?;
+        staged.write_all(&file.bytes).and_then(|()| staged.as_file().sync_all()).map_err(|error| {
+            OutputError::unwritable(self.path.join(&file.name), "the file cannot be written", &error)
+        })?;
         self.staged.push((file.name.clone(), staged));
         Ok(())
     }
@@ -203,10 +202,7 @@ mod tests {
         std::fs::write(path.join("report.html"), "of someone else").expect("written");
         std::fs::write(path.join("notes.txt"), "foreign").expect("written");
         let listed = r#"{"files": ["elements.csv", "map-a.svg", "tables.csv", "notes.txt", "../notes.txt"]}"#;
-        run(
-            path,
-            &[file("elements.csv", "1"), file("map-a.svg", "1"), file("tables.csv", "1"), file(SUMMARY, listed)],
-        );
+        run(path, &[file("elements.csv", "1"), file("map-a.svg", "1"), file("tables.csv", "1"), file(SUMMARY, listed)]);
         run(path, &[file("tables.csv", "2"), file(SUMMARY, "{}")]);
         assert_eq!(listing(path), ["notes.txt", "report.html", SUMMARY, "tables.csv"]);
         assert_eq!(std::fs::read_to_string(path.join("tables.csv")).expect("there"), "2");

@@ -56,8 +56,7 @@ const TABLE_COLUMNS: &[&str] = &[
     "area_m2",
     "estimated_error",
 ];
-const CONVERGENCE_COLUMNS: &[&str] =
-    &["wall_s", "chains", "estimated_error", "forecast_wall_s", "forecast_chains"];
+const CONVERGENCE_COLUMNS: &[&str] = &["wall_s", "chains", "estimated_error", "forecast_wall_s", "forecast_chains"];
 
 /// All tables of a run, those alone that have a map to show: a map that was not asked for has no file.
 ///

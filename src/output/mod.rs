@@ -9,6 +9,7 @@ mod summary;
 pub use directory::ResultDirectory;
 pub use error::OutputError;
 pub use maps::result_files;
+pub use sheet::shortest;
 pub use summary::{RunRecord, summary_file};
 
 /// A result file before it is written.
@@ -33,6 +34,6 @@ mod tests {
     #[test]
     fn only_plain_letters_get_into_file_names() {
         assert_eq!(file_name_part("work plane/0.8 m_A-1"), "work-plane-0-8-m_A-1");
-        assert_eq!(file_name_part("../Büro"), "----B-ro");
+        assert_eq!(file_name_part("../Büro"), "---B-ro");
     }
 }

@@ -65,8 +65,9 @@ impl Sheet {
 }
 
 /// The shortest decimals that read back to the same f64; −0 is written as 0.
-pub(super) fn shortest(number: f64) -> String {
-    format!("{:?}", number + 0.0)
+pub fn shortest(number: f64) -> String {
+    let text = format!("{:?}", number + 0.0);
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
 #[cfg(test)]
@@ -80,7 +81,7 @@ mod tests {
             let back: f64 = shortest(number).parse().expect("a number was written");
             assert_eq!(back.to_bits(), number.to_bits());
         }
-        assert_eq!(shortest(-0.0), "0.0");
+        assert_eq!([-0.0, 1.0, 0.5, 1e-7, 4096.0].map(shortest), ["0", "1", "0.5", "1e-7", "4096"]);
     }
 
     #[test]

@@ -9,6 +9,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::emitter_tree::{Cut, EmitterTree};
+use super::importance::{Beacon, Profile};
 use super::random::Stream;
 use super::triangle::SeenTriangle;
 use super::warp::{cosine_hemisphere, uniform_cone, uniform_sphere, uniform_triangle};
@@ -51,6 +53,7 @@ pub struct Emitter {
     /// Maintained flux in lm.
     pub luminous_flux_lm: f64,
     shape: Shape,
+    beacon: Beacon,
 }
 
 #[derive(Clone, Debug)]
@@ -71,6 +74,7 @@ struct TriangleEmitter {
     normal: DVec3,
     centroid_m: DVec3,
     radius_m: f64,
+    area_m2: f64,
     exitance_lm_m2: f64,
 }
 
@@ -89,6 +93,7 @@ pub struct Emitters {
     list: Vec<Emitter>,
     /// Flux of all emitters up to and including each, in lm.
     cumulative_flux_lm: Vec<f64>,
+    tree: Option<EmitterTree>,
 }
 
 impl Emitters {
@@ -99,7 +104,8 @@ impl Emitters {
             let luminaire = luminaire as u32;
             let mut push = |luminous_flux_lm: f64, shape: Shape| {
                 if luminous_flux_lm > 0.0 {
-                    list.push(Emitter { luminaire, luminous_flux_lm, shape });
+                    let beacon = shape.beacon();
+                    list.push(Emitter { luminaire, luminous_flux_lm, shape, beacon });
                 }
             };
             match &source.emission {
@@ -145,7 +151,9 @@ impl Emitters {
                 Some(*sum)
             })
             .collect();
-        Emitters { list, cumulative_flux_lm }
+        let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
+        let tree = EmitterTree::of(&beacons);
+        Emitters { list, cumulative_flux_lm, tree }
     }
 
     /// The emitters.
@@ -158,11 +166,53 @@ impl Emitters {
         self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
+    /// Chooses one emitter for a point with a unit normal, about in proportion to what it brings there; returns it with
+    /// the probability of the choice. `None`: this choice brings nothing.
+    pub fn choose_for(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(&Emitter, f64)> {
+        let (emitter, probability) = self.tree.as_ref()?.choose(point_m, normal, variate, cut)?;
+        Some((&self.list[emitter as usize], probability))
+    }
+
     /// Draws a packet: the emitter in proportion to flux by `choice` in [0, 1), then its point and direction.
     pub fn emit(&self, choice: f64, stream: &mut Stream) -> Emitted {
         let aim = choice * self.luminous_flux_lm();
         let index = self.cumulative_flux_lm.partition_point(|sum| *sum <= aim).min(self.list.len() - 1);
         self.list[index].emit(stream)
+    }
+}
+
+impl Shape {
+    fn beacon(&self) -> Beacon {
+        let point = |position_m: &DVec3, axis: DVec3, intensity_cd: f64, profile: Profile| Beacon {
+            center_m: *position_m,
+            radius_m: 0.0,
+            axis,
+            intensity_cd,
+            profile,
+        };
+        match self {
+            Shape::Isotropic { position_m, intensity_cd } => {
+                point(position_m, DVec3::Z, *intensity_cd, Profile::Uniform)
+            }
+            Shape::Lambertian { position_m, axis, intensity_cd } => {
+                point(position_m, *axis, *intensity_cd, Profile::Cosine)
+            }
+            Shape::Web { position_m, frame, web, scale, .. } => point(position_m, frame[2], *scale, Profile::of(web)),
+            Shape::Triangle(triangle) => Beacon {
+                center_m: triangle.centroid_m,
+                radius_m: triangle.radius_m,
+                axis: triangle.normal,
+                intensity_cd: triangle.exitance_lm_m2 * triangle.area_m2 / PI,
+                profile: Profile::Cosine,
+            },
+            Shape::Ball { center_m, radius_m, exitance_lm_m2 } => Beacon {
+                center_m: *center_m,
+                radius_m: *radius_m,
+                axis: DVec3::Z,
+                intensity_cd: exitance_lm_m2 * radius_m * radius_m,
+                profile: Profile::Uniform,
+            },
+        }
     }
 }
 
@@ -174,7 +224,8 @@ impl TriangleEmitter {
         let radius_m = [a, b, c].iter().map(|corner| corner.distance(centroid_m)).fold(0.0, f64::max);
         let front = scene.triangle_normal(triangle);
         let normal = if side == Side::Front { front } else { -front };
-        TriangleEmitter { triangle, side, corners_m, normal, centroid_m, radius_m, exitance_lm_m2 }
+        let area_m2 = scene.triangle_area_m2(triangle);
+        TriangleEmitter { triangle, side, corners_m, normal, centroid_m, radius_m, area_m2, exitance_lm_m2 }
     }
 
     /// The barycentric coordinates of the scene's triangle for those of this one (whose turn depends on the side).
@@ -185,10 +236,6 @@ impl TriangleEmitter {
 
     fn seen_from(&self, point_m: DVec3) -> [DVec3; 3] {
         self.corners_m.map(|corner| corner - point_m)
-    }
-
-    fn faces(&self, point_m: DVec3) -> bool {
-        (point_m - self.corners_m[0]).dot(self.normal) > 0.0
     }
 }
 
@@ -283,23 +330,9 @@ impl Emitter {
 
     /// A cheap stand-in for [`Emitter::unshadowed_lx`], 0 only where that is 0: its share decides how often the
     /// emitter is looked at.
+    #[inline]
     pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
-        match &self.shape {
-            Shape::Isotropic { .. } | Shape::Lambertian { .. } | Shape::Web { .. } => {
-                self.unshadowed_lx(point_m, normal)
-            }
-            Shape::Triangle(triangle) => {
-                if !triangle.faces(point_m) {
-                    return 0.0;
-                }
-                let bound =
-                    bounded_kernel(triangle.centroid_m - point_m, triangle.radius_m, normal, Some(triangle.normal));
-                self.luminous_flux_lm * bound / PI
-            }
-            Shape::Ball { center_m, radius_m, .. } => {
-                self.luminous_flux_lm * bounded_kernel(*center_m - point_m, *radius_m, normal, None) / (4.0 * PI)
-            }
-        }
+        self.beacon.importance(point_m, normal)
     }
 
     /// Draws the point of the emitter that a receiver looks at, in proportion to what it brings there unshadowed:
@@ -316,21 +349,6 @@ impl Emitter {
             _ => self.point_place(),
         }
     }
-}
-
-/// Largest cosines and smallest distance that a ball about the emitter allows, at least as far as its radius.
-#[inline]
-fn bounded_kernel(offset: DVec3, radius: f64, normal: DVec3, emitting: Option<DVec3>) -> f64 {
-    let distance_squared = offset.length_squared();
-    let distance = distance_squared.sqrt();
-    // Tilting by the angle that the radius spans can raise a cosine by no more than radius/distance.
-    let spread = radius / distance.max(radius);
-    let at_receiver = (offset.dot(normal) / distance.max(f64::MIN_POSITIVE) + spread).clamp(0.0, 1.0);
-    let at_emitter = match emitting {
-        Some(emitting) => (-offset.dot(emitting) / distance.max(f64::MIN_POSITIVE) + spread).clamp(0.0, 1.0),
-        None => 1.0,
-    };
-    at_receiver * at_emitter / distance_squared.max(radius * radius)
 }
 
 /// Draws that thinning by the cosine may take; see [`super::triangle`] for the reasoning.

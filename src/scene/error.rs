@@ -102,7 +102,7 @@ impl Place {
         let length = text[start..end.min(line_end)].chars().count().max(1);
 
         // A minified file is one endless line: show only what surrounds the place.
-        let skipped = if before > EXCERPT_BEFORE { before - EXCERPT_BEFORE } else { 0 };
+        let skipped = before.saturating_sub(EXCERPT_BEFORE);
         let excerpt: String = text[line_start..line_end]
             .chars()
             .skip(skipped)

@@ -147,7 +147,7 @@ fn mark_inside_points(scene: &mut Scene) {
 fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
     let [low_m, high_m] = bounds_m(scene);
     let size_m = low_m.distance(high_m);
-    if size_m > SUSPICIOUSLY_LARGE_M || size_m < SUSPICIOUSLY_SMALL_M {
+    if !(SUSPICIOUSLY_SMALL_M..=SUSPICIOUSLY_LARGE_M).contains(&size_m) {
         let others = listed(UNIT_NAMES.into_iter().filter(|name| *name != unit.name));
         scene.warnings.push(format!(
             "the scene is {size_m:.4} m across, as its length_unit is \"{}\"; is {others} meant?",

@@ -3,6 +3,7 @@
 pub mod elements;
 mod error;
 mod file;
+mod inspect;
 mod luminaires;
 mod materials;
 mod model;
@@ -15,6 +16,7 @@ mod points_file;
 mod polygon;
 mod reader;
 mod receivers;
+mod schema;
 mod shapes;
 mod shells;
 mod surface_grid;
@@ -25,4 +27,9 @@ mod vectors;
 pub use elements::{Cell, Elements, Side};
 pub use error::{Place, Refusal, SceneError};
 pub use file::{read_scene, scene_from_json};
+pub use inspect::{
+    InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,
+    Inspection, inspect,
+};
 pub use model::*;
+pub use schema::scene_schema;

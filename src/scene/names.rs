@@ -6,7 +6,7 @@ pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str
     allowed
         .into_iter()
         .map(|name| (edits(&lower, &name.to_lowercase()), name))
-        .filter(|(edits, name)| *edits <= 1 + name.chars().count() / 4)
+        .filter(|(edits, name)| *edits <= 1 + name.chars().count() / 3)
         .min_by_key(|(edits, _)| *edits)
         .map(|(_, name)| name)
 }

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use jsonc_parser::ast::Value;
-use jsonc_parser::errors::ParseErrorKind;
+use jsonc_parser::errors::{ParseError, ParseErrorKind};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
+use serde::de::IgnoredAny;
 
 use super::error::SceneError;
-use super::reader::Source;
+use super::reader::{Source, shortened};
 
 /// Reads a file as UTF-8 text.
 ///
@@ -53,62 +54,74 @@ pub(super) fn parse<'t>(source: &Source<'t>) -> Result<Value<'t>, SceneError> {
         allow_non_finite_numbers: false,
         allow_extended_string_escapes: false,
     };
-    let parsed = parse_to_ast(source.text, &CollectOptions::default(), &options).map_err(|error| {
-        let range = error.range();
-        let (expected, remedy) = advice(error.kind());
-
-        // An object or list without an end is reported where it begins; the reader also wants to know where the text ended.
-        let got = match error.kind() {
-            ParseErrorKind::UnterminatedObject | ParseErrorKind::UnterminatedArray => {
-                format!(
-                    "the end of the text in line {}, before the closing bracket",
-                    source.text.lines().count().max(1)
-                )
-            }
-            _ => match source.text.get(range.start..).and_then(|rest| rest.split_whitespace().next()) {
-                Some(word) => format!("{:?}", super::reader::shortened(word)),
-                None => "the end of the text".into(),
-            },
-        };
-        let end = match error.kind() {
-            ParseErrorKind::UnterminatedObject | ParseErrorKind::UnterminatedArray => range.start + 1,
-            _ => range.end,
-        };
-        source.refuse(
-            range.start..end,
-            "",
-            format!("malformed JSON: {}", lower_first(&error.kind().to_string())),
-            got,
-            expected,
-            remedy,
-        )
-    })?;
-    let Some(value) = parsed.value else {
-        return Err(source.refuse(
-            0..1,
-            "",
-            "an empty scene file",
-            "no JSON at all",
-            "a JSON object",
-            "see `luxmc schema`",
-        ));
-    };
-
-    // The syntax tree's parser lets a few things pass that JSON does not know, such as 012 or tabs within texts.
-    if let Err(error) = serde_json::from_str::<serde::de::IgnoredAny>(source.text) {
-        let start = byte_of(source.text, error.line(), error.column());
-        let message = error.to_string();
-        let message = message.split(" at line ").next().unwrap_or("").to_string();
-        return Err(source.refuse(
-            start..start + 1,
-            "",
-            format!("malformed JSON: {message}"),
-            "text that is not JSON",
-            "strict JSON (RFC 8259)",
-            "correct the text at this place",
-        ));
+    // The syntax tree's parser lets a few things pass that JSON does not know, such as 012 or line ends within texts; a
+    // second, stricter parser finds them. Of two findings the earlier one is the fault.
+    let strict = serde_json::from_str::<IgnoredAny>(source.text).err().map(|error| refuse_strictly(source, &error));
+    match (parse_to_ast(source.text, &CollectOptions::default(), &options), strict) {
+        (Ok(_), Some((_, refusal))) => Err(refusal),
+        (Err(error), Some((start, refusal))) if start + 1 < error.range().start => Err(refusal),
+        (Err(error), _) => Err(refuse_syntax(source, &error)),
+        (Ok(parsed), None) => parsed.value.ok_or_else(|| {
+            source.refuse(0..1, "", "an empty scene file", "no JSON at all", "a JSON object", "see `luxmc schema`")
+        }),
     }
-    Ok(value)
+}
+
+fn refuse_syntax(source: &Source, error: &ParseError) -> SceneError {
+    let range = error.range();
+    let (expected, remedy) = advice(error.kind());
+    let what = format!("malformed JSON: {}", lower_first(&error.kind().to_string()));
+
+    // An object or list without an end is reported where it begins; the author also wants to know where the text ended.
+    let is_unterminated =
+        matches!(error.kind(), ParseErrorKind::UnterminatedObject | ParseErrorKind::UnterminatedArray);
+    if is_unterminated {
+        let last_line = source.text.lines().count().max(1);
+        let got = format!("the end of the text in line {last_line}, before the closing bracket");
+        return source.refuse(range.start..range.start + 1, "", what, got, expected, remedy);
+    }
+    let word = source.text.get(range.start..).and_then(|rest| rest.split_whitespace().next());
+    let got = word.map_or("the end of the text".into(), |word| format!("{:?}", shortened(word)));
+    source.refuse(range.start..range.end, "", what, got, expected, remedy)
+}
+
+/// A refusal and the byte at which it lies.
+fn refuse_strictly(source: &Source, error: &serde_json::Error) -> (usize, SceneError) {
+    let text = source.text;
+    let start = byte_of(text, error.line(), error.column());
+    let message = error.to_string();
+    let message = message.split(" at line ").next().unwrap_or_default();
+    if message.starts_with("control character") {
+        let control = text.bytes().skip(start).position(|byte| byte < 0x20).map_or(start, |offset| start + offset);
+        let refusal = match text.as_bytes().get(control) {
+            Some(b'\n' | b'\r') => source.refuse(
+                control..control + 1,
+                "",
+                "malformed JSON: a text without its closing quote",
+                "the end of the line",
+                "a double quote at the end of the text",
+                "close the text; line ends within it are written \\n",
+            ),
+            byte => source.refuse(
+                control..control + 1,
+                "",
+                "malformed JSON: a control character within a text",
+                format!("the byte 0x{:02X}", byte.copied().unwrap_or_default()),
+                "printable characters",
+                "write tabs as \\t, others as \\u00XX, or delete it",
+            ),
+        };
+        return (control, refusal);
+    }
+    let refusal = source.refuse(
+        start..start + 1,
+        "",
+        format!("malformed JSON: {message}"),
+        "text that is not JSON",
+        "strict JSON (RFC 8259)",
+        "correct the text at this place",
+    );
+    (start, refusal)
 }
 
 /// What stands to reason at a syntax error.

@@ -74,11 +74,11 @@ impl<'a> Node<'a> {
         &self.json_path
     }
 
-    /// `scene.json at geometry[0].file`, for refusals of files that the scene names.
+    /// `scene.json, line 3, column 9, at geometry[0].file`, for refusals of files that the scene names.
     pub fn as_namer(&self) -> String {
         let start = self.value.range().start;
-        let line = Place::of(self.source.text, start, start, "").line;
-        format!("{}, line {line}, at {}", self.source.path.display(), self.json_path)
+        let Place { line, column, .. } = Place::of(self.source.text, start, start, "");
+        format!("{}, line {line}, column {column}, at {}", self.source.path.display(), self.json_path)
     }
 
     /// Refuses the value as it stands.
@@ -246,15 +246,17 @@ impl<'a> Node<'a> {
 
     /// A number from 0 to 1.
     pub fn fraction(&self, quantity: &str) -> Result<f64, SceneError> {
+        /// From here on a number looks like one in percent rather than a slip.
+        const PERCENT_FROM: f64 = 2.0;
         let value = self.number()?;
         if value < 0.0 {
             return Err(self.refuse(format!("{quantity} is negative"), "a number from 0 to 1", "remove the sign"));
         }
         if value > 1.0 {
-            let remedy = if value <= 100.0 {
+            let remedy = if (PERCENT_FROM..=100.0).contains(&value) {
                 format!("if {value} % is meant, write {}", value / 100.0)
             } else {
-                "give a fraction of 1".into()
+                "give a number from 0 to 1".into()
             };
             return Err(self.refuse(format!("{quantity} is above 1"), "a number from 0 to 1", remedy));
         }

@@ -180,8 +180,6 @@ pub(super) fn is_inside_solid(scene: &Scene, shells: &[Shell], point_m: DVec3, s
 }
 
 /// Whether no light of a luminaire can get out of the scene: a closed shell whose inside reflects lies around it.
-///
-/// `None` for a luminaire that is none of the scene's points or surfaces.
 pub(super) fn is_shut_in(scene: &Scene, shells: &[Shell], emission: &Emission) -> bool {
     let step_m = IN_FRONT * size_m(scene);
     let starts_m: Vec<DVec3> = match emission {

@@ -132,7 +132,7 @@ impl Surfaces {
         let first_vertex = self.vertices_m.len();
         for vertex in &shape.vertices {
             let place_m = around.unit.point_m(placing.apply(*vertex));
-            if !(place_m.abs().max_element() <= LARGEST_COORDINATE_M) {
+            if !place_m.is_finite() || place_m.abs().max_element() > LARGEST_COORDINATE_M {
                 let expected = format!("coordinates up to {LARGEST_COORDINATE_M:e} m");
                 return Err(node.refuse_as(
                     format!("{name:?} is too large"),

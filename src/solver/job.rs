@@ -8,6 +8,7 @@ use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::walk::sample_indirect_lx;
 use crate::geometry::Origin;
 use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Unit, judge};
+use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{ReceiverSet, Scene};
 
@@ -282,6 +283,7 @@ impl Job {
             .map(|(replica, chunk, (direct, indirect))| {
                 let mut rays = 0;
                 let mut pass_room = DirectPass::default();
+                let mut cut = Cut::default();
                 let mut direct_stream = Stream::new(context.seed, Purpose::Direct, number, replica);
                 let mut walk_stream = Stream::new(context.seed, Purpose::Walks, number, replica);
                 for (offset, (direct_lx, indirect_lx)) in direct.iter_mut().zip(indirect.iter_mut()).enumerate() {
@@ -300,7 +302,7 @@ impl Job {
                     }
                     for walk in walks.clone() {
                         walk_stream.seek(((index as u64) << SAMPLE_BITS) | walk);
-                        let (lx, walk_rays) = sample_indirect_lx(stage, &receiver, &mut pass_room, &mut walk_stream);
+                        let (lx, walk_rays) = sample_indirect_lx(stage, &receiver, &mut cut, &mut walk_stream);
                         *indirect_lx += lx;
                         rays += walk_rays;
                     }

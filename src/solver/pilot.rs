@@ -7,6 +7,7 @@ use super::job::Context;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::MapKind;
+use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
 /// Points or elements that the pilot looks at, at most.
@@ -66,7 +67,7 @@ impl Spread {
 fn of_receivers(context: &Context, set: usize, number: u32) -> DirectShare {
     let (stage, points) = (context.stage, &context.scene.receivers[set].points);
     let stride = points.len().div_ceil(MOST_SITES).max(1);
-    let mut room = DirectPass::default();
+    let (mut room, mut cut) = (DirectPass::default(), Cut::default());
     let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 0);
     let (mut direct, mut indirect) = (Cost::default(), Cost::default());
     for (index, point) in points.iter().enumerate().step_by(stride).filter(|(_, point)| !point.inside) {
@@ -75,7 +76,7 @@ fn of_receivers(context: &Context, set: usize, number: u32) -> DirectShare {
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
         direct.site(point.weight, PASSES, || room.at_point(stage, &receiver, &mut stream));
         if stage.reflects() {
-            indirect.site(point.weight, WALKS, || sample_indirect_lx(stage, &receiver, &mut room, &mut stream));
+            indirect.site(point.weight, WALKS, || sample_indirect_lx(stage, &receiver, &mut cut, &mut stream));
         }
     }
     share(&direct, indirect.variance, indirect.rays_per_sample(), points.len() as f64)

@@ -7,9 +7,10 @@
 use rayon::prelude::*;
 
 use super::job::{Context, Job};
-use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::direct::Receiver;
 use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::{MapKind, REPLICAS, Unit};
+use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
 
@@ -40,9 +41,9 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         return 0;
     }
     let probes: Vec<u32> = sparse.iter().step_by(sparse.len().div_ceil(PROBES)).copied().collect();
-    let mut room = DirectPass::default();
+    let mut cut = Cut::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, 0, 1);
-    let probe_rays: u64 = probes.iter().map(|cell| walk_from_cell(context, *cell, 0, &mut room, &mut stream).1).sum();
+    let probe_rays: u64 = probes.iter().map(|cell| walk_from_cell(context, *cell, 0, &mut cut, &mut stream).1).sum();
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     let budget = (RAY_SHARE * job.rays as f64).max(RAYS_IN_ANY_CASE);
     let walks = ((budget / (rays_per_walk * sparse.len() as f64 * REPLICAS as f64)) as u64).clamp(1, MOST_WALKS);
@@ -54,13 +55,13 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         .par_iter_mut()
         .enumerate()
         .map(|(replica, indirect)| {
-            let mut room = DirectPass::default();
+            let mut cut = Cut::default();
             let mut stream = Stream::new(context.seed, Purpose::Walks, 0, replica as u32);
             let mut rays = 0;
             for cell in &sparse {
                 let mut sum_lx = 0.0;
                 for walk in 0..walks {
-                    let (lx, walk_rays) = walk_from_cell(context, *cell, walk, &mut room, &mut stream);
+                    let (lx, walk_rays) = walk_from_cell(context, *cell, walk, &mut cut, &mut stream);
                     sum_lx += lx;
                     rays += walk_rays;
                 }
@@ -75,7 +76,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
 }
 
 /// One walk from a random point of an element side: indirect illuminance in lx and the rays it took.
-fn walk_from_cell(context: &Context, cell: u32, walk: u64, room: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
+fn walk_from_cell(context: &Context, cell: u32, walk: u64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let stage = context.stage;
     stream.seek((u64::from(cell) << 32) | walk);
     let cell = stage.elements.cell(cell);
@@ -88,5 +89,5 @@ fn walk_from_cell(context: &Context, cell: u32, walk: u64, room: &mut DirectPass
         normal: stage.normal(cell.triangle, cell.side),
         origin: &origin,
     };
-    sample_indirect_lx(stage, &receiver, room, stream)
+    sample_indirect_lx(stage, &receiver, cut, stream)
 }

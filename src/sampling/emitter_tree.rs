@@ -1,0 +1,216 @@
+//! A tree over many emitters: one look costs the logarithm of their number instead of the number.
+//!
+//! After Conty Estevez and Kulla, 2018, "Importance sampling of many lights with adaptive tree splitting": groups that
+//! stand near, whose bound says little, are opened; far ones stand as one. A group is chosen in proportion to what it
+//! may bring, and within it the way goes down to either child in the same proportion.
+
+use glam::DVec3;
+
+use super::importance::{Beacon, Profile};
+
+/// A node: an emitter, or two children that stand one after the other in the list of their level.
+#[derive(Clone, Debug)]
+struct Node {
+    beacon: Beacon,
+    content: Content,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    Emitter(u32),
+    Children(u32, u32),
+}
+
+/// Room for one choice, so that choosing allocates nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Cut {
+    open: Vec<u32>,
+    groups: Vec<Group>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Group {
+    node: u32,
+    cumulative: f64,
+}
+
+/// Emitters in a binary tree by place.
+#[derive(Clone, Debug)]
+pub(super) struct EmitterTree {
+    nodes: Vec<Node>,
+}
+
+impl EmitterTree {
+    /// Builds the tree over beacons; `None` over none.
+    pub fn of(beacons: &[&Beacon]) -> Option<EmitterTree> {
+        let mut order: Vec<u32> = (0..beacons.len() as u32).collect();
+        let mut tree = EmitterTree { nodes: Vec::with_capacity(2 * beacons.len()) };
+        (!order.is_empty()).then(|| {
+            tree.build(beacons, &mut order);
+            tree
+        })
+    }
+
+    /// Adds the subtree over `order` and returns its root's number; children come before their parent.
+    fn build(&mut self, beacons: &[&Beacon], order: &mut [u32]) -> u32 {
+        if let [only] = order {
+            let beacon = beacons[*only as usize].clone();
+            self.nodes.push(Node { beacon, content: Content::Emitter(*only) });
+            return self.nodes.len() as u32 - 1;
+        }
+        let centers = order.iter().map(|index| beacons[*index as usize].center_m);
+        let low = centers.clone().fold(DVec3::INFINITY, DVec3::min);
+        let high = centers.fold(DVec3::NEG_INFINITY, DVec3::max);
+        let axis = (high - low).max_position();
+        let at = |index: &u32| beacons[*index as usize].center_m[axis];
+        order.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.cmp(b)));
+        let (first, second) = order.split_at_mut(order.len() / 2);
+        let (left, right) = (self.build(beacons, first), self.build(beacons, second));
+        let beacon = joined(&self.nodes[left as usize].beacon, &self.nodes[right as usize].beacon);
+        self.nodes.push(Node { beacon, content: Content::Children(left, right) });
+        self.nodes.len() as u32 - 1
+    }
+
+    /// Chooses an emitter for a point with a unit normal by a variate in [0, 1); returns it with the probability of
+    /// the choice, or `None` where the way down ends at emitters that bring nothing. `cut` is room for the groups.
+    pub fn choose(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(u32, f64)> {
+        let total = self.open_near_groups(point_m, normal, cut);
+        if total <= 0.0 {
+            return None;
+        }
+        let aim = variate * total;
+        let chosen = cut.groups.partition_point(|group| group.cumulative <= aim).min(cut.groups.len() - 1);
+        let before = if chosen == 0 { 0.0 } else { cut.groups[chosen - 1].cumulative };
+        let importance = cut.groups[chosen].cumulative - before;
+        if importance <= 0.0 {
+            return None;
+        }
+        let rest = ((aim - before) / importance).clamp(0.0, 1.0);
+        self.descend(cut.groups[chosen].node, point_m, normal, rest, importance / total)
+    }
+
+    /// Lists the groups that stand far enough to be judged as one, with their running sum of importance.
+    fn open_near_groups(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
+        cut.groups.clear();
+        cut.open.clear();
+        cut.open.push(self.nodes.len() as u32 - 1);
+        let mut cumulative = 0.0;
+        while let Some(index) = cut.open.pop() {
+            let node = &self.nodes[index as usize];
+            if let Content::Children(left, right) = node.content
+                && node.beacon.is_near(point_m)
+            {
+                cut.open.push(right);
+                cut.open.push(left);
+                continue;
+            }
+            let importance = node.beacon.importance(point_m, normal);
+            if importance > 0.0 {
+                cumulative += importance;
+                cut.groups.push(Group { node: index, cumulative });
+            }
+        }
+        cumulative
+    }
+
+    fn descend(
+        &self,
+        start: u32,
+        point_m: DVec3,
+        normal: DVec3,
+        mut variate: f64,
+        mut probability: f64,
+    ) -> Option<(u32, f64)> {
+        let mut node = &self.nodes[start as usize];
+        loop {
+            let (left, right) = match node.content {
+                Content::Emitter(emitter) => return Some((emitter, probability)),
+                Content::Children(left, right) => (&self.nodes[left as usize], &self.nodes[right as usize]),
+            };
+            let left_importance = left.beacon.importance(point_m, normal);
+            let right_importance = right.beacon.importance(point_m, normal);
+            let total = left_importance + right_importance;
+            if total <= 0.0 {
+                return None;
+            }
+            let share = left_importance / total;
+            (node, variate, probability) = if variate < share {
+                (left, variate / share, probability * share)
+            } else {
+                (right, (variate - share) / (1.0 - share), probability * (1.0 - share))
+            };
+        }
+    }
+}
+
+/// A beacon that stands for two others: a ball about both, with a common profile if they aim alike.
+fn joined(first: &Beacon, second: &Beacon) -> Beacon {
+    let between = second.center_m - first.center_m;
+    let distance = between.length();
+    let radius_m = (0.5 * (distance + first.radius_m + second.radius_m)).max(first.radius_m).max(second.radius_m);
+    let along = if distance > 0.0 { between / distance } else { DVec3::ZERO };
+    let lead = if radius_m == first.radius_m {
+        0.0
+    } else if radius_m == second.radius_m {
+        distance
+    } else {
+        radius_m - first.radius_m
+    };
+    let center_m = first.center_m + along * lead;
+    match first.profile_with(second) {
+        Some((intensity_cd, profile)) => Beacon { center_m, radius_m, axis: first.axis, intensity_cd, profile },
+        None => Beacon {
+            center_m,
+            radius_m,
+            axis: DVec3::Z,
+            intensity_cd: first.largest_intensity_cd() + second.largest_intensity_cd(),
+            profile: Profile::Uniform,
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn beacons() -> Vec<Beacon> {
+        (0..37)
+            .map(|i| Beacon {
+                center_m: DVec3::new(f64::from(i % 7), f64::from(i / 7), 3.0 + 0.1 * f64::from(i % 3)),
+                radius_m: 0.05 * f64::from(i % 2),
+                axis: -DVec3::Z,
+                intensity_cd: 10f64.powi(i % 5),
+                profile: if i % 3 == 0 { Profile::Cosine } else { Profile::Uniform },
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_emitter_that_brings_something_is_chosen_with_the_probability_told() {
+        let beacons = beacons();
+        let tree = EmitterTree::of(&beacons.iter().collect::<Vec<_>>()).expect("there are beacons");
+        for (point, normal) in [(DVec3::ZERO, DVec3::Z), (DVec3::new(3.0, 3.0, 3.05), DVec3::X)] {
+            const N: u32 = 400_000;
+            let mut cut = Cut::default();
+            let mut counts = vec![0u32; beacons.len()];
+            let mut told = vec![0.0; beacons.len()];
+            for i in 0..N {
+                if let Some((emitter, probability)) =
+                    tree.choose(point, normal, (f64::from(i) + 0.5) / f64::from(N), &mut cut)
+                {
+                    counts[emitter as usize] += 1;
+                    told[emitter as usize] = probability;
+                }
+            }
+            let total: f64 = beacons.iter().map(|beacon| beacon.importance(point, normal)).sum();
+            for (emitter, beacon) in beacons.iter().enumerate() {
+                // The variates are equidistant: a share is met within a few of them.
+                let share = f64::from(counts[emitter]) / f64::from(N);
+                assert!((share - told[emitter]).abs() < 8.0 / f64::from(N), "{emitter}: {share} {}", told[emitter]);
+                let brings = beacon.importance(point, normal) > 0.0;
+                let expected = brings && beacon.importance(point, normal) > 1e-4 * total;
+                assert!(!expected || told[emitter] > 0.0, "emitter {emitter} is never chosen");
+            }
+        }
+    }
+}

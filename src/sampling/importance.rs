@@ -1,0 +1,122 @@
+//! How much an emitter matters at a point, cheaply: a choice among many emitters asks all of them.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::scene::photometry::IntensityWeb;
+
+/// Steps of cos γ in the table of a photometric distribution.
+const PROFILE_STEPS: usize = 64;
+/// Directions looked at within each step: so many in γ, and so many planes.
+const LOOKS_IN_GAMMA: usize = 5;
+const LOOKS_IN_C: usize = 72;
+
+/// A group is near while its radius is more than this share of its distance.
+const NEAR: f64 = 0.25;
+/// Cosine between axes above which two emitters aim alike.
+const ALIKE: f64 = 0.999;
+
+/// An emitter reduced to a ball with an axis: an upper bound, within a small factor, of what it brings to a point.
+#[derive(Clone, Debug)]
+pub(super) struct Beacon {
+    pub center_m: DVec3,
+    pub radius_m: f64,
+    pub axis: DVec3,
+    /// Intensity in cd that the profile multiplies.
+    pub intensity_cd: f64,
+    pub profile: Profile,
+}
+
+/// How intensity depends on the angle from the axis.
+#[derive(Clone, Debug)]
+pub(super) enum Profile {
+    /// Not at all.
+    Uniform,
+    /// As its cosine, raised by what the emitter's own extent allows.
+    Cosine,
+    /// As a table over equal steps of cos γ from −1 to 1 says: the largest value over all planes.
+    Table(Arc<[f64; PROFILE_STEPS]>),
+}
+
+impl Profile {
+    /// Table of a distribution: its largest intensity in each step of cos γ, in cd.
+    pub fn of(web: &IntensityWeb) -> Profile {
+        let local = [DVec3::X, DVec3::Y, DVec3::Z];
+        let mut table = [0.0f64; PROFILE_STEPS];
+        for (step, largest) in table.iter_mut().enumerate() {
+            for i in 0..=LOOKS_IN_GAMMA {
+                let cos_gamma = -1.0 + 2.0 * (step as f64 + i as f64 / LOOKS_IN_GAMMA as f64) / PROFILE_STEPS as f64;
+                let sin_gamma = (1.0 - cos_gamma * cos_gamma).max(0.0).sqrt();
+                for j in 0..LOOKS_IN_C {
+                    let (sin, cos) = (std::f64::consts::TAU * j as f64 / LOOKS_IN_C as f64).sin_cos();
+                    let direction = DVec3::new(sin_gamma * cos, sin_gamma * sin, cos_gamma);
+                    *largest = largest.max(web.intensity_towards_cd(&local, direction));
+                }
+            }
+        }
+        // A floor keeps directions that fell between the looks: they are then rare, not impossible.
+        let floor = 1e-3 * table.iter().copied().fold(0.0, f64::max);
+        table.iter_mut().for_each(|intensity| *intensity = intensity.max(floor));
+        Profile::Table(Arc::new(table))
+    }
+}
+
+impl Beacon {
+    /// Largest intensity in any direction, in cd.
+    pub fn largest_intensity_cd(&self) -> f64 {
+        match &self.profile {
+            Profile::Uniform | Profile::Cosine => self.intensity_cd,
+            Profile::Table(table) => self.intensity_cd * table.iter().copied().fold(0.0, f64::max),
+        }
+    }
+
+    /// Whether a point is so near, for the beacon's size, that its importance there says little.
+    #[inline]
+    pub fn is_near(&self, point_m: DVec3) -> bool {
+        self.center_m.distance_squared(point_m) * NEAR * NEAR < self.radius_m * self.radius_m
+    }
+
+    /// Intensity and profile that stand for this and another beacon together, if they aim and shine alike.
+    pub fn profile_with(&self, other: &Beacon) -> Option<(f64, Profile)> {
+        if self.axis.dot(other.axis) < ALIKE {
+            return None;
+        }
+        let sum = self.intensity_cd + other.intensity_cd;
+        match (&self.profile, &other.profile) {
+            (Profile::Cosine, Profile::Cosine) => Some((sum, Profile::Cosine)),
+            (Profile::Uniform, Profile::Uniform) => Some((sum, Profile::Uniform)),
+            (Profile::Table(own), Profile::Table(others)) => {
+                let mixed = std::array::from_fn(|step| {
+                    (self.intensity_cd * own[step] + other.intensity_cd * others[step]) / sum
+                });
+                Some((sum, Profile::Table(Arc::new(mixed))))
+            }
+            _ => None,
+        }
+    }
+
+    /// Importance at a point with a unit normal, in lx: 0 only where the emitter brings nothing.
+    #[inline]
+    pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
+        let offset = self.center_m - point_m;
+        let distance_squared = offset.length_squared().max(f64::MIN_POSITIVE);
+        let inverse = 1.0 / distance_squared.sqrt();
+        // Tilting by the angle that the radius spans can raise a cosine by no more than radius/distance.
+        let spread = (self.radius_m * inverse).min(1.0);
+        let at_receiver = (offset.dot(normal) * inverse + spread).min(1.0);
+        if at_receiver <= 0.0 {
+            return 0.0;
+        }
+        let cos_gamma = -offset.dot(self.axis) * inverse;
+        let profile = match &self.profile {
+            Profile::Uniform => 1.0,
+            Profile::Cosine => (cos_gamma + spread).clamp(0.0, 1.0),
+            Profile::Table(table) => {
+                let reached = (cos_gamma + spread).min(1.0);
+                table[((0.5 * (reached + 1.0) * PROFILE_STEPS as f64) as usize).min(PROFILE_STEPS - 1)]
+            }
+        };
+        self.intensity_cd * profile * at_receiver / distance_squared.max(self.radius_m * self.radius_m)
+    }
+}

@@ -1,0 +1,303 @@
+//! What was read: the plain facts of a scene, for people and for programs.
+
+use serde::Serialize;
+
+use super::elements::{Elements, Side};
+use super::model::{Emission, Luminaire, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
+use super::shells::{bounds_m, is_shut_in, shells_of_scene};
+
+/// The plain facts of a scene; everything in SI and photometric units.
+#[derive(Clone, Debug, Serialize)]
+pub struct Inspection {
+    /// Title of the scene.
+    pub title: String,
+    /// Its file.
+    pub path: Option<String>,
+    /// What the numbers are in.
+    pub units: InspectedUnits,
+    /// Lowest coordinates of the geometry.
+    pub bounds_min_m: [f64; 3],
+    /// Highest coordinates of the geometry.
+    pub bounds_max_m: [f64; 3],
+    /// Whether no light that the luminaires send out can leave the scene: around each of them lies a piece of surface
+    /// without a boundary that reflects on its inside.
+    pub closed: bool,
+    /// Connected pieces of surface.
+    pub shells: Vec<InspectedShell>,
+    /// All surfaces.
+    pub surfaces: Vec<InspectedSurface>,
+    /// All luminaires.
+    pub luminaires: Vec<InspectedLuminaire>,
+    /// All sets of receivers.
+    pub receivers: Vec<InspectedReceivers>,
+    /// Sums over the scene.
+    pub totals: InspectedTotals,
+    /// What the reader thinks its user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Units of an [`Inspection`], whatever the file's `length_unit`.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct InspectedUnits {
+    /// Of lengths.
+    pub length: &'static str,
+    /// Of areas.
+    pub area: &'static str,
+    /// Of luminous flux.
+    pub luminous_flux: &'static str,
+    /// Of luminous intensity.
+    pub intensity: &'static str,
+}
+
+/// A connected piece of surface; vertices of different geometries that coincide exactly connect them.
+#[derive(Clone, Debug, Serialize)]
+pub struct InspectedShell {
+    /// Its surfaces.
+    pub surfaces: Vec<String>,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// Whether every edge is passed as often one way as the other (twice in all, where the mesh is simple).
+    pub closed: bool,
+    /// Which way the fronts of a closed piece look: `inward` or `outward`.
+    pub facing: Option<&'static str>,
+    /// Volume inside of a closed piece in m³.
+    pub volume_m3: Option<f64>,
+}
+
+/// A surface.
+#[derive(Clone, Debug, Serialize)]
+pub struct InspectedSurface {
+    /// Name.
+    pub name: String,
+    /// Geometry that it is a part of.
+    pub geometry: String,
+    /// Material.
+    pub material: String,
+    /// Total reflectance of the material, 0 to 1.
+    pub reflectance: f64,
+    /// Area of one side in m².
+    pub area_m2: f64,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// Number of elements of one side.
+    pub elements: u64,
+    /// Sides that reflect and are reported.
+    pub sides: Vec<&'static str>,
+}
+
+/// A luminaire; all values are maintained.
+#[derive(Clone, Debug, Serialize)]
+pub struct InspectedLuminaire {
+    /// Name.
+    pub name: String,
+    /// `isotropic`, `lambertian`, `photometric`, `area` or `sphere`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Place in m: of an area luminaire the middle of its surfaces.
+    pub position_m: [f64; 3],
+    /// Direction of γ = 0, where there is one.
+    pub aim: Option<[f64; 3]>,
+    /// Luminous flux in lm.
+    pub luminous_flux_lm: f64,
+    /// Dimming, 0 to 1.
+    pub dimming: f64,
+    /// Maintenance factor, 0 to 1.
+    pub maintenance_factor: f64,
+    /// Electric power in W, not dimmed, where the photometric file tells it.
+    pub power_w: Option<f64>,
+    /// Intensity on the axis in cd, of points.
+    pub intensity_cd: Option<f64>,
+    /// Exitance in lm/m², of surfaces and spheres.
+    pub exitance_lm_m2: Option<f64>,
+    /// Surfaces that emit.
+    pub surfaces: Vec<String>,
+}
+
+/// A set of receivers.
+#[derive(Clone, Debug, Serialize)]
+pub struct InspectedReceivers {
+    /// Name.
+    pub name: String,
+    /// `grid` or `points`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Number of points.
+    pub points: usize,
+    /// Points inside of closed solids; they are left out of tables and errors.
+    pub inside: usize,
+    /// Columns of a grid.
+    pub columns: Option<u32>,
+    /// Rows of a grid.
+    pub rows: Option<u32>,
+    /// Distance of a grid's points along its columns in m (of a single point: the width that it stands for).
+    pub column_spacing_m: Option<f64>,
+    /// Distance of a grid's points along its rows in m (of a single point: the depth that it stands for).
+    pub row_spacing_m: Option<f64>,
+    /// Area that a grid stands for in m².
+    pub area_m2: Option<f64>,
+}
+
+/// Sums over a scene.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct InspectedTotals {
+    /// Surfaces.
+    pub surfaces: usize,
+    /// Triangles.
+    pub triangles: usize,
+    /// Element sides: rows of the element map.
+    pub element_sides: usize,
+    /// Area of all surfaces, one side each, in m².
+    pub area_m2: f64,
+    /// Luminaires.
+    pub luminaires: usize,
+    /// Maintained luminous flux in lm.
+    pub luminous_flux_lm: f64,
+    /// Receiver points.
+    pub receiver_points: usize,
+}
+
+/// What a scene holds, as the reader understood it.
+pub fn inspect(scene: &Scene) -> Inspection {
+    let elements = Elements::of(scene);
+    let [low_m, high_m] = bounds_m(scene);
+    let shells = shells_of_scene(scene);
+    let surfaces: Vec<InspectedSurface> =
+        (0..scene.surfaces.len() as SurfaceId).map(|id| inspect_surface(scene, &elements, id)).collect();
+    let inspected_shells = shells
+        .iter()
+        .map(|shell| {
+            let mut ids: Vec<SurfaceId> =
+                shell.triangles.iter().map(|triangle| scene.triangle_surfaces[*triangle as usize]).collect();
+            ids.dedup();
+            ids.sort_unstable();
+            ids.dedup();
+            InspectedShell {
+                surfaces: ids.iter().map(|id| scene.surfaces[*id as usize].name.clone()).collect(),
+                triangles: shell.triangles.len(),
+                closed: shell.closed,
+                facing: shell.closed.then_some(if shell.volume_m3 > 0.0 { "outward" } else { "inward" }),
+                volume_m3: shell.closed.then_some(shell.volume_m3.abs()),
+            }
+        })
+        .collect();
+    Inspection {
+        title: scene.title.clone(),
+        path: scene.path.as_ref().map(|path| path.display().to_string()),
+        units: InspectedUnits { length: "m", area: "m²", luminous_flux: "lm", intensity: "cd" },
+        bounds_min_m: low_m.to_array(),
+        bounds_max_m: high_m.to_array(),
+        closed: scene.luminaires.iter().all(|luminaire| is_shut_in(scene, &shells, &luminaire.emission)),
+        shells: inspected_shells,
+        totals: InspectedTotals {
+            surfaces: surfaces.len(),
+            triangles: scene.triangles.len(),
+            element_sides: elements.len(),
+            area_m2: surfaces.iter().map(|surface| surface.area_m2).sum(),
+            luminaires: scene.luminaires.len(),
+            luminous_flux_lm: scene.luminous_flux_lm(),
+            receiver_points: scene.receivers.iter().map(|set| set.points.len()).sum(),
+        },
+        surfaces,
+        luminaires: scene.luminaires.iter().map(|luminaire| inspect_luminaire(scene, luminaire)).collect(),
+        receivers: scene.receivers.iter().map(inspect_receivers).collect(),
+        warnings: scene.warnings.clone(),
+    }
+}
+
+fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> InspectedSurface {
+    let surface = &scene.surfaces[id as usize];
+    let material = &scene.materials[surface.material as usize];
+    let sides = if surface.two_sided { vec![Side::Front, Side::Back] } else { vec![Side::Front] };
+    let cells = elements.cells_of_surface(scene, id);
+    InspectedSurface {
+        name: surface.name.clone(),
+        geometry: surface.geometry.clone(),
+        material: material.name.clone(),
+        reflectance: match material.law {
+            ReflectionLaw::Diffuse { reflectance } => reflectance,
+        },
+        area_m2: surface.triangles.clone().map(|triangle| scene.triangle_area_m2(triangle)).sum(),
+        triangles: surface.triangles.len(),
+        elements: u64::from(cells.end - cells.start) / sides.len() as u64,
+        sides: sides.into_iter().map(Side::name).collect(),
+    }
+}
+
+fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire {
+    let mut inspected = InspectedLuminaire {
+        name: luminaire.name.clone(),
+        kind: "",
+        position_m: [0.0; 3],
+        aim: None,
+        luminous_flux_lm: luminaire.luminous_flux_lm,
+        dimming: luminaire.dimming,
+        maintenance_factor: luminaire.maintenance_factor,
+        power_w: luminaire.power_w,
+        intensity_cd: None,
+        exitance_lm_m2: None,
+        surfaces: Vec::new(),
+    };
+    match &luminaire.emission {
+        Emission::Isotropic { position_m, intensity_cd } => {
+            inspected.kind = "isotropic";
+            inspected.position_m = position_m.to_array();
+            inspected.intensity_cd = Some(*intensity_cd);
+        }
+        Emission::Lambertian { position_m, axis, intensity_cd } => {
+            inspected.kind = "lambertian";
+            inspected.position_m = position_m.to_array();
+            inspected.aim = Some(axis.to_array());
+            inspected.intensity_cd = Some(*intensity_cd);
+        }
+        Emission::Photometric { position_m, frame, .. } => {
+            inspected.kind = "photometric";
+            inspected.position_m = position_m.to_array();
+            inspected.aim = Some(frame[2].to_array());
+        }
+        Emission::Sphere { center_m, exitance_lm_m2, .. } => {
+            inspected.kind = "sphere";
+            inspected.position_m = center_m.to_array();
+            inspected.exitance_lm_m2 = Some(*exitance_lm_m2);
+        }
+        Emission::Area { surfaces, exitance_lm_m2, .. } => {
+            inspected.kind = "area";
+            inspected.position_m = middle_m(scene, surfaces);
+            inspected.exitance_lm_m2 = Some(*exitance_lm_m2);
+            inspected.surfaces = surfaces.iter().map(|id| scene.surfaces[*id as usize].name.clone()).collect();
+        }
+    }
+    inspected
+}
+
+/// Middle of some surfaces, weighted by area.
+fn middle_m(scene: &Scene, surfaces: &[SurfaceId]) -> [f64; 3] {
+    let triangles = || surfaces.iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
+    let area_m2: f64 = triangles().map(|triangle| scene.triangle_area_m2(triangle)).sum();
+    let sum = triangles()
+        .map(|triangle| scene.triangle_area_m2(triangle) * scene.corners_m(triangle).iter().sum::<glam::DVec3>() / 3.0)
+        .sum::<glam::DVec3>();
+    (sum / area_m2).to_array()
+}
+
+fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
+    let mut inspected = InspectedReceivers {
+        name: set.name.clone(),
+        kind: "points",
+        points: set.points.len(),
+        inside: set.points.iter().filter(|point| point.inside).count(),
+        columns: None,
+        rows: None,
+        column_spacing_m: None,
+        row_spacing_m: None,
+        area_m2: None,
+    };
+    if let ReceiverLayout::Grid { columns, rows, u_m, v_m, area_m2, .. } = set.layout {
+        inspected.kind = "grid";
+        inspected.columns = Some(columns);
+        inspected.rows = Some(rows);
+        inspected.column_spacing_m = Some(u_m.length() / f64::from(columns.max(2) - 1));
+        inspected.row_spacing_m = Some(v_m.length() / f64::from(rows.max(2) - 1));
+        inspected.area_m2 = Some(area_m2);
+    }
+    inspected
+}

@@ -1,0 +1,139 @@
+//! Geometry in the scene file's schema.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+
+use super::Vector;
+
+/// Which side of a closed shape is its front.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum Facing {
+    Outward,
+    Inward,
+}
+
+/// p′ = T·R_z·R_y·R_x·s·p.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct Transform {
+    /// Scale, applied first.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    scale: Option<f64>,
+    /// Turns about the fixed x, y and z axes in degrees, counter-clockwise seen from the axis' tip.
+    rotate_deg: Option<Vector>,
+    /// Shift, applied last.
+    translate: Option<Vector>,
+}
+
+/// Materials of single faces of a box.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct BoxMaterials {
+    /// Lowest z.
+    floor: Option<String>,
+    /// Highest z.
+    ceiling: Option<String>,
+    /// All four walls.
+    walls: Option<String>,
+    /// Wall at the lowest x.
+    x_min: Option<String>,
+    /// Wall at the highest x.
+    x_max: Option<String>,
+    /// Wall at the lowest y.
+    y_min: Option<String>,
+    /// Wall at the highest y.
+    y_max: Option<String>,
+}
+
+/// Geometry.
+#[derive(JsonSchema)]
+#[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum GeometryKind {
+    /// An axis-parallel box; its faces are NAME/floor, /ceiling, /x_min, /x_max, /y_min and /y_max.
+    Box {
+        /// Name of the geometry.
+        name: String,
+        /// Lowest corner.
+        min: Vector,
+        /// Highest corner.
+        max: Vector,
+        /// Which side of the faces is their front (outward by default).
+        facing: Option<Facing>,
+        /// Material of all faces that `materials` does not name.
+        material: Option<String>,
+        /// Materials of single faces.
+        materials: Option<BoxMaterials>,
+        /// Whether both sides reflect and are reported.
+        two_sided: Option<bool>,
+        /// Triangles are split into elements until no edge is longer.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        max_element_edge: Option<f64>,
+        /// Scale, turns and shift.
+        transform: Option<Transform>,
+    },
+    /// A rectangle; its normal is u × v.
+    Rectangle {
+        /// Name of the geometry.
+        name: String,
+        /// A corner.
+        origin: Vector,
+        /// From the corner along one side.
+        u: Vector,
+        /// From the corner along the other side.
+        v: Vector,
+        /// Material.
+        material: String,
+        /// Whether both sides reflect and are reported.
+        two_sided: Option<bool>,
+        /// Triangles are split into elements until no edge is longer.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        max_element_edge: Option<f64>,
+        /// Scale, turns and shift.
+        transform: Option<Transform>,
+    },
+    /// A mesh from a Wavefront OBJ file; its parts are NAME/USEMTL.
+    Mesh {
+        /// Name of the geometry.
+        name: String,
+        /// The OBJ file.
+        file: String,
+        /// Material of all parts that have no other.
+        material: Option<String>,
+        /// Materials by the file's `usemtl` names; else the scene's material of that name is taken.
+        materials: Option<BTreeMap<String, String>>,
+        /// Whether both sides reflect and are reported.
+        two_sided: Option<bool>,
+        /// Triangles are split into elements until no edge is longer.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        max_element_edge: Option<f64>,
+        /// Scale, turns and shift.
+        transform: Option<Transform>,
+    },
+    /// A sphere, as triangles inscribed in it.
+    Sphere {
+        /// Name of the geometry.
+        name: String,
+        /// Centre.
+        center: Vector,
+        /// Radius.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+        /// Which side is the front (outward by default).
+        facing: Option<Facing>,
+        /// Material.
+        material: String,
+        /// Whether both sides reflect and are reported.
+        two_sided: Option<bool>,
+        /// The sphere's triangles have no longer edge.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        max_element_edge: Option<f64>,
+        /// Scale, turns and shift.
+        transform: Option<Transform>,
+    },
+}

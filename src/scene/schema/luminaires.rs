@@ -1,0 +1,119 @@
+//! Luminaires in the scene file's schema.
+
+use schemars::JsonSchema;
+
+use super::Vector;
+
+/// How a point luminaire's intensity depends on direction.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum Distribution {
+    Isotropic,
+    Lambertian,
+}
+
+/// Sides of a surface that emit.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum EmittingSide {
+    Front,
+    Back,
+    Both,
+}
+
+/// Luminaire.
+#[derive(JsonSchema)]
+#[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum LuminaireKind {
+    /// A point; either `intensity_cd` or `luminous_flux_lm`.
+    #[schemars(extend("oneOf" = [{"required": ["intensity_cd"]}, {"required": ["luminous_flux_lm"]}]))]
+    Point {
+        /// Name of the luminaire.
+        name: String,
+        /// Where it is.
+        position: Vector,
+        /// Isotropic by default; lambertian is I₀ cos γ about `aim`.
+        distribution: Option<Distribution>,
+        /// Direction of γ = 0; [0, 0, −1] by default.
+        aim: Option<Vector>,
+        /// Intensity on the axis in cd.
+        #[schemars(range(min = 0.0))]
+        intensity_cd: Option<f64>,
+        /// Luminous flux in lm.
+        #[schemars(range(min = 0.0))]
+        luminous_flux_lm: Option<f64>,
+        /// Dimming.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        dimming: Option<f64>,
+        /// Maintenance factor.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        maintenance_factor: Option<f64>,
+    },
+    /// A uniformly bright black ball; either `exitance_lm_m2` or `luminous_flux_lm`.
+    #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
+    Sphere {
+        /// Name of the luminaire.
+        name: String,
+        /// Centre.
+        center: Vector,
+        /// Radius.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+        /// Exitance in lm/m².
+        #[schemars(range(min = 0.0))]
+        exitance_lm_m2: Option<f64>,
+        /// Luminous flux in lm.
+        #[schemars(range(min = 0.0))]
+        luminous_flux_lm: Option<f64>,
+        /// Dimming.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        dimming: Option<f64>,
+        /// Maintenance factor.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        maintenance_factor: Option<f64>,
+    },
+    /// A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.
+    #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
+    Area {
+        /// Name of the luminaire.
+        name: String,
+        /// A geometry or a part of one; it keeps its material.
+        surface: String,
+        /// Which side emits (front by default).
+        side: Option<EmittingSide>,
+        /// Exitance in lm/m².
+        #[schemars(range(min = 0.0))]
+        exitance_lm_m2: Option<f64>,
+        /// Luminous flux of all emitting sides together in lm.
+        #[schemars(range(min = 0.0))]
+        luminous_flux_lm: Option<f64>,
+        /// Dimming.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        dimming: Option<f64>,
+        /// Maintenance factor.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        maintenance_factor: Option<f64>,
+    },
+    /// A luminaire from an IES LM-63 or EULUMDAT file.
+    Photometric {
+        /// Name of the luminaire.
+        name: String,
+        /// The file.
+        file: String,
+        /// Centre of the luminous opening.
+        position: Vector,
+        /// Direction of γ = 0; [0, 0, −1] by default.
+        aim: Option<Vector>,
+        /// Turns C0 towards C90.
+        rotation_deg: Option<f64>,
+        /// Dimming.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        dimming: Option<f64>,
+        /// Maintenance factor.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        maintenance_factor: Option<f64>,
+    },
+}

@@ -1,0 +1,288 @@
+//! The JSON Schema of the scene file.
+//!
+//! These types describe the file for [`scene_schema`] alone; the reader walks the file by itself, so that it knows the
+//! places of faults. A test keeps both to the same keys.
+
+mod geometry;
+mod luminaires;
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use serde_json::Value;
+
+use geometry::GeometryKind;
+use luminaires::LuminaireKind;
+
+/// JSON Schema (draft 2020-12) of the scene file, with the kinds that are accepted as files but not computed yet.
+pub fn scene_schema() -> Value {
+    let mut schema = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<SceneFile>().to_value();
+    without_null(&mut schema);
+    schema
+}
+
+/// A key that may be left out is still no key that may be null.
+fn without_null(schema: &mut Value) {
+    match schema {
+        Value::Array(values) => values.iter_mut().for_each(without_null),
+        Value::Object(keys) => {
+            keys.values_mut().for_each(without_null);
+            if let Some(Value::Array(types)) = keys.get_mut("type") {
+                types.retain(|name| name != "null");
+                if let [only] = types.as_slice() {
+                    let only = only.clone();
+                    keys.insert("type".into(), only);
+                }
+            }
+            let choices = keys.get_mut("anyOf").and_then(Value::as_array_mut);
+            if let Some(choices) = choices.filter(|choices| choices.iter().any(|choice| choice["type"] == "null")) {
+                choices.retain(|choice| choice["type"] != "null");
+                if let [Value::Object(only)] = choices.as_slice() {
+                    let only = only.clone();
+                    keys.remove("anyOf");
+                    keys.extend(only);
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Three numbers: x, y, z.
+type Vector = [f64; 3];
+
+/// A lighting scene for luxmc. Lengths are in `length_unit`; photometric quantities in lm, cd and lm/m². File names are relative to the scene file.
+#[derive(JsonSchema)]
+#[schemars(title = "luxmc scene", deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct SceneFile {
+    /// Version of the file format.
+    #[schemars(extend("const" = 1))]
+    version: u32,
+    /// What the scene is called in results.
+    title: Option<String>,
+    /// Unit of all lengths, OBJ and points files included.
+    length_unit: Option<LengthUnitName>,
+    /// Materials by name.
+    materials: BTreeMap<String, MaterialKind>,
+    /// Surfaces; their names are unique.
+    #[schemars(length(min = 1))]
+    geometry: Vec<GeometryKind>,
+    /// Light sources; their names are unique.
+    #[schemars(length(min = 1))]
+    luminaires: Vec<LuminaireKind>,
+    /// Points at which results are asked for; their names are unique.
+    receivers: Option<Vec<ReceiverKind>>,
+}
+
+/// Length unit.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[expect(dead_code, reason = "only its shape is used")]
+enum LengthUnitName {
+    M,
+    Mm,
+    Cm,
+    In,
+    Ft,
+}
+
+/// Material.
+#[derive(JsonSchema)]
+#[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+enum MaterialKind {
+    /// Lambert's law.
+    Diffuse {
+        /// Share of light that is reflected.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        reflectance: f64,
+    },
+    /// A diffuse part and a glossy lobe (comes later).
+    Phong {
+        /// Share that is reflected diffusely.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        diffuse_reflectance: f64,
+        /// Share that is reflected about the mirror direction; both sum to at most 1.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        specular_reflectance: f64,
+        /// The lobe's exponent.
+        #[schemars(range(min = 0.0))]
+        exponent: f64,
+    },
+    /// A perfect mirror (comes later).
+    Mirror {
+        /// Share of light that is reflected.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        reflectance: f64,
+    },
+    /// A thin pane, one sheet for both faces (comes later).
+    Glass {
+        /// Refractive index relative to air.
+        #[schemars(range(min = 1.0))]
+        refractive_index: f64,
+        /// Transmittance of the glass itself at normal incidence.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        internal_transmittance: f64,
+    },
+    /// Scatters to both sides (comes later).
+    Translucent {
+        /// Share that is reflected diffusely.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        diffuse_reflectance: f64,
+        /// Share that is let through diffusely; both sum to at most 1.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        diffuse_transmittance: f64,
+    },
+}
+
+/// How far apart a grid's points are.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "only its shape is used")]
+enum Spacing {
+    /// A rule.
+    Rule(SpacingRule),
+    /// A distance.
+    Distance(#[schemars(extend("exclusiveMinimum" = 0))] f64),
+}
+
+/// A rule for a grid's points.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+enum SpacingRule {
+    /// p = 0.2·5^(log₁₀ d) m, at most 10 m.
+    #[schemars(rename = "EN 12464-1")]
+    En12464,
+}
+
+/// Receivers.
+#[derive(JsonSchema)]
+#[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+enum ReceiverKind {
+    /// A grid given by its corner: points at origin + (c/(columns−1))·u + (r/(rows−1))·v; its normal is u × v.
+    Grid {
+        /// Name of the receivers.
+        name: String,
+        /// First point.
+        origin: Vector,
+        /// From the first to the last column.
+        u: Vector,
+        /// From the first to the last row.
+        v: Vector,
+        /// Points in a row.
+        #[schemars(range(min = 1))]
+        columns: u32,
+        /// Rows.
+        #[schemars(range(min = 1))]
+        rows: u32,
+    },
+    /// A grid on a flat rectangular surface: points at the centres of its cells, facing as its front does.
+    #[schemars(rename = "grid")]
+    SurfaceGrid {
+        /// Name of the receivers.
+        name: String,
+        /// A geometry or a part of one.
+        surface: String,
+        /// Distance from the front of the surface.
+        #[schemars(range(min = 0.0))]
+        height: Option<f64>,
+        /// Strip along the boundary that is left out.
+        #[schemars(range(min = 0.0))]
+        margin: Option<f64>,
+        /// The rule "EN 12464-1" (default), or a distance.
+        spacing: Option<Spacing>,
+    },
+    /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area.
+    Points {
+        /// Name of the receivers.
+        name: String,
+        /// The CSV file.
+        file: String,
+    },
+    /// Luminance seen from a point in given directions (comes later).
+    Luminance {
+        /// Name of the receivers.
+        name: String,
+        /// The eye.
+        position: Vector,
+        /// Directions of view.
+        #[schemars(length(min = 1))]
+        directions: Vec<Vector>,
+    },
+    /// Unified glare rating of an observer (comes later).
+    Ugr {
+        /// Name of the receiver.
+        name: String,
+        /// The eye.
+        position: Vector,
+        /// Line of sight.
+        view_direction: Vector,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Keys of the alternatives of a definition, by the value of `type`.
+    fn keys_of(schema: &Value, definition: &str) -> BTreeMap<String, BTreeSet<String>> {
+        let mut keys: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for variant in schema["$defs"][definition]["oneOf"].as_array().expect("alternatives") {
+            assert_eq!(variant["additionalProperties"], false, "{definition}");
+            let properties = variant["properties"].as_object().expect("properties");
+            let kind = variant["properties"]["type"]["const"].as_str().expect("a type").to_string();
+            keys.entry(kind).or_default().extend(properties.keys().cloned());
+        }
+        keys
+    }
+
+    #[test]
+    fn the_schema_and_the_reader_know_the_same_keys() {
+        let schema = scene_schema();
+        for (definition, types, keys) in [
+            ("MaterialKind", &crate::scene::materials::TYPES[..], &crate::scene::materials::KEYS[..]),
+            ("GeometryKind", &crate::scene::surfaces::TYPES, &crate::scene::surfaces::KEYS),
+            ("LuminaireKind", &crate::scene::luminaires::TYPES, &crate::scene::luminaires::KEYS),
+            ("ReceiverKind", &crate::scene::receivers::TYPES, &crate::scene::receivers::KEYS),
+        ] {
+            let read: BTreeMap<String, BTreeSet<String>> = types
+                .iter()
+                .zip(keys)
+                .map(|(kind, keys)| (kind.to_string(), keys.iter().map(|key| key.to_string()).collect()))
+                .collect();
+            assert_eq!(keys_of(&schema, definition), read);
+        }
+        for (pointer, keys) in [
+            ("/properties", &crate::scene::file::KEYS[..]),
+            ("/$defs/Transform/properties", &crate::scene::placing::KEYS),
+            ("/$defs/BoxMaterials/properties", &crate::scene::surfaces::BOX_MATERIALS),
+        ] {
+            let described: BTreeSet<&str> =
+                schema.pointer(pointer).expect(pointer).as_object().expect("keys").keys().map(String::as_str).collect();
+            assert_eq!(described, keys.iter().copied().collect(), "{pointer}");
+        }
+    }
+
+    #[test]
+    fn the_schema_and_the_reader_know_the_same_choices() {
+        let schema = scene_schema().to_string();
+        for names in [
+            &crate::scene::units::UNIT_NAMES[..],
+            &crate::scene::surfaces::FACINGS,
+            &crate::scene::luminaires::DISTRIBUTIONS,
+            &crate::scene::luminaires::SIDES,
+        ] {
+            assert!(schema.contains(&format!("\"enum\":{}", serde_json::json!(names))), "{names:?}");
+        }
+        assert!(schema.contains(crate::scene::receivers::SPACING_RULES[0]));
+    }
+
+    #[test]
+    fn nothing_may_be_null() {
+        assert!(!scene_schema().to_string().contains("null"));
+    }
+}

@@ -1,0 +1,73 @@
+//! Runs the built program in a directory of its own.
+#![allow(dead_code)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Scenes of these tests.
+pub fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cli").join(name)
+}
+
+/// The program with these arguments.
+pub fn luxmc(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_luxmc"));
+    command.args(arguments);
+    command
+}
+
+/// Runs it to the end.
+pub fn run(arguments: &[&str]) -> Output {
+    luxmc(arguments).output().expect("the program starts")
+}
+
+/// Runs `solve` on a scene of these tests.
+pub fn solve(scene_name: &str, out: &Path, more: &[&str]) -> Output {
+    let scene = scene(scene_name);
+    let mut arguments = vec!["solve", text(&scene), "--out", text(out)];
+    arguments.extend(more);
+    run(&arguments)
+}
+
+/// Exit code.
+pub fn code(output: &Output) -> i32 {
+    output.status.code().expect("the program ended by itself")
+}
+
+/// Standard error as text.
+pub fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Standard output as text.
+pub fn results(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("the standard output is UTF-8")
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("test paths are UTF-8")
+}
+
+/// Names in a directory, sorted.
+pub fn listing(path: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(path).expect("the directory is there");
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// A CSV file: header and rows.
+pub fn table(path: &Path) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut reader = csv::Reader::from_path(path).expect("the file is there");
+    let header = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+    let rows = reader.records().map(|row| row.expect("a row").iter().map(str::to_owned).collect()).collect();
+    (header, rows)
+}
+
+/// The summary of a run.
+pub fn summary(out: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(out.join("summary.json")).expect("the summary is there");
+    serde_json::from_str(&text).expect("the summary is JSON")
+}
