@@ -12,9 +12,12 @@ const FIRST_CHAINS: u64 = 1024;
 /// Runs with different seeds on a rung, as long as they are cheap: the error of a map of few points is itself noisy.
 const REPEATS: usize = 4;
 /// A rung is repeated while one run takes less than this part of the budget.
-const CHEAP: f64 = 1.0 / 24.0;
+const CHEAP: f64 = 1.0 / 16.0;
 /// Rungs whose time is below this part of the last one's tell of building and piloting, not of convergence.
 const FITTED_FROM: f64 = 1.0 / 64.0;
+
+/// A rung tells nothing where another one is more exact in less than this part of its time.
+const BEATEN_BY: f64 = 0.6;
 
 /// Errors to which times are told.
 pub const LEVELS: [f64; 3] = [0.03, 0.01, 0.003];
@@ -199,9 +202,14 @@ pub fn climb(
     Ok(ladders)
 }
 
+/// The rungs that tell how a method converges: near the dear end, and none that another one beats by far in time and
+/// in error too (with few chains a method may do other work instead).
 fn fitted(rungs: &[Rung]) -> Vec<&Rung> {
     let last_s = rungs.last().map_or(0.0, |rung| rung.seconds);
-    rungs.iter().filter(|rung| rung.seconds >= FITTED_FROM * last_s).collect()
+    let beaten = |rung: &Rung| {
+        rungs.iter().any(|other| other.seconds < BEATEN_BY * rung.seconds && other.true_error < rung.true_error)
+    };
+    rungs.iter().filter(|rung| rung.seconds >= FITTED_FROM * last_s && !beaten(rung)).collect()
 }
 
 #[cfg(test)]
