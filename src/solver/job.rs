@@ -17,6 +17,9 @@ pub const PACKETS_OF_A_BOUND: f64 = 3.0;
 /// A map that is dark after this many chains, over the target error, is left dark.
 const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
 
+/// Relative errors below this one are the rounding of sums, not chance.
+const ROUNDING: f64 = 1e-12;
+
 /// Everything that a job needs to know of its run.
 pub struct Context<'a> {
     /// The scene as read.
@@ -192,7 +195,7 @@ impl Job {
 
     /// Whether the error will never be anything but 0.
     pub fn is_exact(&self) -> bool {
-        self.black && self.map.direct_samples.complete > 0 && self.judgement.expected_error == 0.0
+        self.black && self.map.direct_samples.complete > 0 && self.judgement.expected_error < ROUNDING
     }
 
     /// Nothing of it ever bounces: the scene is black.
