@@ -97,7 +97,7 @@ impl Tracer {
             vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO, two_sided: false }; scene.triangles.len()];
         for (slot, primitive) in tree.primitives().iter().enumerate() {
             if let Some(footing) = footings.get_mut(*primitive as usize) {
-                *footing = footing_of(slot as u32, &tree.slots[slot], scene.surface_of(*primitive).two_sided);
+                *footing = footing_of(slot as u32, tree.slots.slot(slot), scene.surface_of(*primitive).two_sided);
             }
         }
         Tracer { frame, tree, footings, balls: balls_of_luminaires }
@@ -144,7 +144,7 @@ impl Tracer {
         let ray = Ray::new(origin.point, along);
         match self.tree.closest(&ray, origin) {
             Some(found) if self.is_plain(&found) => self.meeting(&found),
-            Some(found) => self.settle(&ray, origin, &found),
+            Some(_) => self.settle(&ray, origin),
             None => self.look_from_further_in(origin, along),
         }
     }
@@ -182,7 +182,7 @@ impl Tracer {
         let footing = &self.footings[triangle as usize];
         let least = (footing.least * times).min(Vec3::splat(LARGEST_PULL as f32));
         let [second, third] = pull_in(barycentric, least);
-        let [a, b, c] = self.tree.slots[footing.slot as usize].corners();
+        let [a, b, c] = self.tree.slots.slot(footing.slot as usize).corners();
         let point = a + second * (b - a) + third * (c - a);
         let normal = match side {
             Side::Front => footing.normal,
@@ -217,30 +217,36 @@ impl Tracer {
     fn is_plain(&self, found: &Found) -> bool {
         let crossing = &found.crossing;
         let shares = crossing.weights.truncate().abs();
-        // Of a ball, nothing here is a number.
-        !(shares.min_element() < EDGE_SHARE * crossing.sum.abs()) && self.is_side(found)
+        shares.min_element() >= EDGE_SHARE * crossing.sum.abs() && self.is_side(found)
     }
 
     /// Which triangle a ray meets first where several cross it within rounding, as at edges: a front rather than a
     /// back, and no front that stands on the far side of a back.
     #[cold]
-    fn settle(&self, ray: &Ray, origin: &Origin, found: &Found) -> Meeting {
+    fn settle(&self, ray: &Ray, origin: &Origin) -> Meeting {
         let noise = |one: &Found| {
             let normal = self.footings.get(one.primitive as usize).map_or(Vec3::ZERO, |footing| footing.normal);
             RESOLUTION as f32 / ray.direction.dot(normal.into()).abs().max(RESOLUTION as f32)
         };
-        let t = found.crossing.t;
-        let mut tied = self.tree.crossings(ray, origin);
-        tied.retain(|one| (one.crossing.t - t).abs() <= noise(one) + noise(found));
-        let (mut fronts, backs): (Vec<Found>, Vec<Found>) = tied.iter().partition(|one| !(one.crossing.sum < 0.0));
-        fronts.sort_by(|one, other| {
-            one.crossing.t.total_cmp(&other.crossing.t).then(one.primitive.cmp(&other.primitive))
+        let mut all = self.tree.crossings(ray, origin);
+        all.sort_by(|one, other| {
+            one.crossing.rank().total_cmp(&other.crossing.rank()).then(one.primitive.cmp(&other.primitive))
         });
+        let Some(nearest) = all.first().copied() else {
+            return self.look_from_further_in(origin, ray.direction);
+        };
+        let tied = |one: &&Found| (one.crossing.t - nearest.crossing.t).abs() <= noise(one) + noise(&nearest);
+        let (fronts, backs): (Vec<&Found>, Vec<&Found>) =
+            all.iter().filter(tied).partition(|one| one.crossing.sum >= 0.0);
         let on_this_side = fronts.iter().find(|front| !backs.iter().any(|back| self.is_beyond(front, back)));
         if let Some(front) = on_this_side.or(fronts.first()) {
             return self.meeting(front);
         }
-        if self.is_side(found) { self.meeting(found) } else { self.look_from_aside(origin, ray.direction, found) }
+        if self.is_side(&nearest) {
+            self.meeting(&nearest)
+        } else {
+            self.look_from_aside(origin, ray.direction, &nearest)
+        }
     }
 
     /// Whether a triangle stands wholly in front of another's plane.
@@ -249,9 +255,9 @@ impl Tracer {
         let (Some(one), Some(other)) = (footing(one), footing(other)) else {
             return false;
         };
-        let [base, ..] = self.tree.slots[other.slot as usize].corners();
+        let [base, ..] = self.tree.slots.slot(other.slot as usize).corners();
         let heights =
-            self.tree.slots[one.slot as usize].corners().map(|corner| other.normal.as_dvec3().dot(corner - base));
+            self.tree.slots.slot(one.slot as usize).corners().map(|corner| other.normal.as_dvec3().dot(corner - base));
         heights.iter().all(|height| *height > -RESOLUTION) && heights.iter().any(|height| *height > RESOLUTION)
     }
 
@@ -297,7 +303,7 @@ impl Tracer {
     }
 }
 
-fn footing_of(slot: u32, corners: &Slot, two_sided: bool) -> Footing {
+fn footing_of(slot: u32, corners: Slot, two_sided: bool) -> Footing {
     let [a, b, c] = corners.corners();
     let twice_area_vector = (b - a).cross(c - a);
     // The weight of a corner is the height above the edge across over the height of the corner.
