@@ -92,7 +92,8 @@ impl Tracer {
             balls.push(Ball { center, radius, luminaire: index as u32 });
         }
         let round = |vertex: u32| frame.round(scene.vertices_m[vertex as usize]);
-        let tree = Tree::new(scene.triangles.iter().map(|corners| corners.map(round)), balls);
+        let corners = |triangle: u32| scene.triangles[triangle as usize].map(round);
+        let tree = Tree::new(scene.triangles.len() as u32, corners, balls);
         let mut footings =
             vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO, two_sided: false }; scene.triangles.len()];
         for (slot, primitive) in tree.primitives().iter().enumerate() {

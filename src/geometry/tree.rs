@@ -47,7 +47,7 @@ pub(super) struct Tree {
     pub balls: Vec<Ball>,
     /// Number of triangles; what has a higher number in `primitive_indices` is a ball.
     triangles: u32,
-    /// Whether this processor has AVX2.
+    /// Whether this processor has AVX2 and its kin.
     pub has_avx2: bool,
 }
 
@@ -66,17 +66,15 @@ impl Found {
 }
 
 impl Tree {
-    /// Builds the tree over triangles with these rounded corners, and balls.
-    pub fn new(corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: Vec<Ball>) -> Tree {
-        let mut triangles: Vec<Triangle> = Vec::with_capacity(corners.len());
-        triangles.extend(corners.map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() }));
-        let tree = build(&triangles, &balls);
-        let corners = |primitive: &u32| match triangles.get(*primitive as usize) {
-            Some(triangle) => [triangle.v0.into(), triangle.v1.into(), triangle.v2.into()],
-            None => [balls[*primitive as usize - triangles.len()].center.as_vec3(); 3],
+    /// Builds the tree over so many triangles with these rounded corners, and balls.
+    pub fn new(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3], balls: Vec<Ball>) -> Tree {
+        let tree = build((0..triangles).map(&corners), &balls);
+        let of_primitive = |primitive: &u32| match primitive.checked_sub(triangles) {
+            Some(ball) => [balls[ball as usize].center.as_vec3(); 3],
+            None => corners(*primitive),
         };
-        let slots = Slots::new(tree.primitive_indices.iter().map(corners));
-        Tree { tree, slots, balls, triangles: triangles.len() as u32, has_avx2: has_avx2() }
+        let slots = Slots::new(tree.primitive_indices.iter().map(of_primitive));
+        Tree { tree, slots, balls, triangles, has_avx2: has_avx2() }
     }
 
     /// Number of a triangle in the scene for each slot; balls follow after the last triangle.
@@ -297,18 +295,30 @@ fn padded(low: Vec3A, high: Vec3A) -> Aabb {
     Aabb { min: low - PADDING, max: high + PADDING }
 }
 
+/// Levels that fit the stack of obvhs' walk, which holds 32 groups of siblings and drops the rest silently.
+const DEEPEST: usize = 30;
+
 /// obvhs' very slow build, step by step, so that boxes are padded once they are split and temporaries go early.
-fn build(triangles: &[Triangle], balls: &[Ball]) -> CwBvh {
-    let params = BvhBuildParams::very_slow_build();
+///
+/// Scenes that make it too deep for the walk's stack (thousands of triangles in one place) are built without the
+/// optimisation that deepens the tree.
+fn build(corners: impl ExactSizeIterator<Item = [Vec3; 3]> + Clone, balls: &[Ball]) -> CwBvh {
+    let optimised = build_with(BvhBuildParams::very_slow_build(), corners.clone(), balls);
+    if depth(&optimised) <= DEEPEST {
+        return optimised;
+    }
+    let params = BvhBuildParams { reinsertion_batch_ratio: 0.0, ..BvhBuildParams::very_slow_build() };
+    build_with(params, corners, balls)
+}
+
+fn build_with(params: BvhBuildParams, corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: &[Ball]) -> CwBvh {
     let mut bvh2 = {
-        let (mut boxes, mut indices) = split_boxes(triangles);
+        let first_ball = corners.len() as u32;
+        let (mut boxes, mut indices) = split_boxes(corners);
         boxes.iter_mut().for_each(|aabb| *aabb = padded(aabb.min, aabb.max));
-        indices.extend(triangles.len() as u32..(triangles.len() + balls.len()) as u32);
-        boxes.extend(
-            balls
-                .iter()
-                .map(|ball| padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())),
-        );
+        indices.extend(first_ball..first_ball + balls.len() as u32);
+        let around = |ball: &Ball| (ball.center - ball.radius, ball.center + ball.radius);
+        boxes.extend(balls.iter().map(around).map(|(low, high)| padded(low.as_vec3a(), high.as_vec3a())));
         PlocBuilder::new().build(
             params.ploc_search_distance,
             &boxes,
@@ -325,13 +335,28 @@ fn build(triangles: &[Triangle], balls: &[Ball]) -> CwBvh {
     tree
 }
 
+/// Number of levels of a tree.
+fn depth(tree: &CwBvh) -> usize {
+    let mut deepest = 0;
+    let mut open = if tree.nodes.is_empty() { vec![] } else { vec![(0, 1)] };
+    while let Some((index, level)) = open.pop() {
+        deepest = deepest.max(level);
+        let node: &CwBvhNode = &tree.nodes[index];
+        let children = (0..8).filter(|child| !node.is_child_empty(*child) && !node.is_leaf(*child));
+        open.extend(children.map(|child| (node.child_node_index(child) as usize, level + 1)));
+    }
+    deepest
+}
+
 /// Boxes of the triangles, with large slanted triangles cut into several boxes, and the triangle of every box.
-fn split_boxes(triangles: &[Triangle]) -> (Vec<Aabb>, Vec<u32>) {
+fn split_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> (Vec<Aabb>, Vec<u32>) {
+    let triangles: Vec<Triangle> =
+        corners.map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() }).collect();
     let mut boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
     let mut indices: Vec<u32> = (0..triangles.len() as u32).collect();
     let largest = boxes.iter().map(Aabb::half_area).fold(0.0, f32::max);
     let mean = boxes.iter().map(Aabb::half_area).sum::<f32>() / boxes.len().max(1) as f32;
-    split_aabbs_preset(&mut boxes, &mut indices, triangles, mean, largest);
+    split_aabbs_preset(&mut boxes, &mut indices, &triangles, mean, largest);
     (boxes, indices)
 }
 
