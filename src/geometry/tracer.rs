@@ -69,7 +69,7 @@ struct Footing {
 /// Accuracy: [`Tracer::position_accuracy_m`].
 pub struct Tracer {
     frame: Frame,
-    tree: Tree,
+    pub(super) tree: Tree,
     footings: Vec<Footing>,
     /// Place of each luminaire's ball in the tree's list.
     balls: Vec<Option<u32>>,
@@ -139,6 +139,8 @@ impl Tracer {
 
     /// What a ray with this unit direction meets first. There is no smallest distance: a wall that nearly touches
     /// the origin stops the ray.
+    ///
+    /// The direction is taken to leave the side that the origin lies on; the origin's own triangle is never met.
     #[inline]
     pub fn first_hit(&self, origin: &Origin, direction: DVec3) -> Meeting {
         let along = direction.as_vec3a();
@@ -225,9 +227,10 @@ impl Tracer {
     /// back, and no front that stands on the far side of a back.
     #[cold]
     fn settle(&self, ray: &Ray, origin: &Origin) -> Meeting {
+        // A height's rounding moves the crossing the more, the flatter the ray; balls are exact.
         let noise = |one: &Found| {
-            let normal = self.footings.get(one.primitive as usize).map_or(Vec3::ZERO, |footing| footing.normal);
-            RESOLUTION as f32 / ray.direction.dot(normal.into()).abs().max(RESOLUTION as f32)
+            let cosine = |footing: &Footing| ray.direction.dot(footing.normal.into()).abs().max(RESOLUTION as f32);
+            RESOLUTION as f32 / self.footings.get(one.primitive as usize).map_or(1.0, cosine)
         };
         let mut all = self.tree.crossings(ray, origin);
         all.sort_by(|one, other| {
