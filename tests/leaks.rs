@@ -80,9 +80,9 @@ fn chains_of_one(
         let place_m = a + hit.barycentric[0] * (b - a) + hit.barycentric[1] * (c - a);
         origin = tracer.surface_origin(hit.triangle, hit.barycentric, hit.side);
         direction = aim(scene, place_m, &mut random);
-        if random.uniform() < 0.5 || !(direction.dot(normal) > LEAST_COSINE) {
+        if random.uniform() < 0.5 || direction.dot(normal) < LEAST_COSINE {
             direction = (normal + random.unit()).normalize();
-            if !(direction.dot(normal) > LEAST_COSINE) {
+            if direction.dot(normal) < LEAST_COSINE {
                 direction = normal;
             }
         }

@@ -107,7 +107,7 @@ impl Origin {
 
     /// Whether the origin counts as in front of a triangle with these corners.
     #[inline]
-    pub(super) fn is_in_front(&self, slot: &Slot) -> bool {
+    pub(super) fn is_in_front(&self, slot: Slot) -> bool {
         let [a, b, c] = slot.corners_f32();
         let (along, across) = (b - a, c - a);
         let height = along.cross(across).dot(self.point - a);
@@ -120,7 +120,7 @@ impl Origin {
 
     /// The same, carefully.
     #[cold]
-    fn is_just_in_front(&self, slot: &Slot) -> bool {
+    fn is_just_in_front(&self, slot: Slot) -> bool {
         let [a, b, c] = slot.corners();
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let facing = normal.dot(self.normal.as_dvec3());
