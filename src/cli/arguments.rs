@@ -2,15 +2,19 @@
 
 use clap::{Parser, Subcommand};
 
+use super::compare::CompareArguments;
 use super::inspect::InspectArguments;
 use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
+use super::validate::ValidateArguments;
 
 const EXAMPLES: &str = "\
 Examples:
   luxmc inspect scenes/office.json
   luxmc solve scenes/office.json --out out/office --target-error 1%
   luxmc sobolev --h1 0.5 --rho1 0.5 --rho2 0.5 --r 0:3:31
+  luxmc validate --out report
+  luxmc compare cube --out report
   luxmc schema > scene.schema.json
 
 Exit codes:
@@ -38,6 +42,10 @@ pub enum Command {
     /// Exact illuminance between two parallel diffuse planes lit by a point source
     #[command(long_about = sobolev::ABOUT)]
     Sobolev(SobolevArguments),
+    /// Run validation cases against their exact solutions and write a report
+    Validate(ValidateArguments),
+    /// Speed against error of every method that applies to a validation case
+    Compare(CompareArguments),
     /// Show what was read from a scene or a photometric file
     Inspect(InspectArguments),
     /// Print the JSON Schema of the scene file

@@ -1,6 +1,7 @@
 //! The command line: arguments, progress, exit codes. Nothing outside this room prints.
 
 mod arguments;
+mod compare;
 mod console;
 mod exit;
 mod inspect;
@@ -14,6 +15,7 @@ mod selection;
 mod sobolev;
 mod solve;
 mod text_table;
+mod validate;
 mod values;
 
 use std::process::ExitCode;
@@ -34,6 +36,8 @@ pub fn run() -> ExitCode {
     let outcome = match &arguments.command {
         Command::Solve(arguments) => solve::run(arguments, started),
         Command::Sobolev(arguments) => sobolev::run(arguments),
+        Command::Validate(arguments) => validate::run(arguments, started),
+        Command::Compare(arguments) => compare::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Schema => schema::run(),
     };
