@@ -61,8 +61,11 @@ pub fn run(arguments: &CompareArguments) -> Outcome {
             remedy: "name another case, such as cube or sobolev".to_owned(),
         });
     }
-    let files =
-        [("compare.csv", ladder_csv(&ladders)), ("compare.md", ladder_md(&ladders)), ("compare.html", ladder_html(&ladders))];
+    let files = [
+        ("compare.csv", ladder_csv(&ladders)),
+        ("compare.md", ladder_md(&ladders)),
+        ("compare.html", ladder_html(&ladders)),
+    ];
     for (name, text) in files {
         directory.stage(&ResultFile { name: name.to_owned(), bytes: text.into_bytes() })?;
     }

@@ -41,7 +41,11 @@ pub struct ValidateArguments {
 pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     let found = find_cases(&arguments.names, arguments.cases.as_deref())?;
     let mut directory = ResultDirectory::open(&arguments.out)?;
-    let tell = |line: &str| if !arguments.quiet { console::message(line) };
+    let tell = |line: &str| {
+        if !arguments.quiet {
+            console::message(line)
+        }
+    };
     for group in &found.empty_groups {
         tell(&format!("the group \"{group}\" has no cases yet"));
     }

@@ -228,7 +228,13 @@ impl Case {
             }
             _ => {
                 let expected = "either \"scene\" or \"scene_file\"";
-                return Err(CaseError::new(&path, "a case needs one scene", "none or two", expected, "give one of them"));
+                return Err(CaseError::new(
+                    &path,
+                    "a case needs one scene",
+                    "none or two",
+                    expected,
+                    "give one of them",
+                ));
             }
         };
         let base_dir = file.scene_file.as_ref().map_or_else(
@@ -282,21 +288,29 @@ fn typed<T: DeserializeOwned>(path: &Path, place: &str, value: Value) -> Result<
             ("", inner) => inner.to_owned(),
             (place, inner) => format!("{place}.{inner}"),
         };
-        let what = if place.is_empty() { "a malformed case".to_owned() } else { format!("a malformed case, at {place}") };
+        let what =
+            if place.is_empty() { "a malformed case".to_owned() } else { format!("a malformed case, at {place}") };
         let got = error.into_inner().to_string();
         CaseError::new(path, what, got, "what docs/validation.md describes", "correct this place of the case")
     })
 }
 
 fn check_file(path: &Path, file: &CaseFile) -> Result<(), CaseError> {
-    let refuse = |what: &str, got: String, expected: &str| {
-        Err(CaseError::new(path, what, got, expected, "correct the case"))
-    };
+    let refuse =
+        |what: &str, got: String, expected: &str| Err(CaseError::new(path, what, got, expected, "correct the case"));
     if file.runs.is_empty() || file.compare.is_empty() {
-        return refuse("a case without runs or comparisons shows nothing", "an empty list".into(), "at least one of each");
+        return refuse(
+            "a case without runs or comparisons shows nothing",
+            "an empty list".into(),
+            "at least one of each",
+        );
     }
     if file.title.trim().is_empty() || file.physics.trim().is_empty() {
-        return refuse("a case must tell its reader what it is about", "an empty text".into(), "a title and the physics");
+        return refuse(
+            "a case must tell its reader what it is about",
+            "an empty text".into(),
+            "a title and the physics",
+        );
     }
     for (index, run) in file.runs.iter().enumerate() {
         if file.runs[..index].iter().any(|other| other.name == run.name) {
@@ -313,13 +327,7 @@ fn check_file(path: &Path, file: &CaseFile) -> Result<(), CaseError> {
     Ok(())
 }
 
-fn read_run(
-    path: &Path,
-    base_dir: &Path,
-    run: &RunSpec,
-    scene: &Value,
-    compare: &[Value],
-) -> Result<Run, CaseError> {
+fn read_run(path: &Path, base_dir: &Path, run: &RunSpec, scene: &Value, compare: &[Value]) -> Result<Run, CaseError> {
     let filled = |value: &Value| {
         fill_in(value, &run.with).map_err(|name| {
             let what = format!("the run \"{}\" does not give ${name}", run.name);
@@ -371,7 +379,9 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
         (_, None) if comparison.map != "elements" => {
             return refuse("the scene has no such map", comparison.map.clone(), "\"elements\" or a receiver set");
         }
-        (What::Points, Some(set)) if comparison.labels.as_ref().is_some_and(|names| names.len() != set.points.len()) => {
+        (What::Points, Some(set))
+            if comparison.labels.as_ref().is_some_and(|names| names.len() != set.points.len()) =>
+        {
             let got = format!("{} points", set.points.len());
             return refuse("there must be a label for every point", got, "as many labels as points");
         }
@@ -384,7 +394,11 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
     }
     let criterion = &comparison.criterion;
     if criterion.coverage_alpha.is_some_and(|alpha| !(1e-12..=0.1).contains(&alpha)) {
-        return refuse("the level of significance is out of range", format!("{:?}", criterion.coverage_alpha), "1e-12 to 0.1");
+        return refuse(
+            "the level of significance is out of range",
+            format!("{:?}", criterion.coverage_alpha),
+            "1e-12 to 0.1",
+        );
     }
     if criterion.worst.is_none() && criterion.true_error.is_none() && criterion.coverage_alpha.is_none() {
         return refuse("no criterion", "{}".into(), "\"worst\", \"true_error\" or \"coverage_alpha\"");

@@ -19,9 +19,9 @@ impl<'de> Deserialize<'de> for Fraction {
                 .map(|percent| percent / 100.0),
             _ => None,
         };
-        read.filter(|fraction| *fraction > 0.0 && *fraction < 1.0)
-            .map(Fraction)
-            .ok_or_else(|| D::Error::custom(format!("{value} is no fraction between 0 and 1, such as 0.003 or \"0.3%\"")))
+        read.filter(|fraction| *fraction > 0.0 && *fraction < 1.0).map(Fraction).ok_or_else(|| {
+            D::Error::custom(format!("{value} is no fraction between 0 and 1, such as 0.003 or \"0.3%\""))
+        })
     }
 }
 

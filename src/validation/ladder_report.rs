@@ -100,9 +100,8 @@ fn rungs(ladder: &Ladder) -> Table {
 
 fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder) -> Option<Fit>) -> String {
     let all = || ladders.iter().flat_map(|ladder| &ladder.rungs).filter(|rung| rung.true_error > 0.0);
-    let (least, most) = all().fold((f64::INFINITY, 0.0f64), |(low, high), rung| {
-        (low.min(cost(rung)), high.max(cost(rung)))
-    });
+    let (least, most) =
+        all().fold((f64::INFINITY, 0.0f64), |(low, high), rung| (low.min(cost(rung)), high.max(cost(rung))));
     let (smallest, largest) = all().fold((f64::INFINITY, 0.0f64), |(low, high), rung| {
         (low.min(100.0 * rung.true_error), high.max(100.0 * rung.true_error))
     });
@@ -115,7 +114,10 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
             .margin_right(18)
             .x_label_area_size(46)
             .y_label_area_size(72)
-            .build_cartesian_2d((least / 1.5..most * 1.5).log_scale(), (smallest / 1.6..largest * 1.6).log_scale())?;
+            .build_cartesian_2d(
+            (least / 1.5..most * 1.5).log_scale(),
+            (smallest / 1.6..largest * 1.6).log_scale(),
+        )?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
@@ -146,9 +148,9 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
                 1 => chart.draw_series(places.iter().map(|place| TriangleMarker::new(*place, 7, colour.filled())))?,
                 _ => chart.draw_series(places.iter().map(|place| Cross::new(*place, 5, colour.stroke_width(2))))?,
             };
-            drawn.label(name_of(ladder)).legend(move |(x, y)| {
-                PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(3))
-            });
+            drawn
+                .label(name_of(ladder))
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(3)));
         }
         chart
             .configure_series_labels()
@@ -168,7 +170,9 @@ pub fn ladder_html(ladders: &[Ladder]) -> String {
         page.push_str(&format!("<h2>{}</h2>\n{}", escaped(&name), html_table(&results(&group), false)));
         let by_time = plot(&group, "wall time, s", |rung| rung.seconds, |ladder| ladder.by_time);
         let by_rays = plot(&group, "rays", |rung| rung.rays as f64, |ladder| ladder.by_rays);
-        for (picture, caption) in [(by_time, "True error against wall time, with the fitted lines."), (by_rays, "True error against rays.")] {
+        for (picture, caption) in
+            [(by_time, "True error against wall time, with the fitted lines."), (by_rays, "True error against rays.")]
+        {
             page.push_str(&format!("<figure>\n{picture}\n<figcaption>{caption}</figcaption>\n</figure>\n"));
         }
         for ladder in group {
@@ -193,7 +197,8 @@ pub fn ladder_md(ladders: &[Ladder]) -> String {
 
 /// Every rung, one row each.
 pub fn ladder_csv(ladders: &[Ladder]) -> String {
-    let mut text = String::from("case,run,comparison,method,estimator,chains,rays,wall_s,true_error,stated_error,runs\n");
+    let mut text =
+        String::from("case,run,comparison,method,estimator,chains,rays,wall_s,true_error,stated_error,runs\n");
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     for ladder in ladders {
         for rung in &ladder.rungs {

@@ -108,7 +108,13 @@ pub fn entries_of(case: &Case, run: &Run, comparison: &Comparison, solution: &So
     };
     let mut set = made.map_err(|what| {
         let at = format!("the comparison \"{}\" of the run \"{}\"", comparison.name, run.name);
-        CaseError::new(&case.folder.join(super::case::CASE_FILE), at, what, "what the truth can tell", "correct the case")
+        CaseError::new(
+            &case.folder.join(super::case::CASE_FILE),
+            at,
+            what,
+            "what the truth can tell",
+            "correct the case",
+        )
     })?;
     for entry in &mut set.entries {
         entry.run.clone_from(&run.name);

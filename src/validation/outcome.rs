@@ -108,9 +108,7 @@ pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, 
 }
 
 /// Averages of one name become one comparison, whatever runs and surfaces they are of.
-fn merge_averages(
-    parts: Vec<(Option<String>, Comparison, EntrySet)>,
-) -> Vec<(Option<String>, Comparison, EntrySet)> {
+fn merge_averages(parts: Vec<(Option<String>, Comparison, EntrySet)>) -> Vec<(Option<String>, Comparison, EntrySet)> {
     let mut merged: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
     for (run, comparison, mut set) in parts {
         let same = |other: &&mut (Option<String>, Comparison, EntrySet)| {

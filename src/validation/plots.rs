@@ -160,7 +160,10 @@ where
     }))?;
     chart
         .draw_series(
-            entries.iter().enumerate().map(|(index, entry)| Circle::new((at(index), entry.measured_lx), 4, MEASURED.filled())),
+            entries
+                .iter()
+                .enumerate()
+                .map(|(index, entry)| Circle::new((at(index), entry.measured_lx), 4, MEASURED.filled())),
         )?
         .label("luxmc, with two standard errors")
         .legend(|(x, y)| Circle::new((x + 9, y), 4, MEASURED.filled()));
@@ -217,10 +220,14 @@ fn deviations(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome
         .y_label_formatter(&|value| signed_tick(*value))
         .draw()?;
     if let Some(limit) = limit {
-        let band = Rectangle::new([(places.range.start, -limit), (places.range.end, limit)], ALLOWED.mix(0.14).filled());
+        let band =
+            Rectangle::new([(places.range.start, -limit), (places.range.end, limit)], ALLOWED.mix(0.14).filled());
         chart.draw_series([band])?;
     }
-    chart.draw_series([PathElement::new(vec![(places.range.start, 0.0), (places.range.end, 0.0)], EXACT.stroke_width(2))])?;
+    chart.draw_series([PathElement::new(
+        vec![(places.range.start, 0.0), (places.range.end, 0.0)],
+        EXACT.stroke_width(2),
+    )])?;
     chart.draw_series(entries.iter().enumerate().map(|(index, entry)| {
         let (value, error) = (percent(index, entry.deviation_lx()), percent(index, 2.0 * entry.standard_error_lx));
         let ends = vec![(places.at[index], value - error), (places.at[index], value + error)];
@@ -277,9 +284,8 @@ fn histogram(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome)
         };
         (cdf(low + width) - cdf(low)) * scores.len() as f64
     };
-    let highest = (0..BINS)
-        .map(|bin| expected(-REACH + bin as f64 * width).max(counts[bin] as f64))
-        .fold(1.0, f64::max);
+    let highest =
+        (0..BINS).map(|bin| expected(-REACH + bin as f64 * width).max(counts[bin] as f64)).fold(1.0, f64::max);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .margin_right(18)

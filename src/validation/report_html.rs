@@ -48,9 +48,16 @@ fn section(page: &mut String, case: &CaseOutcome) {
     }
     page.push_str(&table(&deviations(case), false));
     for comparison in &case.comparisons {
-        page.push_str(&format!("<h3>{}</h3>\n<p>{}</p>\n", escaped(&comparison.heading()), escaped(&subject(comparison))));
+        page.push_str(&format!(
+            "<h3>{}</h3>\n<p>{}</p>\n",
+            escaped(&comparison.heading()),
+            escaped(&subject(comparison))
+        ));
         let caption = caption(comparison.set.entries.len());
-        page.push_str(&format!("<figure>\n{}\n<figcaption>{caption}</figcaption>\n</figure>\n", comparison_plot(comparison)));
+        page.push_str(&format!(
+            "<figure>\n{}\n<figcaption>{caption}</figcaption>\n</figure>\n",
+            comparison_plot(comparison)
+        ));
         page.push_str("<ul>\n");
         for check in &comparison.checks {
             let (class, word) = if check.holds { ("pass", "holds") } else { ("fail", "FAILS") };

@@ -5,7 +5,8 @@ use super::report::{HOW_TO_READ, Table, Validation, costs, deviations, numbers, 
 
 /// Writes the report.
 pub fn report_md(validation: &Validation) -> String {
-    let mut page = format!("# luxmc validation report\n\n{}\n\n**{}**\n\n", validation.circumstances(), validation.verdict());
+    let mut page =
+        format!("# luxmc validation report\n\n{}\n\n**{}**\n\n", validation.circumstances(), validation.verdict());
     for group in &validation.empty_groups {
         page.push_str(&format!("The group \"{group}\" has no cases yet.\n\n"));
     }
@@ -54,9 +55,10 @@ fn section(page: &mut String, case: &CaseOutcome) {
 pub(super) fn table(table: &Table) -> String {
     let line = |cells: &mut dyn Iterator<Item = String>| format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "));
     let mut text = line(&mut table.header.iter().map(|heading| (*heading).to_owned()));
-    text.push_str(&line(&mut (0..table.header.len()).map(|index| {
-        if table.text_columns.contains(&index) { "---".to_owned() } else { "---:".to_owned() }
-    })));
+    text.push_str(&line(
+        &mut (0..table.header.len())
+            .map(|index| if table.text_columns.contains(&index) { "---".to_owned() } else { "---:".to_owned() }),
+    ));
     for row in &table.rows {
         text.push_str(&line(&mut row.iter().map(|cell| cell.replace('|', "\\|"))));
     }

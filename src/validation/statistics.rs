@@ -132,13 +132,9 @@ impl EntrySet {
         let worst = self
             .entries
             .iter()
-            .map(|entry| Worst {
-                value: entry.deviation_lx().abs() / own_size_lx(entry),
-                label: entry.label.clone(),
-            })
+            .map(|entry| Worst { value: entry.deviation_lx().abs() / own_size_lx(entry), label: entry.label.clone() })
             .max_by(|a, b| a.value.total_cmp(&b.value));
-        let noisy: Vec<(f64, &Entry)> =
-            self.entries.iter().filter_map(|entry| entry.z().map(|z| (z, entry))).collect();
+        let noisy: Vec<(f64, &Entry)> = self.entries.iter().filter_map(|entry| entry.z().map(|z| (z, entry))).collect();
         let count = noisy.len() as f64;
         let share_within = |sigmas: f64| noisy.iter().filter(|(z, _)| z.abs() <= sigmas).count() as f64 / count;
         let worst_z = noisy.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));

@@ -191,9 +191,7 @@ impl<'a> Truth<'a> {
                 light,
             ),
             TruthSpec::Isothermal { luminance_cd_m2 } => match light {
-                Light::Total => {
-                    Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() })
-                }
+                Light::Total => Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
                 _ => Err("the isothermal rule tells the total alone".to_owned()),
             },
             TruthSpec::Reference { column, uncertainty, .. } => {
