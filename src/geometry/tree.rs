@@ -151,6 +151,26 @@ impl Tree {
         hits
     }
 
+    /// The front that is pressed onto the origin's surface just where the origin is, if there is one.
+    #[cold]
+    pub fn pressed(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
+        let mut pressed = None;
+        let mut state = self.tree.new_traversal(ray.direction);
+        let mut node;
+        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, BEFORE, -BEFORE), {
+            let slot = state.primitive_id as usize;
+            let primitive = self.tree.primitive_indices[slot];
+            if let Some(crossing) = ray.cross(self.slots.slot(slot))
+                && crossing.sum > 0.0
+                && primitive != origin.own_triangle()
+                && origin.is_pressed_by(self.slots.slot(slot))
+            {
+                pressed = Some(Found { primitive, crossing });
+            }
+        });
+        pressed
+    }
+
     /// Whether a crossing counts: a front seen from in front, a back from behind, or a ball; completes crossings
     /// whose distance is not a number.
     #[inline]
