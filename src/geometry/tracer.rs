@@ -23,6 +23,9 @@ const STEPS_ASIDE: [f64; 3] = [4.0 * PULL, 32.0 * PULL, 256.0 * PULL];
 /// (2⁻²³) stays below it.
 const EDGE_SHARE: f32 = 1.0 / (1u32 << 14) as f32;
 
+/// Distance in scaled coordinates between two fronts that rounding may have exchanged where one is seen edge-on.
+const LONGEST_EXCHANGE: f32 = 1.0 / (1u32 << 14) as f32;
+
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit {
@@ -257,9 +260,13 @@ impl Tracer {
         let tied = |one: &&Found| (one.crossing.t - nearest.crossing.t).abs() <= noise(one) + noise(&nearest);
         let (fronts, backs): (Vec<&Found>, Vec<&Found>) =
             all.iter().filter(tied).partition(|one| one.crossing.sum >= 0.0);
-        let on_this_side = fronts.iter().find(|front| !backs.iter().any(|back| self.is_beyond(front, back)));
-        if let Some(front) = on_this_side.or(fronts.first()) {
-            return self.meeting(front);
+        let on_this_side = |front: &&&Found| !backs.iter().any(|back| self.is_beyond(front, back));
+        if let Some(first) = fronts.iter().find(on_this_side).or(fronts.first()) {
+            // The distance to a front that is seen edge-on means little: a steeper one beside it goes first.
+            let beside = |front: &&&Found| (front.crossing.t - first.crossing.t).abs() <= LONGEST_EXCHANGE;
+            let steepest = fronts.iter().filter(on_this_side).filter(beside);
+            let steepest = steepest.min_by(|one, other| noise(one).total_cmp(&noise(other)));
+            return self.meeting(steepest.unwrap_or(first));
         }
         if self.is_side(&nearest) {
             self.meeting(&nearest)
@@ -297,7 +304,7 @@ impl Tracer {
                 return self.meeting(&found);
             }
         }
-        Meeting::Nothing
+        self.tree.pressed(&Ray::new(origin.point, along), origin).map_or(Meeting::Nothing, |found| self.meeting(&found))
     }
 
     /// A ray from a surface that met the back of a one-sided surface may have started in the crack below a solid that
@@ -318,7 +325,11 @@ impl Tracer {
                 }
             }
         }
-        self.meeting(found)
+        // Deep in a crack, light goes to and fro between the two surfaces until they absorb it.
+        match self.tree.pressed(&Ray::new(origin.point, along), origin) {
+            Some(pressed) => self.meeting(&pressed),
+            None => self.meeting(found),
+        }
     }
 }
 

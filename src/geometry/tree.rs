@@ -5,7 +5,7 @@
 //! twice: the boxes under the tree are padded by [`PADDING`], which exceeds all the rounding of the test. Both
 //! versions of the test, AVX2 and portable, do the same operations in the same order and give the same bits.
 
-use glam::{UVec2, Vec3, Vec3A, Vec4};
+use glam::{UVec2, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -58,11 +58,6 @@ pub(super) struct Found {
     pub primitive: u32,
     /// Where the line crosses it.
     pub crossing: Crossing,
-}
-
-impl Found {
-    const NOTHING: Found =
-        Found { primitive: u32::MAX, crossing: Crossing { t: f32::INFINITY, weights: Vec4::ZERO, sum: 0.0 } };
 }
 
 impl Tree {
@@ -120,7 +115,6 @@ impl Tree {
             let slot = state.primitive_id as usize;
             let primitive = self.tree.primitive_indices[slot];
             if let Some(mut crossing) = ray.cross(self.slots.slot(slot))
-                && primitive != origin.own_triangle()
                 && self.weigh(ray, origin, slot, &mut crossing)
             {
                 all.push(Found { primitive, crossing });
@@ -151,11 +145,40 @@ impl Tree {
         hits
     }
 
+    /// Whether of two crossings at the same distance the first goes first, whatever the order of the walk.
+    #[cold]
+    fn is_before(&self, slot: usize, other: usize) -> bool {
+        self.tree.primitive_indices[slot] < self.tree.primitive_indices.get(other).copied().unwrap_or(u32::MAX)
+    }
+
+    /// The front that is pressed onto the origin's surface just where the origin is, if there is one.
+    #[cold]
+    pub fn pressed(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
+        let mut pressed = None;
+        let mut state = self.tree.new_traversal(ray.direction);
+        let mut node;
+        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, BEFORE, -BEFORE), {
+            let slot = state.primitive_id as usize;
+            let primitive = self.tree.primitive_indices[slot];
+            if let Some(crossing) = ray.cross(self.slots.slot(slot))
+                && crossing.sum > 0.0
+                && primitive != origin.own_triangle()
+                && origin.is_pressed_by(self.slots.slot(slot))
+            {
+                pressed = Some(Found { primitive, crossing });
+            }
+        });
+        pressed
+    }
+
     /// Whether a crossing counts: a front seen from in front, a back from behind, or a ball; completes crossings
     /// whose distance is not a number.
     #[inline]
     fn weigh(&self, ray: &Ray, origin: &Origin, slot: usize, crossing: &mut Crossing) -> bool {
         let primitive = self.tree.primitive_indices[slot];
+        if primitive == origin.own_triangle() {
+            return false;
+        }
         if crossing.t.is_nan() {
             let completed = match primitive.checked_sub(self.triangles) {
                 Some(ball) => meet_ball(ray, origin, &self.balls[ball as usize]).map(|t| Crossing { t, ..*crossing }),
@@ -206,8 +229,8 @@ macro_rules! walks {
         impl Tree {
             $(#[$attribute])*
             pub(super) fn $closest(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
-                let own = origin.own_triangle();
-                let mut found = Found::NOTHING;
+                let mut found = Crossing::NONE;
+                let mut found_slot = usize::MAX;
                 let mut rank = f32::INFINITY;
                 let mut state = self.tree.new_traversal(ray.direction);
                 state.oct_inv4 = ray.oct_inv4;
@@ -221,20 +244,17 @@ macro_rules! walks {
                         let slot = state.primitive_id as usize;
                         if let Some(mut crossing) = ray.cross(self.slots.slot(slot))
                             && !(crossing.t > rank || crossing.t < BEFORE)
-                            && self.tree.primitive_indices[slot] != own
+                            && (crossing.t > NEAR || self.weigh(ray, origin, slot, &mut crossing))
                         {
-                            if crossing.t > NEAR || self.weigh(ray, origin, slot, &mut crossing) {
-                                let own_rank = crossing.rank();
-                                let primitive = self.tree.primitive_indices[slot];
-                                if own_rank < rank || (own_rank == rank && primitive < found.primitive) {
-                                    rank = own_rank;
-                                    found = Found { primitive, crossing };
-                                }
+                            let own_rank = crossing.rank();
+                            if own_rank < rank || (own_rank == rank && self.is_before(slot, found_slot)) {
+                                (rank, found_slot, found) = (own_rank, slot, crossing);
                             }
                         }
                     }
                 );
-                (rank < f32::INFINITY).then_some(found)
+                let primitive = self.tree.primitive_indices.get(found_slot)?;
+                Some(Found { primitive: *primitive, crossing: found })
             }
 
             $(#[$attribute])*

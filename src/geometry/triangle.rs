@@ -109,6 +109,9 @@ pub(super) struct Crossing {
 const SKIN: f32 = 1.0 / (1u32 << 20) as f32;
 
 impl Crossing {
+    /// No crossing.
+    pub const NONE: Crossing = Crossing { t: f32::INFINITY, weights: Vec4::ZERO, sum: 0.0 };
+
     /// Distance by which crossings are ordered.
     #[inline(always)]
     pub fn rank(&self) -> f32 {
