@@ -9,6 +9,7 @@ use serde_json::{Map, Value};
 use super::error::CaseError;
 use super::fields::{Fraction, fill_in};
 use super::truth::{Truth, TruthSpec};
+use super::truth_room::RoomCache;
 use crate::scene::{Scene, SceneError, scene_from_json};
 
 /// The file that makes a folder a case.
@@ -35,6 +36,8 @@ pub struct Case {
     pub runs: Vec<Run>,
     /// The run that `luxmc compare` climbs its ladder on.
     pub ladder_run: usize,
+    /// Rooms that its truths have solved.
+    pub(super) rooms: RoomCache,
 }
 
 /// One scene with settings and what is compared after it.
@@ -263,6 +266,7 @@ impl Case {
             groups: file.groups,
             runs,
             ladder_run,
+            rooms: RoomCache::default(),
         })
     }
 }
@@ -341,7 +345,7 @@ fn read_run(path: &Path, base_dir: &Path, run: &RunSpec, scene: &Value, compare:
     for (index, value) in compare.iter().enumerate() {
         let comparison: Comparison = typed(path, &format!("compare[{index}]"), filled(value)?)?;
         check_comparison(path, &scene, &comparison)?;
-        Truth::prepare(&comparison.truth, &scene, path.parent().unwrap_or(base_dir))?;
+        Truth::prepare(&comparison.truth, &scene, &RoomCache::default(), path.parent().unwrap_or(base_dir))?;
         if comparison.runs.as_ref().is_none_or(|names| names.contains(&run.name)) {
             comparisons.push(comparison);
         }

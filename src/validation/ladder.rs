@@ -2,7 +2,8 @@
 
 use super::case::{Case, What};
 use super::error::CaseError;
-use super::measure::{Silent, entries_of};
+use super::exact_side::ExactSide;
+use super::measure::Silent;
 use super::methods::Method;
 use crate::solver::{MapSelection, Settings};
 
@@ -138,6 +139,7 @@ pub fn climb(
             continue;
         }
         tell(&format!("{}: {}", comparison.name, method.name));
+        let exact = ExactSide::new(case, run, comparison)?;
         let mut rungs: Vec<Rung> = Vec::new();
         let mut estimator = String::new();
         let mut spent_s = 0.0;
@@ -147,7 +149,7 @@ pub fn climb(
             while rung.runs < REPEATS {
                 let seed = run.seed + 1 + (rungs.len() * REPEATS + rung.runs) as u64;
                 let solution = (method.solve)(&run.scene, &settings(asked, seed), &Silent::starting_now());
-                let error = entries_of(case, run, comparison, &solution)?.statistics().rms;
+                let error = exact.beside(&solution)?.statistics().rms;
                 let seconds = solution.build_s + solution.compute_s;
                 spent_s += seconds;
                 rung.runs += 1;
@@ -170,12 +172,12 @@ pub fn climb(
             rung.stated_error = (rung.stated_error / runs).sqrt();
 
             // A map without chance has but one rung; chains that filling the replicas rounds up to make no new one.
-            let exact = rung.true_error == 0.0 || rung.stated_error == 0.0;
-            if rungs.last().is_none_or(|last| last.chains < rung.chains) || exact {
+            let without_chance = rung.true_error == 0.0 || rung.stated_error == 0.0;
+            if rungs.last().is_none_or(|last| last.chains < rung.chains) || without_chance {
                 rungs.push(rung);
             }
             asked = (2 * asked).max(2 * rung.chains);
-            if exact || spent_s + 2.0 * rung.seconds > budget_s {
+            if without_chance || spent_s + 2.0 * rung.seconds > budget_s {
                 break;
             }
         }

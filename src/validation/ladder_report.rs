@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use super::ladder::{Fit, LEVELS, Ladder, Rung};
-use super::plots::{Drawn, FAINT, svg, tick};
+use super::plots::{Drawn, FAINT, LEGEND_HEIGHT, Sign, legend, svg, tick};
 use super::report::Table;
 use super::report_html::{opening, table as html_table};
 use super::report_md::table as md_table;
@@ -108,16 +108,20 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
     if most <= 0.0 || least <= 0.0 {
         return "<p>Every value is exact: there is no error to plot.</p>".to_owned();
     }
-    svg(380, |area| -> Drawn {
-        let mut chart = ChartBuilder::on(area)
+    svg(390, |area| -> Drawn {
+        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
+        let signs: Vec<(Sign, String)> = ladders
+            .iter()
+            .enumerate()
+            .map(|(index, ladder)| (Sign::Line(COLOURS[index % COLOURS.len()]), name_of(ladder)))
+            .collect();
+        legend(&top, &signs)?;
+        let mut chart = ChartBuilder::on(&below)
             .margin(8)
             .margin_right(18)
             .x_label_area_size(46)
             .y_label_area_size(72)
-            .build_cartesian_2d(
-            (least / 1.5..most * 1.5).log_scale(),
-            (smallest / 1.6..largest * 1.6).log_scale(),
-        )?;
+            .build_cartesian_2d((least / 1.5..most * 1.5).log_scale(), (smallest / 1.6..largest * 1.6).log_scale())?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
@@ -143,21 +147,12 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
                 chart.draw_series(LineSeries::new(ends, colour.stroke_width(2)))?;
             }
             let shape = index % 3;
-            let drawn = match shape {
+            match shape {
                 0 => chart.draw_series(places.iter().map(|place| Circle::new(*place, 5, colour.filled())))?,
                 1 => chart.draw_series(places.iter().map(|place| TriangleMarker::new(*place, 7, colour.filled())))?,
                 _ => chart.draw_series(places.iter().map(|place| Cross::new(*place, 5, colour.stroke_width(2))))?,
             };
-            drawn
-                .label(name_of(ladder))
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(3)));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .label_font(("sans-serif", 14))
-            .draw()?;
         Ok(())
     })
 }

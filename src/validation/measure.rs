@@ -1,11 +1,9 @@
-//! Runs a case and puts every measured number beside its exact one.
+//! Runs, what they cost, and the measured numbers of a comparison.
 
 use std::time::Instant;
 
-use super::case::{Along, Beside, Case, Comparison, Light, Run, What};
-use super::error::CaseError;
-use super::statistics::{Entry, EntrySet};
-use super::truth::{Site, Truth};
+use super::case::{Comparison, Light, Run, What};
+use super::statistics::EntrySet;
 use super::truth_enclosure::mesh_area_m2;
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, ReflectionLaw, Scene};
@@ -94,47 +92,53 @@ pub fn record_of(run: &Run, solution: &Solution) -> RunRecord {
     }
 }
 
-/// Puts a run's numbers beside the exact ones, for one comparison.
+/// Puts a run's numbers beside the exact ones of a comparison.
 ///
 /// # Errors
 ///
-/// A truth that cannot tell what is asked, or a map that does not give it.
-pub fn entries_of(case: &Case, run: &Run, comparison: &Comparison, solution: &Solution) -> Result<EntrySet, CaseError> {
-    let truth = Truth::prepare(&comparison.truth, &run.scene, &case.folder)?;
-    let made = match comparison.what {
-        What::Average => average(&run.scene, comparison, &truth, solution),
-        What::Points => points(&run.scene, comparison, &truth, solution),
-        What::Elements => elements(&run.scene, comparison, &truth, solution),
-    };
-    let mut set = made.map_err(|what| {
-        let at = format!("the comparison \"{}\" of the run \"{}\"", comparison.name, run.name);
-        CaseError::new(
-            &case.folder.join(super::case::CASE_FILE),
-            at,
-            what,
-            "what the truth can tell",
-            "correct the case",
-        )
-    })?;
-    for entry in &mut set.entries {
-        entry.run.clone_from(&run.name);
-    }
+/// A map that does not give what is compared.
+pub(super) fn fill_in_measured(
+    set: &mut EntrySet,
+    run: &Run,
+    comparison: &Comparison,
+    solution: &Solution,
+) -> Result<(), String> {
     set.degrees_of_freedom = solution.replicas.saturating_sub(1) as f64;
-    set.truth_in_words = truth.in_words();
-    Ok(set)
+    let map = map_named(solution, &comparison.map)?;
+    if comparison.what == What::Average {
+        let (value_lx, error_lx) = average(&run.scene, comparison, map, solution)?;
+        for entry in &mut set.entries {
+            (entry.measured_lx, entry.standard_error_lx) = (value_lx, error_lx);
+        }
+        set.independent = 1.0;
+        return Ok(());
+    }
+    for entry in &mut set.entries {
+        (entry.measured_lx, entry.standard_error_lx) = measured(map, entry.index, comparison.light);
+    }
+    let rows = map.tables.iter().filter(|row| match map.kind {
+        MapKind::Elements => counts(comparison, &row.name, geometry_of(&run.scene, &row.name)),
+        MapKind::Receivers(_) => true,
+    });
+    set.average_error_lx = Some(mean_error_lx(rows.map(|row| (row.area_m2, row.average_lx.standard_error)).collect()));
+
+    // Walks of different points share nothing; chains that serve many points at once tie their errors together.
+    let walks = map.method == "walk";
+    set.independent = if walks { set.entries.len() as f64 } else { map.error.degrees_of_freedom };
+    Ok(())
+}
+
+/// Standard error of a mean over parts with (area, standard error), as if the parts had nothing to do with each other.
+fn mean_error_lx(parts: Vec<(f64, f64)>) -> f64 {
+    if let [(_, error_lx)] = parts[..] {
+        return error_lx;
+    }
+    let area_m2: f64 = parts.iter().map(|(area_m2, _)| area_m2).sum();
+    parts.iter().map(|(area_m2, error_lx)| (area_m2 * error_lx).powi(2)).sum::<f64>().sqrt() / area_m2
 }
 
 fn map_named<'a>(solution: &'a Solution, name: &str) -> Result<&'a MapResult, String> {
     solution.maps.iter().find(|map| map.name == name).ok_or_else(|| format!("the method gave no map \"{name}\""))
-}
-
-fn entry_of(truth: &Truth, comparison: &Comparison, site: &Site, label: String) -> Result<Entry, String> {
-    let beside = match &comparison.beside {
-        Some(Beside { column: Some(column), .. }) => truth.beside(column, site)?,
-        Some(beside) => beside.value_lx,
-        None => None,
-    };
-    Ok(Entry { label, exact: truth.exact(site, comparison.light)?, beside_lx: beside, weight: 1.0, ..Entry::default() })
 }
 
 /// Measured value and standard error of one entry of a map. The error is that of the total; direct light that is
@@ -150,60 +154,8 @@ fn measured(map: &MapResult, index: usize, light: Light) -> (f64, f64) {
     }
 }
 
-fn points(scene: &Scene, comparison: &Comparison, truth: &Truth, solution: &Solution) -> Result<EntrySet, String> {
-    let map = map_named(solution, &comparison.map)?;
-    let MapKind::Receivers(set) = map.kind else {
-        return Err("the map is no receiver set".to_owned());
-    };
-    let mut entries = Vec::new();
-    for (index, point) in scene.receivers[set].points.iter().enumerate().filter(|(_, point)| !point.inside) {
-        let label = comparison.labels.as_ref().map_or_else(|| (index + 1).to_string(), |labels| labels[index].clone());
-        let mut entry = entry_of(truth, comparison, &Site::Point { position_m: point.position_m, index }, label)?;
-        (entry.measured_lx, entry.standard_error_lx) = measured(map, index, comparison.light);
-        entry.weight = point.weight;
-        entry.along_m = comparison.axis.as_ref().map(|axis| match axis.along {
-            Along::X => point.position_m.x,
-            Along::Y => point.position_m.y,
-            Along::Z => point.position_m.z,
-        });
-        entries.push(entry);
-    }
-    let average_error_lx = map.tables.first().map(|row| row.average_lx.standard_error);
-
-    // Walks of different points share nothing; chains that serve many points at once tie their errors together.
-    let independent = if map.method == "walk" { entries.len() as f64 } else { map.error.degrees_of_freedom };
-    Ok(EntrySet { entries, average_error_lx, independent, ..EntrySet::default() })
-}
-
-fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth, solution: &Solution) -> Result<EntrySet, String> {
-    let map = map_named(solution, &comparison.map)?;
-    let cells = Elements::of(scene);
-    let mut entries = Vec::new();
-    for index in 0..cells.len() {
-        let cell = cells.cell(index as u32);
-        let surface = scene.surface_of(cell.triangle);
-        if !counts(comparison, &surface.name, &surface.geometry) {
-            continue;
-        }
-        let site = Site::Element { corners_m: cells.corners_m(scene, cell), surface: &surface.name, index };
-        let mut entry = entry_of(truth, comparison, &site, format!("{} {index}", surface.name))?;
-        (entry.measured_lx, entry.standard_error_lx) = measured(map, index, comparison.light);
-        entry.weight = cells.area_m2(scene, cell);
-        entries.push(entry);
-    }
-    let rows = map.tables.iter().filter(|row| counts(comparison, &row.name, geometry_of(scene, &row.name)));
-    let (squares, area_m2) = rows.fold((0.0, 0.0), |(squares, area_m2), row| {
-        (squares + (row.area_m2 * row.average_lx.standard_error).powi(2), area_m2 + row.area_m2)
-    });
-    Ok(EntrySet {
-        entries,
-        average_error_lx: (area_m2 > 0.0).then(|| squares.sqrt() / area_m2),
-        independent: map.error.degrees_of_freedom,
-        ..EntrySet::default()
-    })
-}
-
-fn counts(comparison: &Comparison, surface: &str, geometry: &str) -> bool {
+/// Whether a comparison takes in a surface.
+pub(super) fn counts(comparison: &Comparison, surface: &str, geometry: &str) -> bool {
     comparison.surface.as_ref().is_none_or(|wanted| wanted == surface || wanted == geometry)
 }
 
@@ -211,8 +163,8 @@ fn geometry_of<'a>(scene: &'a Scene, surface: &str) -> &'a str {
     scene.surfaces.iter().find(|known| known.name == surface).map_or("", |known| known.geometry.as_str())
 }
 
-fn average(scene: &Scene, comparison: &Comparison, truth: &Truth, solution: &Solution) -> Result<EntrySet, String> {
-    let map = map_named(solution, &comparison.map)?;
+/// Mean of a surface, a receiver set or the whole enclosure, and its standard error.
+fn average(scene: &Scene, comparison: &Comparison, map: &MapResult, solution: &Solution) -> Result<(f64, f64), String> {
     let is_receiver_set = matches!(map.kind, MapKind::Receivers(_));
     let (total_lx, standard_error_lx) = match (&comparison.surface, is_receiver_set) {
         (Some(name), false) => {
@@ -232,10 +184,7 @@ fn average(scene: &Scene, comparison: &Comparison, truth: &Truth, solution: &Sol
         _ => direct_average(scene, comparison, map),
     };
     let value_lx = if comparison.light == Light::Direct { direct_lx } else { total_lx - direct_lx };
-    let label = comparison.surface.clone().unwrap_or_else(|| comparison.map.clone());
-    let mut entry = entry_of(truth, comparison, &Site::Average { surface: comparison.surface.as_deref() }, label)?;
-    (entry.measured_lx, entry.standard_error_lx) = (value_lx, standard_error_lx);
-    Ok(EntrySet { entries: vec![entry], independent: 1.0, ..EntrySet::default() })
+    Ok((value_lx, standard_error_lx))
 }
 
 /// Mean over a whole enclosure of one reflectance: what its surfaces absorb, over (1 − ρ) and their area. The flux

@@ -5,6 +5,7 @@
 
 mod case;
 mod error;
+mod exact_side;
 mod fields;
 mod find;
 mod ladder;
@@ -20,6 +21,7 @@ mod report_md;
 mod statistics;
 mod truth;
 mod truth_enclosure;
+mod truth_room;
 mod truth_sobolev;
 mod verdict;
 mod words;
@@ -35,5 +37,5 @@ pub use report::{Table, Validation};
 pub use report_html::report_html;
 pub use report_md::{case_csv, report_md};
 pub use statistics::{Entry, EntrySet, Statistics};
-pub use truth::{Exact, Site, Truth, TruthSpec};
+pub use truth::{Exact, TruthSpec};
 pub use verdict::Check;

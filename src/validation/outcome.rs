@@ -2,7 +2,8 @@
 
 use super::case::{Case, Comparison, What};
 use super::error::CaseError;
-use super::measure::{RunRecord, Silent, entries_of, record_of, settings_of};
+use super::exact_side::ExactSide;
+use super::measure::{RunRecord, Silent, record_of, settings_of};
 use super::statistics::{EntrySet, Statistics};
 use super::verdict::{Check, judge};
 use crate::solver::solve;
@@ -86,7 +87,7 @@ pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, 
         let solution = solve(&run.scene, &settings_of(run), &Silent::starting_now());
         runs.push(record_of(run, &solution));
         for comparison in &run.comparisons {
-            let set = entries_of(case, run, comparison, &solution)?;
+            let set = ExactSide::new(case, run, comparison)?.beside(&solution)?;
             let of_run = (case.runs.len() > 1 && comparison.what != What::Average).then(|| run.name.clone());
             parts.push((of_run, comparison.clone(), set));
         }

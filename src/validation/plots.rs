@@ -36,10 +36,27 @@ pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 /// The picture of a comparison.
 pub fn comparison_plot(outcome: &ComparisonOutcome) -> String {
     if outcome.set.entries.len() > MOST_ENTRIES {
-        return svg(340, |area| histogram(area, outcome));
+        return svg(350, |area| {
+            let (top, plot) = area.split_vertically(LEGEND_HEIGHT);
+            let expected = "expected of honest error bars (Student's t)".to_owned();
+            let bars = Sign::Bar(MEASURED.mix(0.55));
+            legend(&top, &[(bars, "luxmc".to_owned()), (Sign::Line(EXACT), expected)])?;
+            histogram(&plot, outcome)
+        });
     }
-    svg(470, |area| {
-        let (upper, lower) = area.split_vertically(260);
+    svg(480, |area| {
+        let (top, plots) = area.split_vertically(LEGEND_HEIGHT);
+        let mut signs = vec![
+            (Sign::Dot(MEASURED), "luxmc, with two standard errors".to_owned()),
+            (Sign::Line(EXACT), "exact".to_owned()),
+        ];
+        if let Some(beside) = &outcome.comparison.beside
+            && outcome.set.entries.iter().any(|entry| entry.beside_lx.is_some())
+        {
+            signs.push((Sign::Cross(BESIDE), beside.name.clone()));
+        }
+        legend(&top, &signs)?;
+        let (upper, lower) = plots.split_vertically(250);
         values(&upper, outcome)?;
         deviations(&lower, outcome)
     })
@@ -143,36 +160,57 @@ where
         line.sort_by(|a, b| a.0.total_cmp(&b.0));
         chart.draw_series(LineSeries::new(line, EXACT.stroke_width(2)))?;
     }
-    chart
-        .draw_series(exact().map(|place| EmptyElement::at(place) + Rectangle::new([(-9, -1), (9, 1)], EXACT.filled())))?
-        .label("exact")
-        .legend(|(x, y)| Rectangle::new([(x, y - 1), (x + 18, y + 1)], EXACT.filled()));
-    if let Some(beside) = &outcome.comparison.beside {
+    chart.draw_series(
+        exact().map(|place| EmptyElement::at(place) + Rectangle::new([(-9, -1), (9, 1)], EXACT.filled())),
+    )?;
+    if outcome.comparison.beside.is_some() {
         let published = entries.iter().enumerate().filter_map(|(index, entry)| Some((at(index), entry.beside_lx?)));
-        chart
-            .draw_series(published.map(|place| Cross::new(place, 5, BESIDE.stroke_width(2))))?
-            .label(beside.name.clone())
-            .legend(|(x, y)| Cross::new((x + 9, y), 5, BESIDE.stroke_width(2)));
+        chart.draw_series(published.map(|place| Cross::new(place, 5, BESIDE.stroke_width(2))))?;
     }
     chart.draw_series(entries.iter().enumerate().map(|(index, entry)| {
         let (value, error) = (entry.measured_lx, 2.0 * entry.standard_error_lx);
         PathElement::new(vec![(at(index), value - error), (at(index), value + error)], MEASURED.stroke_width(2))
     }))?;
-    chart
-        .draw_series(
-            entries
-                .iter()
-                .enumerate()
-                .map(|(index, entry)| Circle::new((at(index), entry.measured_lx), 4, MEASURED.filled())),
-        )?
-        .label("luxmc, with two standard errors")
-        .legend(|(x, y)| Circle::new((x + 9, y), 4, MEASURED.filled()));
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .label_font(("sans-serif", 14))
-        .draw()?;
+    chart.draw_series(
+        entries
+            .iter()
+            .enumerate()
+            .map(|(index, entry)| Circle::new((at(index), entry.measured_lx), 4, MEASURED.filled())),
+    )?;
+    Ok(())
+}
+
+/// A sign of a legend.
+pub(super) enum Sign {
+    /// A short line.
+    Line(RGBColor),
+    /// A dot.
+    Dot(RGBColor),
+    /// A cross.
+    Cross(RGBColor),
+    /// A bar.
+    Bar(RGBAColor),
+}
+
+/// Height that a legend takes.
+pub(super) const LEGEND_HEIGHT: u32 = 26;
+
+/// Draws a legend in a row at the top of a plot, where it hides nothing.
+pub(super) fn legend(area: &DrawingArea<SVGBackend, Shift>, signs: &[(Sign, String)]) -> Drawn {
+    const FIRST_X: i32 = 82;
+    const Y: i32 = 14;
+    const LETTER_WIDTH: f64 = 7.2;
+    let mut x = FIRST_X;
+    for (sign, name) in signs {
+        match sign {
+            Sign::Line(colour) => area.draw(&Rectangle::new([(x, Y - 1), (x + 18, Y + 1)], colour.filled()))?,
+            Sign::Dot(colour) => area.draw(&Circle::new((x + 9, Y), 4, colour.filled()))?,
+            Sign::Cross(colour) => area.draw(&plotters::element::Cross::new((x + 9, Y), 5, colour.stroke_width(2)))?,
+            Sign::Bar(colour) => area.draw(&Rectangle::new([(x, Y - 5), (x + 18, Y + 5)], colour.filled()))?,
+        }
+        area.draw(&Text::new(name.clone(), (x + 25, Y - 7), ("sans-serif", 14).into_font().color(&BLACK)))?;
+        x += 25 + (LETTER_WIDTH * name.chars().count() as f64) as i32 + 22;
+    }
     Ok(())
 }
 
@@ -305,29 +343,17 @@ fn histogram(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome)
         .x_label_formatter(&|value| signed_tick(*value))
         .y_label_formatter(&|value| tick(*value))
         .draw()?;
-    chart
-        .draw_series(counts.iter().enumerate().map(|(bin, count)| {
-            let low = -REACH + bin as f64 * width;
-            let mut bar = Rectangle::new([(low, 0.0), (low + width, *count as f64)], MEASURED.mix(0.55).filled());
-            bar.set_margin(0, 0, 1, 1);
-            bar
-        }))?
-        .label("luxmc")
-        .legend(|(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], MEASURED.mix(0.55).filled()));
+    chart.draw_series(counts.iter().enumerate().map(|(bin, count)| {
+        let low = -REACH + bin as f64 * width;
+        let mut bar = Rectangle::new([(low, 0.0), (low + width, *count as f64)], MEASURED.mix(0.55).filled());
+        bar.set_margin(0, 0, 1, 1);
+        bar
+    }))?;
     let curve = (0..BINS).map(|bin| {
         let low = -REACH + bin as f64 * width;
         (low + 0.5 * width, expected(low))
     });
-    chart
-        .draw_series(LineSeries::new(curve, EXACT.stroke_width(2)))?
-        .label("expected of honest error bars (Student's t)")
-        .legend(|(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], EXACT.stroke_width(2)));
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .label_font(("sans-serif", 14))
-        .draw()?;
+    chart.draw_series(LineSeries::new(curve, EXACT.stroke_width(2)))?;
     Ok(())
 }
 
@@ -336,7 +362,7 @@ pub(super) fn tick(value: f64) -> String {
         return "0".to_owned();
     }
     if !(1e-4..1e7).contains(&value.abs()) {
-        return super::words::scientific(value).replace('-', "−");
+        return super::words::scientific(value);
     }
     let text = significant(value, 4);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };

@@ -64,7 +64,7 @@ impl Reference {
     fn row(&self, site: &Site) -> Result<&[String], String> {
         let at = self.path.display();
         match site {
-            Site::Point { index, position_m } => {
+            Site::Point { index, position_m, .. } => {
                 let row = self.rows.get(*index).ok_or_else(|| format!("{at} has no row for point {index}"))?;
                 for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
                     let Some(column) = self.column(name) else { continue };

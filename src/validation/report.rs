@@ -217,7 +217,7 @@ pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
             six_digits(entry.measured_lx),
             if entry.is_exact() { "exact".to_owned() } else { relative(entry.standard_error_lx).replace('+', "") },
             relative(entry.deviation_lx()),
-            entry.z().map_or("–".to_owned(), |z| format!("{z:+.2} σ").replace('-', "−")),
+            entry.z().map_or("–".to_owned(), |z| format!("{}{}", if z > 0.0 { "+" } else { "" }, sigmas(z))),
         ];
         if beside {
             let published = entry.beside_lx;
@@ -235,7 +235,7 @@ pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
 
 fn six_digits(lx: f64) -> String {
     if lx != 0.0 && lx.abs() < 1e-3 {
-        return super::words::scientific(lx).replace('-', "−");
+        return super::words::scientific(lx);
     }
     super::words::significant(lx, 6)
 }

@@ -14,6 +14,8 @@ pub struct Entry {
     pub run: String,
     /// Name of the point, element or surface.
     pub label: String,
+    /// Place in the map.
+    pub index: usize,
     /// Place along the axis of the plot in m.
     pub along_m: Option<f64>,
     /// Weight in means: an area in m², or 1.
@@ -44,14 +46,10 @@ impl Entry {
         self.exact.uncertainty_lx + self.exact.unaccounted_lx + self.exact.truncation_lx
     }
 
-    /// Deviation in standard errors; what is known to stand between truth and model is taken off. `None` where chance
-    /// has no part.
+    /// Deviation in standard errors, with what is known to stand between truth and model added to the error in
+    /// quadrature. `None` where chance has no part.
     pub fn z(&self) -> Option<f64> {
-        if self.is_exact() {
-            return None;
-        }
-        let deviation = self.deviation_lx();
-        Some(deviation.signum() * (deviation.abs() - self.allowance_lx()).max(0.0) / self.standard_error_lx)
+        (!self.is_exact()).then(|| self.deviation_lx() / self.standard_error_lx.hypot(self.allowance_lx()))
     }
 }
 
@@ -241,9 +239,9 @@ mod tests {
     }
 
     #[test]
-    fn known_differences_are_taken_off_before_chance_is_blamed() {
-        let mut shifted = entry(101.0, 0.5);
-        shifted.exact.truncation_lx = 0.75;
-        assert!(shifted.z().is_some_and(|z| (z - 0.5).abs() < 1e-12));
+    fn known_differences_count_before_chance_is_blamed() {
+        let mut shifted = entry(101.0, 0.6);
+        shifted.exact.truncation_lx = 0.8;
+        assert!(shifted.z().is_some_and(|z| (z - 1.0).abs() < 1e-12));
     }
 }

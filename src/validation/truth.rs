@@ -9,6 +9,7 @@ use super::case::Light;
 use super::error::CaseError;
 use super::reference::Reference;
 use super::truth_enclosure::{concentric, two_hemispheres, uniform_enclosure};
+use super::truth_room::{RoomCache, RoomTruth, room_truth};
 use super::truth_sobolev::{SobolevTruth, sobolev_truth};
 use crate::scene::Scene;
 
@@ -58,6 +59,8 @@ pub enum TruthSpec {
         /// L₀ in cd/m².
         luminance_cd_m2: f64,
     },
+    /// An empty rectangular room of diffuse faces and an isotropic point source.
+    BoxRoom(RoomTruth),
     /// A column of a CSV file beside the case, made by the program that lies beside it.
     Reference {
         /// File name; without it `reference.csv`.
@@ -84,6 +87,8 @@ pub enum Site<'a> {
     Point {
         /// Place in m.
         position_m: DVec3,
+        /// Unit normal of the receiving side.
+        normal: DVec3,
         /// Place in the set.
         index: usize,
     },
@@ -122,6 +127,7 @@ pub struct Exact {
 pub struct Truth<'a> {
     spec: &'a TruthSpec,
     scene: &'a Scene,
+    rooms: &'a RoomCache,
     reference: Option<Reference>,
 }
 
@@ -131,12 +137,17 @@ impl<'a> Truth<'a> {
     /// # Errors
     ///
     /// A reference that cannot be read, or numbers that no formula takes.
-    pub fn prepare(spec: &'a TruthSpec, scene: &'a Scene, folder: &Path) -> Result<Truth<'a>, CaseError> {
+    pub fn prepare(
+        spec: &'a TruthSpec,
+        scene: &'a Scene,
+        rooms: &'a RoomCache,
+        folder: &Path,
+    ) -> Result<Truth<'a>, CaseError> {
         let reference = match spec {
             TruthSpec::Reference { file, set, .. } => Some(Reference::read(&folder.join(file), set.as_deref())?),
             _ => None,
         };
-        Ok(Truth { spec, scene, reference })
+        Ok(Truth { spec, scene, rooms, reference })
     }
 
     /// The exact value at a site.
@@ -150,7 +161,7 @@ impl<'a> Truth<'a> {
             return Err(format!("the exact value is {} lx", exact.value_lx));
         }
         // Means over a mesh's own area leave nothing out; its single elements still see facets for a smooth shape.
-        if matches!(site, Site::Element { .. }) {
+        if matches!(site, Site::Element { .. }) && !matches!(self.spec, TruthSpec::BoxRoom(_)) {
             exact.unaccounted_lx = exact.discretisation_lx;
         }
         Ok(exact)
@@ -194,6 +205,7 @@ impl<'a> Truth<'a> {
                 Light::Total => Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
                 _ => Err("the isothermal rule tells the total alone".to_owned()),
             },
+            TruthSpec::BoxRoom(truth) => room_truth(truth, self.rooms, site, light),
             TruthSpec::Reference { column, uncertainty, .. } => {
                 let Some(reference) = &self.reference else {
                     return Err("the reference was not read".to_owned());
@@ -228,6 +240,9 @@ impl<'a> Truth<'a> {
             }
             TruthSpec::ConcentricSpheres { .. } => "closed form of two concentric diffuse spheres".into(),
             TruthSpec::Isothermal { .. } => "Kirchhoff's law: in an isothermal enclosure E = πL₀ everywhere".into(),
+            TruthSpec::BoxRoom(_) => {
+                "radiosity of a rectangular room with exact form factors between its patches, extrapolated over three meshes".into()
+            }
             TruthSpec::Reference { file, .. } => format!("{file}, made by the program beside it"),
         }
     }

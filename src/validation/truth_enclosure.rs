@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::case::Light;
 use super::truth::{Exact, Site};
+use crate::analytic::sphere::{concentric_spheres, rank_one_indirect_lx};
 use crate::scene::Scene;
 
 /// Area of the triangles of a scene, or of a surface, geometry or part of this name, in m².
@@ -55,16 +56,19 @@ pub(super) fn two_hemispheres(
         return Err("the scene needs surfaces \"upper\" and \"lower\"".to_owned());
     }
     let reflected_lm = luminous_flux_lm * (upper * (1.0 - to_lower) + lower * to_lower);
-    let of_areas =
-        |upper_area: f64, lower_area: f64| reflected_lm / (upper_area * (1.0 - upper) + lower_area * (1.0 - lower));
-    let value_lx = of_areas(upper_area, lower_area);
+    let of_areas = |upper_area: f64, lower_area: f64| {
+        let area_m2 = upper_area + lower_area;
+        let mean_reflectance = (upper * upper_area + lower * lower_area) / area_m2;
+        rank_one_indirect_lx(reflected_lm / area_m2, mean_reflectance).map_err(|error| error.to_string())
+    };
+    let value_lx = of_areas(upper_area, lower_area)?;
     let ideal_half = 2.0 * PI * radius_m * radius_m;
-    let discretisation_lx = (of_areas(ideal_half, ideal_half) - value_lx).abs();
+    let discretisation_lx = (of_areas(ideal_half, ideal_half)? - value_lx).abs();
     Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
 }
 
 /// All flux of the inner sphere reaches the outer one; of what the outer one sends back, the part A₁/A₂ meets the
-/// inner one: E₂ = (A₁/A₂) M₀/(1 − ρ₂(1 − A₁/A₂ + ρ₁A₁/A₂)), E₁ = ρ₂E₂.
+/// inner one. Only areas count, so that a mesh stands for the spheres of its areas.
 pub(super) fn concentric(
     scene: &Scene,
     luminous_flux_lm: f64,
@@ -80,13 +84,13 @@ pub(super) fn concentric(
     if light != Light::Total {
         return Err("the concentric spheres' closed form is of the total".to_owned());
     }
-    let of_areas = |inner_area: f64, outer_area: f64| {
-        let back = inner_area / outer_area;
-        let outer_lx = luminous_flux_lm / outer_area / (1.0 - outer * (1.0 - back + inner * back));
-        if surface == "inner" { outer * outer_lx } else { outer_lx }
+    let of_radii = |[inner_m, outer_m]: [f64; 2]| {
+        let spheres = concentric_spheres(inner_m, outer_m, luminous_flux_lm, inner, outer);
+        let spheres = spheres.map_err(|error| error.to_string())?;
+        Ok::<f64, String>(if surface == "inner" { spheres.inner_lx } else { spheres.outer_lx })
     };
-    let value_lx = of_areas(mesh_area_m2(scene, Some("inner")), mesh_area_m2(scene, Some("outer")));
-    let [inner_area, outer_area] = radii_m.map(|radius_m| 4.0 * PI * radius_m * radius_m);
-    let discretisation_lx = (of_areas(inner_area, outer_area) - value_lx).abs();
+    let mesh_radii_m = ["inner", "outer"].map(|name| (mesh_area_m2(scene, Some(name)) / (4.0 * PI)).sqrt());
+    let value_lx = of_radii(mesh_radii_m)?;
+    let discretisation_lx = (of_radii(radii_m)? - value_lx).abs();
     Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
 }

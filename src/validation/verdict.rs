@@ -70,7 +70,7 @@ fn fits_error_bars(set: &EntrySet, statistics: &Statistics) -> Vec<Check> {
             found: format!("worst {} ({})", sigmas(worst_z.value), worst_z.label),
             holds: worst_z.value <= most,
         });
-        let bias_z = (statistics.bias.abs() - statistics.known_shift()).max(0.0) / statistics.bias_error;
+        let bias_z = statistics.bias.abs() / statistics.bias_error.hypot(statistics.known_shift());
         let most = largest_expected_z(ALPHA, 1, set.degrees_of_freedom);
         if statistics.count > 1 {
             checks.push(Check {

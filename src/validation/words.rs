@@ -1,25 +1,33 @@
 //! Numbers as a report writes them.
 
+/// Per cent below which a report says no more than that it is rounding.
+const NOTHING_PERCENT: f64 = 1e-7;
+
 /// A fraction in per cent with three significant digits.
 pub fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     if percent == 0.0 {
-        return "0 %".to_owned();
+        return format!("0{NARROW}%");
     }
-    if percent.abs() < 1e-4 {
-        return format!("{} %", scientific(percent));
+    if percent.abs() < NOTHING_PERCENT {
+        return format!("< 10⁻⁷{NARROW}%");
     }
-    format!("{} %", significant(percent, 3))
+    let number = if percent.abs() < 1e-3 { scientific(percent) } else { significant(percent, 3).replace('-', "−") };
+    format!("{number}{NARROW}%")
 }
+
+/// A narrow space that does not break a line.
+const NARROW: char = '\u{202f}';
 
 /// A signed fraction in per cent.
 pub fn signed_percent(fraction: f64) -> String {
-    if fraction > 0.0 { format!("+{}", percent(fraction)) } else { percent(fraction).replace('-', "−") }
+    let text = percent(fraction);
+    if fraction > 0.0 && !text.starts_with('<') { format!("+{text}") } else { text }
 }
 
 /// A number of standard errors.
 pub fn sigmas(z: f64) -> String {
-    format!("{z:.2} σ")
+    format!("{z:.2}{NARROW}σ").replace('-', "−")
 }
 
 /// A number with so many significant digits, without an exponent.
@@ -35,11 +43,17 @@ pub fn significant(number: f64, digits: usize) -> String {
 /// A number as mantissa and power of ten.
 pub fn scientific(number: f64) -> String {
     let text = format!("{number:.1e}");
-    match text.split_once('e') {
-        Some((mantissa, exponent)) => format!("{mantissa}·10^{exponent}"),
-        None => text,
-    }
+    let Some((mantissa, exponent)) = text.split_once('e') else {
+        return text;
+    };
+    let raised = |letter: char| match letter {
+        '-' => '⁻',
+        digit => digit.to_digit(10).map_or(digit, |digit| SUPERSCRIPTS[digit as usize]),
+    };
+    format!("{}·10{}", mantissa.replace('-', "−"), exponent.chars().map(raised).collect::<String>())
 }
+
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
 /// A count with thousands apart.
 pub fn grouped(count: u64) -> String {
@@ -65,11 +79,14 @@ pub fn rounded_count(count: u64) -> String {
 
 /// Seconds, or minutes and seconds.
 pub fn duration(seconds: f64) -> String {
+    if seconds < 0.01 {
+        return format!("< 0.01{NARROW}s");
+    }
     if seconds < 60.0 {
-        return format!("{} s", significant(seconds, 2));
+        return format!("{}{NARROW}s", significant(seconds, 2));
     }
     let whole = seconds.round() as u64;
-    format!("{} min {:02} s", whole / 60, whole % 60)
+    format!("{}{NARROW}min {:02}{NARROW}s", whole / 60, whole % 60)
 }
 
 /// Text made safe for HTML.
@@ -98,13 +115,15 @@ mod tests {
 
     #[test]
     fn numbers_read_well() {
-        assert_eq!(percent(0.00123456), "0.123 %");
-        assert_eq!(percent(0.0), "0 %");
-        assert_eq!(percent(2.3e-9), "2.3·10^-7 %");
-        assert_eq!(signed_percent(-0.01), "−1.00 %");
+        assert_eq!(percent(0.00123456), "0.123\u{202f}%");
+        assert_eq!(percent(0.0), "0\u{202f}%");
+        assert_eq!(percent(2.3e-8), "2.3·10⁻⁶\u{202f}%");
+        assert_eq!(percent(1e-15), "< 10⁻⁷\u{202f}%");
+        assert_eq!(signed_percent(-0.01), "−1.00\u{202f}%");
+        assert_eq!(signed_percent(0.01), "+1.00\u{202f}%");
         assert_eq!(significant(1234.5, 3), "1234");
         assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
-        assert_eq!(duration(75.2), "1 min 15 s");
+        assert_eq!(duration(75.2), "1\u{202f}min 15\u{202f}s");
         assert_eq!(date(951_782_400), "2000-02-29");
         assert_eq!(date(1_795_219_200), "2026-11-21");
         assert_eq!(escaped("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");
