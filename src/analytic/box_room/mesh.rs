@@ -58,10 +58,9 @@ impl RoomMesh {
                 })
                 .collect();
         }
-        let exchanges: Vec<Exchange> = (0..6)
-            .flat_map(|first| (first + 1..6).map(move |second| (first, second)))
-            .map(|(first, second)| mesh.exchange(first, second))
-            .collect();
+        let pairs = [[0, 1], [2, 3], [4, 5]].map(|[low, _]| mesh.opposite(low));
+        let corners = [[0, 2], [0, 4], [2, 4]].into_iter().flat_map(|[one, two]| mesh.adjacent(one, two));
+        let exchanges: Vec<Exchange> = pairs.into_iter().chain(corners).collect();
         mesh.solve(room.reflectances, &exchanges);
         mesh.slopes = RoomFace::ALL.map(|face| mesh.slopes_of(face));
         mesh
@@ -77,41 +76,54 @@ impl RoomMesh {
         self.stretches(face, element).iter().map(|s| s[1] - s[0]).product()
     }
 
-    /// The exchange areas of two faces: the fourfold differences of the corner function on the mesh's lines.
-    fn exchange(&self, first: usize, second: usize) -> Exchange {
-        let (one, two) = (RoomFace::ALL[first], RoomFace::ALL[second]);
+    /// The exchange areas of two opposite faces: the fourfold differences of the corner function on the mesh's lines.
+    fn opposite(&self, low: usize) -> Exchange {
         let n = self.divisions;
+        let gap = self.size_m[low / 2];
+        let [u, v] = RoomFace::ALL[low].other_axes();
+        let table = PairTable::new(
+            n,
+            |i, k| (self.edges[u][i] - self.edges[u][k]).abs(),
+            |j, l| (self.edges[v][j] - self.edges[v][l]).abs(),
+            |du, dv| parallel_corner_m2(du, dv, gap),
+        );
         let mut exchange_m2 = vec![0.0; n.pow(4)];
-        if one.axis() == two.axis() {
-            let gap = self.size_m[one.axis()];
-            let [u, v] = one.other_axes();
-            let table = PairTable::new(
-                n,
-                |i, k| (self.edges[u][i] - self.edges[u][k]).abs(),
-                |j, l| (self.edges[v][j] - self.edges[v][l]).abs(),
-                |du, dv| parallel_corner_m2(du, dv, gap),
-            );
-            table.for_each(|i, k, j, l, value| exchange_m2[(i * n + j) * n * n + k * n + l] = value);
-        } else {
-            // Along the other face's axis the first face runs off the common edge, and the other way round.
-            let off_one: Vec<f64> = self.edges[two.axis()].iter().map(|x| (x - two.at(self.size_m)).abs()).collect();
-            let off_two: Vec<f64> = self.edges[one.axis()].iter().map(|x| (x - one.at(self.size_m)).abs()).collect();
-            let common = 3 - one.axis() - two.axis();
-            let table = PairTable::new(
-                n,
-                |i, k| off_one[i] * off_one[i] + off_two[k] * off_two[k],
-                |j, l| (self.edges[common][j] - self.edges[common][l]).abs(),
-                perpendicular_corner_m2,
-            );
-            let one_runs_off_first = one.other_axes()[0] == two.axis();
-            let two_runs_off_first = two.other_axes()[0] == one.axis();
-            table.for_each(|i, k, j, l, value| {
+        table.for_each(|i, k, j, l, value| exchange_m2[(i * n + j) * n * n + k * n + l] = value);
+        Exchange { first: low, second: low + 1, exchange_m2 }
+    }
+
+    /// The exchange areas of the faces of two axes, four pairs: the mesh is symmetric, so that they differ only in
+    /// which end the elements are counted from.
+    fn adjacent(&self, low_one: usize, low_two: usize) -> [Exchange; 4] {
+        let n = self.divisions;
+        let (one, two) = (RoomFace::ALL[low_one], RoomFace::ALL[low_two]);
+        // Along the other face's axis the first face runs off the common edge, and the other way round.
+        let (off_one, off_two) = (&self.edges[two.axis()], &self.edges[one.axis()]);
+        let common = 3 - one.axis() - two.axis();
+        let table = PairTable::new(
+            n,
+            |i, k| off_one[i] * off_one[i] + off_two[k] * off_two[k],
+            |j, l| (self.edges[common][j] - self.edges[common][l]).abs(),
+            perpendicular_corner_m2,
+        );
+        let one_runs_off_first = one.other_axes()[0] == two.axis();
+        let two_runs_off_first = two.other_axes()[0] == one.axis();
+        let ends = [[false, false], [false, true], [true, false], [true, true]];
+        let mut exchanges = ends.map(|[one_high, two_high]| Exchange {
+            first: low_one + usize::from(one_high),
+            second: low_two + usize::from(two_high),
+            exchange_m2: vec![0.0; n.pow(4)],
+        });
+        table.for_each(|i, k, j, l, value| {
+            for ([one_high, two_high], exchange) in ends.iter().zip(&mut exchanges) {
+                let i = if *two_high { n - 1 - i } else { i };
+                let k = if *one_high { n - 1 - k } else { k };
                 let a = if one_runs_off_first { i * n + j } else { j * n + i };
                 let b = if two_runs_off_first { k * n + l } else { l * n + k };
-                exchange_m2[a * n * n + b] = value;
-            });
-        }
-        Exchange { first, second, exchange_m2 }
+                exchange.exchange_m2[a * n * n + b] = value;
+            }
+        });
+        exchanges
     }
 
     /// Solves A E = A E₀ + K ρE for the elements' illuminances by conjugate gradients in x = √ρ E, where the
@@ -310,7 +322,8 @@ fn middles(edges: &[f64]) -> Vec<f64> {
     edges.windows(2).map(|e| 0.5 * (e[0] + e[1])).collect()
 }
 
-/// Values of a corner function on all pairs of lines in two directions, (i, k) in one and (j, l) in the other.
+/// Values of a corner function on all pairs of lines in two directions, (i, k) in one and (j, l) in the other, where
+/// (j, l) may be exchanged.
 struct PairTable {
     divisions: usize,
     values: Vec<f64>,
@@ -328,8 +341,12 @@ impl PairTable {
         for i in 0..lines {
             for k in 0..lines {
                 let along = first(i, k);
+                let start = values.len();
                 for j in 0..lines {
-                    for l in 0..lines {
+                    for l in 0..j {
+                        values.push(values[start + l * lines + j]);
+                    }
+                    for l in j..lines {
                         values.push(corner(along, second(j, l)));
                     }
                 }

@@ -58,7 +58,7 @@ pub struct BoxRoomSolution {
 }
 
 impl BoxRoom {
-    /// Solves the room: a second or two, and some 150 MB meanwhile.
+    /// Solves the room: under a second, and some 150 MB meanwhile.
     ///
     /// Accuracy: the indirect part to 1e-4 of itself, less well within a hundredth of the room from an edge or
     /// corner; every value has its own estimate. Sources much nearer to a face than a tenth of the room cost accuracy.
