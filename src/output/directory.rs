@@ -7,7 +7,7 @@ use tempfile::NamedTempFile;
 
 use super::{OutputError, ResultFile};
 
-/// Names that luxmc gives to its results; maps' plots (`map-….svg`) come on top.
+/// Names that luxmc gives to its results; plots of maps and luminaires (`map-….svg`, …) come on top.
 const OWN_NAMES: &[&str] = &[
     "elements.csv",
     "receivers.csv",
@@ -155,7 +155,10 @@ fn files_of_an_earlier_run(directory: &Path) -> Vec<String> {
 }
 
 fn is_own(name: &str) -> bool {
-    let plot = name.strip_prefix("map-").and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
+    let plot = ["map-", "luminaire-"]
+        .into_iter()
+        .find_map(|prefix| name.strip_prefix(prefix))
+        .and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
     OWN_NAMES.contains(&name) || plot.is_some_and(|part| part == super::file_name_part(part))
 }
 
