@@ -17,7 +17,7 @@ const ROOM: Room = Room { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
 /// The least that a page is wide, for its titles.
 const LEAST_WIDTH: f64 = 620.0;
 /// Colours of the scale: more are not told apart.
-const SHADES: usize = 200;
+const SHADES: usize = 128;
 /// A field whose greatest value exceeds the median by this factor is shown on a logarithmic scale.
 const LOGARITHMIC_FROM: f64 = 8.0;
 /// Values beyond this quantile times [`BEYOND`] do not stretch the scale.
@@ -32,6 +32,10 @@ const NARROW_ERRORS: f64 = 4.0;
 const FROM_ZERO: f64 = 0.7;
 /// Sets numbers in a line apart; plain spaces would fall together.
 const GAP: &str = "\u{a0}\u{a0}\u{a0} ";
+/// With a greater stated error isolux lines would wind about chance.
+const NOISIEST: f64 = 0.12;
+/// With a greater stated error short isolux lines are left out.
+const NOISY: f64 = 0.02;
 /// Size of the type of labels in the drawing.
 const SMALL: f64 = 11.0;
 
@@ -95,11 +99,13 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     head(&mut picture, map, "Illuminance", "");
     draw_cells(&mut picture, map, &layout, &|value| colors.ink(value));
     let levels = map.field.range().map(isolux_levels).unwrap_or_default();
-    let drawn = if map.field.nodes.len() < FEWEST_NODES { Vec::new() } else { levels };
+    let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
+    let drawn = if map.field.nodes.len() < FEWEST_NODES || is_too_noisy { Vec::new() } else { levels };
     draw_isolines(&mut picture, map, &layout, &drawn);
     draw_axes(&mut picture, map, &layout);
     colors.draw_legend(&mut picture, &layout, &drawn);
-    foot(&mut picture, map, note);
+    let remark = if is_too_noisy { "No isolux lines: with this error they would show noise. " } else { "" };
+    foot(&mut picture, map, &format!("{remark}{note}"));
     picture
 }
 
@@ -249,11 +255,12 @@ fn rounded(number: f64) -> f64 {
 fn draw_isolines(picture: &mut Picture, map: &FlatMap, layout: &Layout, levels: &[f64]) {
     // A closed line that spans but a few cells is noise, or too small for its label.
     let cell = (layout.width * layout.height / map.cells.len().max(1) as f64).sqrt();
+    let shortest = if map.estimated_error > NOISY { 8.0 } else { 4.0 } * cell.clamp(4.0, 30.0);
     let lines: Vec<Isoline> = levels
         .iter()
         .flat_map(|level| map.field.isolines(*level))
         .map(|line| Isoline { level: line.level, spots: layout.ring(&line.spots) })
-        .filter(|line| line.length() > 4.0 * cell.clamp(4.0, 30.0))
+        .filter(|line| line.length() > shortest)
         .map(|line| line.smoothed())
         .collect();
     for pen in [Pen::new(WHITE, 2.6).faint(0.55), Pen::new(BLACK, 1.1)] {

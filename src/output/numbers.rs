@@ -12,9 +12,9 @@ pub fn amount(number: f64) -> String {
 
 /// A standard error: one digit, two where the first is 1.
 pub fn uncertainty(number: f64) -> String {
-    let one = rounded(number, 1);
-    let leading = one.chars().find(|letter| ('1'..='9').contains(letter));
-    grouped(&if leading == Some('1') { rounded(number, 2) } else { one })
+    let two = rounded(number, 2);
+    let leading = two.chars().find(|letter| ('1'..='9').contains(letter));
+    grouped(&if leading == Some('1') { two } else { rounded(number, 1) })
 }
 
 /// The standard error of a ratio: two decimals.
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn numbers_have_the_digits_that_a_reader_needs() {
         assert_eq!([349.6, 12.34, 9.96, 1.234, 0.1234, 0.0].map(lux), ["350", "12", "10", "1.2", "0.12", "0"]);
-        assert_eq!([0.23, 5.2, 0.148, 12.6, 0.0].map(uncertainty), ["0.2", "5", "0.15", "13", "0"]);
+        assert_eq!([0.23, 5.2, 0.148, 12.6, 0.0986, 0.0].map(uncertainty), ["0.2", "5", "0.15", "13", "0.1", "0"]);
         assert_eq!(amount(19_040.4), "19\u{2009}040");
         assert_eq!(amount(1_234_567.0), "1\u{2009}234\u{2009}567");
         assert_eq!([0.0194, 0.1].map(percent), ["1.9\u{a0}%", "10\u{a0}%"]);

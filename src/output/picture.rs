@@ -213,7 +213,11 @@ fn write_item(svg: &mut String, item: &Item) {
             }
             *svg += &format!("\" fill=\"{}\"", hex(*ink));
             attribute(svg, "fill-opacity", *opacity, 1.0);
-            svg.push_str(if *crisp { " shape-rendering=\"crispEdges\"/>\n" } else { "/>\n" });
+            if *crisp {
+                // A hairline of the same ink closes the seams that viewers leave between neighbours.
+                *svg += &format!(" stroke=\"{}\" stroke-width=\"0.5\" stroke-linejoin=\"round\"", hex(*ink));
+            }
+            svg.push_str("/>\n");
         }
         Item::Line { spots, closed, pen } => {
             svg.push_str("<path d=\"");
@@ -315,7 +319,7 @@ mod tests {
         picture.words(Words::new("Ē < 5 & \"x\"", [1.0, 2.0], 12.0).bold().turned(-90.0).rimmed(1.5));
         let svg = picture.svg();
         assert!(svg.contains("<title>a &lt; b</title>"));
-        assert!(svg.contains("d=\"M0 0L10 0L10 0.33Z\" fill=\"#ff0010\" shape-rendering=\"crispEdges\""));
+        assert!(svg.contains("d=\"M0 0L10 0L10 0.33Z\" fill=\"#ff0010\" stroke=\"#ff0010\""));
         assert!(svg.contains("d=\"M0 0L5 0\"") && svg.contains("stroke-dasharray=\"4 2\""));
         assert!(svg.contains("rotate(-90 1 2)") && svg.contains(">Ē &lt; 5 &amp; &quot;x&quot;</text>"));
         assert!(svg.contains("width=\"100\" height=\"50\"") && !picture.inline_svg().contains("width=\"100\" height=\"50\" viewBox"));

@@ -14,7 +14,7 @@ use crate::solver::Solution;
 
 const STYLE: &str = include_str!("report.css");
 /// Plots of surfaces that a report shows at most.
-const MOST_SURFACE_PLOTS: usize = 12;
+const MOST_SURFACE_PLOTS: usize = 8;
 /// A surface side with fewer elements shows next to nothing.
 const FEWEST_ELEMENTS: usize = 32;
 /// Surfaces below this share of the whole area are left to `tables.csv`, where there are many.
@@ -66,13 +66,14 @@ impl Report<'_> {
         );
         page += &self.facts();
         page += &self.warnings();
-        page += "<h2>Plan</h2>\n";
+        page += &self.results();
+        page += "<h2>Plan</h2>\n<div class=\"plan\">\n";
         page += &figure(
             &plan_picture(self.scene, &self.schedule),
             "Seen from above, to scale. Amber: luminaires, with the letter that the luminaire schedule gives them. \
              Blue: where illuminance is computed.",
         );
-        page += &self.results();
+        page.push_str("</div>\n");
         page += &self.map_figures();
         page += &self.surfaces();
         page += &self.luminaires();
@@ -216,12 +217,8 @@ impl Report<'_> {
             .filter(|plot| surfaces.iter().any(|surface| surface.name == plot.subject && is_listed(surface)))
             .collect();
         shown.truncate(MOST_SURFACE_PLOTS);
-        if !shown.is_empty() {
-            page.push_str("<div class=\"pair\">\n");
-            for plot in shown {
-                page += &figure(&plot.picture, "");
-            }
-            page.push_str("</div>\n");
+        for plot in shown {
+            page += &figure(&plot.picture, "");
         }
         page
     }
@@ -261,7 +258,7 @@ impl Report<'_> {
         let mut page = format!("<h2 class=\"page\">Luminaire schedule</h2>\n{}{}", table.markup(), self.power_words());
         let polar: Vec<&Plot> = self.plots.iter().filter(|plot| plot.kind == PlotKind::Luminaire).collect();
         if !polar.is_empty() {
-            page.push_str("<div class=\"pair\">\n");
+            page.push_str("<div class=\"row\">\n");
             for plot in polar {
                 page += &figure(&plot.picture, "");
             }
@@ -337,7 +334,7 @@ impl Report<'_> {
             );
         }
         if let Some(plot) = self.plots.iter().find(|plot| plot.kind == PlotKind::Convergence) {
-            page += &figure(&plot.picture, "");
+            page += &format!("<div class=\"tall\">\n{}</div>\n", figure(&plot.picture, ""));
         }
         page += &format!(
             "<h3>The same again</h3>\n<p>With luxmc {} and the scene file, {}:</p>\n<pre>{}</pre>\n",
