@@ -1,11 +1,14 @@
 //! The command line: arguments, progress, exit codes. Nothing outside this room prints.
 
 mod arguments;
+mod completions;
 mod console;
 mod exit;
 mod inspect;
 mod inspect_photometric;
 mod method;
+mod new;
+mod new_hall;
 mod number_text;
 mod progress;
 mod result_table;
@@ -36,6 +39,8 @@ pub fn run() -> ExitCode {
         Command::Sobolev(arguments) => sobolev::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Schema => schema::run(),
+        Command::New(arguments) => new::run(arguments),
+        Command::Completions(arguments) => completions::run(arguments),
     };
     match outcome {
         Ok(exit) => exit.code(),

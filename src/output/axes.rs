@@ -119,7 +119,10 @@ impl Frame {
             widest = widest.max(super::font::text_width(&text, TYPE, false));
             picture.words(Words::new(text, [self.left - TICK - 3.0, y + 4.0], TYPE).anchored(Anchor::End));
         }
-        picture.ring(vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]], Pen::new(BLACK, 1.0));
+        picture.ring(
+            vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]],
+            Pen::new(BLACK, 1.0),
+        );
         let below = [self.left + 0.5 * self.width, bottom + TICK + 2.5 * TYPE];
         picture.words(Words::new(labels[0], below, TYPE).anchored(Anchor::Middle).ink(SOFT));
         let beside = [self.left - TICK - widest - 12.0, self.top + 0.5 * self.height];

@@ -67,9 +67,7 @@ pub fn perceptual(share: f64) -> Ink {
 
 /// An ink between two others: `share` of the second.
 pub fn mixed(first: Ink, second: Ink, share: f64) -> Ink {
-    std::array::from_fn(|i| {
-        (f64::from(first[i]) + share * (f64::from(second[i]) - f64::from(first[i]))).round() as u8
-    })
+    std::array::from_fn(|i| (f64::from(first[i]) + share * (f64::from(second[i]) - f64::from(first[i]))).round() as u8)
 }
 
 #[cfg(test)]

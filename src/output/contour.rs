@@ -206,7 +206,10 @@ mod tests {
 
     #[test]
     fn levels_stand_on_the_usual_steps() {
-        assert_eq!(isolux_levels([4.0, 800.0]), [5.0, 10.0, 20.0, 30.0, 50.0, 100.0, 200.0, 300.0, 500.0][1..].to_vec());
+        assert_eq!(
+            isolux_levels([4.0, 800.0]),
+            [5.0, 10.0, 20.0, 30.0, 50.0, 100.0, 200.0, 300.0, 500.0][1..].to_vec()
+        );
         assert_eq!(isolux_levels([173.0, 431.0]), [200.0, 250.0, 300.0, 350.0, 400.0]);
         assert!(isolux_levels([0.0, 0.0]).is_empty() && isolux_levels([5.0, 5.0]).is_empty());
     }

@@ -113,6 +113,29 @@ impl ResultDirectory {
     }
 }
 
+/// Writes files into a directory, which is made where it is missing; each appears whole or not at all.
+///
+/// # Errors
+///
+/// The directory or a file cannot be made.
+pub fn write_files(directory: &Path, files: &[ResultFile]) -> Result<(), OutputError> {
+    std::fs::create_dir_all(directory)
+        .map_err(|error| OutputError::unwritable(directory, "the directory cannot be made", &error))?;
+    for file in files {
+        let path = directory.join(&file.name);
+        refuse_directory(&path)?;
+        let mut staged = temporary(directory)?;
+        staged
+            .write_all(&file.bytes)
+            .and_then(|()| staged.as_file().sync_all())
+            .map_err(|error| OutputError::unwritable(&path, "the file cannot be written", &error))?;
+        staged
+            .persist(&path)
+            .map_err(|error| OutputError::unwritable(&path, "the file cannot be renamed", &error.error))?;
+    }
+    Ok(())
+}
+
 fn temporary(directory: &Path) -> Result<NamedTempFile, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".luxmc-").suffix(".tmp");

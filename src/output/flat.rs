@@ -187,13 +187,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
 }
 
 /// Bilinear between the points: every square of four is cut in four triangles about its middle.
-fn grid_field(
-    plane: &Plane,
-    map: &MapResult,
-    set: &crate::scene::ReceiverSet,
-    columns: u32,
-    rows: u32,
-) -> Field {
+fn grid_field(plane: &Plane, map: &MapResult, set: &crate::scene::ReceiverSet, columns: u32, rows: u32) -> Field {
     let mut field = Field {
         nodes: set.points.iter().map(|point| plane.spot(point.position_m)).collect(),
         values: map.values.illuminance_lx.clone(),
@@ -228,10 +222,13 @@ pub fn surface_maps<'a>(
     let Some(front) = flat_normal(scene, surface) else { return Vec::new() };
     let name = &scene.surfaces[surface as usize].name;
     let sides = [(Side::Front, front), (Side::Back, -front)];
-    sides.into_iter().filter_map(|(side, normal)| {
-        let row = map.tables.iter().find(|row| row.name == *name && row.side == side.name())?;
-        (row.maximum_lx > 0.0).then(|| side_map(scene, elements, map, surface, (side, normal), row))
-    }).collect()
+    sides
+        .into_iter()
+        .filter_map(|(side, normal)| {
+            let row = map.tables.iter().find(|row| row.name == *name && row.side == side.name())?;
+            (row.maximum_lx > 0.0).then(|| side_map(scene, elements, map, surface, (side, normal), row))
+        })
+        .collect()
 }
 
 fn side_map<'a>(

@@ -113,7 +113,8 @@ mod tests {
     #[test]
     fn every_letter_that_plots_use_has_its_own_outline() {
         let face = face(false);
-        for letter in "Ē±·²³°−–—“”’…×≥≤⁰¹⁴⁵⁶⁷⁸⁹⁻äöüßéñ\u{2009}\u{a0}".chars() {
+        for letter in "Ē±·²³°−–—“”’…×≥≤⁰¹⁴⁵⁶⁷⁸⁹⁻äöüßéñ\u{2009}\u{a0}".chars()
+        {
             assert!(face.glyph_index(letter).is_some(), "{letter}");
         }
     }

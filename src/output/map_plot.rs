@@ -194,7 +194,8 @@ fn hatch(picture: &mut Picture, ring: &[Spot]) {
     const DISTANCE: f64 = 6.0;
     picture.cells(vec![ring.to_vec()], mixed(GREY, WHITE, 0.4));
     let along = |[x, y]: Spot| x + y;
-    let (low, high) = ring.iter().fold((f64::MAX, f64::MIN), |(low, high), spot| (low.min(along(*spot)), high.max(along(*spot))));
+    let (low, high) =
+        ring.iter().fold((f64::MAX, f64::MIN), |(low, high), spot| (low.min(along(*spot)), high.max(along(*spot))));
     let mut stroke = (low / DISTANCE).ceil();
     while stroke * DISTANCE < high {
         let sum = stroke * DISTANCE;
@@ -218,7 +219,7 @@ fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &Layout) {
     for (axis, of) in map.plane.axes.iter().enumerate() {
         let numbers = [of.number_m(low[axis]), of.number_m(high[axis])];
         let length = if axis == 0 { layout.width } else { layout.height };
-        let most = ((length / 60.0) as usize).clamp(1, 12);
+        let most = ((length / 60.0) as usize).clamp(2, 12);
         let mut last = f64::NEG_INFINITY;
         for number in round_ticks(numbers[0].min(numbers[1]), numbers[0].max(numbers[1]), most) {
             let at = of.coordinate_m(number);
@@ -296,8 +297,12 @@ fn label_line(picture: &mut Picture, line: &Isoline, layout: &Layout, labels: &m
                 .iter()
                 .map(|(spot, other)| distance(*spot, middle) - 0.5 * (width + other))
                 .fold(f64::INFINITY, f64::min);
-            (straightness > STRAIGHT && free > 6.0 && layout.holds(middle, 0.5 * width + 2.0))
-                .then_some((straightness * 40.0 + free.min(60.0), a, middle, b))
+            (straightness > STRAIGHT && free > 6.0 && layout.holds(middle, 0.5 * width + 2.0)).then_some((
+                straightness * 40.0 + free.min(60.0),
+                a,
+                middle,
+                b,
+            ))
         });
         let best = candidates.max_by(|one, other| one.0.total_cmp(&other.0));
         let Some((_, a, middle, b)) = best else { return };

@@ -25,10 +25,10 @@ mod sheet;
 mod summary;
 mod vtk;
 
-pub use directory::ResultDirectory;
+pub use directory::{ResultDirectory, write_files};
 pub use error::OutputError;
 pub use maps::result_files;
-pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots};
+pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_plots};
 pub use report::{ReportContext, report_file};
 pub use sheet::shortest;
 pub use summary::{RunRecord, summary_file};

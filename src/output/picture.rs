@@ -322,6 +322,9 @@ mod tests {
         assert!(svg.contains("d=\"M0 0L10 0L10 0.33Z\" fill=\"#ff0010\" stroke=\"#ff0010\""));
         assert!(svg.contains("d=\"M0 0L5 0\"") && svg.contains("stroke-dasharray=\"4 2\""));
         assert!(svg.contains("rotate(-90 1 2)") && svg.contains(">Ē &lt; 5 &amp; &quot;x&quot;</text>"));
-        assert!(svg.contains("width=\"100\" height=\"50\"") && !picture.inline_svg().contains("width=\"100\" height=\"50\" viewBox"));
+        assert!(
+            svg.contains("width=\"100\" height=\"50\"")
+                && !picture.inline_svg().contains("width=\"100\" height=\"50\" viewBox")
+        );
     }
 }

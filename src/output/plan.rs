@@ -48,8 +48,8 @@ pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
     );
     let plan = Plan { scene, frame };
     plan.draw_geometry(&mut picture);
-    plan.draw_receivers(&mut picture);
     plan.draw_luminaires(&mut picture, schedule);
+    plan.draw_receivers(&mut picture);
     picture
 }
 
@@ -169,8 +169,7 @@ impl Plan<'_> {
             while column < columns {
                 let length = line[column..].iter().take_while(|covered| **covered).count();
                 if length > 0 {
-                    let (left, top) =
-                        (self.frame.left + column as f64 * SQUARE, self.frame.top + row as f64 * SQUARE);
+                    let (left, top) = (self.frame.left + column as f64 * SQUARE, self.frame.top + row as f64 * SQUARE);
                     let (right, bottom) = (left + length as f64 * SQUARE, top + SQUARE);
                     squares.push(vec![[left, top], [right, top], [right, bottom], [left, bottom]]);
                 }
@@ -267,9 +266,8 @@ fn axis(emission: &Emission) -> Option<DVec3> {
 }
 
 fn holds([a, b, c]: &[Spot; 3], spot: Spot) -> bool {
-    let side = |from: &Spot, to: &Spot| {
-        (to[0] - from[0]) * (spot[1] - from[1]) - (to[1] - from[1]) * (spot[0] - from[0])
-    };
+    let side =
+        |from: &Spot, to: &Spot| (to[0] - from[0]) * (spot[1] - from[1]) - (to[1] - from[1]) * (spot[0] - from[0]);
     let sides = [side(a, b), side(b, c), side(c, a)];
     sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
 }

@@ -8,7 +8,9 @@ use super::flat::{FlatMap, grid_map, surface_maps};
 use super::map_plot::{map_picture, value_chart};
 use super::numbers::{percent, ratio};
 use super::picture::Picture;
+use super::plan::plan_picture;
 use super::polar_plot::polar_picture;
+use super::schedule::Schedule;
 use super::{ResultFile, file_name_part, raster};
 use crate::maps::MapKind;
 use crate::scene::photometry::IntensityWeb;
@@ -29,6 +31,8 @@ pub enum PlotKind {
     Surface(usize),
     /// Error against time.
     Convergence,
+    /// The scene from above.
+    Plan,
     /// Intensity of a luminaire.
     Luminaire,
 }
@@ -93,6 +97,19 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
         plots.push(luminaire_plot(name, web, &mut stems));
     }
     plots
+}
+
+/// What can be drawn of a scene before it is solved: its plan and its luminaires' polar diagrams.
+pub fn scene_plots(scene: &Scene) -> Vec<Plot> {
+    let plan = Plot {
+        stem: "plan".to_owned(),
+        kind: PlotKind::Plan,
+        subject: String::new(),
+        picture: plan_picture(scene, &Schedule::of(scene)),
+    };
+    let mut stems = Stems::default();
+    let luminaires = distinct_webs(scene).into_iter().map(|(name, web)| luminaire_plot(name, web, &mut stems));
+    std::iter::once(plan).chain(luminaires).collect()
 }
 
 /// The polar diagram of one photometric file.

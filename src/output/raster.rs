@@ -56,11 +56,8 @@ fn draw_words(map: &mut Pixmap, words: &Words, scale: Transform) {
         return;
     };
     if words.rim > 0.0 {
-        let stroke = tiny_skia::Stroke {
-            width: 2.0 * words.rim as f32,
-            line_join: LineJoin::Round,
-            ..Default::default()
-        };
+        let stroke =
+            tiny_skia::Stroke { width: 2.0 * words.rim as f32, line_join: LineJoin::Round, ..Default::default() };
         map.stroke_path(&path, &paint(WHITE, 1.0), &stroke, scale, None);
     }
     map.fill_path(&path, &paint(words.ink, 1.0), FillRule::Winding, scale, None);

@@ -104,7 +104,10 @@ impl Report<'_> {
                 lux(row.maximum_lx),
                 ratio(row.uniformity_u0.value)
             );
-            facts.push((format!("Average on {}", escaped(&row.name)), format!("{} lx{uniformity}", lux(row.average_lx.value))));
+            facts.push((
+                format!("Average on {}", escaped(&row.name)),
+                format!("{} lx{uniformity}", lux(row.average_lx.value)),
+            ));
         }
         let count = self.scene.luminaires.len();
         let plural = if count == 1 { "luminaire" } else { "luminaires" };
@@ -158,7 +161,8 @@ impl Report<'_> {
             match plot.kind {
                 PlotKind::Grid => {
                     page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
-                    page += &figure(&plot.picture, "Colours show every point's own value; lines join equal illuminance.");
+                    page +=
+                        &figure(&plot.picture, "Colours show every point's own value; lines join equal illuminance.");
                 }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
                 _ => {}
@@ -171,11 +175,15 @@ impl Report<'_> {
         let rows = self.rows(|kind| kind == TableKind::Surface);
         let surfaces = inspect(self.scene).surfaces;
         let all_m2: f64 = surfaces.iter().map(|surface| surface.area_m2).sum();
-        let is_listed = |surface: &InspectedSurface| {
-            surfaces.len() <= FEW_SURFACES || surface.area_m2 >= SMALL_SHARE * all_m2
-        };
-        let mut head = vec![("Surface", true), ("Material", true), ("Reflec-<br>tance", false), ("Area<small>m²</small>", false)];
-        let light = [("Ē<small>lx</small>", false), ("E<sub>min</sub><small>lx</small>", false), ("E<sub>max</sub><small>lx</small>", false)];
+        let is_listed =
+            |surface: &InspectedSurface| surfaces.len() <= FEW_SURFACES || surface.area_m2 >= SMALL_SHARE * all_m2;
+        let mut head =
+            vec![("Surface", true), ("Material", true), ("Reflec-<br>tance", false), ("Area<small>m²</small>", false)];
+        let light = [
+            ("Ē<small>lx</small>", false),
+            ("E<sub>min</sub><small>lx</small>", false),
+            ("E<sub>max</sub><small>lx</small>", false),
+        ];
         if !rows.is_empty() {
             head.extend(light);
         }

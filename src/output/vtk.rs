@@ -121,7 +121,10 @@ impl File {
     /// Texts as VTK writes them: the bytes as numbers, a 0 behind each text.
     fn texts<'a>(&mut self, name: &str, texts: impl ExactSizeIterator<Item = &'a str>) {
         let count = texts.len();
-        self.line(3, &format!("<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"{count}\" format=\"ascii\">", escaped(name)));
+        self.line(
+            3,
+            &format!("<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"{count}\" format=\"ascii\">", escaped(name)),
+        );
         for text in texts {
             let codes: Vec<String> = text.bytes().chain([0]).map(|code| code.to_string()).collect();
             self.line(4, &codes.join(" "));
