@@ -15,6 +15,9 @@ const INTERVALS_BETWEEN_BREAKS: usize = 8;
 /// function with weak singularities at its ends falls by 1/16 with every doubling; of a smooth one much faster.
 const INTERPOLATION_SHARE: f64 = 0.125;
 
+/// Points to each side of a place, along each axis, of whose errors the largest is stated.
+const NEIGHBOURS: usize = 2;
+
 /// Points along an axis: panels between breaks, each with its Chebyshev points from end to end.
 #[derive(Clone, Debug)]
 pub(super) struct Line {
@@ -122,12 +125,16 @@ impl<'a> Field<'a> {
         weights_u.iter().enumerate().filter(|(_, w)| **w != 0.0).map(|(i, w)| w * row(i)).sum()
     }
 
-    /// The largest of the errors at the four points around a place.
+    /// The largest of the errors at the points around a place: an error that changes its sign looks small in between.
     fn largest_near_lx(&self, face: RoomFace, place: [f64; 2]) -> f64 {
         let [u, v] = face.other_axes().map(|axis| self.nodes.lines[axis].points());
-        let around = |points: &[f64], x: f64| points.partition_point(|p| *p < x).clamp(1, points.len() - 1);
-        let (i, j) = (around(&u, place[0]), around(&v, place[1]));
+        let around = |points: &[f64], x: f64| {
+            let after = points.partition_point(|p| *p < x);
+            after.saturating_sub(NEIGHBOURS)..(after + NEIGHBOURS).min(points.len())
+        };
+        let (rows, columns) = (around(&u, place[0]), around(&v, place[1]));
         let errors = &self.error_lx[face.index()];
-        [i - 1, i].into_iter().flat_map(|i| [errors[i * v.len() + j - 1], errors[i * v.len() + j]]).fold(0.0, f64::max)
+        let row = |i: usize| errors[i * v.len() + columns.start..i * v.len() + columns.end].iter().copied();
+        rows.flat_map(row).fold(0.0, f64::max)
     }
 }

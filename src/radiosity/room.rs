@@ -224,7 +224,7 @@ impl Room {
         }
         for emitter in Emitters::of(scene).list() {
             let emission = &scene.luminaires[emitter.luminaire as usize].emission;
-            if let (Emission::Lambertian { position_m, .. } | Emission::Photometric { position_m, .. }) = emission {
+            if let Emission::Lambertian { position_m, .. } | Emission::Photometric { position_m, .. } = emission {
                 let face = self.face_at(*position_m - self.corner_m);
                 self.lamps.push(Lamp::Directed(Box::new(emitter.clone()), face));
             }
