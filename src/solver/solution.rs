@@ -47,6 +47,8 @@ pub enum StopReason {
     Interrupted,
     /// Every map is exact: there is nothing left to do.
     Exact,
+    /// The finest mesh that a method of elements makes did not meet the target.
+    FinestMesh,
 }
 
 impl StopReason {
@@ -58,6 +60,7 @@ impl StopReason {
             StopReason::TimeLimit => "time_limit",
             StopReason::Interrupted => "interrupted",
             StopReason::Exact => "exact",
+            StopReason::FinestMesh => "finest_mesh",
         }
     }
 }
