@@ -116,9 +116,8 @@ fn error_bars_that_are_too_small_are_seen() {
 #[test]
 fn a_new_folder_is_a_new_case() {
     let home = TempDir::new().unwrap();
-    let names = |found: luxmc::validation::Found| -> Vec<String> {
-        found.cases.into_iter().map(|case| case.name).collect()
-    };
+    let names =
+        |found: luxmc::validation::Found| -> Vec<String> { found.cases.into_iter().map(|case| case.name).collect() };
     let find = |wanted: &[&str]| {
         let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
         find_cases(&wanted, Some(home.path()))
@@ -213,9 +212,9 @@ fn the_command_line_tells_passes_failures_and_refusals_by_its_exit_code() {
 fn compare_climbs_and_writes_its_three_files() {
     let home = TempDir::new().unwrap();
     let mut case = enclosure();
-    case["scene"]["receivers"] =
-        json!([{ "name": "grid", "type": "grid", "origin": [0.5, 0.5, 1], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 2, "rows": 2 }]);
-    case["scene"]["luminaires"] = json!([{ "name": "walls", "type": "area", "surface": "cube", "exitance_lm_m2": 100 }]);
+    case["scene"]["receivers"] = json!([{ "name": "grid", "type": "grid", "origin": [0.5, 0.5, 1], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 2, "rows": 2 }]);
+    case["scene"]["luminaires"] =
+        json!([{ "name": "walls", "type": "area", "surface": "cube", "exitance_lm_m2": 100 }]);
     case["compare"] = json!([{
         "name": "grid", "what": "points", "map": "grid", "criterion": { "true_error": "1%" },
         "truth": { "function": "isothermal", "luminance_cd_m2": 200.0 / std::f64::consts::PI }
