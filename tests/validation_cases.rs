@@ -30,9 +30,12 @@ fn enclosure() -> Value {
 
 /// A diffuse square over a point that faces it: E = M × (configuration factor), without chance.
 fn square() -> Value {
-    // Lambert's formula for a point under the middle of a square of side 2 at distance 1, by its closed form:
-    // F = 4/(2π) · 2 · (1/√2) atan(1/√2).
-    let factor = 4.0 / std::f64::consts::PI * (0.5f64).sqrt() * (0.5f64).sqrt().atan();
+    // Lambert's formula for a point under the middle of a square of side 2, at distances 1 and 2, by its closed form:
+    // F = 4/π · s atan(s) with s = X/√(1+X²), X half the side over the distance.
+    let exact = [1.0f64, 2.0].map(|distance| {
+        let s = (1.0 / distance) / (1.0 + 1.0 / (distance * distance)).sqrt();
+        4.0 / std::f64::consts::PI * s * s.atan() * 100.0 * std::f64::consts::PI
+    });
     json!({
         "title": "A square over a point",
         "physics": "A diffuse square lights a point under its middle. Lambert's formula of 1760 is exact.",
@@ -49,7 +52,7 @@ fn square() -> Value {
             "name": "point", "what": "points", "map": "point", "criterion": { "worst": "0.3%" },
             "truth": { "function": "reference", "column": "exact" }
         }],
-        "reference": factor * 100.0 * std::f64::consts::PI
+        "reference": exact
     })
 }
 
@@ -58,8 +61,9 @@ fn write_case(cases: &Path, name: &str, mut case: Value) {
     let folder = cases.join(name);
     fs::create_dir_all(&folder).unwrap();
     if let Some(exact) = case.as_object_mut().unwrap().remove("reference") {
-        fs::write(folder.join("points.csv"), "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n").unwrap();
-        fs::write(folder.join("reference.csv"), format!("x,y,z,exact\n0,0,0,{exact}\n")).unwrap();
+        fs::write(folder.join("points.csv"), "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n0,0,-1,0,0,1\n").unwrap();
+        fs::write(folder.join("reference.csv"), format!("x,y,z,exact\n0,0,0,{}\n0,0,-1,{}\n", exact[0], exact[1]))
+            .unwrap();
     }
     fs::write(folder.join("case.json"), case.to_string()).unwrap();
 }
@@ -98,7 +102,7 @@ fn a_sound_case_passes_and_a_fault_of_one_percent_does_not() {
     // A cosine: the point looks 8.11° past the square, cos = 0.99.
     let home = TempDir::new().unwrap();
     write_case(home.path(), "case", square());
-    let tilted = "x,y,z,nx,ny,nz\n0,0,0,0.141067359796659,0,0.99\n";
+    let tilted = "x,y,z,nx,ny,nz\n0,0,0,0.141067359796659,0,0.99\n0,0,-1,0,0,1\n";
     fs::write(home.path().join("case/points.csv"), tilted).unwrap();
     let case = Case::read(&home.path().join("case")).unwrap();
     assert!(!run_case(&case, &mut |_| {}).unwrap().passes(), "a cosine");
