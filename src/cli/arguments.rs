@@ -3,15 +3,18 @@
 use clap::{Parser, Subcommand};
 
 use super::compare::CompareArguments;
+use super::completions::CompletionsArguments;
 use super::inspect::InspectArguments;
+use super::new::NewArguments;
 use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
 use super::validate::ValidateArguments;
 
 const EXAMPLES: &str = "\
 Examples:
-  luxmc inspect scenes/office.json
-  luxmc solve scenes/office.json --out out/office --target-error 1%
+  luxmc new office --out my-office
+  luxmc inspect my-office/office.json
+  luxmc solve my-office/office.json --out my-office/results --target-error 1%
   luxmc sobolev --h1 0.5 --rho1 0.5 --rho2 0.5 --r 0:3:31
   luxmc validate --out report
   luxmc compare cube --out report
@@ -37,6 +40,8 @@ pub struct Arguments {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Start a project from a template that runs as it is
+    New(NewArguments),
     /// Compute every map and receiver set of a scene and write the results into a directory
     Solve(SolveArguments),
     /// Exact illuminance between two parallel diffuse planes lit by a point source
@@ -50,4 +55,6 @@ pub enum Command {
     Inspect(InspectArguments),
     /// Print the JSON Schema of the scene file
     Schema,
+    /// Print what a shell needs to complete commands and options
+    Completions(CompletionsArguments),
 }

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use super::exit::Exit;
+use super::exit::{Exit, Failure};
 use super::inspect_photometric::{photometric_json, photometric_text};
 use super::number_text::plain;
 use super::text_table::text_table;
 use super::{Outcome, console};
+use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
 use crate::scene::{InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, inspect, read_scene};
 
@@ -17,6 +18,7 @@ const EXAMPLES: &str = "\
 Examples:
   luxmc inspect office.json             surfaces, luminaires, receivers, totals and warnings
   luxmc inspect office.json --json      the same for programs: metres, m², lm, cd
+  luxmc inspect office.json --plots DIR plan and polar diagrams as SVG files
   luxmc inspect downlight.ldt           header, flux, light output ratio, symmetry, beam angles";
 
 /// Arguments of `luxmc inspect`.
@@ -29,19 +31,35 @@ pub struct InspectArguments {
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
+    /// Write pictures into this directory: polar diagrams of luminaires, and the plan of a scene (SVG)
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
 }
 
 /// Shows a scene or a photometric file.
 pub fn run(arguments: &InspectArguments) -> Outcome {
     let text = if is_photometric(&arguments.file) {
         let file = read_photometric_file(&arguments.file)?;
+        if let Some(directory) = &arguments.plots {
+            let stem = arguments.file.file_stem().unwrap_or_default().to_string_lossy();
+            write_plots(directory, &[photometric_plot(&stem, &file.web)])?;
+        }
         if arguments.json { as_text(&photometric_json(&file)) } else { photometric_text(&file) }
     } else {
-        let inspection = inspect(&read_scene(&arguments.file)?);
+        let scene = read_scene(&arguments.file)?;
+        if let Some(directory) = &arguments.plots {
+            write_plots(directory, &scene_plots(&scene))?;
+        }
+        let inspection = inspect(&scene);
         if arguments.json { as_text(&json!(inspection)) } else { scene_text(&inspection) }
     };
     console::result(&text)?;
     Ok(Exit::Done)
+}
+
+fn write_plots(directory: &Path, plots: &[Plot]) -> Result<(), Failure> {
+    let files: Vec<ResultFile> = plots.iter().map(Plot::svg_file).collect();
+    Ok(write_files(directory, &files)?)
 }
 
 fn as_text(value: &serde_json::Value) -> String {

@@ -2,11 +2,14 @@
 
 mod arguments;
 mod compare;
+mod completions;
 mod console;
 mod exit;
 mod inspect;
 mod inspect_photometric;
 mod method;
+mod new;
+mod new_hall;
 mod number_text;
 mod progress;
 mod result_table;
@@ -40,6 +43,8 @@ pub fn run() -> ExitCode {
         Command::Compare(arguments) => compare::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Schema => schema::run(),
+        Command::New(arguments) => new::run(arguments),
+        Command::Completions(arguments) => completions::run(arguments),
     };
     match outcome {
         Ok(exit) => exit.code(),

@@ -1,19 +1,21 @@
 //! `luxmc solve`: read, prove the directory, compute, write, tell.
 
-use std::path::PathBuf;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::method::{Method, Plots, method, plots};
+use super::method::{self, Method, Plots, method};
 use super::number_text::{percent, significant, time};
 use super::progress::{Watcher, heed_interruptions};
 use super::result_table::result_table;
 use super::selection::select_maps;
 use super::{Outcome, console, values};
 use crate::geometry::position_accuracy_m;
-use crate::output::{ResultDirectory, RunRecord, result_files, summary_file};
+use crate::output::{
+    ReportContext, ResultDirectory, RunRecord, plots, report_file, result_files, summary_file, vtk_file,
+};
 use crate::scene::{Elements, Scene, read_scene};
 use crate::solver::{Settings, Solution, StopReason, solve};
 
@@ -61,7 +63,7 @@ pub struct SolveArguments {
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     method: Method,
     /// Plots: svg, png, both with a comma between, or none [default: svg]
-    #[arg(long, value_name = "FORMATS", value_parser = plots)]
+    #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     plots: Option<Plots>,
     /// No progress on standard error; warnings and errors stay
     #[arg(long)]
@@ -84,18 +86,17 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         }
     };
     tell(&opening_line(arguments, &scene, &settings, pool.current_num_threads()));
-    if arguments.plots.as_ref().is_some_and(Plots::any) {
-        tell("note: this version draws no plots yet; the tables are complete");
-    }
 
     let watcher = Watcher::new(started, quiet);
     let solution = pool.install(|| solve(&scene, &settings, &watcher));
     watcher.finish();
 
     let write_started = Instant::now();
+    let computed_s = started.elapsed().as_secs_f64();
     for file in result_files(&scene, &solution)? {
         directory.stage(&file)?;
     }
+    stage_pages(arguments, &scene, &solution, computed_s, pool.current_num_threads(), &mut directory)?;
     let record = RunRecord {
         scene: arguments.scene.display().to_string(),
         read_s,
@@ -114,6 +115,66 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     }
     tell(&closing_lines(&solution, &arguments.out.display().to_string(), started.elapsed().as_secs_f64()));
     Ok(exit_of(&solution))
+}
+
+/// Stages the plots, the report that shows them, and the elements for ParaView.
+fn stage_pages(
+    arguments: &SolveArguments,
+    scene: &Scene,
+    solution: &Solution,
+    wall_s: f64,
+    threads: usize,
+    directory: &mut ResultDirectory,
+) -> Result<(), Failure> {
+    let formats = arguments.plots.unwrap_or(Plots { svg: true, png: false });
+    let drawn = if formats.any() { plots(scene, solution) } else { Vec::new() };
+    for plot in &drawn {
+        if formats.svg {
+            directory.stage(&plot.svg_file())?;
+        }
+        if formats.png {
+            directory.stage(&plot.png_file())?;
+        }
+    }
+    let context = ReportContext {
+        scene: arguments.scene.display().to_string(),
+        command: command_again(arguments, solution),
+        repeats_digits: solution.stop_reason == StopReason::Chains,
+        unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+        wall_s,
+        threads,
+    };
+    directory.stage(&report_file(scene, solution, &drawn, &context))?;
+    if let Some(file) = vtk_file(scene, solution) {
+        directory.stage(&file)?;
+    }
+    Ok(())
+}
+
+/// The command with which the run can be made again.
+fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
+    let mut command = format!("luxmc solve {} --out out --seed {}", quoted(&arguments.scene), arguments.seed);
+    match (arguments.chains, arguments.target_error) {
+        (Some(chains), _) => command += &format!(" --chains {chains}"),
+        (None, Some(target)) => command += &format!(" --target-error {target}"),
+        (None, None) => {
+            command += &solution.target_error.map_or(String::new(), |target| format!(" --target-error {target}"));
+        }
+    }
+    if let Some(limit_s) = arguments.time_limit {
+        command += &format!(" --time-limit {limit_s}s");
+    }
+    if let Some(maps) = &arguments.maps {
+        command += &format!(" --maps {}", quoted(Path::new(maps)));
+    }
+    command
+}
+
+/// A name as a shell takes it.
+fn quoted(name: &Path) -> String {
+    let text = name.display().to_string();
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "._-/,".contains(letter);
+    if !text.is_empty() && text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failure> {

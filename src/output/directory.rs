@@ -7,7 +7,7 @@ use tempfile::NamedTempFile;
 
 use super::{OutputError, ResultFile};
 
-/// Names that luxmc gives to its results; maps' plots (`map-….svg`) come on top.
+/// Names that luxmc gives to its results; plots of maps and luminaires (`map-….svg`, …) come on top.
 const OWN_NAMES: &[&str] = &[
     "elements.csv",
     "receivers.csv",
@@ -113,6 +113,29 @@ impl ResultDirectory {
     }
 }
 
+/// Writes files into a directory, which is made where it is missing; each appears whole or not at all.
+///
+/// # Errors
+///
+/// The directory or a file cannot be made.
+pub fn write_files(directory: &Path, files: &[ResultFile]) -> Result<(), OutputError> {
+    std::fs::create_dir_all(directory)
+        .map_err(|error| OutputError::unwritable(directory, "the directory cannot be made", &error))?;
+    for file in files {
+        let path = directory.join(&file.name);
+        refuse_directory(&path)?;
+        let mut staged = temporary(directory)?;
+        staged
+            .write_all(&file.bytes)
+            .and_then(|()| staged.as_file().sync_all())
+            .map_err(|error| OutputError::unwritable(&path, "the file cannot be written", &error))?;
+        staged
+            .persist(&path)
+            .map_err(|error| OutputError::unwritable(&path, "the file cannot be renamed", &error.error))?;
+    }
+    Ok(())
+}
+
 fn temporary(directory: &Path) -> Result<NamedTempFile, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".luxmc-").suffix(".tmp");
@@ -155,7 +178,10 @@ fn files_of_an_earlier_run(directory: &Path) -> Vec<String> {
 }
 
 fn is_own(name: &str) -> bool {
-    let plot = name.strip_prefix("map-").and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
+    let plot = ["map-", "luminaire-"]
+        .into_iter()
+        .find_map(|prefix| name.strip_prefix(prefix))
+        .and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
     OWN_NAMES.contains(&name) || plot.is_some_and(|part| part == super::file_name_part(part))
 }
 

@@ -104,8 +104,7 @@ fn element_file(scene: &Scene, map: &MapResult) -> Result<ResultFile, OutputErro
         let normal = if cell.side == Side::Front { front } else { -front };
         let illuminance_lx = map.values.illuminance_lx[index];
 
-        let own_lm_m2 = own_emission.exitance_lm_m2(surface, cell.side);
-        let exitance_lm_m2 = diffuse_reflectance(scene, surface) * illuminance_lx + own_lm_m2;
+        let exitance_lm_m2 = own_emission.with_reflected_lm_m2(scene, &elements, map, index as u32);
 
         sheet.row(&[
             Field::Text(&scene.surfaces[surface as usize].name),
@@ -138,13 +137,13 @@ fn diffuse_reflectance(scene: &Scene, surface: u32) -> f64 {
 }
 
 /// What area luminaires emit from either side of every surface, in lm/m².
-struct OwnEmission {
+pub(super) struct OwnEmission {
     front_lm_m2: Vec<f64>,
     back_lm_m2: Vec<f64>,
 }
 
 impl OwnEmission {
-    fn of(scene: &Scene) -> OwnEmission {
+    pub fn of(scene: &Scene) -> OwnEmission {
         let mut own =
             OwnEmission { front_lm_m2: vec![0.0; scene.surfaces.len()], back_lm_m2: vec![0.0; scene.surfaces.len()] };
         for luminaire in &scene.luminaires {
@@ -157,6 +156,14 @@ impl OwnEmission {
             }
         }
         own
+    }
+
+    /// Exitance of an element side in lm/m²: what it reflects diffusely and what it emits.
+    pub fn with_reflected_lm_m2(&self, scene: &Scene, elements: &Elements, map: &MapResult, index: u32) -> f64 {
+        let cell = elements.cell(index);
+        let surface = scene.triangle_surfaces[cell.triangle as usize];
+        let own_lm_m2 = self.exitance_lm_m2(surface, cell.side);
+        diffuse_reflectance(scene, surface) * map.values.illuminance_lx[index as usize] + own_lm_m2
     }
 
     fn exitance_lm_m2(&self, surface: u32, side: Side) -> f64 {

@@ -1,16 +1,38 @@
 //! What a run leaves behind: result files as bytes, and the directory that takes them whole or not at all.
 
+pub mod axes;
+pub mod color;
+mod contour;
+mod convergence_plot;
+mod date;
 mod directory;
 mod error;
+mod flat;
+pub mod font;
+mod html;
+mod map_plot;
 mod maps;
+pub mod numbers;
+pub mod picture;
+mod plan;
+mod plots;
+mod polar_plot;
+mod raster;
+mod report;
+mod report_words;
+mod schedule;
 mod sheet;
 mod summary;
+mod vtk;
 
-pub use directory::ResultDirectory;
+pub use directory::{ResultDirectory, write_files};
 pub use error::OutputError;
 pub use maps::result_files;
+pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_plots};
+pub use report::{ReportContext, report_file};
 pub use sheet::shortest;
 pub use summary::{RunRecord, summary_file};
+pub use vtk::vtk_file;
 
 /// A result file before it is written.
 #[derive(Clone, Debug, PartialEq, Eq)]

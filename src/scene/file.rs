@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use super::advice::advise;
 use super::error::SceneError;
 use super::model::{Emission, ReflectionLaw, Scene};
 use super::names::listed;
 use super::reader::{Node, Source};
-use super::shells::{self, bounds_m, closed_shells_of_geometries, shells_of_scene};
+use super::shells::{self, Shell, bounds_m, closed_shells_of_geometries, shells_of_scene};
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
 use super::{luminaires, materials, parse, receivers, surfaces};
@@ -99,8 +100,10 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
             "lower a reflectance: the light would go on for ever",
         ));
     }
-    mark_inside_points(&mut scene);
+    let shells = closed_shells_of_geometries(&scene);
+    mark_inside_points(&mut scene, &shells);
     warn_of_proportions(&mut scene, unit);
+    advise(&mut scene, unit.name, &shells);
     Ok(scene)
 }
 
@@ -123,16 +126,12 @@ fn never_absorbs(scene: &Scene) -> bool {
         })
 }
 
-fn mark_inside_points(scene: &mut Scene) {
-    if scene.receivers.is_empty() {
-        return;
-    }
-    let shells = closed_shells_of_geometries(scene);
+fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
     let size_m = shells::size_m(scene);
     let mut receivers = std::mem::take(&mut scene.receivers);
     for set in &mut receivers {
         set.points.par_iter_mut().for_each(|point| {
-            point.inside = shells::is_inside_solid(scene, &shells, point.position_m, size_m);
+            point.inside = shells::is_inside_solid(scene, shells, point.position_m, size_m);
         });
         let inside = set.points.iter().filter(|point| point.inside).count();
         if inside > 0 {

@@ -259,7 +259,9 @@ impl Run<'_> {
         }
         let time_fraction = self.settings.time_limit_s.map_or(0.0, |limit_s| self.observer.wall_s() / limit_s);
         let work_fraction = if done_rays > 0.0 { done_rays / (done_rays + more_rays) } else { 0.0 };
-        let known = judged().next().is_some() && (self.target_error.is_some() || self.settings.chains.is_some());
+        let is_judged = |job: &Job| job.judged_samples() > 0 || job.map.is_empty();
+        let known = self.jobs.iter().filter(|job| job.bound).all(is_judged)
+            && (self.target_error.is_some() || self.settings.chains.is_some());
         Progress {
             estimated_error: judged().map(|job| job.judgement.halves_error).reduce(f64::max),
             target_error: self.target_error,

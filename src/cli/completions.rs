@@ -1,0 +1,31 @@
+//! `luxmc completions`: what a shell needs to complete commands and options.
+
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+
+use super::arguments::Arguments;
+use super::exit::Exit;
+use super::{Outcome, console};
+
+const EXAMPLES: &str = "\
+Examples:
+  luxmc completions bash > ~/.local/share/bash-completion/completions/luxmc
+  luxmc completions zsh > \"${fpath[1]}/_luxmc\"
+  luxmc completions fish > ~/.config/fish/completions/luxmc.fish";
+
+/// Arguments of `luxmc completions`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct CompletionsArguments {
+    /// Shell to complete in
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Prints the completions.
+pub fn run(arguments: &CompletionsArguments) -> Outcome {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Arguments::command(), "luxmc", &mut script);
+    console::result(&String::from_utf8_lossy(&script))?;
+    Ok(Exit::Done)
+}

@@ -1,0 +1,152 @@
+//! A chart's frame: scales, ticks and labels, in one style for all plots.
+
+use super::color::{BLACK, FAINT, SOFT};
+use super::numbers::{round_ticks, tick};
+use super::picture::{Anchor, Pen, Picture, Spot, Words};
+
+/// Size of the type of ticks and labels.
+pub const TYPE: f64 = 12.0;
+/// Length of a tick.
+const TICK: f64 = 4.0;
+
+/// How numbers lie along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// At the axis' beginning.
+    pub low: f64,
+    /// At its end.
+    pub high: f64,
+    /// Equal ratios take equal lengths; both ends are then above 0.
+    pub logarithmic: bool,
+}
+
+impl Scale {
+    /// A linear scale.
+    pub fn linear(low: f64, high: f64) -> Scale {
+        Scale { low, high, logarithmic: false }
+    }
+
+    /// A logarithmic scale between two numbers above 0.
+    pub fn logarithmic(low: f64, high: f64) -> Scale {
+        Scale { low, high, logarithmic: true }
+    }
+
+    /// Share of the axis' length at which a number lies; outside of 0 to 1 beyond its ends.
+    pub fn share(&self, number: f64) -> f64 {
+        if self.logarithmic {
+            return (number.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln();
+        }
+        (number - self.low) / (self.high - self.low)
+    }
+
+    /// Number at a share of the axis' length.
+    pub fn number(&self, share: f64) -> f64 {
+        if self.logarithmic {
+            return self.low * (self.high / self.low).powf(share);
+        }
+        self.low + share * (self.high - self.low)
+    }
+
+    /// Round numbers along the axis, some `most` of them: on a logarithmic one powers of ten, with their 2 and 5 where
+    /// there are few of them.
+    pub fn ticks(&self, most: usize) -> Vec<f64> {
+        if !self.logarithmic {
+            return round_ticks(self.low, self.high, most);
+        }
+        let decades = (self.high / self.low).log10();
+        let multiples: &[f64] = if decades < 1.2 {
+            &[1.0, 2.0, 3.0, 5.0, 7.0]
+        } else if decades < 3.0 {
+            &[1.0, 2.0, 5.0]
+        } else {
+            &[1.0]
+        };
+        let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
+        let within = |number: &f64| (-1e-6..=1.0 + 1e-6).contains(&self.share(*number));
+        let ticks: Vec<f64> = (first..=last)
+            .flat_map(|power| multiples.iter().map(move |multiple| multiple * 10f64.powi(power)))
+            .filter(within)
+            .collect();
+        if ticks.len() >= 2 { ticks } else { round_ticks(self.low, self.high, most) }
+    }
+}
+
+/// The frame of a chart.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// Left edge.
+    pub left: f64,
+    /// Upper edge.
+    pub top: f64,
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
+    /// Horizontal scale, low at the left.
+    pub x: Scale,
+    /// Vertical scale, low at the bottom.
+    pub y: Scale,
+}
+
+impl Frame {
+    /// Where a pair of numbers lies on the page.
+    pub fn spot(&self, x: f64, y: f64) -> Spot {
+        [self.left + self.x.share(x) * self.width, self.top + (1.0 - self.y.share(y)) * self.height]
+    }
+
+    /// Whether a spot lies within the frame.
+    pub fn holds(&self, [x, y]: Spot) -> bool {
+        (self.left - 0.5..=self.left + self.width + 0.5).contains(&x)
+            && (self.top - 0.5..=self.top + self.height + 0.5).contains(&y)
+    }
+
+    /// Draws grid lines, ticks, their numbers and the axes' labels. `show` writes the numbers of either axis.
+    pub fn draw(&self, picture: &mut Picture, labels: [&str; 2], show: [&dyn Fn(f64) -> String; 2]) {
+        let (bottom, right) = (self.top + self.height, self.left + self.width);
+        for number in self.x.ticks((self.width / 70.0) as usize) {
+            let [x, _] = self.spot(number, self.y.low);
+            picture.line(vec![[x, self.top], [x, bottom]], Pen::new(FAINT, 0.8));
+            picture.line(vec![[x, bottom], [x, bottom + TICK]], Pen::new(BLACK, 0.8));
+            let spot = [x, bottom + TICK + TYPE];
+            picture.words(Words::new(show[0](number), spot, TYPE).anchored(Anchor::Middle));
+        }
+        let mut widest = 0.0f64;
+        for number in self.y.ticks((self.height / 40.0) as usize) {
+            let [_, y] = self.spot(self.x.low, number);
+            picture.line(vec![[self.left, y], [right, y]], Pen::new(FAINT, 0.8));
+            picture.line(vec![[self.left - TICK, y], [self.left, y]], Pen::new(BLACK, 0.8));
+            let text = show[1](number);
+            widest = widest.max(super::font::text_width(&text, TYPE, false));
+            picture.words(Words::new(text, [self.left - TICK - 3.0, y + 4.0], TYPE).anchored(Anchor::End));
+        }
+        picture.ring(
+            vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]],
+            Pen::new(BLACK, 1.0),
+        );
+        let below = [self.left + 0.5 * self.width, bottom + TICK + 2.5 * TYPE];
+        picture.words(Words::new(labels[0], below, TYPE).anchored(Anchor::Middle).ink(SOFT));
+        let beside = [self.left - TICK - widest - 12.0, self.top + 0.5 * self.height];
+        picture.words(Words::new(labels[1], beside, TYPE).anchored(Anchor::Middle).ink(SOFT).turned(-90.0));
+    }
+
+    /// The same with plain numbers on both axes.
+    pub fn draw_plain(&self, picture: &mut Picture, labels: [&str; 2]) {
+        self.draw(picture, labels, [&tick, &tick]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_and_their_inverses_agree() {
+        for scale in [Scale::linear(-2.0, 6.0), Scale::logarithmic(0.01, 30.0)] {
+            for share in [0.0, 0.3, 1.0] {
+                assert!((scale.share(scale.number(share)) - share).abs() < 1e-12);
+            }
+        }
+        assert_eq!(Scale::logarithmic(0.01, 30.0).ticks(5), [0.01, 0.1, 1.0, 10.0]);
+        assert_eq!(Scale::logarithmic(1.0, 30.0).ticks(5), [1.0, 2.0, 5.0, 10.0, 20.0]);
+    }
+}

@@ -1,0 +1,312 @@
+//! Grids and flat surfaces laid out in a plane: what a map plot draws.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::contour::Field;
+use super::picture::Spot;
+use crate::maps::{MapKind, MapResult, TableKind, TableRow};
+use crate::scene::{Elements, ReceiverLayout, Scene, Side, SurfaceId};
+
+/// Triangles whose unit normals differ by less than this lie in one plane: rounding of f64 coordinates stays far below.
+const FLAT_NORMAL: f64 = 1e-6;
+/// Corners off the plane by less than this share of the surface's size lie in it.
+const FLAT_OFFSET: f64 = 1e-6;
+/// A direction that differs from an axis by less than this runs along it.
+const ALONG_AXIS: f64 = 1e-9;
+
+/// An axis of a plane: what it is called, and which number stands at a coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneAxis {
+    /// Label with its unit.
+    pub label: String,
+    sign: f64,
+    offset_m: f64,
+}
+
+impl PlaneAxis {
+    /// Number in m at a coordinate of the plane.
+    pub fn number_m(&self, coordinate_m: f64) -> f64 {
+        self.offset_m + self.sign * coordinate_m
+    }
+
+    /// Coordinate of the plane at a number in m.
+    pub fn coordinate_m(&self, number_m: f64) -> f64 {
+        (number_m - self.offset_m) / self.sign
+    }
+}
+
+/// A plane as it is looked at: horizontal ones from above with x to the right and y up, as plans are drawn; upright
+/// ones from the side that is lit, z up.
+#[derive(Clone, Debug)]
+pub struct Plane {
+    right: DVec3,
+    up: DVec3,
+    /// Horizontal and vertical axis of the drawing.
+    pub axes: [PlaneAxis; 2],
+    /// Where it lies and how it is looked at, in words.
+    pub view: String,
+}
+
+impl Plane {
+    /// The plane through a point with a normal; `corners_m` are drawn in it.
+    fn new(normal: DVec3, corners_m: impl Iterator<Item = DVec3>) -> Plane {
+        let corners_m: Vec<DVec3> = corners_m.collect();
+        let first_m = corners_m.first().copied().unwrap_or(DVec3::ZERO);
+        if normal.z.abs() > 1.0 - ALONG_AXIS {
+            let axes = ["x", "y"].map(|name| PlaneAxis { label: format!("{name} / m"), sign: 1.0, offset_m: 0.0 });
+            let looks = if normal.z > 0.0 { "upward" } else { "downward" };
+            let view = format!("horizontal, facing {looks}, z = {} m; seen from above", trim(first_m.z));
+            return Plane { right: DVec3::X, up: DVec3::Y, axes, view };
+        }
+        let right = DVec3::Z.cross(normal).normalize();
+        let up = normal.cross(right);
+        let axes = [named_axis(right, "along", &corners_m), named_axis(up, "upward", &corners_m)];
+        let place = if normal.z.abs() > ALONG_AXIS {
+            "inclined".to_owned()
+        } else if (normal.x.abs() - 1.0).abs() < ALONG_AXIS {
+            format!("upright, x = {} m", trim(first_m.x))
+        } else if (normal.y.abs() - 1.0).abs() < ALONG_AXIS {
+            format!("upright, y = {} m", trim(first_m.y))
+        } else {
+            "upright".to_owned()
+        };
+        Plane { right, up, axes, view: format!("{place}; seen from its lit side") }
+    }
+
+    /// Coordinates of a point in m.
+    pub fn spot(&self, point_m: DVec3) -> Spot {
+        [point_m.dot(self.right), point_m.dot(self.up)]
+    }
+}
+
+fn named_axis(direction: DVec3, other: &str, corners_m: &[DVec3]) -> PlaneAxis {
+    for (name, axis) in [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)] {
+        let along = direction.dot(axis);
+        if along.abs() > 1.0 - ALONG_AXIS {
+            return PlaneAxis { label: format!("{name} / m"), sign: along.signum(), offset_m: 0.0 };
+        }
+    }
+    let lowest = corners_m.iter().map(|corner| corner.dot(direction)).fold(f64::INFINITY, f64::min);
+    PlaneAxis { label: format!("{other} / m"), sign: 1.0, offset_m: if lowest.is_finite() { -lowest } else { 0.0 } }
+}
+
+fn trim(length_m: f64) -> String {
+    super::numbers::tick((length_m * 1e3).round() / 1e3)
+}
+
+/// A cell of a map in its plane.
+#[derive(Clone, Debug)]
+pub struct FlatCell {
+    /// Corners in m.
+    pub ring: Vec<Spot>,
+    /// Illuminance in lx; `None` inside of a solid.
+    pub illuminance_lx: Option<f64>,
+}
+
+/// A point of a grid in its plane.
+#[derive(Clone, Copy, Debug)]
+pub struct FlatPoint {
+    /// Column and row.
+    pub place: [u32; 2],
+    /// Where, in m.
+    pub spot: Spot,
+    /// Illuminance in lx.
+    pub illuminance_lx: f64,
+}
+
+/// Illuminance on a grid or on one side of a flat surface.
+#[derive(Clone, Debug)]
+pub struct FlatMap<'a> {
+    /// Grid or surface side.
+    pub row: &'a TableRow,
+    /// How it is looked at.
+    pub plane: Plane,
+    /// Its cells.
+    pub cells: Vec<FlatCell>,
+    /// Values between which isolux lines run, places in m.
+    pub field: Field,
+    /// Points of a grid that do not lie inside of solids; none of a surface.
+    pub points: Vec<FlatPoint>,
+    /// What is counted: `32 × 24 points`, `480 elements`.
+    pub count: String,
+    /// The map's stated error as a fraction.
+    pub estimated_error: f64,
+}
+
+impl FlatMap<'_> {
+    /// Lowest and highest coordinates in m.
+    pub fn bounds_m(&self) -> [Spot; 2] {
+        let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        for spot in self.cells.iter().flat_map(|cell| &cell.ring) {
+            for axis in 0..2 {
+                bounds[0][axis] = bounds[0][axis].min(spot[axis]);
+                bounds[1][axis] = bounds[1][axis].max(spot[axis]);
+            }
+        }
+        bounds
+    }
+}
+
+/// The flat map of a grid; `None` for points in no order.
+pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
+    let MapKind::Receivers(set) = map.kind else { return None };
+    let set = &scene.receivers[set];
+    let ReceiverLayout::Grid { columns, rows, u_m, v_m, .. } = set.layout else { return None };
+    let row = map.tables.iter().find(|row| row.kind == TableKind::Grid)?;
+    let normal = u_m.cross(v_m).normalize();
+    let plane = Plane::new(normal, set.points.iter().map(|point| point.position_m));
+
+    // Every point stands for a cell as wide as the distance of the points.
+    let half = |span_m: DVec3, count: u32| 0.5 * span_m / f64::from(count.max(2) - 1);
+    let (half_u_m, half_v_m) = (half(u_m, columns), half(v_m, rows));
+    let corners_m = |middle_m: DVec3| {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(i, j)| middle_m + i * half_u_m + j * half_v_m)
+    };
+    let values = &map.values.illuminance_lx;
+    let cells = set.points.iter().zip(values).map(|(point, value)| FlatCell {
+        ring: corners_m(point.position_m).map(|corner| plane.spot(corner)).to_vec(),
+        illuminance_lx: (!point.inside).then_some(*value),
+    });
+    let points = set.points.iter().zip(values).enumerate().filter(|(_, (point, _))| !point.inside);
+    let points = points.map(|(index, (point, value))| FlatPoint {
+        place: [index as u32 % columns, index as u32 / columns],
+        spot: plane.spot(point.position_m),
+        illuminance_lx: *value,
+    });
+    Some(FlatMap {
+        row,
+        cells: cells.collect(),
+        points: points.collect(),
+        field: grid_field(&plane, map, set, columns, rows),
+        count: format!("{columns} × {rows} points"),
+        estimated_error: map.error.estimated,
+        plane,
+    })
+}
+
+/// Bilinear between the points: every square of four is cut in four triangles about its middle.
+fn grid_field(plane: &Plane, map: &MapResult, set: &crate::scene::ReceiverSet, columns: u32, rows: u32) -> Field {
+    let mut field = Field {
+        nodes: set.points.iter().map(|point| plane.spot(point.position_m)).collect(),
+        values: map.values.illuminance_lx.clone(),
+        triangles: Vec::new(),
+    };
+    for j in 0..rows.saturating_sub(1) {
+        for i in 0..columns.saturating_sub(1) {
+            let first = j * columns + i;
+            let ring = [first, first + 1, first + columns + 1, first + columns];
+            if ring.iter().any(|point| set.points[*point as usize].inside) {
+                continue;
+            }
+            let mean = |of: &dyn Fn(usize) -> f64| ring.iter().map(|point| of(*point as usize)).sum::<f64>() / 4.0;
+            let middle = field.nodes.len() as u32;
+            let spot = [0, 1].map(|axis| mean(&|point| field.nodes[point][axis]));
+            let value = mean(&|point| field.values[point]);
+            field.nodes.push(spot);
+            field.values.push(value);
+            field.triangles.extend((0..4).map(|k| [ring[k], ring[(k + 1) % 4], middle]));
+        }
+    }
+    field
+}
+
+/// The sides of a flat surface that light reaches, each as a flat map; none of a curved one.
+pub fn surface_maps<'a>(
+    scene: &Scene,
+    elements: &Elements,
+    map: &'a MapResult,
+    surface: SurfaceId,
+) -> Vec<FlatMap<'a>> {
+    let Some(front) = flat_normal(scene, surface) else { return Vec::new() };
+    let name = &scene.surfaces[surface as usize].name;
+    let sides = [(Side::Front, front), (Side::Back, -front)];
+    sides
+        .into_iter()
+        .filter_map(|(side, normal)| {
+            let row = map.tables.iter().find(|row| row.name == *name && row.side == side.name())?;
+            (row.maximum_lx > 0.0).then(|| side_map(scene, elements, map, surface, (side, normal), row))
+        })
+        .collect()
+}
+
+fn side_map<'a>(
+    scene: &Scene,
+    elements: &Elements,
+    map: &MapResult,
+    surface: SurfaceId,
+    (side, normal): (Side, DVec3),
+    row: &'a TableRow,
+) -> FlatMap<'a> {
+    let triangles = scene.surfaces[surface as usize].triangles.clone();
+    let plane = Plane::new(normal, triangles.flat_map(|triangle| scene.corners_m(triangle)));
+    let mut cells = Vec::new();
+    let mut areas_m2 = Vec::new();
+    for index in elements.cells_of_surface(scene, surface) {
+        let cell = elements.cell(index);
+        if cell.side == side {
+            let ring = elements.corners_m(scene, cell).map(|corner| plane.spot(corner)).to_vec();
+            cells.push(FlatCell { ring, illuminance_lx: Some(map.values.illuminance_lx[index as usize]) });
+            areas_m2.push(elements.area_m2(scene, cell));
+        }
+    }
+    FlatMap {
+        row,
+        field: element_field(&cells, &areas_m2),
+        count: format!("{} elements", cells.len()),
+        estimated_error: row.estimated_error,
+        points: Vec::new(),
+        cells,
+        plane,
+    }
+}
+
+/// Linear over the elements, between their corners; a corner has the mean of the elements around it.
+fn element_field(cells: &[FlatCell], areas_m2: &[f64]) -> Field {
+    let mut field = Field::default();
+    let mut weights: Vec<f64> = Vec::new();
+    let mut nodes: HashMap<[i64; 2], u32> = HashMap::new();
+    let extent = cells.iter().flat_map(|cell| &cell.ring).flatten().fold(0.0f64, |most, x| most.max(x.abs()));
+    // Corners that f64 rounding alone parts are one.
+    let grain = (extent * 1e-9).max(f64::MIN_POSITIVE);
+    for (cell, area_m2) in cells.iter().zip(areas_m2) {
+        let triangle: [u32; 3] = std::array::from_fn(|corner| {
+            let spot = cell.ring[corner];
+            *nodes.entry(spot.map(|x| (x / grain).round() as i64)).or_insert_with(|| {
+                field.nodes.push(spot);
+                field.values.push(0.0);
+                weights.push(0.0);
+                field.nodes.len() as u32 - 1
+            })
+        });
+        for node in triangle {
+            field.values[node as usize] += area_m2 * cell.illuminance_lx.unwrap_or(0.0);
+            weights[node as usize] += area_m2;
+        }
+        field.triangles.push(triangle);
+    }
+    for (value, weight) in field.values.iter_mut().zip(&weights) {
+        *value /= weight;
+    }
+    field
+}
+
+/// The normal of a surface whose triangles all lie in one plane and face one way.
+pub fn flat_normal(scene: &Scene, surface: SurfaceId) -> Option<DVec3> {
+    let triangles = scene.surfaces[surface as usize].triangles.clone();
+    let first = triangles.start;
+    let (normal, origin_m) = (scene.triangle_normal(first), scene.corners_m(first)[0]);
+    let mut size_m = 0.0f64;
+    let mut off_m = 0.0f64;
+    for triangle in triangles {
+        if scene.triangle_normal(triangle).distance(normal) > FLAT_NORMAL {
+            return None;
+        }
+        for corner_m in scene.corners_m(triangle) {
+            size_m = size_m.max(corner_m.distance(origin_m));
+            off_m = off_m.max((corner_m - origin_m).dot(normal).abs());
+        }
+    }
+    (off_m <= FLAT_OFFSET * size_m).then_some(normal)
+}

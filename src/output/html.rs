@@ -1,0 +1,95 @@
+//! Small pieces of a page: tables, figures, terms.
+
+use super::picture::{Picture, escaped};
+
+/// A table in the making; texts are escaped, cells made by [`cell`] and its kin are not.
+pub struct Table {
+    head: Vec<(String, bool)>,
+    rows: Vec<(Vec<String>, bool)>,
+    caption: String,
+}
+
+impl Table {
+    /// A table with its columns: heading (markup), and whether the column holds text.
+    pub fn new(caption: &str, head: &[(&str, bool)]) -> Table {
+        Table {
+            head: head.iter().map(|(heading, is_text)| ((*heading).to_owned(), *is_text)).collect(),
+            rows: Vec::new(),
+            caption: caption.to_owned(),
+        }
+    }
+
+    /// Adds a row of markup.
+    pub fn row(&mut self, cells: Vec<String>) {
+        self.rows.push((cells, false));
+    }
+
+    /// Adds a row that sums up.
+    pub fn total(&mut self, cells: Vec<String>) {
+        self.rows.push((cells, true));
+    }
+
+    /// The table as markup.
+    pub fn markup(&self) -> String {
+        let class = |index: usize| {
+            if self.head.get(index).is_some_and(|(_, is_text)| *is_text) { " class=\"text\"" } else { "" }
+        };
+        let mut page = String::from("<table>\n");
+        if !self.caption.is_empty() {
+            page += &format!("<caption>{}</caption>\n", escaped(&self.caption));
+        }
+        page.push_str("<thead><tr>");
+        for (index, (heading, _)) in self.head.iter().enumerate() {
+            page += &format!("<th{} scope=\"col\">{heading}</th>", class(index));
+        }
+        page.push_str("</tr></thead>\n<tbody>\n");
+        for (cells, is_total) in &self.rows {
+            page.push_str(if *is_total { "<tr class=\"total\">" } else { "<tr>" });
+            for (index, cell) in cells.iter().enumerate() {
+                page += &format!("<td{}>{cell}</td>", class(index));
+            }
+            page.push_str("</tr>\n");
+        }
+        page.push_str("</tbody>\n</table>\n");
+        page
+    }
+}
+
+/// A number and its standard error: `349 ± 2`.
+pub fn with_error(number: &str, error: &str) -> String {
+    format!("{number} <span class=\"pm\">± {error}</span>")
+}
+
+/// A picture with words below it.
+pub fn figure(picture: &Picture, caption: &str) -> String {
+    let caption =
+        if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", escaped(caption)) };
+    // A picture is shown no larger than it was drawn.
+    let width = (1.15 * picture.width).round();
+    format!("<figure style=\"max-width: {width}px\">\n{}{caption}</figure>\n", picture.inline_svg())
+}
+
+/// A list of terms and what they say; both markup.
+pub fn terms(class: &str, terms: &[(String, String)]) -> String {
+    let mut page = format!("<dl class=\"{class}\">\n");
+    for (term, meaning) in terms {
+        let item = format!("<dt>{term}</dt><dd>{meaning}</dd>");
+        page += &if class == "facts" { format!("<div>{item}</div>\n") } else { format!("{item}\n") };
+    }
+    page.push_str("</dl>\n");
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_has_a_head_that_repeats_in_print() {
+        let mut table = Table::new("A & B", &[("name", true), ("Ē", false)]);
+        table.row(vec!["x".into(), with_error("5", "1")]);
+        let markup = table.markup();
+        assert!(markup.contains("<caption>A &amp; B</caption>") && markup.contains("<thead>"));
+        assert!(markup.contains("<td class=\"text\">x</td><td>5 <span class=\"pm\">± 1</span></td>"));
+    }
+}

@@ -1,0 +1,450 @@
+//! The false-colour and isolux plot of a map, and its value chart.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::axes::{Scale, TYPE};
+use super::color::{BLACK, GREY, Ink, SOFT, WHITE, mixed, perceptual};
+use super::contour::{Isoline, distance, isolux_levels};
+use super::flat::FlatMap;
+use super::font::text_width;
+use super::numbers::{lux, percent, ratio, ratio_uncertainty, round_step, round_ticks, tick, uncertainty};
+use super::picture::{Anchor, Pen, Picture, Spot, Words};
+
+/// Largest width and height of the drawing itself.
+const LARGEST: [f64; 2] = [700.0, 560.0];
+/// Room for titles above, axis below, numbers at the left and the legend at the right.
+const ROOM: Room = Room { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
+/// The least that a page is wide, for its titles.
+const LEAST_WIDTH: f64 = 620.0;
+/// Colours of the scale: more are not told apart.
+const SHADES: usize = 128;
+/// A field whose greatest value exceeds the median by this factor is shown on a logarithmic scale.
+const LOGARITHMIC_FROM: f64 = 8.0;
+/// Values beyond this quantile times [`BEYOND`] do not stretch the scale.
+const QUANTILE: f64 = 0.99;
+const BEYOND: f64 = 1.4;
+/// Fewer nodes give no isolux lines worth the name.
+const FEWEST_NODES: usize = 12;
+/// A range of values narrower than this share of the greatest, or than so many stated errors, is not spread over all colours.
+const NARROW: f64 = 0.05;
+const NARROW_ERRORS: f64 = 4.0;
+/// The scale begins at 0 unless all values exceed this share of the greatest.
+const FROM_ZERO: f64 = 0.7;
+/// Sets numbers in a line apart; plain spaces would fall together.
+const GAP: &str = "\u{a0}\u{a0}\u{a0} ";
+/// With a greater stated error isolux lines would wind about chance.
+const NOISIEST: f64 = 0.12;
+/// With a greater stated error short isolux lines are left out.
+const NOISY: f64 = 0.02;
+/// Size of the type of labels in the drawing.
+const SMALL: f64 = 11.0;
+
+struct Room {
+    top: f64,
+    bottom: f64,
+    left: f64,
+    right: f64,
+}
+
+/// The drawing on its page.
+struct Layout {
+    low_m: Spot,
+    scale: f64,
+    left: f64,
+    top: f64,
+    width: f64,
+    height: f64,
+}
+
+impl Layout {
+    fn of(map: &FlatMap) -> (Layout, Picture) {
+        let [low_m, high_m] = map.bounds_m();
+        let size_m = [0, 1].map(|axis| (high_m[axis] - low_m[axis]).max(f64::MIN_POSITIVE));
+        let scale = (LARGEST[0] / size_m[0]).min(LARGEST[1] / size_m[1]);
+        let (width, height) = (size_m[0] * scale, size_m[1] * scale);
+        let page_width = (ROOM.left + width + ROOM.right).max(LEAST_WIDTH);
+        let left = ROOM.left + 0.5 * (page_width - ROOM.left - width - ROOM.right);
+        let layout = Layout { low_m, scale, left, top: ROOM.top, width, height };
+        let description = format!("Illuminance map of {}", map.row.name);
+        (layout, Picture::new(page_width, ROOM.top + height + ROOM.bottom, description))
+    }
+
+    fn spot(&self, [x, y]: Spot) -> Spot {
+        [self.left + (x - self.low_m[0]) * self.scale, self.top + self.height - (y - self.low_m[1]) * self.scale]
+    }
+
+    fn ring(&self, ring: &[Spot]) -> Vec<Spot> {
+        ring.iter().map(|spot| self.spot(*spot)).collect()
+    }
+
+    fn frame(&self) -> Vec<Spot> {
+        let (right, bottom) = (self.left + self.width, self.top + self.height);
+        vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]]
+    }
+
+    /// Whether a box about a spot lies within the drawing.
+    fn holds(&self, [x, y]: Spot, room: f64) -> bool {
+        (self.left + room..=self.left + self.width - room).contains(&x)
+            && (self.top + room..=self.top + self.height - room).contains(&y)
+    }
+}
+
+/// False colours with isolux lines, axes in metres, legend, averages and errors.
+///
+/// Every cell has the colour of its own value, so that nothing is smoothed away; the isolux lines run between the
+/// points of a grid (bilinear), or between the corners of a surface's elements.
+pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
+    let (layout, mut picture) = Layout::of(map);
+    let colors = ColorScale::of(map);
+    head(&mut picture, map, "Illuminance", "");
+    draw_cells(&mut picture, map, &layout, &|value| colors.ink(value));
+    let levels = map.field.range().map(isolux_levels).unwrap_or_default();
+    let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
+    let drawn = if map.field.nodes.len() < FEWEST_NODES || is_too_noisy { Vec::new() } else { levels };
+    draw_isolines(&mut picture, map, &layout, &drawn);
+    draw_axes(&mut picture, map, &layout);
+    colors.draw_legend(&mut picture, &layout, &drawn);
+    let remark = if is_too_noisy { "No isolux lines: with this error they would show noise. " } else { "" };
+    foot(&mut picture, map, &format!("{remark}{note}"));
+    picture
+}
+
+/// The values of a grid's points as numbers, thinned where they would run into each other.
+pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
+    let (layout, mut picture) = Layout::of(map);
+    let colors = ColorScale::of(map);
+    draw_cells(&mut picture, map, &layout, &|value| mixed(colors.ink(value), WHITE, 0.72));
+    draw_axes(&mut picture, map, &layout);
+    colors.draw_legend(&mut picture, &layout, &[]);
+    let thinning = match draw_values(&mut picture, map, &layout) {
+        [1, 1] => String::new(),
+        [across, 1] => format!("; every {} column shown", ordinal(across)),
+        [1, up] => format!("; every {} row shown", ordinal(up)),
+        [across, up] => format!("; every {} column and {} row shown", ordinal(across), ordinal(up)),
+    };
+    head(&mut picture, map, "Values in lx", &format!("{thinning}; minimum and maximum framed"));
+    foot(&mut picture, map, note);
+    picture
+}
+
+fn ordinal(count: u32) -> String {
+    match count {
+        2 => "2nd".to_owned(),
+        3 => "3rd".to_owned(),
+        n => format!("{n}th"),
+    }
+}
+
+fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
+    let row = map.row;
+    let side = if row.side == "back" { ", back" } else { "" };
+    picture.words(Words::new(format!("{quantity}: {}{side}", row.name), [ROOM.left, 24.0], 17.0).bold());
+    let view = format!("{}; {}{remark}", map.plane.view, map.count);
+    picture.words(Words::new(capital(&view), [ROOM.left, 43.0], TYPE).ink(SOFT));
+    let numbers = format!(
+        "Ē = {} ± {} lx{GAP}Emin = {} ± {} lx{GAP}Emax = {} lx{GAP}U0 = {} ± {}{GAP}Ud = {}",
+        lux(row.average_lx.value),
+        uncertainty(row.average_lx.standard_error),
+        lux(row.minimum_lx.value),
+        uncertainty(row.minimum_lx.standard_error),
+        lux(row.maximum_lx),
+        ratio(row.uniformity_u0.value),
+        ratio_uncertainty(row.uniformity_u0.standard_error),
+        ratio(row.uniformity_ud),
+    );
+    picture.words(Words::new(numbers, [ROOM.left, 65.0], 13.0));
+}
+
+fn foot(picture: &mut Picture, map: &FlatMap, note: &str) {
+    let error = format!(
+        "Stated error of this map {} (relative RMS of its values); ± is one standard error.",
+        percent(map.estimated_error)
+    );
+    let y = picture.height - 26.0;
+    picture.words(Words::new(error, [ROOM.left, y], SMALL).ink(SOFT));
+    picture.words(Words::new(note, [ROOM.left, y + 15.0], SMALL).ink(SOFT));
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn draw_cells(picture: &mut Picture, map: &FlatMap, layout: &Layout, ink: &dyn Fn(f64) -> Ink) {
+    // Cells of one ink make one path.
+    let mut by_ink: BTreeMap<Ink, Vec<Vec<Spot>>> = BTreeMap::new();
+    let mut solid = Vec::new();
+    for cell in &map.cells {
+        let ring = layout.ring(&cell.ring);
+        match cell.illuminance_lx {
+            Some(value) => by_ink.entry(ink(value)).or_default().push(ring),
+            None => solid.push(ring),
+        }
+    }
+    for (ink, rings) in by_ink {
+        picture.cells(rings, ink);
+    }
+    for ring in &solid {
+        hatch(picture, ring);
+    }
+}
+
+/// Grey with strokes to the right: nothing is measured inside of a solid.
+fn hatch(picture: &mut Picture, ring: &[Spot]) {
+    const DISTANCE: f64 = 6.0;
+    picture.cells(vec![ring.to_vec()], mixed(GREY, WHITE, 0.4));
+    let along = |[x, y]: Spot| x + y;
+    let (low, high) =
+        ring.iter().fold((f64::MAX, f64::MIN), |(low, high), spot| (low.min(along(*spot)), high.max(along(*spot))));
+    let mut stroke = (low / DISTANCE).ceil();
+    while stroke * DISTANCE < high {
+        let sum = stroke * DISTANCE;
+        let crossings: Vec<Spot> = (0..ring.len())
+            .filter_map(|i| {
+                let (a, b) = (ring[i], ring[(i + 1) % ring.len()]);
+                let share = (sum - along(a)) / (along(b) - along(a));
+                (0.0..1.0).contains(&share).then(|| [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])])
+            })
+            .collect();
+        if let [a, b] = crossings[..] {
+            picture.line(vec![a, b], Pen::new([140, 140, 140], 0.8));
+        }
+        stroke += 1.0;
+    }
+}
+
+fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &Layout) {
+    let (bottom, right) = (layout.top + layout.height, layout.left + layout.width);
+    let [low, high] = map.bounds_m();
+    for (axis, of) in map.plane.axes.iter().enumerate() {
+        let numbers = [of.number_m(low[axis]), of.number_m(high[axis])];
+        let length = if axis == 0 { layout.width } else { layout.height };
+        let most = ((length / 60.0) as usize).clamp(2, 12);
+        let mut last = f64::NEG_INFINITY;
+        for number in round_ticks(numbers[0].min(numbers[1]), numbers[0].max(numbers[1]), most) {
+            let at = of.coordinate_m(number);
+            if axis == 0 {
+                let [x, _] = layout.spot([at, low[1]]);
+                if (x - last).abs() < text_width(&tick(rounded(number)), TYPE, false) + 6.0 {
+                    continue;
+                }
+                last = x;
+                picture.line(vec![[x, bottom], [x, bottom + 4.0]], Pen::new(BLACK, 0.8));
+                let words = Words::new(tick(rounded(number)), [x, bottom + 17.0], TYPE);
+                picture.words(words.anchored(Anchor::Middle));
+            } else {
+                let [_, y] = layout.spot([low[0], at]);
+                picture.line(vec![[layout.left - 4.0, y], [layout.left, y]], Pen::new(BLACK, 0.8));
+                let words = Words::new(tick(rounded(number)), [layout.left - 7.0, y + 4.0], TYPE);
+                picture.words(words.anchored(Anchor::End));
+            }
+        }
+    }
+    picture.ring(layout.frame(), Pen::new(BLACK, 1.0));
+    let below = Words::new(map.plane.axes[0].label.clone(), [0.5 * (layout.left + right), bottom + 35.0], TYPE);
+    picture.words(below.anchored(Anchor::Middle).ink(SOFT));
+    let beside = [layout.left - 42.0, layout.top + 0.5 * layout.height];
+    let beside = Words::new(map.plane.axes[1].label.clone(), beside, TYPE);
+    picture.words(beside.anchored(Anchor::Middle).ink(SOFT).turned(-90.0));
+}
+
+/// Takes rounding off a tick such as 0.30000000000000004.
+fn rounded(number: f64) -> f64 {
+    (number * 1e9).round() / 1e9
+}
+
+fn draw_isolines(picture: &mut Picture, map: &FlatMap, layout: &Layout, levels: &[f64]) {
+    // A closed line that spans but a few cells is noise, or too small for its label.
+    let cell = (layout.width * layout.height / map.cells.len().max(1) as f64).sqrt();
+    let shortest = if map.estimated_error > NOISY { 8.0 } else { 4.0 } * cell.clamp(4.0, 30.0);
+    let lines: Vec<Isoline> = levels
+        .iter()
+        .flat_map(|level| map.field.isolines(*level))
+        .map(|line| Isoline { level: line.level, spots: layout.ring(&line.spots) })
+        .filter(|line| line.length() > shortest)
+        .map(|line| line.smoothed())
+        .collect();
+    for pen in [Pen::new(WHITE, 2.6).faint(0.55), Pen::new(BLACK, 1.1)] {
+        for line in &lines {
+            picture.line(line.spots.clone(), pen);
+        }
+    }
+    let mut labels: Vec<(Spot, f64)> = Vec::new();
+    for line in &lines {
+        label_line(picture, line, layout, &mut labels);
+    }
+}
+
+/// Puts the level onto the straightest free stretch of a line, twice on long ones.
+fn label_line(picture: &mut Picture, line: &Isoline, layout: &Layout, labels: &mut Vec<(Spot, f64)>) {
+    const STEP: f64 = 9.0;
+    const LONG: f64 = 900.0;
+    const STRAIGHT: f64 = 0.9;
+    let text = lux(line.level);
+    let width = text_width(&text, SMALL, false) + 8.0;
+    let length = line.length();
+    if length < 2.2 * width {
+        return;
+    }
+    let wanted = if length > LONG { 2 } else { 1 };
+    for _ in 0..wanted {
+        let places = ((length - width) / STEP) as usize;
+        let candidates = (0..=places).filter_map(|place| {
+            let from = place as f64 * STEP;
+            let [a, middle, b] = [0.0, 0.5, 1.0].map(|share| along(&line.spots, from + share * width));
+            let straightness = distance(a, b) / width;
+            let free = labels
+                .iter()
+                .map(|(spot, other)| distance(*spot, middle) - 0.5 * (width + other))
+                .fold(f64::INFINITY, f64::min);
+            (straightness > STRAIGHT && free > 6.0 && layout.holds(middle, 0.5 * width + 2.0)).then_some((
+                straightness * 40.0 + free.min(60.0),
+                a,
+                middle,
+                b,
+            ))
+        });
+        let best = candidates.max_by(|one, other| one.0.total_cmp(&other.0));
+        let Some((_, a, middle, b)) = best else { return };
+        let mut turn_deg = (b[1] - a[1]).atan2(b[0] - a[0]).to_degrees();
+        if turn_deg > 90.0 {
+            turn_deg -= 180.0;
+        } else if turn_deg < -90.0 {
+            turn_deg += 180.0;
+        }
+        let (sine, cosine) = turn_deg.to_radians().sin_cos();
+        let drop = 0.36 * SMALL;
+        let spot = [middle[0] - drop * sine, middle[1] + drop * cosine];
+        picture.words(Words::new(text.clone(), spot, SMALL).anchored(Anchor::Middle).turned(turn_deg).rimmed(2.2));
+        labels.push((middle, width));
+    }
+}
+
+/// The spot at a length along a line.
+fn along(spots: &[Spot], length: f64) -> Spot {
+    let mut left = length;
+    for pair in spots.windows(2) {
+        let piece = distance(pair[0], pair[1]);
+        if left <= piece && piece > 0.0 {
+            let share = left / piece;
+            return [0, 1].map(|axis| pair[0][axis] + share * (pair[1][axis] - pair[0][axis]));
+        }
+        left -= piece;
+    }
+    spots[spots.len() - 1]
+}
+
+/// Writes the values and returns how many columns and rows each stands for.
+fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &Layout) -> [u32; 2] {
+    let Some(most) = map.points.iter().max_by(|a, b| a.illuminance_lx.total_cmp(&b.illuminance_lx)) else {
+        return [1, 1];
+    };
+    let least = map.points.iter().min_by(|a, b| a.illuminance_lx.total_cmp(&b.illuminance_lx)).unwrap_or(most);
+    let width = map.points.iter().map(|point| text_width(&lux(point.illuminance_lx), SMALL, false)).fold(0.0, f64::max);
+
+    // The fewest columns and rows to step over so that no two texts touch, whichever way the grid is turned.
+    let by_place: HashMap<[u32; 2], Spot> = map.points.iter().map(|point| (point.place, point.spot)).collect();
+    let step = |axis: usize| {
+        let neighbours = map.points.iter().find_map(|point| {
+            let mut next = point.place;
+            next[axis] += 1;
+            let other = by_place.get(&next)?;
+            Some([0, 1].map(|i| layout.scale * (other[i] - point.spot[i]).abs()))
+        });
+        neighbours.map_or(1, |[across, up]| {
+            let share = (across / (width + 7.0)).max(up / (SMALL + 6.0));
+            (1.0 / share.max(1e-3)).ceil() as u32
+        })
+    };
+    let steps = [step(0), step(1)];
+    let [least_spot, most_spot] = [least, most].map(|point| layout.spot(point.spot));
+    for point in &map.points {
+        let spot = layout.spot(point.spot);
+        let is_extreme = point.place == least.place || point.place == most.place;
+        let crowds = |other: Spot| (spot[0] - other[0]).abs() < width + 6.0 && (spot[1] - other[1]).abs() < SMALL + 5.0;
+        let is_due = point.place.iter().zip(steps).all(|(place, step)| place % step == (step - 1) / 2);
+        if is_extreme || (is_due && !crowds(least_spot) && !crowds(most_spot)) {
+            let base = [spot[0], spot[1] + 0.36 * SMALL];
+            let words = Words::new(lux(point.illuminance_lx), base, SMALL).anchored(Anchor::Middle);
+            if is_extreme {
+                let (w, h) = (0.5 * width + 4.0, 0.5 * SMALL + 3.0);
+                let [x, y] = spot;
+                let ring = vec![[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]];
+                picture.area(ring.clone(), WHITE, 1.0);
+                picture.ring(ring, Pen::new(BLACK, 1.0));
+                picture.words(words.bold());
+            } else {
+                picture.words(words);
+            }
+        }
+    }
+    steps
+}
+
+/// Which colour stands for which illuminance.
+struct ColorScale {
+    scale: Scale,
+    /// The scale ends below the greatest value.
+    is_cut: bool,
+}
+
+impl ColorScale {
+    fn of(map: &FlatMap) -> ColorScale {
+        let mut values: Vec<f64> = map.cells.iter().filter_map(|cell| cell.illuminance_lx).collect();
+        values.sort_by(f64::total_cmp);
+        let quantile = |share: f64| values.get((share * (values.len().max(1) - 1) as f64).round() as usize);
+        let (Some(low), Some(median), Some(most)) = (quantile(0.0), quantile(0.5), quantile(1.0)) else {
+            return ColorScale { scale: Scale::linear(0.0, 1.0), is_cut: false };
+        };
+        let usual = quantile(QUANTILE).unwrap_or(most);
+        let is_cut = *most > BEYOND * usual && *usual > 0.0;
+        let high = if is_cut { *usual } else { *most };
+        if high <= 0.0 {
+            return ColorScale { scale: Scale::linear(0.0, 1.0), is_cut: false };
+        }
+        if *low > 0.0 && high > LOGARITHMIC_FROM * median {
+            let lowest = low.max(high * 1e-4);
+            return ColorScale { scale: Scale::logarithmic(lowest, high), is_cut };
+        }
+        let is_narrow = high - low < high * NARROW.max(NARROW_ERRORS * map.estimated_error);
+        let start = if *low > FROM_ZERO * high && !is_narrow { *low } else { 0.0 };
+        let step = round_step(high - start, 10);
+        let (floor, ceiling) = ((start / step).floor() * step, (high / step - 1e-9).ceil() * step);
+        let ceiling = if ceiling > floor { ceiling } else { floor + step };
+        ColorScale { scale: Scale::linear(floor, ceiling), is_cut }
+    }
+
+    fn ink(&self, illuminance_lx: f64) -> Ink {
+        let shade = (self.scale.share(illuminance_lx).clamp(0.0, 1.0) * (SHADES - 1) as f64).round();
+        perceptual(shade / (SHADES - 1) as f64)
+    }
+
+    fn draw_legend(&self, picture: &mut Picture, layout: &Layout, levels: &[f64]) {
+        let (left, width) = (layout.left + layout.width + 22.0, 16.0);
+        // A flat drawing still has room for a legend.
+        let height = layout.height.max(90.0);
+        let (top, bottom) = (layout.top, layout.top + height);
+        let y = |share: f64| bottom - share * height;
+        for shade in 0..SHADES {
+            let share = |shade: usize| shade as f64 / SHADES as f64;
+            let (low, high) = (y(share(shade)), y(share(shade + 1)));
+            let ink = perceptual(shade as f64 / (SHADES - 1) as f64);
+            picture.cells(vec![vec![[left, high], [left + width, high], [left + width, low], [left, low]]], ink);
+        }
+        for level in levels {
+            let at = y(self.scale.share(*level));
+            picture.line(vec![[left, at], [left + width, at]], Pen::new(WHITE, 2.6).faint(0.55));
+            picture.line(vec![[left, at], [left + width, at]], Pen::new(BLACK, 1.1));
+        }
+        let ring = vec![[left, top], [left + width, top], [left + width, bottom], [left, bottom]];
+        picture.ring(ring, Pen::new(BLACK, 0.8));
+        for number in self.scale.ticks(((height / 34.0) as usize).clamp(2, 10)) {
+            let at = y(self.scale.share(number));
+            picture.line(vec![[left + width, at], [left + width + 4.0, at]], Pen::new(BLACK, 0.8));
+            picture.words(Words::new(tick(rounded(number)), [left + width + 8.0, at + 4.0], TYPE));
+        }
+        let title = if self.is_cut { "lx (top: and more)" } else { "lx" };
+        let anchor = if self.is_cut { Anchor::Middle } else { Anchor::Start };
+        picture.words(Words::new(title, [left, top - 8.0], TYPE).anchored(anchor).ink(SOFT));
+    }
+}

@@ -1,0 +1,147 @@
+//! Numbers as a lighting report prints them: as many digits as they are worth to a reader.
+
+/// An illuminance for reading: no decimals from 10 lx on, below that two digits.
+pub fn lux(illuminance_lx: f64) -> String {
+    grouped(&rounded(illuminance_lx, 2))
+}
+
+/// An amount such as a flux, an area or a power: three digits, all digits before the point.
+pub fn amount(number: f64) -> String {
+    grouped(&rounded(number, 3))
+}
+
+/// A standard error: one digit, two where the first is 1.
+pub fn uncertainty(number: f64) -> String {
+    let two = rounded(number, 2);
+    let leading = two.chars().find(|letter| ('1'..='9').contains(letter));
+    grouped(&if leading == Some('1') { two } else { rounded(number, 1) })
+}
+
+/// The standard error of a ratio: two decimals.
+pub fn ratio_uncertainty(number: f64) -> String {
+    if number > 0.0 && number < 0.005 { "0.01".to_owned() } else { ratio(number) }
+}
+
+/// A large count: `150 k`, `2 M`.
+pub fn count_tick(number: f64) -> String {
+    match number {
+        n if n < 1e4 => tick(n),
+        n if n < 1e6 => format!("{} k", tick(n / 1e3)),
+        n if n < 1e9 => format!("{} M", tick(n / 1e6)),
+        n => format!("{} G", tick(n / 1e9)),
+    }
+}
+
+/// A ratio such as U0: two decimals.
+pub fn ratio(number: f64) -> String {
+    format!("{number:.2}")
+}
+
+/// A fraction as percent with two digits: `1.9 %`.
+pub fn percent(fraction: f64) -> String {
+    format!("{}\u{a0}%", rounded(100.0 * fraction, 2))
+}
+
+/// A time for reading: `0.52 s`, `48 s`, `3 min 20 s`.
+pub fn duration(seconds: f64) -> String {
+    match seconds.max(0.0) {
+        s if s < 99.5 => format!("{} s", rounded(s, 2)),
+        s if s < 3600.0 => format!("{} min {} s", (s / 60.0).floor(), (s % 60.0).floor()),
+        s => format!("{} h {} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
+    }
+}
+
+/// A number on an axis: plain decimals without zeros at the end, powers of ten where it is very small or large.
+pub fn tick(number: f64) -> String {
+    if number == 0.0 {
+        return "0".to_owned();
+    }
+    let text = if (1e-4..1e6).contains(&number.abs()) {
+        trimmed(&format!("{number:.6}"))
+    } else {
+        let text = format!("{number:e}");
+        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+        if digits == "1" { format!("10{}", superscript(power)) } else { format!("{digits}·10{}", superscript(power)) }
+    };
+    text.replace('-', "−")
+}
+
+/// At least `digits` significant digits, and never fewer than those before the point.
+fn rounded(number: f64, digits: i32) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return "0".to_owned();
+    }
+    // Rounding first tells the true power of ten of 9.996.
+    let scientific = format!("{number:.*e}", digits as usize - 1);
+    let power: i32 = scientific.rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0);
+    let decimals = (digits - 1 - power).max(0) as usize;
+    if decimals > 8 { scientific.replace('-', "−") } else { format!("{number:.decimals$}").replace('-', "−") }
+}
+
+fn trimmed(text: &str) -> String {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() }
+}
+
+fn superscript(power: &str) -> String {
+    const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let raised = |letter: char| letter.to_digit(10).map_or('⁻', |digit| RAISED[digit as usize]);
+    power.chars().map(raised).collect()
+}
+
+/// Sets thousands apart from 10 000 on.
+fn grouped(text: &str) -> String {
+    let whole = text.split('.').next().unwrap_or(text).len();
+    if whole < 5 || text.contains('e') {
+        return text.to_owned();
+    }
+    let mut grouped = String::with_capacity(text.len() + 4);
+    for (index, letter) in text.chars().enumerate() {
+        if index > 0 && index < whole && (whole - index).is_multiple_of(3) {
+            grouped.push('\u{2009}');
+        }
+        grouped.push(letter);
+    }
+    grouped
+}
+
+/// The next longer step of the series 1, 2, 5, 10, … from a width that `most` steps may fill.
+pub fn round_step(width: f64, most: usize) -> f64 {
+    let least = width.abs().max(f64::MIN_POSITIVE) / most.max(1) as f64;
+    let power = 10f64.powf(least.log10().floor());
+    let multiple = [1.0, 2.0, 5.0, 10.0].into_iter().find(|multiple| multiple * power >= least * (1.0 - 1e-9));
+    multiple.unwrap_or(10.0) * power
+}
+
+/// Multiples of a round step within a range, at most `most + 1`.
+pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
+    let step = round_step(high - low, most);
+    // A tick on the rim belongs to the range, whatever rounding made of it.
+    let [first, last] = [(low / step - 1e-6).ceil(), (high / step + 1e-6).floor()];
+    if !(last - first).is_finite() {
+        return Vec::new();
+    }
+    (0..=(last - first).max(-1.0) as i64).map(|index| (first + index as f64) * step).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_a_reader_needs() {
+        assert_eq!([349.6, 12.34, 9.96, 1.234, 0.1234, 0.0].map(lux), ["350", "12", "10", "1.2", "0.12", "0"]);
+        assert_eq!([0.23, 5.2, 0.148, 12.6, 0.0986, 0.0].map(uncertainty), ["0.2", "5", "0.15", "13", "0.1", "0"]);
+        assert_eq!(amount(19_040.4), "19\u{2009}040");
+        assert_eq!(amount(1_234_567.0), "1\u{2009}234\u{2009}567");
+        assert_eq!([0.0194, 0.1].map(percent), ["1.9\u{a0}%", "10\u{a0}%"]);
+        assert_eq!([0.0, 0.1, -0.25, 2000.0, 1e-5, 3e7].map(tick), ["0", "0.1", "−0.25", "2000", "10⁻⁵", "3·10⁷"]);
+    }
+
+    #[test]
+    fn ticks_are_round_and_within() {
+        assert_eq!(round_ticks(0.0, 8.0, 8), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        assert_eq!(round_ticks(0.13, 0.49, 4), [0.2, 0.30000000000000004, 0.4]);
+        assert_eq!(round_step(430.0, 8), 100.0);
+        assert!(round_ticks(1.0, 1.0, 5).len() <= 1);
+    }
+}

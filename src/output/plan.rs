@@ -1,0 +1,273 @@
+//! The plan of a scene: what stands where, with luminaires and receivers, seen from above and to scale.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+
+use super::axes::{Frame, Scale, TYPE};
+use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
+use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use super::schedule::Schedule;
+use crate::scene::{Emission, ReceiverLayout, ReceiverSet, Scene};
+
+/// Largest width and height of the drawing itself.
+const LARGEST: [f64; 2] = [760.0, 620.0];
+const LEFT: f64 = 58.0;
+const TOP: f64 = 16.0;
+/// With more edges than this a plan shows where something stands, not its edges.
+const MOST_EDGES: usize = 4000;
+/// Edges between triangles that differ by less than this cosine are not drawn: they lie within a smooth or flat face.
+const SMOOTH_COSINE: f64 = 0.94;
+/// Side of a square that is covered or not, where there are too many edges.
+const SQUARE: f64 = 2.0;
+/// Symbols of more luminaires than this bear no letters.
+const MOST_LETTERS: usize = 200;
+/// Ink of edges.
+const EDGES: Ink = [120, 120, 120];
+
+/// The scene from above: x to the right, y up, in metres.
+pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
+    let [low_m, high_m] = bounds_m(scene);
+    let size_m = (high_m - low_m).max(DVec3::splat(1e-9));
+    let scale = (LARGEST[0] / size_m.x).min(LARGEST[1] / size_m.y);
+    let (width, height) = (size_m.x * scale, size_m.y * scale);
+    let frame = Frame {
+        left: LEFT,
+        top: TOP,
+        width,
+        height,
+        x: Scale::linear(low_m.x, high_m.x),
+        y: Scale::linear(low_m.y, high_m.y),
+    };
+    let mut picture = Picture::new(LEFT + width + 18.0, TOP + height + 50.0, "Plan of the scene from above");
+    frame.draw_plain(&mut picture, ["x / m", "y / m"]);
+    picture.area(
+        vec![[LEFT, TOP], [LEFT + width, TOP], [LEFT + width, TOP + height], [LEFT, TOP + height]],
+        WHITE,
+        0.75,
+    );
+    let plan = Plan { scene, frame };
+    plan.draw_geometry(&mut picture);
+    plan.draw_luminaires(&mut picture, schedule);
+    plan.draw_receivers(&mut picture);
+    picture
+}
+
+fn bounds_m(scene: &Scene) -> [DVec3; 2] {
+    let corners = scene.vertices_m.iter().copied();
+    let places = scene.luminaires.iter().filter_map(|luminaire| place_m(&luminaire.emission));
+    let receivers = scene.receivers.iter().flat_map(|set| set.points.iter().map(|point| point.position_m));
+    corners
+        .chain(places)
+        .chain(receivers)
+        .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| [low.min(point), high.max(point)])
+}
+
+/// Where a luminaire that is no surface stands.
+fn place_m(emission: &Emission) -> Option<DVec3> {
+    match emission {
+        Emission::Isotropic { position_m, .. }
+        | Emission::Lambertian { position_m, .. }
+        | Emission::Photometric { position_m, .. } => Some(*position_m),
+        Emission::Sphere { center_m, .. } => Some(*center_m),
+        Emission::Area { .. } => None,
+    }
+}
+
+struct Plan<'a> {
+    scene: &'a Scene,
+    frame: Frame,
+}
+
+impl Plan<'_> {
+    fn spot(&self, point_m: DVec3) -> Spot {
+        self.frame.spot(point_m.x, point_m.y)
+    }
+
+    fn draw_geometry(&self, picture: &mut Picture) {
+        let edges = self.edges();
+        let outline = |long: f64| {
+            edges.iter().filter(move |[a, b]| super::contour::distance(*a, *b) > long).map(|edge| edge.to_vec())
+        };
+        if edges.len() <= MOST_EDGES {
+            for line in outline(0.0) {
+                picture.line(line, Pen::new(EDGES, 0.9));
+            }
+            return;
+        }
+        let squares = self.covered_squares();
+        if !squares.is_empty() {
+            picture.cells(squares, mixed(GREY, WHITE, 0.1));
+        }
+        for line in outline(0.2 * self.frame.width.min(self.frame.height)) {
+            picture.line(line, Pen::new(EDGES, 0.9));
+        }
+    }
+
+    /// Creases, rims and silhouettes as seen from above, each once.
+    fn edges(&self) -> Vec<[Spot; 2]> {
+        let scene = self.scene;
+        let mut sides: HashMap<(u32, u32), Vec<DVec3>> = HashMap::new();
+        for (index, [a, b, c]) in scene.triangles.iter().enumerate() {
+            let normal = scene.triangle_normal(index as u32);
+            for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
+                sides.entry((from.min(to), from.max(to))).or_default().push(normal);
+            }
+        }
+        let is_drawn = |normals: &[DVec3]| match normals {
+            [one, other] => one.dot(*other) < SMOOTH_COSINE || (one.z > 0.0) != (other.z > 0.0),
+            _ => true,
+        };
+        let mut seen = HashSet::new();
+        let mut edges: Vec<[Spot; 2]> = Vec::new();
+        let mut drawn: Vec<(u32, u32)> =
+            sides.iter().filter(|(_, normals)| is_drawn(normals)).map(|(edge, _)| *edge).collect();
+        drawn.sort_unstable();
+        for (from, to) in drawn {
+            let edge = [from, to].map(|vertex| self.spot(scene.vertices_m[vertex as usize]));
+            let mut key = edge.map(|spot| spot.map(|x| (2.0 * x).round() as i64));
+            key.sort_unstable();
+            if key[0] != key[1] && seen.insert(key) {
+                edges.push(edge);
+            }
+        }
+        edges
+    }
+
+    /// Squares above the floor that something faces upward over, joined along rows.
+    fn covered_squares(&self) -> Vec<Vec<Spot>> {
+        let scene = self.scene;
+        let floor_m = scene.vertices_m.iter().map(|vertex| vertex.z).fold(f64::INFINITY, f64::min);
+        let columns = (self.frame.width / SQUARE).ceil() as usize;
+        let rows = (self.frame.height / SQUARE).ceil() as usize;
+        let mut covered = vec![false; columns * rows];
+        for triangle in 0..scene.triangles.len() as u32 {
+            let corners_m = scene.corners_m(triangle);
+            if scene.triangle_normal(triangle).z < 0.3 || corners_m.iter().all(|corner| corner.z < floor_m + 0.05) {
+                continue;
+            }
+            let ring = corners_m.map(|corner| self.spot(corner));
+            let range = |axis: usize, first: f64, count: usize| {
+                let places = ring.map(|spot| (spot[axis] - first) / SQUARE);
+                let low = places.iter().fold(f64::INFINITY, |low, x| low.min(*x)).floor().max(0.0) as usize;
+                let high = places.iter().fold(0.0f64, |high, x| high.max(*x)).ceil() as usize;
+                low..high.min(count)
+            };
+            for row in range(1, self.frame.top, rows) {
+                for column in range(0, self.frame.left, columns) {
+                    let middle = [
+                        self.frame.left + (column as f64 + 0.5) * SQUARE,
+                        self.frame.top + (row as f64 + 0.5) * SQUARE,
+                    ];
+                    covered[row * columns + column] |= holds(&ring, middle);
+                }
+            }
+        }
+        let mut squares = Vec::new();
+        for (row, line) in covered.chunks(columns.max(1)).enumerate() {
+            let mut column = 0;
+            while column < columns {
+                let length = line[column..].iter().take_while(|covered| **covered).count();
+                if length > 0 {
+                    let (left, top) = (self.frame.left + column as f64 * SQUARE, self.frame.top + row as f64 * SQUARE);
+                    let (right, bottom) = (left + length as f64 * SQUARE, top + SQUARE);
+                    squares.push(vec![[left, top], [right, top], [right, bottom], [left, bottom]]);
+                }
+                column += length.max(1);
+            }
+        }
+        squares
+    }
+
+    fn draw_receivers(&self, picture: &mut Picture) {
+        let mut labels: Vec<Spot> = Vec::new();
+        for set in &self.scene.receivers {
+            match set.layout {
+                ReceiverLayout::Grid { origin_m, u_m, v_m, columns, rows, .. } => {
+                    let ring = [DVec3::ZERO, u_m, u_m + v_m, v_m].map(|corner| self.spot(origin_m + corner));
+                    picture.ring(ring.to_vec(), Pen::new(BLUE, 1.4).dashed(6.0, 3.0));
+                    let what = format!("{}, {columns} × {rows}", set.name);
+                    self.label(picture, &mut labels, &ring, what);
+                }
+                ReceiverLayout::Points => self.draw_points(picture, &mut labels, set),
+            }
+        }
+    }
+
+    fn draw_points(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {
+        let spots: Vec<Spot> = set.points.iter().map(|point| self.spot(point.position_m)).collect();
+        for [x, y] in &spots {
+            for (i, j) in [(3.0, 3.0), (3.0, -3.0)] {
+                picture.line(vec![[x - i, y - j], [x + i, y + j]], Pen::new(BLUE, 1.2));
+            }
+        }
+        self.label(picture, labels, &spots, set.name.clone());
+    }
+
+    /// Names a set at its upper left corner, below what is named there already.
+    fn label(&self, picture: &mut Picture, labels: &mut Vec<Spot>, ring: &[Spot], text: String) {
+        let least = |axis: usize| ring.iter().map(|spot| spot[axis]).fold(f64::INFINITY, f64::min);
+        let mut spot = [least(0) + 5.0, least(1) + 14.0];
+        while labels.iter().any(|other| (other[0] - spot[0]).abs() < 160.0 && (other[1] - spot[1]).abs() < 14.0) {
+            spot[1] += 15.0;
+        }
+        labels.push(spot);
+        picture.words(Words::new(text, spot, TYPE).ink(BLUE).rimmed(2.0));
+    }
+
+    fn draw_luminaires(&self, picture: &mut Picture, schedule: &Schedule) {
+        let has_letters = self.scene.luminaires.len() <= MOST_LETTERS;
+        for (index, luminaire) in self.scene.luminaires.iter().enumerate() {
+            let middle = match &luminaire.emission {
+                Emission::Area { surfaces, .. } => self.draw_emitting_surfaces(picture, surfaces),
+                emission => {
+                    let place_m = place_m(emission).unwrap_or(DVec3::ZERO);
+                    let spot = self.spot(place_m);
+                    if let Some(axis) = axis(emission) {
+                        let reach = [22.0 * axis.x, -22.0 * axis.y];
+                        picture.line(vec![spot, [spot[0] + reach[0], spot[1] + reach[1]]], Pen::new(BLACK, 1.2));
+                    }
+                    picture.disk(spot, 5.0, AMBER);
+                    picture.circle(spot, 5.0, Pen::new(BLACK, 1.0));
+                    spot
+                }
+            };
+            if has_letters {
+                let letter = schedule.letter_of(index);
+                let spot = [middle[0] + 8.0, middle[1] - 6.0];
+                picture.words(Words::new(letter, spot, TYPE).bold().rimmed(2.0).anchored(Anchor::Start));
+            }
+        }
+    }
+
+    fn draw_emitting_surfaces(&self, picture: &mut Picture, surfaces: &[u32]) -> Spot {
+        let mut sum = [0.0; 2];
+        let mut count = 0.0;
+        let mut rings = Vec::new();
+        for triangle in surfaces.iter().flat_map(|id| self.scene.surfaces[*id as usize].triangles.clone()) {
+            let ring = self.scene.corners_m(triangle).map(|corner| self.spot(corner));
+            sum = [0, 1].map(|axis| sum[axis] + ring.iter().map(|spot| spot[axis]).sum::<f64>());
+            count += 3.0;
+            rings.push(ring.to_vec());
+        }
+        let middle = sum.map(|sum| sum / f64::max(count, 1.0));
+        picture.cells(rings, AMBER);
+        picture.circle(middle, 2.0, Pen::new(BLACK, 1.0));
+        middle
+    }
+}
+
+fn axis(emission: &Emission) -> Option<DVec3> {
+    match emission {
+        Emission::Lambertian { axis, .. } => Some(*axis),
+        Emission::Photometric { frame, .. } => Some(frame[2]),
+        _ => None,
+    }
+}
+
+fn holds([a, b, c]: &[Spot; 3], spot: Spot) -> bool {
+    let side =
+        |from: &Spot, to: &Spot| (to[0] - from[0]) * (spot[1] - from[1]) - (to[1] - from[1]) * (spot[0] - from[0]);
+    let sides = [side(a, b), side(b, c), side(c, a)];
+    sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
+}

@@ -1,0 +1,198 @@
+//! All plots of a run.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use super::convergence_plot::convergence_picture;
+use super::flat::{FlatMap, grid_map, surface_maps};
+use super::map_plot::{map_picture, value_chart};
+use super::numbers::{percent, ratio};
+use super::picture::Picture;
+use super::plan::plan_picture;
+use super::polar_plot::polar_picture;
+use super::schedule::Schedule;
+use super::{ResultFile, file_name_part, raster};
+use crate::maps::MapKind;
+use crate::scene::photometry::IntensityWeb;
+use crate::scene::{Elements, Emission, Scene};
+use crate::solver::Solution;
+
+/// Surfaces that are plotted at most; those with the most elements, if there are more.
+pub const MOST_SURFACES: usize = 200;
+
+/// What a plot shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlotKind {
+    /// False colours and isolux lines of a grid.
+    Grid,
+    /// Values of a grid as numbers.
+    Values,
+    /// False colours and isolux lines of a surface side with this many elements.
+    Surface(usize),
+    /// Error against time.
+    Convergence,
+    /// The scene from above.
+    Plan,
+    /// Intensity of a luminaire.
+    Luminaire,
+}
+
+/// A plot and where it goes.
+#[derive(Clone, Debug)]
+pub struct Plot {
+    /// File name without its ending.
+    pub stem: String,
+    /// What it shows.
+    pub kind: PlotKind,
+    /// Grid, surface or luminaire; empty for the run itself.
+    pub subject: String,
+    /// The picture.
+    pub picture: Picture,
+}
+
+impl Plot {
+    /// The plot as an SVG file.
+    pub fn svg_file(&self) -> ResultFile {
+        ResultFile { name: format!("{}.svg", self.stem), bytes: self.picture.svg().into_bytes() }
+    }
+
+    /// The plot as a PNG file.
+    pub fn png_file(&self) -> ResultFile {
+        ResultFile { name: format!("{}.png", self.stem), bytes: raster::png(&self.picture) }
+    }
+}
+
+/// Every plot of a run: grids with their value charts, the flat surfaces that light reaches, the error against time,
+/// and the distinct photometric luminaires.
+pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
+    let note = maintenance_note(scene);
+    let mut stems = Stems::default();
+    let mut plots = Vec::new();
+    for map in &solution.maps {
+        if let Some(flat) = grid_map(scene, map) {
+            let mut add = |stem: String, kind: PlotKind, picture: Picture| {
+                plots.push(Plot { stem: stems.fresh(&stem), kind, subject: map.name.clone(), picture });
+            };
+            let name = file_name_part(&map.name);
+            add(format!("map-{name}"), PlotKind::Grid, map_picture(&flat, &note));
+            add(format!("map-{name}-values"), PlotKind::Values, value_chart(&flat, &note));
+        }
+    }
+    for flat in flat_surfaces(scene, solution) {
+        let back = if flat.row.side == "back" { "-back" } else { "" };
+        plots.push(Plot {
+            stem: stems.fresh(&format!("map-{}{back}", file_name_part(&flat.row.name))),
+            kind: PlotKind::Surface(flat.cells.len()),
+            subject: flat.row.name.clone(),
+            picture: map_picture(&flat, &note),
+        });
+    }
+    plots.push(Plot {
+        stem: "convergence".to_owned(),
+        kind: PlotKind::Convergence,
+        subject: String::new(),
+        picture: convergence_picture(solution),
+    });
+    for (name, web) in distinct_webs(scene) {
+        plots.push(luminaire_plot(name, web, &mut stems));
+    }
+    plots
+}
+
+/// What can be drawn of a scene before it is solved: its plan and its luminaires' polar diagrams.
+pub fn scene_plots(scene: &Scene) -> Vec<Plot> {
+    let plan = Plot {
+        stem: "plan".to_owned(),
+        kind: PlotKind::Plan,
+        subject: String::new(),
+        picture: plan_picture(scene, &Schedule::of(scene)),
+    };
+    let mut stems = Stems::default();
+    let luminaires = distinct_webs(scene).into_iter().map(|(name, web)| luminaire_plot(name, web, &mut stems));
+    std::iter::once(plan).chain(luminaires).collect()
+}
+
+/// The polar diagram of one photometric file.
+pub fn photometric_plot(name: &str, web: &IntensityWeb) -> Plot {
+    luminaire_plot(name, web, &mut Stems::default())
+}
+
+fn luminaire_plot(name: &str, web: &IntensityWeb, stems: &mut Stems) -> Plot {
+    Plot {
+        stem: stems.fresh(&format!("luminaire-{}", file_name_part(name))),
+        kind: PlotKind::Luminaire,
+        subject: name.to_owned(),
+        picture: polar_picture(name, web),
+    }
+}
+
+fn flat_surfaces<'a>(scene: &Scene, solution: &'a Solution) -> Vec<FlatMap<'a>> {
+    let Some(map) = solution.maps.iter().find(|map| map.kind == MapKind::Elements) else { return Vec::new() };
+    let elements = Elements::of(scene);
+    let mut surfaces: Vec<u32> = (0..scene.surfaces.len() as u32).collect();
+    surfaces.sort_by_key(|surface| std::cmp::Reverse(elements.cells_of_surface(scene, *surface).len()));
+    let mut chosen: Vec<(u32, Vec<FlatMap>)> = surfaces
+        .into_iter()
+        .map(|surface| (surface, surface_maps(scene, &elements, map, surface)))
+        .filter(|(_, maps)| !maps.is_empty())
+        .take(MOST_SURFACES)
+        .collect();
+    chosen.sort_by_key(|(surface, _)| *surface);
+    chosen.into_iter().flat_map(|(_, maps)| maps).collect()
+}
+
+/// The photometric distributions of a scene, each once, with the name of the first luminaire that has it.
+pub fn distinct_webs(scene: &Scene) -> Vec<(&str, &IntensityWeb)> {
+    let mut webs: Vec<(&str, &Arc<IntensityWeb>)> = Vec::new();
+    for luminaire in &scene.luminaires {
+        if let Emission::Photometric { web, .. } = &luminaire.emission
+            && !webs.iter().any(|(_, known)| Arc::ptr_eq(known, web) || *known == web)
+        {
+            webs.push((&luminaire.name, web));
+        }
+    }
+    webs.into_iter().map(|(name, web)| (name, web.as_ref())).collect()
+}
+
+/// What plots and pages say about maintenance and dimming.
+pub fn maintenance_note(scene: &Scene) -> String {
+    let span = |of: &dyn Fn(usize) -> f64| {
+        let numbers = (0..scene.luminaires.len()).map(of);
+        numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let (low, high) = span(&|index| scene.luminaires[index].maintenance_factor);
+    let maintenance = if low == 1.0 {
+        "Values of a new installation: maintenance factor 1.00".to_owned()
+    } else if low == high {
+        format!("Maintained values: maintenance factor {}", ratio(low))
+    } else {
+        format!("Maintained values: maintenance factors from {} to {}", ratio(low), ratio(high))
+    };
+    let (low, high) = span(&|index| scene.luminaires[index].dimming);
+    let dimming = if low == 1.0 {
+        "undimmed".to_owned()
+    } else if low == high {
+        format!("dimmed to {}", percent(low))
+    } else {
+        format!("dimmed to between {} and {}", percent(low), percent(high))
+    };
+    format!("{maintenance}, {dimming}.")
+}
+
+/// File names given away so far.
+#[derive(Default)]
+struct Stems(HashSet<String>);
+
+impl Stems {
+    /// A name that no other file bears: the one wanted, or that with a number behind it.
+    fn fresh(&mut self, wanted: &str) -> String {
+        let mut stem = wanted.to_owned();
+        let mut number = 2;
+        // Some file systems take a letter's case for nothing.
+        while !self.0.insert(stem.to_lowercase()) {
+            stem = format!("{wanted}-{number}");
+            number += 1;
+        }
+        stem
+    }
+}

@@ -1,0 +1,399 @@
+//! `report.html`: the run on one page for a client.
+
+use super::html::{Table, figure, terms, with_error};
+use super::numbers::{amount, count_tick, duration, lux, percent, ratio, ratio_uncertainty, uncertainty};
+use super::picture::escaped;
+use super::plan::plan_picture;
+use super::plots::{Plot, PlotKind, maintenance_note};
+use super::report_words::{explanations, stop_words, target_words};
+use super::schedule::{Power, Schedule, floor_area_m2};
+use super::{ResultFile, date::utc_date};
+use crate::maps::{TableKind, TableRow};
+use crate::scene::{InspectedSurface, Scene, inspect};
+use crate::solver::Solution;
+
+const STYLE: &str = include_str!("report.css");
+/// Plots of surfaces that a report shows at most.
+const MOST_SURFACE_PLOTS: usize = 8;
+/// A surface side with fewer elements shows next to nothing.
+const FEWEST_ELEMENTS: usize = 32;
+/// Surfaces below this share of the whole area are left to `tables.csv`, where there are many.
+const SMALL_SHARE: f64 = 0.005;
+/// Up to this many surfaces all are listed.
+const FEW_SURFACES: usize = 16;
+
+/// What a report tells of a run that neither the scene nor the solution knows.
+#[derive(Clone, Debug)]
+pub struct ReportContext {
+    /// Scene file as the user named it.
+    pub scene: String,
+    /// The command that makes this report again.
+    pub command: String,
+    /// Whether that command gives every digit again, since it fixes the chains.
+    pub repeats_digits: bool,
+    /// Seconds since 1970 at which the run ended, UTC.
+    pub unix_time_s: u64,
+    /// Seconds from process start to the end of computing.
+    pub wall_s: f64,
+    /// Worker threads.
+    pub threads: usize,
+}
+
+/// The report of a run: what is lit how, by what, how exact that is, and how to compute it again.
+pub fn report_file(scene: &Scene, solution: &Solution, plots: &[Plot], context: &ReportContext) -> ResultFile {
+    let report = Report { scene, solution, plots, context, schedule: Schedule::of(scene) };
+    ResultFile { name: "report.html".to_owned(), bytes: report.page().into_bytes() }
+}
+
+struct Report<'a> {
+    scene: &'a Scene,
+    solution: &'a Solution,
+    plots: &'a [Plot],
+    context: &'a ReportContext,
+    schedule: Schedule,
+}
+
+impl Report<'_> {
+    fn page(&self) -> String {
+        let title = if self.scene.title.is_empty() { &self.context.scene } else { &self.scene.title };
+        let mut page = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{0} – lighting report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+             <header>\n<p class=\"kicker\">Lighting report</p>\n<h1>{0}</h1>\n<p class=\"soft\">{1}</p>\n</header>\n",
+            escaped(title),
+            self.subtitle()
+        );
+        page += &self.facts();
+        page += &self.warnings();
+        page += &self.results();
+        page += "<h2>Plan</h2>\n<div class=\"plan\">\n";
+        page += &figure(
+            &plan_picture(self.scene, &self.schedule),
+            "Seen from above, to scale. Amber: luminaires, with the letter that the luminaire schedule gives them. \
+             Blue: where illuminance is computed.",
+        );
+        page.push_str("</div>\n");
+        page += &self.map_figures();
+        page += &self.surfaces();
+        page += &self.luminaires();
+        page += &self.accuracy();
+        page += &format!("<h2>What the words mean</h2>\n{}", terms("words", &explanations()));
+        page += &format!(
+            "<footer>luxmc {}; {}. All lengths in metres.</footer>\n</body>\n</html>\n",
+            env!("CARGO_PKG_VERSION"),
+            utc_date(self.context.unix_time_s)
+        );
+        page
+    }
+
+    fn subtitle(&self) -> String {
+        format!("{} · {}", utc_date(self.context.unix_time_s), escaped(&maintenance_note(self.scene)))
+    }
+
+    fn rows(&self, is_wanted: impl Fn(TableKind) -> bool) -> Vec<&TableRow> {
+        self.solution.maps.iter().flat_map(|map| &map.tables).filter(|row| is_wanted(row.kind)).collect()
+    }
+
+    fn facts(&self) -> String {
+        let mut facts: Vec<(String, String)> = Vec::new();
+        for row in self.rows(|kind| kind != TableKind::Surface).into_iter().take(4) {
+            let uniformity = format!(
+                "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
+                lux(row.minimum_lx.value),
+                lux(row.maximum_lx),
+                ratio(row.uniformity_u0.value)
+            );
+            facts.push((
+                format!("Average on {}", escaped(&row.name)),
+                format!("{} lx{uniformity}", lux(row.average_lx.value)),
+            ));
+        }
+        let count = self.scene.luminaires.len();
+        let plural = if count == 1 { "luminaire" } else { "luminaires" };
+        facts.push((
+            "Light in the room".to_owned(),
+            format!("{} lm<small>maintained, from {count} {plural}</small>", amount(self.scene.luminous_flux_lm())),
+        ));
+        let power = Power::of(self.scene);
+        let floor_m2 = floor_area_m2(self.scene);
+        if power.unknown == 0 && floor_m2 > 0.0 {
+            let specific = format!("<small>{} W/m² of floor</small>", ratio(power.known_w / floor_m2));
+            facts.push(("Electric power".to_owned(), format!("{} W{specific}", amount(power.known_w))));
+        }
+        let target = self.solution.target_error.map_or(String::new(), |target| {
+            let met = if self.solution.target_met == Some(false) { "not met" } else { "met" };
+            format!("<small>target of {} {met}</small>", percent(target))
+        });
+        facts.push(("Stated error".to_owned(), format!("{}{target}", percent(self.solution.estimated_error))));
+        terms("facts", &facts)
+    }
+
+    fn warnings(&self) -> String {
+        let warnings: Vec<&String> = self.scene.warnings.iter().chain(&self.solution.warnings).collect();
+        if warnings.is_empty() {
+            return String::new();
+        }
+        let items: String = warnings.iter().map(|warning| format!("<li>{}</li>\n", escaped(warning))).collect();
+        format!("<div class=\"warning\">\n<p><b>Please note</b></p>\n<ul>\n{items}</ul>\n</div>\n")
+    }
+
+    fn results(&self) -> String {
+        let rows = self.rows(|kind| kind != TableKind::Surface);
+        if rows.is_empty() {
+            return String::new();
+        }
+        let mut table = result_table();
+        for row in rows {
+            table.row(result_cells(row, escaped(&row.name)));
+        }
+        format!(
+            "<h2>Results</h2>\n{}<p class=\"soft small\">Behind each ± stands one standard error: the exact value lies within \
+             it in two cases of three, within twice of it in nineteen of twenty. {}</p>\n",
+            table.markup(),
+            escaped(&maintenance_note(self.scene))
+        )
+    }
+
+    fn map_figures(&self) -> String {
+        let mut page = String::new();
+        for plot in self.plots {
+            match plot.kind {
+                PlotKind::Grid => {
+                    page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
+                    page +=
+                        &figure(&plot.picture, "Colours show every point's own value; lines join equal illuminance.");
+                }
+                PlotKind::Values => page += &figure(&plot.picture, ""),
+                _ => {}
+            }
+        }
+        page
+    }
+
+    fn surfaces(&self) -> String {
+        let rows = self.rows(|kind| kind == TableKind::Surface);
+        let surfaces = inspect(self.scene).surfaces;
+        let all_m2: f64 = surfaces.iter().map(|surface| surface.area_m2).sum();
+        let is_listed =
+            |surface: &InspectedSurface| surfaces.len() <= FEW_SURFACES || surface.area_m2 >= SMALL_SHARE * all_m2;
+        let mut head =
+            vec![("Surface", true), ("Material", true), ("Reflec-<br>tance", false), ("Area<small>m²</small>", false)];
+        let light = [
+            ("Ē<small>lx</small>", false),
+            ("E<sub>min</sub><small>lx</small>", false),
+            ("E<sub>max</sub><small>lx</small>", false),
+        ];
+        if !rows.is_empty() {
+            head.extend(light);
+        }
+        let mut table = Table::new("", &head);
+        for surface in surfaces.iter().filter(|surface| is_listed(surface)) {
+            let facts = |side: &str| {
+                let back = if side == "back" { ", back" } else { "" };
+                vec![
+                    format!("{}{back}", escaped(&surface.name)),
+                    escaped(&surface.material),
+                    ratio(surface.reflectance),
+                    ratio(surface.area_m2),
+                ]
+            };
+            let of_surface: Vec<&&TableRow> = rows.iter().filter(|row| row.name == surface.name).collect();
+            if of_surface.is_empty() {
+                let mut cells = facts("");
+                cells.resize(head.len(), String::new());
+                table.row(cells);
+            }
+            for row in of_surface {
+                let mut cells = facts(row.side);
+                cells.push(with_error(&lux(row.average_lx.value), &uncertainty(row.average_lx.standard_error)));
+                cells.extend([lux(row.minimum_lx.value), lux(row.maximum_lx)]);
+                table.row(cells);
+            }
+        }
+        let hidden = surfaces.iter().filter(|surface| !is_listed(surface)).count();
+        let rest = match hidden {
+            0 => String::new(),
+            n => format!("<p class=\"soft small\">{n} smaller surfaces stand in <code>tables.csv</code>.</p>\n"),
+        };
+        let mut page = format!("<h2 class=\"page\">Surfaces</h2>\n{}{rest}", table.markup());
+
+        let mut shown: Vec<&Plot> = self
+            .plots
+            .iter()
+            .filter(|plot| matches!(plot.kind, PlotKind::Surface(elements) if elements >= FEWEST_ELEMENTS))
+            .filter(|plot| surfaces.iter().any(|surface| surface.name == plot.subject && is_listed(surface)))
+            .collect();
+        shown.truncate(MOST_SURFACE_PLOTS);
+        for plot in shown {
+            page += &figure(&plot.picture, "");
+        }
+        page
+    }
+
+    fn luminaires(&self) -> String {
+        let head = [
+            ("Type", true),
+            ("Luminaires", true),
+            ("Light", true),
+            ("Pieces", false),
+            ("Flux each<small>lm, maintained</small>", false),
+            ("Maintenance<br>factor", false),
+            ("Dimmed<br>to", false),
+            ("Power each<small>W</small>", false),
+            ("Flux of all<small>lm</small>", false),
+        ];
+        let mut table = Table::new("", &head);
+        for row in &self.schedule.rows {
+            let luminaire = &self.scene.luminaires[row.members[0]];
+            let count = row.members.len();
+            table.row(vec![
+                format!("<b>{}</b>", row.letter),
+                self.names(&row.members),
+                row.kind.to_owned(),
+                count.to_string(),
+                amount(luminaire.luminous_flux_lm),
+                ratio(luminaire.maintenance_factor),
+                percent_whole(luminaire.dimming),
+                luminaire.power_w.map_or("unknown".to_owned(), amount),
+                amount(luminaire.luminous_flux_lm * count as f64),
+            ]);
+        }
+        let mut total = vec![String::new(); head.len()];
+        (total[1], total[3]) = ("Together".to_owned(), self.scene.luminaires.len().to_string());
+        total[8] = amount(self.scene.luminous_flux_lm());
+        table.total(total);
+        let mut page = format!("<h2 class=\"page\">Luminaire schedule</h2>\n{}{}", table.markup(), self.power_words());
+        let polar: Vec<&Plot> = self.plots.iter().filter(|plot| plot.kind == PlotKind::Luminaire).collect();
+        if !polar.is_empty() {
+            page.push_str("<div class=\"row\">\n");
+            for plot in polar {
+                page += &figure(&plot.picture, "");
+            }
+            page.push_str("</div>\n");
+        }
+        page
+    }
+
+    fn names(&self, members: &[usize]) -> String {
+        let name = |index: usize| escaped(&self.scene.luminaires[members[index]].name);
+        match members.len() {
+            0 => String::new(),
+            1..=3 => (0..members.len()).map(name).collect::<Vec<_>>().join(", "),
+            n => format!("{} … {}", name(0), name(n - 1)),
+        }
+    }
+
+    fn power_words(&self) -> String {
+        let power = Power::of(self.scene);
+        let floor_m2 = floor_area_m2(self.scene);
+        if power.known_w == 0.0 || floor_m2 <= 0.0 {
+            return "<p class=\"soft small\">No file of a luminaire tells its electric power, so that no specific power can be \
+                    given.</p>\n"
+                .to_owned();
+        }
+        let per_m2 = power.known_w / floor_m2;
+        let grids = self.rows(|kind| kind == TableKind::Grid);
+        let per_100_lx: Vec<String> = grids
+            .iter()
+            .filter(|row| row.average_lx.value > 0.0)
+            .map(|row| {
+                let specific = per_m2 * 100.0 / row.average_lx.value;
+                format!("{} W/m² for every 100 lx on {}", ratio(specific), escaped(&row.name))
+            })
+            .collect();
+        let unknown = match power.unknown {
+            0 => String::new(),
+            n => format!(
+                " The power of {n} of the {} luminaires is unknown and missing in these numbers.",
+                self.scene.luminaires.len()
+            ),
+        };
+        let by_light = if per_100_lx.is_empty() { String::new() } else { format!(", {}", per_100_lx.join(", ")) };
+        format!(
+            "<p>Electric power {} W (not dimmed) on {} m² of floor: {} W/m²{by_light}.{unknown}</p>\n",
+            amount(power.known_w),
+            ratio(floor_m2),
+            ratio(per_m2)
+        )
+    }
+
+    fn accuracy(&self) -> String {
+        let solution = self.solution;
+        let mut page = String::from("<h2 class=\"page\">How exact this is, and how to compute it again</h2>\n");
+        page += &format!("<p>{}</p>\n<p>{}</p>\n", escaped(&target_words(solution)), escaped(&stop_words(solution)));
+        page += &format!(
+            "<p>Computed in {} with {} threads: {} light paths, {} rays, seed {}.</p>\n",
+            duration(self.context.wall_s),
+            self.context.threads,
+            count_tick(round_count(solution.chains)),
+            count_tick(round_count(solution.rays)),
+            solution.seed
+        );
+        if let Ok(balance) = &solution.flux_balance {
+            page += &format!(
+                "<p>Of {} lm sent out, surfaces absorbed {} lm, {} lm left the scene, {} lm fell on the backs of one-sided \
+                 surfaces and {} lm were cut off by choice.</p>\n",
+                amount(balance.emitted_lm),
+                amount(balance.absorbed_lm),
+                amount(balance.escaped_lm),
+                amount(balance.back_face_lm),
+                amount(balance.truncated_lm)
+            );
+        }
+        if let Some(plot) = self.plots.iter().find(|plot| plot.kind == PlotKind::Convergence) {
+            page += &format!("<div class=\"tall\">\n{}</div>\n", figure(&plot.picture, ""));
+        }
+        page += &format!(
+            "<h3>The same again</h3>\n<p>With luxmc {} and the scene file, {}:</p>\n<pre>{}</pre>\n",
+            env!("CARGO_PKG_VERSION"),
+            if self.context.repeats_digits {
+                "this gives every digit again, on any number of threads"
+            } else {
+                "this gives results of the same quality again (every digit, where <code>--chains</code> fixes the light paths)"
+            },
+            escaped(&self.context.command)
+        );
+        page
+    }
+}
+
+fn round_count(count: u64) -> f64 {
+    let count = count as f64;
+    if count < 1e3 {
+        return count;
+    }
+    let grain = 10f64.powf(count.log10().floor() - 2.0);
+    (count / grain).round() * grain
+}
+
+fn percent_whole(fraction: f64) -> String {
+    format!("{:.0}\u{a0}%", 100.0 * fraction)
+}
+
+fn result_table() -> Table {
+    Table::new(
+        "",
+        &[
+            ("Where", true),
+            ("Average Ē<small>lx</small>", false),
+            ("Minimum E<sub>min</sub><small>lx</small>", false),
+            ("Maximum E<sub>max</sub><small>lx</small>", false),
+            ("U<sub>0</sub><small>E<sub>min</sub>/Ē</small>", false),
+            ("U<sub>d</sub><small>E<sub>min</sub>/E<sub>max</sub></small>", false),
+            ("Stated<br>error", false),
+        ],
+    )
+}
+
+fn result_cells(row: &TableRow, name: String) -> Vec<String> {
+    vec![
+        name,
+        with_error(&lux(row.average_lx.value), &uncertainty(row.average_lx.standard_error)),
+        with_error(&lux(row.minimum_lx.value), &uncertainty(row.minimum_lx.standard_error)),
+        lux(row.maximum_lx),
+        with_error(&ratio(row.uniformity_u0.value), &ratio_uncertainty(row.uniformity_u0.standard_error)),
+        ratio(row.uniformity_ud),
+        percent(row.estimated_error),
+    ]
+}

@@ -1,0 +1,49 @@
+//! What a report says in whole sentences.
+
+use super::numbers::percent;
+use crate::solver::{Solution, StopReason};
+
+/// What was aimed at and what came out.
+pub fn target_words(solution: &Solution) -> String {
+    let stated = percent(solution.estimated_error);
+    let meaning = "It is the root mean square of the deviations of all values of a map from the exact ones, over the map's \
+                   average, as estimated from two independent halves of the computation";
+    match solution.target_error {
+        Some(target) => format!(
+            "The computation was to go on until the stated error of every map that counts is at most {}; the largest is {stated}. {meaning}.",
+            percent(target)
+        ),
+        None => format!("The largest stated error of the maps that count is {stated}. {meaning}."),
+    }
+}
+
+/// Why the run ended.
+pub fn stop_words(solution: &Solution) -> String {
+    match (solution.stop_reason, solution.target_met) {
+        (StopReason::Exact, _) => "Every value follows from formulas: nothing is left to chance.",
+        (StopReason::Interrupted, _) => "The run was interrupted; the values are as exact as they had become by then.",
+        (_, Some(true)) => "The target was met.",
+        (StopReason::TimeLimit, Some(false)) => "The target was not met: the time granted was used up before.",
+        (_, Some(false)) => "The target was not met: the light paths granted were used up before.",
+        (StopReason::TimeLimit, None) => "The run ended with the time granted to it.",
+        (_, None) => "The run ended with the light paths granted to it.",
+    }
+    .to_owned()
+}
+
+/// Terms of the report and what they mean, as markup.
+pub fn explanations() -> Vec<(String, String)> {
+    [
+        ("Illuminance E", "the light that falls on a surface, in lux: lumens per square metre"),
+        ("Ē, E<sub>min</sub>, E<sub>max</sub>", "average, least and greatest illuminance of a grid's points or of a surface's elements"),
+        ("U<sub>0</sub>, U<sub>d</sub>", "uniformities: the least illuminance over the average, and over the greatest"),
+        ("Maintained", "what is left when lamps have aged and dust has settled: all values hold with the maintenance factors of the schedule"),
+        ("Stated error", "how far the values of a map lie from the exact ones: a root mean square over the map, relative to its average. Single values may be off by two or three times as much"),
+        ("± (standard error)", "how far one number, such as an average, is likely to be off by chance. An average over many points is far more exact than each of them"),
+        ("Isolux line", "a line along which illuminance is the same"),
+        ("Reflectance", "the share of incident light that a surface throws back"),
+        ("W/m² for 100 lx", "the electric power that 100 lx take on each square metre of floor: less is better"),
+    ]
+    .map(|(term, meaning)| (term.to_owned(), meaning.to_owned()))
+    .to_vec()
+}

@@ -1,0 +1,253 @@
+//! Classic mistakes that make no scene invalid: told as warnings, each with what to look at.
+
+use glam::DVec3;
+
+use super::model::{Emission, Luminaire, Scene};
+use super::names::listed;
+use super::shells::{Shell, bounds_m, is_inside_solid};
+
+/// A lower maintenance factor is seldom meant: outdoor luminaires in dirt without cleaning come down to some 0.5.
+const LOWEST_USUAL_MAINTENANCE: f64 = 0.5;
+/// A luminaire that aims upward at something nearer than this in m lights next to nothing but that.
+const TOO_NEAR_M: f64 = 0.1;
+/// An aim with a greater z looks upward.
+const UPWARD: f64 = 0.5;
+/// A starting point this near to a surface in m lies on it.
+const ON_SURFACE_M: f64 = 1e-6;
+/// Beyond so many triangles times luminaires it is not looked where luminaires aim: a second's work.
+const MOST_LOOKS: usize = 200_000_000;
+/// A scene in another unit than metres that is smaller than this in m was likely drawn in metres.
+const SUSPICIOUSLY_SMALL_M: f64 = 0.1;
+/// Names that a warning lists; of more luminaires it tells the number.
+const MOST_NAMES: usize = 4;
+
+/// Adds a warning for each classic mistake that a valid scene shows.
+///
+/// `unit` is the file's length unit, `shells` the closed shells of its geometries.
+pub(super) fn advise(scene: &mut Scene, unit: &str, shells: &[Shell]) {
+    let mut advice = Vec::new();
+    advise_on_maintenance(&scene.luminaires, &mut advice);
+    advise_on_units(scene, unit, &mut advice);
+    advise_on_places(scene, shells, &mut advice);
+    scene.warnings.extend(advice);
+}
+
+/// Names of luminaires, or their number and the first of them.
+fn names<'a>(luminaires: impl IntoIterator<Item = &'a Luminaire>) -> String {
+    let names: Vec<&str> = luminaires.into_iter().map(|luminaire| luminaire.name.as_str()).collect();
+    match names.len() {
+        0..=MOST_NAMES => names.join(", "),
+        count => format!("{count} luminaires ({}, …)", names[0]),
+    }
+}
+
+fn advise_on_maintenance(luminaires: &[Luminaire], advice: &mut Vec<String>) {
+    let (full, maintained): (Vec<&Luminaire>, Vec<&Luminaire>) =
+        luminaires.iter().partition(|luminaire| luminaire.maintenance_factor == 1.0);
+    if !full.is_empty() && !maintained.is_empty() {
+        advice.push(format!(
+            "{}: maintenance factor 1, while other luminaires have less; was it forgotten there?",
+            names(full)
+        ));
+    }
+    let twice: Vec<&Luminaire> = maintained
+        .iter()
+        .copied()
+        .filter(|luminaire| luminaire.dimming < 1.0 && luminaire.dimming == luminaire.maintenance_factor)
+        .collect();
+    if !twice.is_empty() {
+        advice.push(format!(
+            "{}: dimming and maintenance_factor are the same number and multiply; was maintenance entered twice?",
+            names(twice)
+        ));
+    }
+    let low: Vec<&Luminaire> = maintained
+        .into_iter()
+        .filter(|luminaire| (0.0..LOWEST_USUAL_MAINTENANCE).contains(&luminaire.maintenance_factor))
+        .collect();
+    if !low.is_empty() {
+        advice.push(format!(
+            "{}: maintenance factor below {LOWEST_USUAL_MAINTENANCE}; was it applied twice, or is it in the flux already?",
+            names(low)
+        ));
+    }
+}
+
+fn advise_on_units(scene: &Scene, unit: &str, advice: &mut Vec<String>) {
+    let [low_m, high_m] = bounds_m(scene);
+    let size_m = low_m.distance(high_m);
+    if unit != "m" && size_m < SUSPICIOUSLY_SMALL_M {
+        advice.push(format!(
+            "the scene is only {:.4} m across, as its length_unit is \"{unit}\"; were its coordinates written in metres?",
+            size_m
+        ));
+    }
+    let outside: Vec<&str> = scene
+        .receivers
+        .iter()
+        .filter(|set| {
+            let is_outside = |point_m: DVec3| point_m.cmplt(low_m).any() || point_m.cmpgt(high_m).any();
+            !set.points.is_empty() && set.points.iter().all(|point| is_outside(point.position_m))
+        })
+        .map(|set| set.name.as_str())
+        .collect();
+    if !outside.is_empty() {
+        advice.push(format!(
+            "{}: all points are outside of the scene's bounding box ({low_m} to {high_m} m); are they in the scene's length_unit?",
+            listed(outside)
+        ));
+    }
+}
+
+fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
+    let [low_m, high_m] = bounds_m(scene);
+    let size_m = low_m.distance(high_m);
+    let place_m = |emission: &Emission| match emission {
+        Emission::Isotropic { position_m, .. }
+        | Emission::Lambertian { position_m, .. }
+        | Emission::Photometric { position_m, .. } => Some(*position_m),
+        Emission::Sphere { center_m, .. } => Some(*center_m),
+        Emission::Area { .. } => None,
+    };
+    let is_buried = |luminaire: &&Luminaire| {
+        place_m(&luminaire.emission).is_some_and(|point_m| is_inside_solid(scene, shells, point_m, size_m))
+    };
+    let buried: Vec<&Luminaire> = scene.luminaires.iter().filter(is_buried).collect();
+    if !buried.is_empty() {
+        let count = buried.len();
+        advice.push(format!(
+            "{}: inside of a closed solid, which keeps {} light; move {} out of it",
+            names(buried),
+            if count == 1 { "its" } else { "their" },
+            if count == 1 { "it" } else { "them" }
+        ));
+    }
+    if scene.luminaires.len() * scene.triangles.len() > MOST_LOOKS {
+        return;
+    }
+    let mut at_ceiling = Vec::new();
+    let mut at_backs = Vec::new();
+    for luminaire in &scene.luminaires {
+        let (position_m, axis) = match &luminaire.emission {
+            Emission::Lambertian { position_m, axis, .. } => (*position_m, *axis),
+            Emission::Photometric { position_m, frame, .. } => (*position_m, frame[2]),
+            _ => continue,
+        };
+        match first_met(scene, position_m, axis) {
+            Some(met) if axis.z > UPWARD && met.distance_m < TOO_NEAR_M => at_ceiling.push(luminaire),
+            Some(met) if met.is_dead_back => at_backs.push(luminaire),
+            _ => {}
+        }
+    }
+    if !at_ceiling.is_empty() {
+        advice.push(format!(
+            "{}: aimed upward at something less than {TOO_NEAR_M} m away; is \"aim\": [0, 0, -1] meant?",
+            names(at_ceiling)
+        ));
+    }
+    if !at_backs.is_empty() {
+        advice.push(format!(
+            "{}: aimed at the back of a one-sided surface, which swallows the light; outside of the room, or is the surface's front turned away?",
+            names(at_backs)
+        ));
+    }
+}
+
+/// What a luminaire's axis meets first.
+struct Met {
+    distance_m: f64,
+    /// The back of a surface that has only a front.
+    is_dead_back: bool,
+}
+
+/// The first triangle along a direction, told by looking at all of them; those that the start lies on do not count
+/// where the direction leaves them.
+fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Option<Met> {
+    let mut nearest: Option<Met> = None;
+    for triangle in 0..scene.triangles.len() as u32 {
+        let [a, b, c] = scene.corners_m(triangle);
+        let twice_area = (b - a).cross(c - a);
+        let slope = twice_area.dot(direction);
+        let distance_m = twice_area.dot(a - start_m) / slope;
+        let is_candidate =
+            distance_m > ON_SURFACE_M || (distance_m >= -ON_SURFACE_M && slope < 0.0 && distance_m.is_finite());
+        if !is_candidate || nearest.as_ref().is_some_and(|met| met.distance_m <= distance_m) {
+            continue;
+        }
+        let hit_m = start_m + distance_m * direction;
+        let is_left = |from: DVec3, to: DVec3| (to - from).cross(hit_m - from).dot(twice_area) >= 0.0;
+        if is_left(a, b) && is_left(b, c) && is_left(c, a) {
+            let is_dead_back = slope > 0.0 && !scene.surface_of(triangle).two_sided;
+            nearest = Some(Met { distance_m, is_dead_back });
+        }
+    }
+    nearest
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::scene::scene_from_json;
+
+    /// Warnings of a room 4 m × 4 m × 3 m with these luminaires.
+    fn warnings(luminaires: &str) -> Vec<String> {
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [
+              {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "white" }},
+              {{ "name": "attic", "type": "box", "min": [0,0,3.2], "max": [4,4,5], "facing": "inward", "material": "white" }},
+              {{ "name": "chest", "type": "box", "min": [1,1,0], "max": [2,2,1], "material": "white" }} ],
+            "luminaires": [ {luminaires} ] }}"#
+        );
+        scene_from_json(&text, None, Path::new(".")).expect("a valid scene").warnings
+    }
+
+    fn spot(name: &str, position: &str, more: &str) -> String {
+        format!(
+            r#"{{ "name": "{name}", "type": "point", "distribution": "lambertian", "luminous_flux_lm": 100,
+            "position": {position}, {more} }}"#
+        )
+    }
+
+    #[test]
+    fn a_sound_room_has_no_warning() {
+        let on_ceiling = spot("a", "[2,2,3]", r#""maintenance_factor": 0.8"#);
+        let uplight = spot("b", "[3,3,2]", r#""maintenance_factor": 0.8, "aim": [0,0,1]"#);
+        assert!(warnings(&format!("{on_ceiling}, {uplight}")).is_empty());
+    }
+
+    #[test]
+    fn every_classic_mistake_is_told_once() {
+        for (luminaire, words) in [
+            (spot("a", "[2,2,2.95]", r#""maintenance_factor": 0.8, "aim": [0,0,1]"#), "aimed upward"),
+            (spot("a", "[2,2,3.1]", r#""maintenance_factor": 0.8"#), "back of a one-sided surface"),
+            (spot("a", "[1.5,1.5,0.5]", r#""maintenance_factor": 0.8"#), "inside of a closed solid"),
+            (spot("a", "[2,2,2]", r#""maintenance_factor": 0.8, "dimming": 0.8"#), "entered twice"),
+            (spot("a", "[2,2,2]", r#""maintenance_factor": 0.4"#), "applied twice"),
+            (
+                format!(
+                    "{}, {}",
+                    spot("a", "[2,2,2]", r#""maintenance_factor": 0.8"#),
+                    spot("b", "[3,2,2]", r#""dimming": 1"#)
+                ),
+                "was it forgotten there",
+            ),
+        ] {
+            let told: Vec<String> =
+                warnings(&luminaire).into_iter().filter(|warning| warning.contains(words)).collect();
+            assert_eq!(told.len(), 1, "{words}: {told:?}");
+        }
+    }
+
+    #[test]
+    fn metres_that_are_called_millimetres_are_told() {
+        let text = r#"{ "version": 1, "length_unit": "mm", "materials": { "white": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [8,6,3], "facing": "inward", "material": "white" } ],
+            "luminaires": [ { "name": "a", "type": "point", "position": [4,3,2], "intensity_cd": 1, "maintenance_factor": 0.8 } ],
+            "receivers": [ { "name": "g", "type": "grid", "origin": [1000,1000,800], "u": [1000,0,0], "v": [0,1000,0], "columns": 2, "rows": 2 } ] }"#;
+        let warnings = scene_from_json(text, None, Path::new(".")).expect("a valid scene").warnings;
+        assert!(warnings.iter().any(|warning| warning.contains("written in metres")), "{warnings:?}");
+        assert!(warnings.iter().any(|warning| warning.contains("all points are outside")), "{warnings:?}");
+    }
+}

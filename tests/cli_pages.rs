@@ -1,0 +1,180 @@
+//! What `solve` writes to look at, and the first hour: plots, report, ParaView file, `new`, `completions`.
+
+mod cli_support;
+
+use std::path::Path;
+
+use cli_support::*;
+
+fn names(out: &Path) -> Vec<String> {
+    summary(out)["files"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|name| name.as_str().expect("text").to_owned())
+        .collect()
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Every tag of an XML text is closed in order, and no attribute stands twice in a tag of ours.
+fn assert_well_formed(name: &str, text: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    for piece in text.split('<').skip(1) {
+        let tag = piece.split('>').next().expect("a split has a first part");
+        if tag.starts_with(['?', '!']) || tag.ends_with('/') {
+            continue;
+        }
+        let label = tag.split_whitespace().next().expect("a name");
+        match label.strip_prefix('/') {
+            Some(closed) => assert_eq!(open.pop(), Some(closed), "{name}"),
+            None => open.push(label),
+        }
+    }
+    assert!(open.is_empty(), "{name}: {open:?} not closed");
+}
+
+#[test]
+fn every_template_reads_without_a_warning_of_its_own_and_solves_as_it_is() {
+    for (kind, maps) in [("office", "task area"), ("corridor", "floor"), ("hall", "aisles")] {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        let project = home.path().join("project");
+        let made = run(&["new", kind, "--out", text(&project)]);
+        assert_eq!(code(&made), 0, "{}", errors(&made));
+        assert!(read(&project.join("README.txt")).contains("maintenance_factor"));
+
+        let scene = project.join(format!("{kind}.json"));
+        let inspected = run(&["inspect", text(&scene), "--json"]);
+        assert_eq!(code(&inspected), 0, "{}", errors(&inspected));
+        let inspection: serde_json::Value = serde_json::from_str(&results(&inspected)).expect("JSON");
+        assert_eq!(inspection["closed"], true, "{kind}");
+        let warnings = inspection["warnings"].as_array().expect("a list");
+        assert!(
+            warnings.iter().all(|warning| warning.to_string().contains("inside of a closed solid")),
+            "{warnings:?}"
+        );
+
+        let out = project.join("results");
+        let solved = run(&["solve", text(&scene), "--out", text(&out), "--chains", "2000", "--maps", maps, "--quiet"]);
+        assert_eq!(code(&solved), 0, "{}", errors(&solved));
+        let plot = format!("map-{}.svg", maps.replace(' ', "-"));
+        assert!(out.join(&plot).is_file() && out.join("report.html").is_file(), "{kind}: {:?}", listing(&out));
+
+        // A second project does not overwrite the first.
+        let again = run(&["new", kind, "--out", text(&project)]);
+        assert_eq!(code(&again), 2);
+        assert!(errors(&again).contains("remedy"));
+    }
+}
+
+#[test]
+fn plots_come_in_the_formats_asked_for_and_are_taken_away_again() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let project = home.path().join("p");
+    assert_eq!(code(&run(&["new", "corridor", "--out", text(&project)])), 0);
+    let (scene, out) = (project.join("corridor.json"), home.path().join("out"));
+    let solve = |plots: &str| {
+        let output =
+            run(&["solve", text(&scene), "--out", text(&out), "--chains", "3000", "--plots", plots, "--quiet"]);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        names(&out)
+    };
+    let both = solve("svg,png");
+    for stem in [
+        "convergence",
+        "map-floor",
+        "map-floor-values",
+        "map-corridor-floor",
+        "map-corridor-x_min",
+        "luminaire-luminaire-1",
+    ] {
+        for ending in ["svg", "png"] {
+            assert!(both.contains(&format!("{stem}.{ending}")), "{stem}.{ending} is missing in {both:?}");
+        }
+    }
+    assert!(std::fs::read(out.join("map-floor.png")).expect("there").starts_with(b"\x89PNG"));
+    for name in both.iter().filter(|name| name.ends_with(".svg")) {
+        assert_well_formed(name, &read(&out.join(name)));
+    }
+    let none = solve("none");
+    assert!(none.iter().all(|name| !name.ends_with(".svg") && !name.ends_with(".png")), "{none:?}");
+    assert!(!out.join("map-floor.svg").exists() && out.join("report.html").is_file());
+}
+
+#[test]
+fn the_report_tells_the_numbers_of_the_tables_and_stands_by_itself() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let project = home.path().join("p");
+    assert_eq!(code(&run(&["new", "office", "--out", text(&project)])), 0);
+    let (scene, out) = (project.join("office.json"), home.path().join("out"));
+    let output = run(&["solve", text(&scene), "--out", text(&out), "--target-error", "5%", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let report = read(&out.join("report.html"));
+    let (header, rows) = table(&out.join("tables.csv"));
+    let column = |name: &str| header.iter().position(|column| column == name).expect("a column");
+    for row in rows.iter().filter(|row| row[column("kind")] == "grid") {
+        let average: f64 = row[column("average_lx")].parse().expect("a number");
+        assert!(report.contains(&format!("<td class=\"text\">{}</td><td>{average:.0} <span", row[0])), "{row:?}");
+    }
+    for words in [
+        "maintenance factor 0.80",
+        "target of 5.0",
+        "--target-error 0.05",
+        "troffer 1 … troffer 6",
+        "W/m² for every 100 lx",
+    ] {
+        assert!(report.contains(words), "{words}");
+    }
+    // Nothing is fetched from elsewhere.
+    for link in ["src=", "href=", "url(", "@import"] {
+        assert!(!report.contains(link), "{link}");
+    }
+}
+
+#[test]
+fn the_paraview_file_holds_every_row_of_the_elements() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let project = home.path().join("p");
+    assert_eq!(code(&run(&["new", "corridor", "--out", text(&project)])), 0);
+    let out = home.path().join("out");
+    let scene = project.join("corridor.json");
+    let output = run(&["solve", text(&scene), "--out", text(&out), "--chains", "3000", "--plots", "none", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let file = read(&out.join("scene.vtp"));
+    assert_well_formed("scene.vtp", &file);
+    let rows = table(&out.join("elements.csv")).1.len();
+    assert!(file.contains(&format!("NumberOfPoints=\"{}\"", 3 * rows)));
+    assert!(file.contains(&format!("NumberOfPolys=\"{rows}\"")));
+
+    // Without the element map there is no such file.
+    let output = run(&["solve", text(&scene), "--out", text(&out), "--chains", "3000", "--maps", "floor", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(!out.join("scene.vtp").exists());
+}
+
+#[test]
+fn inspect_draws_luminaires_and_plans() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let project = home.path().join("p");
+    assert_eq!(code(&run(&["new", "office", "--out", text(&project)])), 0);
+    let plots = home.path().join("plots");
+    let file = project.join("luminaires/downlight.ldt");
+    let output = run(&["inspect", text(&file), "--plots", text(&plots)]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(listing(&plots), ["luminaire-downlight.svg"]);
+    let scene = project.join("office.json");
+    assert_eq!(code(&run(&["inspect", text(&scene), "--plots", text(&plots)])), 0);
+    assert_eq!(listing(&plots), ["luminaire-downlight-1.svg", "luminaire-downlight.svg", "plan.svg"]);
+    assert_well_formed("plan.svg", &read(&plots.join("plan.svg")));
+}
+
+#[test]
+fn shells_get_their_completions() {
+    for shell in ["bash", "zsh", "fish"] {
+        let output = run(&["completions", shell]);
+        assert_eq!(code(&output), 0);
+        assert!(results(&output).contains("target-error"), "{shell}");
+    }
+}
