@@ -20,9 +20,6 @@ const CHEAP: f64 = 1.0 / 16.0;
 /// Rungs whose time is below this part of the last one's tell of building and piloting, not of convergence.
 const FITTED_FROM: f64 = 1.0 / 64.0;
 
-/// A rung tells nothing where another one is more exact in less than this part of its time.
-const BEATEN_BY: f64 = 0.6;
-
 /// Errors to which times are told.
 pub const LEVELS: [f64; 3] = [0.03, 0.01, 0.003];
 
@@ -223,14 +220,12 @@ pub fn climb(
     Ok(ladders)
 }
 
-/// The rungs that tell how a method converges: near the dear end, and none that another one beats by far in time and
-/// in error too (with few chains a method may do other work instead).
+/// The rungs that tell how a method converges: near the dear end, and none that took more rays than one with more
+/// chains (with few chains a method may do other work instead).
 fn fitted(rungs: &[Rung]) -> Vec<&Rung> {
     let last_s = rungs.last().map_or(0.0, |rung| rung.seconds);
-    let beaten = |rung: &Rung| {
-        rungs.iter().any(|other| other.seconds < BEATEN_BY * rung.seconds && other.true_error < rung.true_error)
-    };
-    rungs.iter().filter(|rung| rung.seconds >= FITTED_FROM * last_s && !beaten(rung)).collect()
+    let does_other_work = |rung: &Rung| rungs.iter().any(|other| other.chains > rung.chains && other.rays < rung.rays);
+    rungs.iter().filter(|rung| rung.seconds >= FITTED_FROM * last_s && !does_other_work(rung)).collect()
 }
 
 #[cfg(test)]
