@@ -169,6 +169,9 @@ fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
             command += &solution.target_error.map_or(String::new(), |target| format!(" --target-error {target}"));
         }
     }
+    if arguments.method != Method::Auto {
+        command += &format!(" --method {}", solution.method);
+    }
     if let Some(limit_s) = arguments.time_limit {
         command += &format!(" --time-limit {limit_s}s");
     }

@@ -154,8 +154,6 @@ pub fn climb(
             let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
             while rung.runs < REPEATS {
                 let seed = run.seed + 1 + (rungs.len() * REPEATS + rung.runs) as u64;
-                let solution = (method.solve)(&run.scene, &settings(asked, seed), &Silent::starting_now());
-                let error = exact.beside(&solution)?.statistics().rms;
                 let settings = settings(asked, target_error, seed);
                 let solution = match (method.solve)(&run.scene, &settings, &Silent::starting_now()) {
                     Ok(solution) => solution,
@@ -165,7 +163,7 @@ pub fn climb(
                     }
                 };
                 at_the_end |= solution.target_met == Some(false);
-                let error = entries_of(case, run, comparison, &solution)?.statistics().rms;
+                let error = exact.beside(&solution)?.statistics().rms;
                 let seconds = solution.build_s + solution.compute_s;
                 spent_s += seconds;
                 rung.runs += 1;
