@@ -1,5 +1,7 @@
 //! A room solved on finer and finer meshes, and the maps that they give.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -41,8 +43,8 @@ pub struct Radiosity<'a> {
     scene: &'a Scene,
     room: Room,
     nodes: Nodes,
-    /// The meshes so far, from the coarsest, and their values at the points of the interpolation.
-    meshes: Vec<(RoomMesh, [Vec<f64>; 6])>,
+    /// The meshes so far, from the coarsest, and their values at the points of the interpolation once asked for.
+    meshes: Vec<(RoomMesh, OnceLock<[Vec<f64>; 6]>)>,
 }
 
 /// Flux that the surfaces take by a map, and its estimated error.
@@ -104,11 +106,10 @@ impl<'a> Radiosity<'a> {
             |face, [u, v]| room.reflectance(face, [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])]),
             |face, stretches| room.direct_over_rectangle_lx(face, stretches),
         );
-        let values = self.nodes.indirect_lx(&mesh, room.size_m);
-        self.meshes.push((mesh, values));
+        self.meshes.push((mesh, OnceLock::new()));
     }
 
-    fn last_three(&self) -> [&(RoomMesh, [Vec<f64>; 6]); 3] {
+    fn last_three(&self) -> [&(RoomMesh, OnceLock<[Vec<f64>; 6]>); 3] {
         let first = self.meshes.len() - 3;
         [0, 1, 2].map(|level| &self.meshes[first + level])
     }
@@ -123,7 +124,9 @@ impl<'a> Radiosity<'a> {
 
     fn element_map(&self) -> MapResult {
         let (scene, elements) = (self.scene, Elements::of(self.scene));
-        let field = Field::new(&self.nodes, self.last_three().map(|(_, values)| values));
+        let at_nodes = |mesh: &RoomMesh| self.nodes.indirect_lx(mesh, self.room.size_m);
+        let values = self.last_three().map(|(mesh, values)| values.get_or_init(|| at_nodes(mesh)));
+        let field = Field::new(&self.nodes, values);
         let cells: Vec<(f64, f64, f64)> =
             (0..elements.len() as u32).into_par_iter().map(|cell| self.cell_lx(&field, &elements, cell)).collect();
         let values = values_of(&cells);
