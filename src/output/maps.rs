@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::sheet::{Field, Sheet};
 use super::{OutputError, ResultFile};
 use crate::maps::{MapKind, MapResult, TableRow};
-use crate::scene::{Elements, Emission, ReflectionLaw, Scene, Side};
+use crate::scene::{Elements, Emission, Scene, Side};
 use crate::solver::{ConvergenceRow, Solution};
 
 const ELEMENT_COLUMNS: &[&str] = &[
@@ -105,7 +105,10 @@ fn element_file(scene: &Scene, map: &MapResult) -> Result<ResultFile, OutputErro
         let illuminance_lx = map.values.illuminance_lx[index];
 
         let own_lm_m2 = own_emission.exitance_lm_m2(surface, cell.side);
-        let exitance_lm_m2 = diffuse_reflectance(scene, surface) * illuminance_lx + own_lm_m2;
+        let law = scene.materials[scene.surfaces[surface as usize].material as usize].law;
+        let behind_lx = elements.opposite(index as u32).map_or(0.0, |other| map.values.illuminance_lx[other as usize]);
+        let exitance_lm_m2 =
+            law.diffuse_reflectance() * illuminance_lx + law.diffuse_transmittance() * behind_lx + own_lm_m2;
 
         sheet.row(&[
             Field::Text(&scene.surfaces[surface as usize].name),
@@ -127,14 +130,6 @@ fn element_file(scene: &Scene, map: &MapResult) -> Result<ResultFile, OutputErro
         ])?;
     }
     Ok(sheet.finish())
-}
-
-/// Reflectance whose share of the light leaves in every direction alike.
-fn diffuse_reflectance(scene: &Scene, surface: u32) -> f64 {
-    let material = scene.surfaces[surface as usize].material;
-    match scene.materials[material as usize].law {
-        ReflectionLaw::Diffuse { reflectance } => reflectance,
-    }
 }
 
 /// What area luminaires emit from either side of every surface, in lm/m².

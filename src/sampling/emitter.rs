@@ -87,10 +87,21 @@ pub struct Emitted {
     pub direction: DVec3,
 }
 
+/// What a receiver sees of an emitter in one look.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// Illuminance in lx if nothing stands between.
+    pub unshadowed_lx: f64,
+    /// The point looked at; `None` where numbers cannot tell one, so little of the emitter is above the horizon.
+    pub place: Option<Place>,
+}
+
 /// All emitters of a scene that give light.
 #[derive(Clone, Debug)]
 pub struct Emitters {
     list: Vec<Emitter>,
+    /// Emitting sides of triangles with their emitters, in order.
+    on_surfaces: Vec<((u32, Side), u32)>,
     /// Flux of all emitters up to and including each, in lm.
     cumulative_flux_lm: Vec<f64>,
     tree: Option<EmitterTree>,
@@ -153,7 +164,34 @@ impl Emitters {
             .collect();
         let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
         let tree = EmitterTree::of(&beacons);
-        Emitters { list, cumulative_flux_lm, tree }
+        let mut on_surfaces: Vec<((u32, Side), u32)> = list
+            .iter()
+            .enumerate()
+            .filter_map(|(index, emitter)| match &emitter.shape {
+                Shape::Triangle(triangle) => Some(((triangle.triangle, triangle.side), index as u32)),
+                _ => None,
+            })
+            .collect();
+        on_surfaces.sort_unstable();
+        Emitters { list, on_surfaces, cumulative_flux_lm, tree }
+    }
+
+    /// Numbers of the emitters on a side of a triangle.
+    pub fn on_surface(&self, triangle: u32, side: Side) -> impl Iterator<Item = u32> + '_ {
+        let first = self.on_surfaces.partition_point(|(place, _)| *place < (triangle, side));
+        let here = self.on_surfaces[first..].iter().take_while(move |(place, _)| *place == (triangle, side));
+        here.map(|(_, emitter)| *emitter)
+    }
+
+    /// Number of the emitter that is a luminaire's ball.
+    pub fn of_ball(&self, luminaire: u32) -> Option<u32> {
+        let first = self.list.partition_point(|emitter| emitter.luminaire < luminaire);
+        self.list.get(first).filter(|emitter| emitter.luminaire == luminaire).map(|_| first as u32)
+    }
+
+    /// Probability with which [`Emitters::choose_for`] chooses an emitter.
+    pub fn probability_for(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
+        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, cut))
     }
 
     /// The emitters.
@@ -335,10 +373,16 @@ impl Emitter {
         self.beacon.importance(point_m, normal)
     }
 
-    /// Draws the point of the emitter that a receiver looks at, in proportion to what it brings there unshadowed:
-    /// the estimate of the illuminance is then [`Emitter::unshadowed_lx`] times visibility.
-    pub fn draw_towards(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Place> {
-        match &self.shape {
+    /// One look at the emitter from a point with a unit normal; `None` where it brings nothing.
+    ///
+    /// The point looked at is drawn in proportion to what it brings there unshadowed: the estimate of the illuminance
+    /// is what the look says times visibility.
+    pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+        let unshadowed_lx = self.unshadowed_lx(point_m, normal);
+        if unshadowed_lx <= 0.0 {
+            return None;
+        }
+        let place = match &self.shape {
             Shape::Triangle(triangle) => {
                 let seen = SeenTriangle::new(triangle.seen_from(point_m));
                 seen.draw_projected(normal, stream).map(|(_, barycentric)| triangle.place(barycentric))
@@ -347,6 +391,16 @@ impl Emitter {
                 draw_ball(self.luminaire, *center_m, *radius_m, point_m, normal, stream)
             }
             _ => self.point_place(),
+        };
+        Some(Look { unshadowed_lx, place })
+    }
+
+    /// Exitance in lm/m² of an emitter that rays can meet; `None` for points.
+    pub fn exitance_lm_m2(&self) -> Option<f64> {
+        match &self.shape {
+            Shape::Triangle(triangle) => Some(triangle.exitance_lm_m2),
+            Shape::Ball { exitance_lm_m2, .. } => Some(*exitance_lm_m2),
+            _ => None,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Random streams, warps, and for every luminaire and material the four faces sample, pdf, eval and total.
 
+pub mod beam;
 pub mod emitter;
 pub mod emitter_tree;
 mod importance;

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::base::pane::pane_shares;
+
 use super::elements::{Elements, Side};
 use super::model::{Emission, Luminaire, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
 use super::shells::{bounds_m, is_shut_in, shells_of_scene};
@@ -73,8 +75,10 @@ pub struct InspectedSurface {
     pub geometry: String,
     /// Material.
     pub material: String,
-    /// Total reflectance of the material, 0 to 1.
+    /// Total reflectance of the material, 0 to 1; of glass that at normal incidence.
     pub reflectance: f64,
+    /// Total transmittance of the material, 0 to 1; of glass that at normal incidence.
+    pub transmittance: f64,
     /// Area of one side in m².
     pub area_m2: f64,
     /// Number of triangles.
@@ -209,13 +213,24 @@ fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> Inspect
     let material = &scene.materials[surface.material as usize];
     let sides = if surface.two_sided { vec![Side::Front, Side::Back] } else { vec![Side::Front] };
     let cells = elements.cells_of_surface(scene, id);
+    let [reflectance, transmittance] = match material.law {
+        ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => [reflectance, 0.0],
+        ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+            [diffuse_reflectance + specular_reflectance, 0.0]
+        }
+        ReflectionLaw::Glass { refractive_index, internal_transmittance } => {
+            pane_shares(refractive_index, internal_transmittance, 1.0)
+        }
+        ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
+            [diffuse_reflectance, diffuse_transmittance]
+        }
+    };
     InspectedSurface {
         name: surface.name.clone(),
         geometry: surface.geometry.clone(),
         material: material.name.clone(),
-        reflectance: match material.law {
-            ReflectionLaw::Diffuse { reflectance } => reflectance,
-        },
+        reflectance,
+        transmittance,
         area_m2: surface.triangles.clone().map(|triangle| scene.triangle_area_m2(triangle)).sum(),
         triangles: surface.triangles.len(),
         elements: u64::from(cells.end - cells.start) / sides.len() as u64,
