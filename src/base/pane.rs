@@ -13,7 +13,8 @@ const LEAST_COSINE: f64 = 1e-9;
 /// Accuracy: rounding, some 1e-15.
 pub fn pane_shares(refractive_index: f64, internal_transmittance: f64, cos_theta: f64) -> [f64; 2] {
     let cos = cos_theta.clamp(LEAST_COSINE, 1.0);
-    let cos_inside = (1.0 - (1.0 - cos * cos) / (refractive_index * refractive_index)).sqrt();
+    // Snell's law, without the cancellation of 1 − sin².
+    let cos_inside = ((refractive_index - 1.0) * (refractive_index + 1.0) + cos * cos).sqrt() / refractive_index;
     let inside = internal_transmittance.powf(1.0 / cos_inside);
     let across = (cos - refractive_index * cos_inside) / (cos + refractive_index * cos_inside);
     let along = (refractive_index * cos - cos_inside) / (refractive_index * cos + cos_inside);

@@ -1,6 +1,10 @@
 //! One packet's life: emit → first_hit → arrive → scatter, until it is absorbed or leaves.
 
+mod mirrors;
+
 use glam::DVec3;
+
+pub use mirrors::Mirrors;
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitters, Place};
@@ -16,6 +20,10 @@ pub struct Stage {
     pub elements: Elements,
     /// Where light comes from.
     pub emitters: Emitters,
+    /// Flat mirrors in which walks look for point-like luminaires; `None` where there is nothing to look for.
+    pub mirrors: Option<Mirrors>,
+    /// Classes of paths that walks cannot find, in words; chains find all.
+    pub paths_not_found: Vec<String>,
     triangles: Vec<TriangleOptics>,
     laws: Vec<Law>,
     has_panes: bool,
@@ -70,10 +78,14 @@ impl Stage {
             triangles.iter().any(|triangle: &TriangleOptics| law(&laws[triangle.law as usize]))
         };
         let has_panes = is_used(&|law| matches!(law, Law::Glass(_)));
+        let emitters = Emitters::of(scene);
+        let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &laws, &emitters);
         Stage {
             tracer: Tracer::new(scene),
             elements: Elements::of(scene),
-            emitters: Emitters::of(scene),
+            emitters,
+            mirrors,
+            paths_not_found: mirrors::not_found(&left_out),
             triangles,
             laws,
             has_panes,

@@ -103,7 +103,7 @@ impl DirectPass {
             let mut sum_lx = 0.0;
             let mut rays = 0;
             for emitter in stage.emitters.list() {
-                let looked = match emitter.as_point() {
+                let looked = match emitter.draw_point(stream) {
                     Some(position_m) => point_over_cell(
                         stage, emitter, position_m, &corners, cell.side, area_m2, &origin_at, &inner, stream,
                     ),
@@ -112,7 +112,8 @@ impl DirectPass {
                         let point_m = corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
                         emitter.look(point_m, normal, stream).map(|look| {
                             let origin = origin_at(inner([u, v]));
-                            look.unshadowed_lx * seen_share(stage, &look, &Receiver { point_m, normal, origin: &origin })
+                            look.unshadowed_lx
+                                * seen_share(stage, &look, &Receiver { point_m, normal, origin: &origin })
                         })
                     }
                 };
@@ -157,13 +158,8 @@ pub fn one_look<'a>(stage: &'a Stage, receiver: &Receiver, cut: &mut Cut, stream
     let variate = stream.fine_unit();
     let (emitter, probability) = stage.emitters.choose_for(receiver.point_m, receiver.normal, variate, cut)?;
     let look = emitter.look(receiver.point_m, receiver.normal, stream)?;
-    let mut sight = Sight {
-        emitter,
-        probability,
-        unshadowed_lx: look.unshadowed_lx,
-        transmittance: 0.0,
-        towards: receiver.normal,
-    };
+    let mut sight =
+        Sight { emitter, probability, unshadowed_lx: look.unshadowed_lx, transmittance: 0.0, towards: receiver.normal };
     if let Some(place) = look.place {
         let origin = stage.origin(&place);
         sight.transmittance = stage.transmittance(receiver.origin, &origin);
@@ -197,7 +193,7 @@ fn point_over_cell(
     if intensity_cd <= 0.0 {
         return None;
     }
-    let source = stage.origin(&emitter.point_place()?);
+    let source = stage.origin(&emitter.place_of_point(position_m));
     let seen_share = stage.transmittance(&origin_at(inner(barycentric)), &source);
     Some(intensity_cd * seen.solid_angle_sr() / area_m2 * seen_share)
 }

@@ -16,6 +16,7 @@ use glam::DVec3;
 
 use crate::chain::Stage;
 use crate::estimators::direct::{Receiver, one_look};
+use crate::estimators::images::look_into_mirrors;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
@@ -43,8 +44,7 @@ struct LobeRay {
 pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let mut origin = *receiver.origin;
     let mut direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let mut illuminance_lx = 0.0;
-    let mut rays = 0;
+    let (mut illuminance_lx, mut rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
     let mut departure = Departure::Seen;
     loop {
         rays += 1;
@@ -140,7 +140,9 @@ impl Vertex<'_> {
     #[inline]
     fn spread_lm_m2(&self, share: f64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         let sight = one_look(self.stage, &self.receiver(), cut, stream);
-        sight.map_or((0.0, 0), |sight| (share * sight.direct_lx(), 1))
+        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (share * sight.direct_lx(), 1));
+        let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| share, cut, stream);
+        (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
     }
 
     /// The same from either side of a translucent sheet, chosen by its share.
@@ -154,10 +156,14 @@ impl Vertex<'_> {
 
     /// Direct light that a glossy surface sends back along the walk, π times its luminance.
     fn phong_lm_m2(&self, law: &Phong, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-        let Some(sight) = one_look(self.stage, &self.receiver(), cut, stream) else {
-            return (0.0, 0);
+        let receiver = self.receiver();
+        let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
+        let (mirrored_lm_m2, rays) =
+            in_mirrors_lx(self.stage, &receiver, |towards| PI * law.eval_per_sr(&pair(towards)), cut, stream);
+        let Some(sight) = one_look(self.stage, &receiver, cut, stream) else {
+            return (mirrored_lm_m2, rays);
         };
-        let pair = Pair { normal: self.normal, towards: sight.towards, leaving: -self.direction };
+        let pair = pair(sight.towards);
         let brought_lx = sight.unshadowed_lx / sight.probability;
         let lobe = law.lobe_per_sr(&pair) * brought_lx;
         // The share of the look, 1/(1 + z), beside that of the ray in `met_lm_m2`.
@@ -165,6 +171,20 @@ impl Vertex<'_> {
             Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
             None => lobe,
         };
-        (PI * (law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance, 1)
+        let looked_lm_m2 = PI * (law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
+        (mirrored_lm_m2 + looked_lm_m2, rays + 1)
     }
+}
+
+/// What a place receives from images in mirrors, if there can be any: see [`look_into_mirrors`].
+#[inline]
+fn in_mirrors_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    response: impl Fn(DVec3) -> f64,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let mirrors = stage.mirrors.as_ref();
+    mirrors.map_or((0.0, 0), |mirrors| look_into_mirrors(stage, mirrors, receiver, response, cut, stream))
 }

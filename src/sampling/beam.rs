@@ -75,7 +75,10 @@ impl Polygon {
 
     /// The part on the inner side of a plane.
     fn cut(&self, point_m: DVec3, inward: DVec3) -> Polygon {
-        let heights: [f64; MOST_CORNERS] = std::array::from_fn(|i| (self.corners_m[i] - point_m).dot(inward));
+        let mut heights = [0.0; MOST_CORNERS];
+        for (height, corner_m) in heights.iter_mut().zip(self.corners()) {
+            *height = (corner_m - point_m).dot(inward);
+        }
         if heights[..self.count].iter().all(|height| *height >= 0.0) || self.count == MOST_CORNERS {
             return *self;
         }
@@ -135,28 +138,21 @@ impl Beam {
 
     /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle that the beam leaves of it.
     pub fn choose(&self, facets: &[Facet], variate: f64) -> Option<Step> {
-        let mut seen: Vec<(usize, f64, Polygon)> = Vec::new();
-        let mut total_sr = 0.0;
-        for (index, facet) in facets.iter().enumerate() {
-            let solid_angle_sr = self.part_of(facet).map(|part| (part.solid_angle_sr(self.apex_m), part));
-            if let Some((solid_angle_sr, part)) = solid_angle_sr
-                && solid_angle_sr > 0.0
-            {
-                total_sr += solid_angle_sr;
-                seen.push((index, solid_angle_sr, part));
-            }
-        }
+        let solid_angle_sr = |facet: &Facet| self.part_of(facet).map_or(0.0, |part| part.solid_angle_sr(self.apex_m));
+        let seen_sr: Vec<f64> = facets.iter().map(solid_angle_sr).collect();
+        let total_sr: f64 = seen_sr.iter().sum();
         let mut rest = variate * total_sr;
-        let last = seen.len().checked_sub(1)?;
-        for (place, (facet, solid_angle_sr, polygon)) in seen.into_iter().enumerate() {
-            if rest < solid_angle_sr || place == last {
-                let middle_m = polygon.corners().iter().sum::<DVec3>() / polygon.count as f64;
-                let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();
-                return Some(Step { facet, probability: solid_angle_sr / total_sr, cosine, polygon });
-            }
-            rest -= solid_angle_sr;
-        }
-        None
+        let last = seen_sr.iter().rposition(|sr| *sr > 0.0)?;
+        let chosen = seen_sr[..last].iter().position(|sr| {
+            let found = rest < *sr;
+            rest -= sr;
+            found
+        });
+        let facet = chosen.unwrap_or(last);
+        let polygon = self.part_of(&facets[facet])?;
+        let middle_m = polygon.corners().iter().sum::<DVec3>() / polygon.count as f64;
+        let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();
+        Some(Step { facet, probability: seen_sr[facet] / total_sr, cosine, polygon })
     }
 
     /// The beam after a step.

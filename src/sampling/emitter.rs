@@ -176,6 +176,14 @@ impl Emitters {
         Emitters { list, on_surfaces, cumulative_flux_lm, tree }
     }
 
+    /// The point-like emitters by themselves, if there are any.
+    pub fn points(&self) -> Option<PointEmitters> {
+        let list: Vec<Emitter> = self.list.iter().filter(|emitter| emitter.is_point()).cloned().collect();
+        let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
+        let tree = EmitterTree::of(&beacons)?;
+        Some(PointEmitters { list, tree })
+    }
+
     /// Numbers of the emitters on a side of a triangle.
     pub fn on_surface(&self, triangle: u32, side: Side) -> impl Iterator<Item = u32> + '_ {
         let first = self.on_surfaces.partition_point(|(place, _)| *place < (triangle, side));
@@ -216,6 +224,42 @@ impl Emitters {
         let aim = choice * self.luminous_flux_lm();
         let index = self.cumulative_flux_lm.partition_point(|sum| *sum <= aim).min(self.list.len() - 1);
         self.list[index].emit(stream)
+    }
+}
+
+/// The emitters that are points.
+#[derive(Clone, Debug)]
+pub struct PointEmitters {
+    list: Vec<Emitter>,
+    tree: EmitterTree,
+}
+
+/// A point of a point-like emitter.
+#[derive(Clone, Copy, Debug)]
+pub struct PointLook<'a> {
+    /// The emitter.
+    pub emitter: &'a Emitter,
+    /// The point in m.
+    pub position_m: DVec3,
+    /// The same for the geometry.
+    pub place: Place,
+}
+
+impl PointEmitters {
+    /// Chooses a point-like emitter as [`Emitters::choose_for`] does, and a point of it; returns both with the
+    /// probability of the choice.
+    pub fn choose(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        variate: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> Option<(PointLook<'_>, f64)> {
+        let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
+        let emitter = &self.list[index as usize];
+        let position_m = emitter.draw_point(stream)?;
+        Some((PointLook { emitter, position_m, place: emitter.place_of_point(position_m) }, probability))
     }
 }
 
@@ -286,13 +330,29 @@ fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
 }
 
 impl Emitter {
-    /// The emitter's point in m, if it is one, and its intensity in cd towards a direction given by an offset.
-    pub fn as_point(&self) -> Option<DVec3> {
+    /// Whether it is a point, or emits from points that no ray meets.
+    pub fn is_point(&self) -> bool {
+        !matches!(self.shape, Shape::Triangle(_) | Shape::Ball { .. })
+    }
+
+    /// A point of a point-like emitter in m: its only one; `None` for the others.
+    #[inline]
+    pub fn draw_point(&self, _stream: &mut Stream) -> Option<DVec3> {
         match &self.shape {
             Shape::Isotropic { position_m, .. }
             | Shape::Lambertian { position_m, .. }
             | Shape::Web { position_m, .. } => Some(*position_m),
             Shape::Triangle(_) | Shape::Ball { .. } => None,
+        }
+    }
+
+    /// A point of a point-like emitter for the geometry; a directed one belongs to the side it aims at.
+    #[inline]
+    pub fn place_of_point(&self, point_m: DVec3) -> Place {
+        match &self.shape {
+            Shape::Lambertian { axis, .. } => Place::Sided(point_m, *axis),
+            Shape::Web { frame, .. } => Place::Sided(point_m, frame[2]),
+            _ => Place::Free(point_m),
         }
     }
 
@@ -303,16 +363,6 @@ impl Emitter {
             Shape::Lambertian { axis, intensity_cd, .. } => intensity_cd * axis.dot(direction).max(0.0),
             Shape::Web { frame, web, scale, .. } => scale * web.intensity_towards_cd(frame, direction),
             Shape::Triangle(_) | Shape::Ball { .. } => 0.0,
-        }
-    }
-
-    /// Place of a point emitter for the geometry; a directed one belongs to the side it aims at.
-    pub fn point_place(&self) -> Option<Place> {
-        match &self.shape {
-            Shape::Isotropic { position_m, .. } => Some(Place::Free(*position_m)),
-            Shape::Lambertian { position_m, axis, .. } => Some(Place::Sided(*position_m, *axis)),
-            Shape::Web { position_m, frame, .. } => Some(Place::Sided(*position_m, frame[2])),
-            Shape::Triangle(_) | Shape::Ball { .. } => None,
         }
     }
 
@@ -390,7 +440,9 @@ impl Emitter {
             Shape::Ball { center_m, radius_m, .. } => {
                 draw_ball(self.luminaire, *center_m, *radius_m, point_m, normal, stream)
             }
-            _ => self.point_place(),
+            Shape::Isotropic { position_m, .. }
+            | Shape::Lambertian { position_m, .. }
+            | Shape::Web { position_m, .. } => Some(self.place_of_point(*position_m)),
         };
         Some(Look { unshadowed_lx, place })
     }

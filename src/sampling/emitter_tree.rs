@@ -50,8 +50,7 @@ impl EmitterTree {
     /// Builds the tree over beacons; `None` over none.
     pub fn of(beacons: &[&Beacon]) -> Option<EmitterTree> {
         let mut order: Vec<u32> = (0..beacons.len() as u32).collect();
-        let mut tree =
-            EmitterTree { nodes: Vec::with_capacity(2 * beacons.len()), place_of: vec![0; beacons.len()] };
+        let mut tree = EmitterTree { nodes: Vec::with_capacity(2 * beacons.len()), place_of: vec![0; beacons.len()] };
         (!order.is_empty()).then(|| {
             tree.build(beacons, &mut order, 0);
             tree

@@ -106,8 +106,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
 
 /// Whether light that a luminaire sends out can be lost nowhere.
 fn never_absorbs(scene: &Scene) -> bool {
-    let is_white =
-        |surface: &super::model::Surface| scene.materials[surface.material as usize].law.absorbs_nothing();
+    let is_white = |surface: &super::model::Surface| scene.materials[surface.material as usize].law.absorbs_nothing();
     let has_black_ball = scene.luminaires.iter().any(|luminaire| matches!(luminaire.emission, Emission::Sphere { .. }));
     if has_black_ball || !scene.surfaces.iter().all(is_white) {
         return false;

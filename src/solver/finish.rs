@@ -33,6 +33,9 @@ pub(super) fn finish(
             "normals may be flipped"
         ));
     }
+    let walks = jobs.iter().any(|job| job.kind != MapKind::Elements && !job.is_black());
+    let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
+    warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
     let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact() || job.judgement.dark);
     let maps: Vec<MapResult> = jobs.into_iter().map(|job| map_result(context, job, target_error)).collect();
     for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
@@ -59,6 +62,7 @@ pub(super) fn finish(
         convergence,
         build_s,
         compute_s,
+        paths_not_found,
         warnings,
     }
 }

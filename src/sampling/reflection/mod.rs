@@ -125,10 +125,9 @@ impl Law {
             ReflectionLaw::Glass { refractive_index, internal_transmittance } => {
                 Law::Glass(Glass { refractive_index, internal_transmittance })
             }
-            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => Law::Translucent(Translucent {
-                reflectance: diffuse_reflectance,
-                transmittance: diffuse_transmittance,
-            }),
+            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
+                Law::Translucent(Translucent { reflectance: diffuse_reflectance, transmittance: diffuse_transmittance })
+            }
         }
     }
 

@@ -58,8 +58,7 @@ impl Phong {
             cumulated: vec![0.0],
         };
         let rule = GaussLegendre::new(8);
-        law.missing =
-            (0..=INTERVALS).map(|node| missing_share(exponent, law.cosine(node as f64), &rule)).collect();
+        law.missing = (0..=INTERVALS).map(|node| missing_share(exponent, law.cosine(node as f64), &rule)).collect();
         for interval in 0..INTERVALS {
             let (from, to) = (law.cosine(interval as f64), law.cosine(interval as f64 + 1.0));
             let mass = rule.integrate(from, to, |cos| 2.0 * cos * law.missing_at(cos));
@@ -187,6 +186,7 @@ fn missing_share(exponent: f64, cos: f64, rule: &GaussLegendre) -> f64 {
         2.0 * y * (-y * y).exp() * (PI - kept) * FRAC_1_PI
     };
     let step = LOBE_END / PANELS as f64;
-    let sum: f64 = (0..PANELS).map(|panel| rule.integrate(panel as f64 * step, (panel + 1) as f64 * step, lost_at)).sum();
+    let sum: f64 =
+        (0..PANELS).map(|panel| rule.integrate(panel as f64 * step, (panel + 1) as f64 * step, lost_at)).sum();
     sum.clamp(0.0, 1.0)
 }
