@@ -4,6 +4,7 @@
 //! the point of it that a receiver sees in proportion to what it brings there, `unshadowed_lx` is the exact value of
 //! what it brings where nothing stands between, and `luminous_flux_lm` its total.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -11,6 +12,7 @@ use glam::DVec3;
 
 use super::emitter_tree::{Cut, EmitterTree};
 use super::importance::{Beacon, Profile};
+use super::opening::Aperture;
 use super::random::Stream;
 use super::triangle::SeenTriangle;
 use super::warp::{cosine_hemisphere, uniform_cone, uniform_sphere, uniform_triangle};
@@ -60,9 +62,32 @@ pub struct Emitter {
 enum Shape {
     Isotropic { position_m: DVec3, intensity_cd: f64 },
     Lambertian { position_m: DVec3, axis: DVec3, intensity_cd: f64 },
-    Web { position_m: DVec3, frame: [DVec3; 3], web: Arc<IntensityWeb>, sampler: Arc<WebSampler>, scale: f64 },
+    Web(WebEmitter),
     Triangle(TriangleEmitter),
     Ball { center_m: DVec3, radius_m: f64, exitance_lm_m2: f64 },
+}
+
+#[derive(Clone, Debug)]
+struct WebEmitter {
+    position_m: DVec3,
+    frame: [DVec3; 3],
+    web: Arc<IntensityWeb>,
+    sampler: Arc<WebSampler>,
+    profile: Profile,
+    scale: f64,
+    /// The luminous opening, where it has an extent.
+    aperture: Option<Arc<Aperture>>,
+}
+
+impl WebEmitter {
+    fn intensity_cd(&self, direction: DVec3) -> f64 {
+        self.scale * self.web.intensity_towards_cd(&self.frame, direction)
+    }
+
+    #[inline]
+    fn draw_point(&self, stream: &mut Stream) -> DVec3 {
+        self.aperture.as_ref().map_or(self.position_m, |aperture| aperture.draw(stream))
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -111,6 +136,8 @@ impl Emitters {
     /// Lists the emitters of a scene; luminaires without flux have none.
     pub fn of(scene: &Scene) -> Emitters {
         let mut list = Vec::new();
+        // Luminaires of one array share their distribution and what is made of it.
+        let mut webs: HashMap<*const IntensityWeb, (Arc<WebSampler>, Profile)> = HashMap::new();
         for (luminaire, source) in scene.luminaires.iter().enumerate() {
             let luminaire = luminaire as u32;
             let mut push = |luminous_flux_lm: f64, shape: Shape| {
@@ -128,16 +155,16 @@ impl Emitters {
                     source.luminous_flux_lm,
                     Shape::Lambertian { position_m: *position_m, axis: *axis, intensity_cd: *intensity_cd },
                 ),
-                Emission::Photometric { position_m, frame, web, scale } => push(
-                    source.luminous_flux_lm,
-                    Shape::Web {
-                        position_m: *position_m,
-                        frame: *frame,
-                        web: web.clone(),
-                        sampler: Arc::new(WebSampler::new(web)),
-                        scale: *scale,
-                    },
-                ),
+                Emission::Photometric { position_m, frame, web, opening, scale } => {
+                    let (sampler, profile) = webs
+                        .entry(Arc::as_ptr(web))
+                        .or_insert_with(|| (Arc::new(WebSampler::new(web)), Profile::of(web)))
+                        .clone();
+                    let (web, aperture) = (web.clone(), Aperture::new(opening, *position_m, frame).map(Arc::new));
+                    let (position_m, frame, scale) = (*position_m, *frame, *scale);
+                    let emitter = WebEmitter { position_m, frame, web, sampler, profile, scale, aperture };
+                    push(source.luminous_flux_lm, Shape::Web(emitter));
+                }
                 Emission::Sphere { center_m, radius_m, exitance_lm_m2 } => push(
                     source.luminous_flux_lm,
                     Shape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
@@ -279,7 +306,13 @@ impl Shape {
             Shape::Lambertian { position_m, axis, intensity_cd } => {
                 point(position_m, *axis, *intensity_cd, Profile::Cosine)
             }
-            Shape::Web { position_m, frame, web, scale, .. } => point(position_m, frame[2], *scale, Profile::of(web)),
+            Shape::Web(web) => Beacon {
+                center_m: web.position_m,
+                radius_m: web.aperture.as_ref().map_or(0.0, |aperture| aperture.radius_m()),
+                axis: web.frame[2],
+                intensity_cd: web.scale,
+                profile: web.profile.clone(),
+            },
             Shape::Triangle(triangle) => Beacon {
                 center_m: triangle.centroid_m,
                 radius_m: triangle.radius_m,
@@ -335,13 +368,12 @@ impl Emitter {
         !matches!(self.shape, Shape::Triangle(_) | Shape::Ball { .. })
     }
 
-    /// A point of a point-like emitter in m: its only one; `None` for the others.
+    /// A point of a point-like emitter in m, its only one or one of its opening; `None` for the others.
     #[inline]
-    pub fn draw_point(&self, _stream: &mut Stream) -> Option<DVec3> {
+    pub fn draw_point(&self, stream: &mut Stream) -> Option<DVec3> {
         match &self.shape {
-            Shape::Isotropic { position_m, .. }
-            | Shape::Lambertian { position_m, .. }
-            | Shape::Web { position_m, .. } => Some(*position_m),
+            Shape::Isotropic { position_m, .. } | Shape::Lambertian { position_m, .. } => Some(*position_m),
+            Shape::Web(web) => Some(web.draw_point(stream)),
             Shape::Triangle(_) | Shape::Ball { .. } => None,
         }
     }
@@ -351,7 +383,7 @@ impl Emitter {
     pub fn place_of_point(&self, point_m: DVec3) -> Place {
         match &self.shape {
             Shape::Lambertian { axis, .. } => Place::Sided(point_m, *axis),
-            Shape::Web { frame, .. } => Place::Sided(point_m, frame[2]),
+            Shape::Web(web) => Place::Sided(point_m, web.frame[2]),
             _ => Place::Free(point_m),
         }
     }
@@ -361,7 +393,7 @@ impl Emitter {
         match &self.shape {
             Shape::Isotropic { intensity_cd, .. } => *intensity_cd,
             Shape::Lambertian { axis, intensity_cd, .. } => intensity_cd * axis.dot(direction).max(0.0),
-            Shape::Web { frame, web, scale, .. } => scale * web.intensity_towards_cd(frame, direction),
+            Shape::Web(web) => web.intensity_cd(direction),
             Shape::Triangle(_) | Shape::Ball { .. } => 0.0,
         }
     }
@@ -375,10 +407,11 @@ impl Emitter {
             Shape::Lambertian { position_m, axis, .. } => {
                 Emitted { place: Place::Sided(*position_m, *axis), direction: cosine_hemisphere(*axis, stream.pair()) }
             }
-            Shape::Web { position_m, frame, sampler, .. } => {
-                let local = sampler.sample(stream.pair());
-                let direction = frame[0] * local.x + frame[1] * local.y + frame[2] * local.z;
-                Emitted { place: Place::Sided(*position_m, frame[2]), direction }
+            Shape::Web(web) => {
+                let local = web.sampler.sample(stream.pair());
+                let [c0, c90, axis] = web.frame;
+                let direction = c0 * local.x + c90 * local.y + axis * local.z;
+                Emitted { place: Place::Sided(web.draw_point(stream), axis), direction }
             }
             Shape::Triangle(triangle) => Emitted {
                 place: triangle.place(uniform_triangle(stream.pair())),
@@ -392,13 +425,14 @@ impl Emitter {
         }
     }
 
-    /// Illuminance in lx at a point with a unit normal, as if nothing stood between: exact.
+    /// Illuminance in lx at a point with a unit normal, as if nothing stood between: exact, but for an opening with an
+    /// extent, which counts as its centre (its looks know better).
     pub fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
         match &self.shape {
             Shape::Isotropic { position_m, intensity_cd } => {
                 intensity_cd * cosine_per_square(*position_m - point_m, normal)
             }
-            Shape::Lambertian { position_m, .. } | Shape::Web { position_m, .. } => {
+            Shape::Lambertian { position_m, .. } | Shape::Web(WebEmitter { position_m, .. }) => {
                 let geometry = cosine_per_square(*position_m - point_m, normal);
                 if geometry == 0.0 {
                     return 0.0;
@@ -428,6 +462,13 @@ impl Emitter {
     /// The point looked at is drawn in proportion to what it brings there unshadowed: the estimate of the illuminance
     /// is what the look says times visibility.
     pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+        if let Shape::Web(web) = &self.shape
+            && let Some(aperture) = &web.aperture
+        {
+            let towards = |direction: DVec3| web.intensity_cd(direction);
+            let (unshadowed_lx, at_m) = aperture.look(point_m, normal, towards, stream)?;
+            return Some(Look { unshadowed_lx, place: Some(self.place_of_point(at_m)) });
+        }
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
         if unshadowed_lx <= 0.0 {
             return None;
@@ -442,7 +483,7 @@ impl Emitter {
             }
             Shape::Isotropic { position_m, .. }
             | Shape::Lambertian { position_m, .. }
-            | Shape::Web { position_m, .. } => Some(self.place_of_point(*position_m)),
+            | Shape::Web(WebEmitter { position_m, .. }) => Some(self.place_of_point(*position_m)),
         };
         Some(Look { unshadowed_lx, place })
     }

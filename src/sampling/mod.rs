@@ -4,6 +4,7 @@ pub mod beam;
 pub mod emitter;
 pub mod emitter_tree;
 mod importance;
+pub mod opening;
 pub mod random;
 pub mod reflection;
 pub mod triangle;

@@ -111,6 +111,8 @@ pub struct InspectedLuminaire {
     pub power_w: Option<f64>,
     /// Intensity on the axis in cd, of points.
     pub intensity_cd: Option<f64>,
+    /// Extents of the luminous opening along C0, C90 and the axis in m, where the photometric file gives it some.
+    pub opening_m: Option<[f64; 3]>,
     /// Exitance in lm/m², of surfaces and spheres.
     pub exitance_lm_m2: Option<f64>,
     /// Surfaces that emit.
@@ -249,6 +251,7 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
         maintenance_factor: luminaire.maintenance_factor,
         power_w: luminaire.power_w,
         intensity_cd: None,
+        opening_m: None,
         exitance_lm_m2: None,
         surfaces: Vec::new(),
     };
@@ -264,8 +267,9 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
             inspected.aim = Some(axis.to_array());
             inspected.intensity_cd = Some(*intensity_cd);
         }
-        Emission::Photometric { position_m, frame, .. } => {
+        Emission::Photometric { position_m, frame, opening, .. } => {
             inspected.kind = "photometric";
+            inspected.opening_m = Some(opening.extents_m()).filter(|extents| extents.iter().any(|m| *m > 0.0));
             inspected.position_m = position_m.to_array();
             inspected.aim = Some(frame[2].to_array());
         }

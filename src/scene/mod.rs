@@ -1,5 +1,6 @@
 //! From the scene file as written to one always-valid [`Scene`] in SI units.
 
+mod arrays;
 pub mod elements;
 mod error;
 mod file;

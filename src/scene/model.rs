@@ -185,7 +185,7 @@ pub enum Emission {
         /// Maintained intensity on the axis in cd.
         intensity_cd: f64,
     },
-    /// A point with a measured distribution.
+    /// A measured distribution, emitted alike by every part of the luminous opening.
     Photometric {
         /// Centre of the luminous opening in m.
         position_m: DVec3,
@@ -193,6 +193,8 @@ pub enum Emission {
         frame: [DVec3; 3],
         /// The distribution in cd as the file gives it (initial, undimmed).
         web: std::sync::Arc<super::photometry::IntensityWeb>,
+        /// The luminous opening; it is no obstacle.
+        opening: super::photometry::Opening,
         /// Maintained intensity over the web's: dimming × maintenance factor.
         scale: f64,
     },
