@@ -110,8 +110,10 @@ impl Room {
                 [along.into_iter().fold(f64::INFINITY, f64::min), along.into_iter().fold(0.0, f64::max)]
             });
             let surface = scene.triangle_surfaces[triangle as usize];
-            let ReflectionLaw::Diffuse { reflectance } =
-                scene.materials[scene.surfaces[surface as usize].material as usize].law;
+            let material = &scene.materials[scene.surfaces[surface as usize].material as usize];
+            let ReflectionLaw::Diffuse { reflectance } = material.law else {
+                return refuse("a surface that is not matt", format!("material \"{}\"", material.name), A_ROOM);
+            };
             let tile = Tile { face, stretches, reflectance, surface };
             let centroid = corners.iter().sum::<DVec3>() / 3.0;
             let same = |(other, middle): &(Tile, DVec3)| {

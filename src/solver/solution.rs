@@ -139,6 +139,8 @@ pub struct Solution {
     pub build_s: f64,
     /// Seconds of computing.
     pub compute_s: f64,
+    /// Classes of light paths that a map's method cannot find, in words.
+    pub paths_not_found: Vec<String>,
     /// What the user should know.
     pub warnings: Vec<String>,
 }

@@ -74,6 +74,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         MapResult { bound: *bound, target_met, ..map }
     });
     Ok(Solution {
+        paths_not_found: Vec::new(),
         method: "radiosity".to_owned(),
         seed: settings.seed,
         target_error,
