@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use luxmc::scene::{Emission, ReceiverLayout, Scene, inspect, read_scene, scene_from_json};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/scenes")
@@ -251,7 +252,7 @@ fn a_white_room_is_good_where_something_else_absorbs() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig { cases: 600, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_mangled_file_is_read_or_refused_but_never_breaks(
@@ -264,7 +265,8 @@ proptest! {
         for version in [&text[..floor(cut)], &mangled] {
             if let Err(error) = scene_from_json(version, None, &folder()) {
                 prop_assert!(!error.to_string().is_empty());
-                prop_assert!(error.place.is_some());
+                // A mangled file name leads to a file that is not there: then who named it is the place.
+                prop_assert!(error.place.is_some() || error.named_by.is_some(), "{error}");
             }
         }
     }

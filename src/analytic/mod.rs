@@ -1,6 +1,10 @@
 //! Exact solutions, each with a stated accuracy: numbers to hold simulations against.
 
+pub mod box_room;
+pub mod cylinder;
+pub mod direct;
 pub mod error;
 pub mod sobolev;
+pub mod sphere;
 
 pub use error::AnalyticError;

@@ -103,7 +103,7 @@ const KRONROD_WEIGHTS: [f64; 8] = [
     0.209_482_141_084_727_82,
 ];
 const GAUSS_WEIGHTS: [f64; 4] =
-    [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_93, 0.417_959_183_673_469_4];
+    [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
 
 /// Pieces below this fraction of the interval are not halved, so that a pole that no integral has is not
 /// followed down to where the numbers end and mistaken for one; 1/√x there holds 1e-15 of its integral.
@@ -270,7 +270,8 @@ mod tests {
     #[test]
     fn adaptive_finds_kinks_peaks_and_singularities() {
         let tolerance = Tolerance::relative(1e-11);
-        let cases: [(fn(f64) -> f64, f64, f64); 4] = [
+        type Case = (fn(f64) -> f64, f64, f64);
+        let cases: [Case; 4] = [
             (|x| (x - 0.3).abs(), 0.0, 0.29),
             (|x| -x.ln(), 0.0, 1.0),
             (|x| 1e-4 / ((x - 0.7).powi(2) + 1e-8), 0.0, (0.3e4f64).atan() + (0.7e4f64).atan()),

@@ -119,7 +119,7 @@ fn expanded_k_scaled(z: Complex<f64>, mu: f64) -> Complex<f64> {
 pub fn z_bessel_k1_and_deficit(z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
     let one = Complex::new(1.0, 0.0);
     if z.norm_sqr() == 0.0 {
-        return (one, one - one);
+        return (one, Complex::new(0.0, 0.0));
     }
     if z.norm_sqr() < SERIES_BELOW * SERIES_BELOW {
         let less_one = small_k01(z).1;

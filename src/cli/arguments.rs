@@ -2,11 +2,13 @@
 
 use clap::{Parser, Subcommand};
 
+use super::compare::CompareArguments;
 use super::completions::CompletionsArguments;
 use super::inspect::InspectArguments;
 use super::new::NewArguments;
 use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
+use super::validate::ValidateArguments;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -14,6 +16,8 @@ Examples:
   luxmc inspect my-office/office.json
   luxmc solve my-office/office.json --out my-office/results --target-error 1%
   luxmc sobolev --h1 0.5 --rho1 0.5 --rho2 0.5 --r 0:3:31
+  luxmc validate --out report
+  luxmc compare cube --out report
   luxmc schema > scene.schema.json
 
 Exit codes:
@@ -43,6 +47,10 @@ pub enum Command {
     /// Exact illuminance between two parallel diffuse planes lit by a point source
     #[command(long_about = sobolev::ABOUT)]
     Sobolev(SobolevArguments),
+    /// Run validation cases against their exact solutions and write a report
+    Validate(ValidateArguments),
+    /// Speed against error of every method that applies to a validation case
+    Compare(CompareArguments),
     /// Show what was read from a scene or a photometric file
     Inspect(InspectArguments),
     /// Print the JSON Schema of the scene file

@@ -6,12 +6,15 @@ use crate::analytic::AnalyticError;
 use crate::output::OutputError;
 use crate::scene::SceneError;
 use crate::scene::photometry::PhotometricError;
+use crate::validation::CaseError;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// 0: done; the target is met where one was set.
     Done,
+    /// 1: a validation case failed; the report was written.
+    CaseFailed,
     /// 2: bad usage or bad input; nothing was written.
     Refused,
     /// 3: a limit ended the run before the target was met; results were written.
@@ -27,6 +30,7 @@ impl Exit {
     pub fn number(self) -> u8 {
         match self {
             Exit::Done => 0,
+            Exit::CaseFailed => 1,
             Exit::Refused => 2,
             Exit::TargetMissed => 3,
             Exit::Unwritten => 4,
@@ -46,6 +50,9 @@ pub enum Failure {
     /// A scene file, or a file that it names, was refused.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A validation case was refused.
+    #[error(transparent)]
+    Case(#[from] CaseError),
     /// A photometric file was refused.
     #[error(transparent)]
     Photometric(#[from] PhotometricError),
@@ -76,7 +83,11 @@ impl Failure {
     /// How the program ends on it.
     pub fn exit(&self) -> Exit {
         match self {
-            Failure::Scene(_) | Failure::Photometric(_) | Failure::Analytic(_) | Failure::Usage { .. } => Exit::Refused,
+            Failure::Scene(_)
+            | Failure::Case(_)
+            | Failure::Photometric(_)
+            | Failure::Analytic(_)
+            | Failure::Usage { .. } => Exit::Refused,
             Failure::Output(_) | Failure::StandardOutput(_) => Exit::Unwritten,
         }
     }

@@ -1,6 +1,7 @@
 //! The command line: arguments, progress, exit codes. Nothing outside this room prints.
 
 mod arguments;
+mod compare;
 mod completions;
 mod console;
 mod exit;
@@ -17,6 +18,7 @@ mod selection;
 mod sobolev;
 mod solve;
 mod text_table;
+mod validate;
 mod values;
 
 use std::process::ExitCode;
@@ -37,6 +39,8 @@ pub fn run() -> ExitCode {
     let outcome = match &arguments.command {
         Command::Solve(arguments) => solve::run(arguments, started),
         Command::Sobolev(arguments) => sobolev::run(arguments),
+        Command::Validate(arguments) => validate::run(arguments, started),
+        Command::Compare(arguments) => compare::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Schema => schema::run(),
         Command::New(arguments) => new::run(arguments),

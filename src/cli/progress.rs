@@ -72,7 +72,7 @@ impl Watcher {
 
 fn bar() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(BAR_STEPS), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{bar:24} {wide_msg}") {
+    if let Ok(style) = ProgressStyle::with_template("{bar:12} {wide_msg}") {
         bar.set_style(style.progress_chars("━╸ "));
     }
     bar
@@ -105,7 +105,8 @@ impl Observer for Watcher {
     }
 }
 
-/// Error, target, chains, speed, forecast and remaining time.
+/// Error, target, remaining time, chains with their forecast, and speed: what matters most comes first, as a narrow
+/// terminal cuts the end off.
 fn line(progress: &Progress, run_started_s: f64) -> String {
     let mut parts = Vec::new();
     match (progress.estimated_error, progress.target_error) {
@@ -114,6 +115,9 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
         (None, Some(target)) => parts.push(format!("target {}", percent(target))),
         (None, None) => {}
     }
+    if let Some(remaining_s) = progress.remaining_s {
+        parts.push(format!("{} left", time(remaining_s)));
+    }
     match progress.forecast_chains {
         Some(forecast) => parts.push(format!("{} of {} chains", count(progress.chains as f64), count(forecast))),
         None => parts.push(format!("{} chains", count(progress.chains as f64))),
@@ -121,9 +125,6 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
     let running_s = progress.wall_s - run_started_s;
     if running_s > 0.0 {
         parts.push(format!("{:.1} Mrays/s", progress.rays as f64 / running_s / 1e6));
-    }
-    if let Some(remaining_s) = progress.remaining_s {
-        parts.push(format!("{} remaining", time(remaining_s)));
     }
     parts.join(", ")
 }
@@ -146,7 +147,7 @@ mod tests {
         };
         assert_eq!(
             line(&progress, 0.5),
-            "error 1.23 % (target 1.00 %), 1.50 M of 2.40 M chains, 4.0 Mrays/s, 1.2 s remaining"
+            "error 1.23 % (target 1.00 %), 1.2 s left, 1.50 M of 2.40 M chains, 4.0 Mrays/s"
         );
     }
 }

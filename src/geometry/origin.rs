@@ -93,7 +93,7 @@ impl Origin {
     /// Whether a crossing a little before the origin lies under the surface that the origin was lifted off.
     #[inline]
     pub(super) fn has_under(&self, direction: Vec3A, t: f32) -> bool {
-        t < 0.0 && t * Vec3A::from(self.normal).dot(direction) < -LIFT as f32
+        t < 0.0 && t * Vec3A::from(self.normal).dot(direction) < (RESOLUTION - LIFT) as f32
     }
 
     /// The triangle that the origin lies on, which its rays do not meet; no triangle's number otherwise.
@@ -107,7 +107,7 @@ impl Origin {
 
     /// Whether the origin counts as in front of a triangle with these corners.
     #[inline]
-    pub(super) fn is_in_front(&self, slot: &Slot) -> bool {
+    pub(super) fn is_in_front(&self, slot: Slot) -> bool {
         let [a, b, c] = slot.corners_f32();
         let (along, across) = (b - a, c - a);
         let height = along.cross(across).dot(self.point - a);
@@ -118,13 +118,24 @@ impl Origin {
         self.is_just_in_front(slot)
     }
 
-    /// The same, carefully.
-    #[cold]
-    fn is_just_in_front(&self, slot: &Slot) -> bool {
+    /// Cosine between the origin's normal and a triangle's, and the unlifted point's height above the triangle.
+    fn stance(&self, slot: Slot) -> (f64, f64) {
         let [a, b, c] = slot.corners();
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let facing = normal.dot(self.normal.as_dvec3());
-        let height = normal.dot(self.point.as_dvec3() - a) - LIFT * facing;
+        (facing, normal.dot(self.point.as_dvec3() - a) - LIFT * facing)
+    }
+
+    /// Whether a triangle faces the origin's surface and touches it.
+    pub(super) fn is_pressed_by(&self, slot: Slot) -> bool {
+        let (facing, height) = self.stance(slot);
+        facing < BACK_TO_BACK && height.abs() <= RESOLUTION
+    }
+
+    /// The same as [`Origin::is_in_front`], carefully.
+    #[cold]
+    fn is_just_in_front(&self, slot: Slot) -> bool {
+        let (facing, height) = self.stance(slot);
         if height.abs() > RESOLUTION {
             return height > 0.0;
         }

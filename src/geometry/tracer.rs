@@ -23,6 +23,9 @@ const STEPS_ASIDE: [f64; 3] = [4.0 * PULL, 32.0 * PULL, 256.0 * PULL];
 /// (2⁻²³) stays below it.
 const EDGE_SHARE: f32 = 1.0 / (1u32 << 14) as f32;
 
+/// Distance in scaled coordinates between two fronts that rounding may have exchanged where one is seen edge-on.
+const LONGEST_EXCHANGE: f32 = 1.0 / (1u32 << 14) as f32;
+
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit {
@@ -69,7 +72,7 @@ struct Footing {
 /// Accuracy: [`Tracer::position_accuracy_m`].
 pub struct Tracer {
     frame: Frame,
-    tree: Tree,
+    pub(super) tree: Tree,
     footings: Vec<Footing>,
     /// Place of each luminaire's ball in the tree's list.
     balls: Vec<Option<u32>>,
@@ -101,12 +104,13 @@ impl Tracer {
             balls.push(Ball { center, radius, luminaire: index as u32 });
         }
         let round = |vertex: u32| frame.round(scene.vertices_m[vertex as usize]);
-        let tree = Tree::new(scene.triangles.iter().map(|corners| corners.map(round)), balls);
+        let corners = |triangle: u32| scene.triangles[triangle as usize].map(round);
+        let tree = Tree::new(scene.triangles.len() as u32, corners, balls);
         let mut footings =
             vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO, two_sided: false }; scene.triangles.len()];
         for (slot, primitive) in tree.primitives().iter().enumerate() {
             if let Some(footing) = footings.get_mut(*primitive as usize) {
-                *footing = footing_of(slot as u32, &tree.slots[slot], scene.surface_of(*primitive).two_sided);
+                *footing = footing_of(slot as u32, tree.slots.slot(slot), scene.surface_of(*primitive).two_sided);
             }
         }
         Tracer { frame, tree, footings, balls: balls_of_luminaires }
@@ -147,13 +151,15 @@ impl Tracer {
 
     /// What a ray with this unit direction meets first. There is no smallest distance: a wall that nearly touches
     /// the origin stops the ray.
+    ///
+    /// The direction is taken to leave the side that the origin lies on; the origin's own triangle is never met.
     #[inline]
     pub fn first_hit(&self, origin: &Origin, direction: DVec3) -> Meeting {
         let along = direction.as_vec3a();
         let ray = Ray::new(origin.point, along);
         match self.tree.closest(&ray, origin) {
             Some(found) if self.is_plain(&found) => self.meeting(&found),
-            Some(found) => self.settle(&ray, origin, &found),
+            Some(_) => self.settle(&ray, origin),
             None => self.look_from_further_in(origin, along),
         }
     }
@@ -197,7 +203,7 @@ impl Tracer {
         let footing = &self.footings[triangle as usize];
         let least = (footing.least * times).min(Vec3::splat(LARGEST_PULL as f32));
         let [second, third] = pull_in(barycentric, least);
-        let [a, b, c] = self.tree.slots[footing.slot as usize].corners();
+        let [a, b, c] = self.tree.slots.slot(footing.slot as usize).corners();
         let point = a + second * (b - a) + third * (c - a);
         let normal = match side {
             Side::Front => footing.normal,
@@ -232,30 +238,41 @@ impl Tracer {
     fn is_plain(&self, found: &Found) -> bool {
         let crossing = &found.crossing;
         let shares = crossing.weights.truncate().abs();
-        // Of a ball, nothing here is a number.
-        !(shares.min_element() < EDGE_SHARE * crossing.sum.abs()) && self.is_side(found)
+        shares.min_element() >= EDGE_SHARE * crossing.sum.abs() && self.is_side(found)
     }
 
     /// Which triangle a ray meets first where several cross it within rounding, as at edges: a front rather than a
     /// back, and no front that stands on the far side of a back.
     #[cold]
-    fn settle(&self, ray: &Ray, origin: &Origin, found: &Found) -> Meeting {
+    fn settle(&self, ray: &Ray, origin: &Origin) -> Meeting {
+        // A height's rounding moves the crossing the more, the flatter the ray; balls are exact.
         let noise = |one: &Found| {
-            let normal = self.footings.get(one.primitive as usize).map_or(Vec3::ZERO, |footing| footing.normal);
-            RESOLUTION as f32 / ray.direction.dot(normal.into()).abs().max(RESOLUTION as f32)
+            let cosine = |footing: &Footing| ray.direction.dot(footing.normal.into()).abs().max(RESOLUTION as f32);
+            RESOLUTION as f32 / self.footings.get(one.primitive as usize).map_or(1.0, cosine)
         };
-        let t = found.crossing.t;
-        let mut tied = self.tree.crossings(ray, origin);
-        tied.retain(|one| (one.crossing.t - t).abs() <= noise(one) + noise(found));
-        let (mut fronts, backs): (Vec<Found>, Vec<Found>) = tied.iter().partition(|one| !(one.crossing.sum < 0.0));
-        fronts.sort_by(|one, other| {
-            one.crossing.t.total_cmp(&other.crossing.t).then(one.primitive.cmp(&other.primitive))
+        let mut all = self.tree.crossings(ray, origin);
+        all.sort_by(|one, other| {
+            one.crossing.rank().total_cmp(&other.crossing.rank()).then(one.primitive.cmp(&other.primitive))
         });
-        let on_this_side = fronts.iter().find(|front| !backs.iter().any(|back| self.is_beyond(front, back)));
-        if let Some(front) = on_this_side.or(fronts.first()) {
-            return self.meeting(front);
+        let Some(nearest) = all.first().copied() else {
+            return self.look_from_further_in(origin, ray.direction);
+        };
+        let tied = |one: &&Found| (one.crossing.t - nearest.crossing.t).abs() <= noise(one) + noise(&nearest);
+        let (fronts, backs): (Vec<&Found>, Vec<&Found>) =
+            all.iter().filter(tied).partition(|one| one.crossing.sum >= 0.0);
+        let on_this_side = |front: &&&Found| !backs.iter().any(|back| self.is_beyond(front, back));
+        if let Some(first) = fronts.iter().find(on_this_side).or(fronts.first()) {
+            // The distance to a front that is seen edge-on means little: a steeper one beside it goes first.
+            let beside = |front: &&&Found| (front.crossing.t - first.crossing.t).abs() <= LONGEST_EXCHANGE;
+            let steepest = fronts.iter().filter(on_this_side).filter(beside);
+            let steepest = steepest.min_by(|one, other| noise(one).total_cmp(&noise(other)));
+            return self.meeting(steepest.unwrap_or(first));
         }
-        if self.is_side(found) { self.meeting(found) } else { self.look_from_aside(origin, ray.direction, found) }
+        if self.is_side(&nearest) {
+            self.meeting(&nearest)
+        } else {
+            self.look_from_aside(origin, ray.direction, &nearest)
+        }
     }
 
     /// Whether a triangle stands wholly in front of another's plane.
@@ -264,9 +281,9 @@ impl Tracer {
         let (Some(one), Some(other)) = (footing(one), footing(other)) else {
             return false;
         };
-        let [base, ..] = self.tree.slots[other.slot as usize].corners();
+        let [base, ..] = self.tree.slots.slot(other.slot as usize).corners();
         let heights =
-            self.tree.slots[one.slot as usize].corners().map(|corner| other.normal.as_dvec3().dot(corner - base));
+            self.tree.slots.slot(one.slot as usize).corners().map(|corner| other.normal.as_dvec3().dot(corner - base));
         heights.iter().all(|height| *height > -RESOLUTION) && heights.iter().any(|height| *height > RESOLUTION)
     }
 
@@ -287,7 +304,7 @@ impl Tracer {
                 return self.meeting(&found);
             }
         }
-        Meeting::Nothing
+        self.tree.pressed(&Ray::new(origin.point, along), origin).map_or(Meeting::Nothing, |found| self.meeting(&found))
     }
 
     /// A ray from a surface that met the back of a one-sided surface may have started in the crack below a solid that
@@ -308,11 +325,15 @@ impl Tracer {
                 }
             }
         }
-        self.meeting(found)
+        // Deep in a crack, light goes to and fro between the two surfaces until they absorb it.
+        match self.tree.pressed(&Ray::new(origin.point, along), origin) {
+            Some(pressed) => self.meeting(&pressed),
+            None => self.meeting(found),
+        }
     }
 }
 
-fn footing_of(slot: u32, corners: &Slot, two_sided: bool) -> Footing {
+fn footing_of(slot: u32, corners: Slot, two_sided: bool) -> Footing {
     let [a, b, c] = corners.corners();
     let twice_area_vector = (b - a).cross(c - a);
     // The weight of a corner is the height above the edge across over the height of the corner.

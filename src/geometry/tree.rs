@@ -17,7 +17,8 @@ use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
 
 use super::origin::Origin;
-use super::triangle::{Crossing, Ray, Slot};
+use super::tracer::{ball_parts, meet_ball};
+use super::triangle::{Crossing, Ray, Slots};
 
 /// How much the boxes under the tree are padded on every side, in scaled coordinates. The node test works on
 /// differences of coordinates up to 2 with six roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.
@@ -29,10 +30,6 @@ pub(super) const BEFORE: f32 = -1.0 / (1u32 << 18) as f32;
 
 /// Distance from either end, in scaled coordinates, within which the sides of a triangle are weighed before it counts.
 const NEAR: f32 = 1.0 / (1u32 << 12) as f32;
-
-/// A back counts as this much behind its plane, in scaled coordinates, so that of two skins in one plane, rounded
-/// differently, a ray meets the front.
-const SKIN: f32 = 1.0 / (1u32 << 20) as f32;
 
 /// A ball in the tracer's coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -46,11 +43,11 @@ pub(super) struct Ball {
 pub(super) struct Tree {
     pub(super) tree: CwBvh,
     /// Triangles in the order of the leaves; a triangle whose box was split stands there several times.
-    pub slots: Vec<Slot>,
+    pub slots: Slots,
     pub balls: Vec<Ball>,
     /// Number of triangles; what has a higher number in `primitive_indices` is a ball.
     triangles: u32,
-    /// Whether this processor has AVX2.
+    /// Whether this processor has AVX2 and its kin.
     pub has_avx2: bool,
 }
 
@@ -64,17 +61,15 @@ pub(super) struct Found {
 }
 
 impl Tree {
-    /// Builds the tree over triangles with these rounded corners, and balls.
-    pub fn new(corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: Vec<Ball>) -> Tree {
-        let mut triangles: Vec<Triangle> = Vec::with_capacity(corners.len());
-        triangles.extend(corners.map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() }));
-        let tree = build(&triangles, &balls);
-        let slot = |primitive: &u32| match triangles.get(*primitive as usize) {
-            Some(triangle) => Slot::triangle([triangle.v0.into(), triangle.v1.into(), triangle.v2.into()]),
-            None => Slot::OTHER,
+    /// Builds the tree over so many triangles with these rounded corners, and balls.
+    pub fn new(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3], balls: Vec<Ball>) -> Tree {
+        let tree = build((0..triangles).map(&corners), &balls);
+        let of_primitive = |primitive: &u32| match primitive.checked_sub(triangles) {
+            Some(ball) => [balls[ball as usize].center.as_vec3(); 3],
+            None => corners(*primitive),
         };
-        let slots = tree.primitive_indices.iter().map(slot).collect();
-        Tree { tree, slots, balls, triangles: triangles.len() as u32, has_avx2: has_avx2() }
+        let slots = Slots::new(tree.primitive_indices.iter().map(of_primitive));
+        Tree { tree, slots, balls, triangles, has_avx2: has_avx2() }
     }
 
     /// Number of a triangle in the scene for each slot; balls follow after the last triangle.
@@ -119,9 +114,8 @@ impl Tree {
         obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, BEFORE, f32::MAX), {
             let slot = state.primitive_id as usize;
             let primitive = self.tree.primitive_indices[slot];
-            if let Some(mut crossing) = ray.cross(&self.slots[slot])
-                && primitive != origin.own_triangle()
-                && self.weigh(ray, origin, slot, &mut crossing).is_some()
+            if let Some(mut crossing) = ray.cross(self.slots.slot(slot))
+                && self.weigh(ray, origin, slot, &mut crossing)
             {
                 all.push(Found { primitive, crossing });
             }
@@ -129,30 +123,78 @@ impl Tree {
         all
     }
 
-    /// Takes or leaves a crossing that is not plainly a front ahead; what is returned is its rank, where it is taken.
-    #[inline]
-    fn weigh(&self, ray: &Ray, origin: &Origin, slot: usize, crossing: &mut Crossing) -> Option<f32> {
-        let primitive = self.tree.primitive_indices[slot];
-        if crossing.t.is_nan() {
-            if primitive >= self.triangles {
-                crossing.t = super::tracer::meet_ball(ray, origin, &self.balls[(primitive - self.triangles) as usize])?;
-                return Some(crossing.t);
-            }
-            *crossing = ray.cross_edge_on(&self.slots[slot])?;
-        }
-        let is_front = crossing.sum > 0.0;
-        if crossing.t < BEFORE
-            || origin.has_under(ray.direction, crossing.t)
-            || origin.is_in_front(&self.slots[slot]) != is_front
+    /// Fetches the triangles that the walk tests next.
+    #[inline(always)]
+    fn announce(&self, node: &CwBvhNode, hits: u32) -> u32 {
+        #[cfg(target_arch = "x86_64")]
         {
-            return None;
+            let triangles = hits & 0x00ff_ffff;
+            if triangles != 0 {
+                let first = self.slots.address(node.primitive_base_idx + (31 - triangles.leading_zeros()));
+                // SAFETY: a prefetch reads nothing.
+                unsafe {
+                    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+                    _mm_prefetch::<_MM_HINT_T0>(first);
+                    _mm_prefetch::<_MM_HINT_T0>(first.wrapping_sub(64));
+                    _mm_prefetch::<_MM_HINT_T0>(
+                        self.slots.address(node.primitive_base_idx + triangles.trailing_zeros()),
+                    );
+                }
+            }
         }
-        if is_front {
-            return Some(crossing.t);
+        hits
+    }
+
+    /// Whether of two crossings at the same distance the first goes first, whatever the order of the walk.
+    #[cold]
+    fn is_before(&self, slot: usize, other: usize) -> bool {
+        self.tree.primitive_indices[slot] < self.tree.primitive_indices.get(other).copied().unwrap_or(u32::MAX)
+    }
+
+    /// The front that is pressed onto the origin's surface just where the origin is, if there is one.
+    #[cold]
+    pub fn pressed(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
+        let mut pressed = None;
+        let mut state = self.tree.new_traversal(ray.direction);
+        let mut node;
+        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, BEFORE, -BEFORE), {
+            let slot = state.primitive_id as usize;
+            let primitive = self.tree.primitive_indices[slot];
+            if let Some(crossing) = ray.cross(self.slots.slot(slot))
+                && crossing.sum > 0.0
+                && primitive != origin.own_triangle()
+                && origin.is_pressed_by(self.slots.slot(slot))
+            {
+                pressed = Some(Found { primitive, crossing });
+            }
+        });
+        pressed
+    }
+
+    /// Whether a crossing counts: a front seen from in front, a back from behind, or a ball; completes crossings
+    /// whose distance is not a number.
+    #[inline]
+    fn weigh(&self, ray: &Ray, origin: &Origin, slot: usize, crossing: &mut Crossing) -> bool {
+        let primitive = self.tree.primitive_indices[slot];
+        if primitive == origin.own_triangle() {
+            return false;
         }
-        let [a, b, c] = self.slots[slot].corners_f32();
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        Some(crossing.t + SKIN / normal.dot(ray.direction).abs().max(SKIN))
+        if crossing.t.is_nan() {
+            let completed = match primitive.checked_sub(self.triangles) {
+                Some(ball) => meet_ball(ray, origin, &self.balls[ball as usize]).map(|t| Crossing { t, ..*crossing }),
+                None => ray.cross_edge_on(self.slots.slot(slot)),
+            };
+            match completed {
+                Some(completed) => *crossing = completed,
+                None => return false,
+            }
+            if primitive >= self.triangles {
+                return true;
+            }
+        }
+        crossing.t >= BEFORE
+            && !origin.has_under(ray.direction, crossing.t)
+            && origin.is_in_front(self.slots.slot(slot)) == (crossing.sum > 0.0)
     }
 
     /// Whether a crossing near an end of a segment, or one that is not a number, blocks it: its ends must lie on
@@ -166,9 +208,9 @@ impl Tree {
         let mut crossing = *crossing;
         if crossing.t.is_nan() {
             if primitive >= self.triangles {
-                return super::tracer::ball_parts(ray, from, to, &self.balls[(primitive - self.triangles) as usize]);
+                return ball_parts(ray, from, to, &self.balls[(primitive - self.triangles) as usize]);
             }
-            let Some(careful) = ray.cross_edge_on(&self.slots[slot]) else {
+            let Some(careful) = ray.cross_edge_on(self.slots.slot(slot)) else {
                 return false;
             };
             crossing = careful;
@@ -177,7 +219,7 @@ impl Tree {
             return false;
         }
         let is_front = crossing.sum > 0.0;
-        from.is_in_front(&self.slots[slot]) == is_front && to.is_in_front(&self.slots[slot]) != is_front
+        from.is_in_front(self.slots.slot(slot)) == is_front && to.is_in_front(self.slots.slot(slot)) != is_front
     }
 }
 
@@ -187,8 +229,8 @@ macro_rules! walks {
         impl Tree {
             $(#[$attribute])*
             pub(super) fn $closest(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
-                let own = origin.own_triangle();
-                let mut found: Option<Found> = None;
+                let mut found = Crossing::NONE;
+                let mut found_slot = usize::MAX;
                 let mut rank = f32::INFINITY;
                 let mut state = self.tree.new_traversal(ray.direction);
                 state.oct_inv4 = ray.oct_inv4;
@@ -197,29 +239,22 @@ macro_rules! walks {
                     self.tree,
                     node,
                     state,
-                    $node_test(node, ray, state.oct_inv4, BEFORE, rank),
+                    self.announce(node, $node_test(node, ray, state.oct_inv4, BEFORE, rank)),
                     {
                         let slot = state.primitive_id as usize;
-                        if let Some(mut crossing) = ray.cross(&self.slots[slot])
+                        if let Some(mut crossing) = ray.cross(self.slots.slot(slot))
                             && !(crossing.t > rank || crossing.t < BEFORE)
-                            && self.tree.primitive_indices[slot] != own
+                            && (crossing.t > NEAR || self.weigh(ray, origin, slot, &mut crossing))
                         {
-                            let plain = crossing.sum > 0.0 && crossing.t > NEAR;
-                            let weighed =
-                                if plain { Some(crossing.t) } else { self.weigh(ray, origin, slot, &mut crossing) };
-                            if let Some(own_rank) = weighed {
-                                let primitive = self.tree.primitive_indices[slot];
-                                if own_rank < rank
-                                    || (own_rank == rank && found.is_some_and(|found| primitive < found.primitive))
-                                {
-                                    rank = own_rank;
-                                    found = Some(Found { primitive, crossing });
-                                }
+                            let own_rank = crossing.rank();
+                            if own_rank < rank || (own_rank == rank && self.is_before(slot, found_slot)) {
+                                (rank, found_slot, found) = (own_rank, slot, crossing);
                             }
                         }
                     }
                 );
-                found
+                let primitive = self.tree.primitive_indices.get(found_slot)?;
+                Some(Found { primitive: *primitive, crossing: found })
             }
 
             $(#[$attribute])*
@@ -233,10 +268,10 @@ macro_rules! walks {
                     self.tree,
                     node,
                     state,
-                    $node_test(node, ray, state.oct_inv4, first, last),
+                    self.announce(node, $node_test(node, ray, state.oct_inv4, first, last)),
                     {
                         let slot = state.primitive_id as usize;
-                        if let Some(crossing) = ray.cross(&self.slots[slot])
+                        if let Some(crossing) = ray.cross(self.slots.slot(slot))
                             && !(crossing.t > last || crossing.t < first)
                         {
                             let plain = crossing.t > near && crossing.t < 1.0 - near;
@@ -280,18 +315,30 @@ fn padded(low: Vec3A, high: Vec3A) -> Aabb {
     Aabb { min: low - PADDING, max: high + PADDING }
 }
 
+/// Levels that fit the stack of obvhs' walk, which holds 32 groups of siblings and drops the rest silently.
+const DEEPEST: usize = 30;
+
 /// obvhs' very slow build, step by step, so that boxes are padded once they are split and temporaries go early.
-fn build(triangles: &[Triangle], balls: &[Ball]) -> CwBvh {
-    let params = BvhBuildParams::very_slow_build();
+///
+/// Scenes that make it too deep for the walk's stack (thousands of triangles in one place) are built without the
+/// optimisation that deepens the tree.
+fn build(corners: impl ExactSizeIterator<Item = [Vec3; 3]> + Clone, balls: &[Ball]) -> CwBvh {
+    let optimised = build_with(BvhBuildParams::very_slow_build(), corners.clone(), balls);
+    if depth(&optimised) <= DEEPEST {
+        return optimised;
+    }
+    let params = BvhBuildParams { reinsertion_batch_ratio: 0.0, ..BvhBuildParams::very_slow_build() };
+    build_with(params, corners, balls)
+}
+
+fn build_with(params: BvhBuildParams, corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: &[Ball]) -> CwBvh {
     let mut bvh2 = {
-        let (mut boxes, mut indices) = split_boxes(triangles);
+        let first_ball = corners.len() as u32;
+        let (mut boxes, mut indices) = split_boxes(corners);
         boxes.iter_mut().for_each(|aabb| *aabb = padded(aabb.min, aabb.max));
-        indices.extend(triangles.len() as u32..(triangles.len() + balls.len()) as u32);
-        boxes.extend(
-            balls
-                .iter()
-                .map(|ball| padded((ball.center - ball.radius).as_vec3a(), (ball.center + ball.radius).as_vec3a())),
-        );
+        indices.extend(first_ball..first_ball + balls.len() as u32);
+        let around = |ball: &Ball| (ball.center - ball.radius, ball.center + ball.radius);
+        boxes.extend(balls.iter().map(around).map(|(low, high)| padded(low.as_vec3a(), high.as_vec3a())));
         PlocBuilder::new().build(
             params.ploc_search_distance,
             &boxes,
@@ -308,13 +355,28 @@ fn build(triangles: &[Triangle], balls: &[Ball]) -> CwBvh {
     tree
 }
 
+/// Number of levels of a tree.
+fn depth(tree: &CwBvh) -> usize {
+    let mut deepest = 0;
+    let mut open = if tree.nodes.is_empty() { vec![] } else { vec![(0, 1)] };
+    while let Some((index, level)) = open.pop() {
+        deepest = deepest.max(level);
+        let node: &CwBvhNode = &tree.nodes[index];
+        let children = (0..8).filter(|child| !node.is_child_empty(*child) && !node.is_leaf(*child));
+        open.extend(children.map(|child| (node.child_node_index(child) as usize, level + 1)));
+    }
+    deepest
+}
+
 /// Boxes of the triangles, with large slanted triangles cut into several boxes, and the triangle of every box.
-fn split_boxes(triangles: &[Triangle]) -> (Vec<Aabb>, Vec<u32>) {
+fn split_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> (Vec<Aabb>, Vec<u32>) {
+    let triangles: Vec<Triangle> =
+        corners.map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() }).collect();
     let mut boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
     let mut indices: Vec<u32> = (0..triangles.len() as u32).collect();
     let largest = boxes.iter().map(Aabb::half_area).fold(0.0, f32::max);
     let mean = boxes.iter().map(Aabb::half_area).sum::<f32>() / boxes.len().max(1) as f32;
-    split_aabbs_preset(&mut boxes, &mut indices, triangles, mean, largest);
+    split_aabbs_preset(&mut boxes, &mut indices, &triangles, mean, largest);
     (boxes, indices)
 }
 

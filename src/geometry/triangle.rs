@@ -6,38 +6,71 @@
 //! each rounded once and never fused: rounding is monotone, so the sign of the difference is never wrong, only zero.
 //! Zero counts as inside for both triangles at an edge, hence nothing slips between them.
 
-use glam::{DVec3, Vec3A, Vec4, Vec4Swizzles};
+use glam::{DVec3, Vec3, Vec3A, Vec4, Vec4Swizzles};
 
 /// Smallest component of a direction that the slab test divides by: a ray turned by so little moves by less than
 /// 2⁻⁵⁸ on its way through the scene, while infinities (and 0 · ∞) never arise.
 const SMALLEST_COMPONENT: f32 = 1.0 / (1u64 << 60) as f32;
 
-/// A triangle as the walk reads it: x, y and z of the three corners. The fourth lane repeats the first.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub(super) struct Slot {
-    rows: [Vec4; 3],
+/// The corners of all triangles in the order of the leaves: x, y and z of the three corners, 36 bytes each. Memory
+/// is what a walk through a large scene waits for, hence no padding and no numbers that a test does not need.
+pub(super) struct Slots {
+    numbers: Vec<f32>,
 }
 
-impl Slot {
-    /// A triangle's corners in the tracer's coordinates.
-    pub fn triangle([a, b, c]: [glam::Vec3; 3]) -> Slot {
-        Slot { rows: [Vec4::new(a.x, b.x, c.x, a.x), Vec4::new(a.y, b.y, c.y, a.y), Vec4::new(a.z, b.z, c.z, a.z)] }
+/// A triangle in [`Slots`].
+#[derive(Clone, Copy)]
+pub(super) struct Slot<'a> {
+    /// Its nine numbers, and one more that belongs to the next.
+    numbers: &'a [f32; 10],
+}
+
+impl Slots {
+    /// Triangles with these corners. One whose corners coincide stands for something else: every ray through the
+    /// scene meets it at a distance that is not a number, and thereby takes a closer look.
+    pub fn new(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> Slots {
+        let mut numbers = Vec::with_capacity(corners.len() * 9 + 1);
+        for [a, b, c] in corners {
+            numbers.extend([a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z]);
+        }
+        numbers.push(0.0);
+        Slots { numbers }
     }
 
-    /// What is not a triangle: every ray meets it at a distance that is not a number and thereby asks for a closer
-    /// look.
-    pub const OTHER: Slot = Slot { rows: [Vec4::NAN; 3] };
+    /// Where a slot lies in memory.
+    #[inline(always)]
+    pub fn address(&self, slot: u32) -> *const i8 {
+        self.numbers.as_ptr().wrapping_add(slot as usize * 9).cast()
+    }
+
+    /// The triangle in a slot.
+    #[inline(always)]
+    pub fn slot(&self, slot: usize) -> Slot<'_> {
+        let start = slot * 9;
+        assert!(start + 10 <= self.numbers.len());
+        // SAFETY: the ten numbers lie within the list.
+        Slot { numbers: unsafe { &*self.numbers.as_ptr().add(start).cast() } }
+    }
+}
+
+impl Slot<'_> {
+    /// The three corners' coordinates along an axis, 0 to 2; the fourth lane is some finite number.
+    #[inline(always)]
+    fn row(self, axis: usize) -> Vec4 {
+        debug_assert!(axis < 3);
+        // SAFETY: the axis is 0, 1 or 2, so that at most the tenth number is read.
+        Vec4::from_array(unsafe { *self.numbers.as_ptr().add(axis * 3).cast() })
+    }
 
     /// The rounded corners.
     #[inline]
-    pub fn corners_f32(&self) -> [Vec3A; 3] {
-        [0, 1, 2].map(|corner| Vec3A::from_array(self.rows.map(|row| row[corner])))
+    pub fn corners_f32(self) -> [Vec3A; 3] {
+        [0, 1, 2].map(|corner| Vec3A::new(self.numbers[corner], self.numbers[corner + 3], self.numbers[corner + 6]))
     }
 
     /// The rounded corners, exact in f64.
-    pub fn corners(&self) -> [DVec3; 3] {
-        [0, 1, 2].map(|corner| DVec3::from(self.rows.map(|row| f64::from(row[corner]))))
+    pub fn corners(self) -> [DVec3; 3] {
+        self.corners_f32().map(|corner| corner.as_dvec3())
     }
 }
 
@@ -63,12 +96,27 @@ pub(super) struct Ray {
 /// Where a ray runs through a triangle. The weights of the corners share one sign: positive if it comes from the front.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing {
-    /// Distance in units of the ray's direction; not a number for [`Slot::OTHER`] and for edge-on triangles.
+    /// Distance in units of the ray's direction; not a number for edge-on triangles and for those that are none.
     pub t: f32,
     /// Undivided weights of the corners; the fourth is 0.
     pub weights: Vec4,
     /// Sum of the weights.
     pub sum: f32,
+}
+
+/// A back counts as this much farther than it is, in units of the direction, so that of two skins in one plane,
+/// rounded differently, a ray meets the front.
+const SKIN: f32 = 1.0 / (1u32 << 20) as f32;
+
+impl Crossing {
+    /// No crossing.
+    pub const NONE: Crossing = Crossing { t: f32::INFINITY, weights: Vec4::ZERO, sum: 0.0 };
+
+    /// Distance by which crossings are ordered.
+    #[inline(always)]
+    pub fn rank(&self) -> f32 {
+        self.t + if self.sum < 0.0 { SKIN } else { 0.0 }
+    }
 }
 
 impl Ray {
@@ -113,16 +161,16 @@ impl Ray {
 
     /// The corners in the ray's frame: x, y and z of all three.
     #[inline(always)]
-    fn project(&self, slot: &Slot) -> [Vec4; 3] {
-        let z = slot.rows[self.axes[2]] - self.translation[2];
-        let x = slot.rows[self.axes[0]] - self.translation[0] - self.shear[0] * z;
-        let y = slot.rows[self.axes[1]] - self.translation[1] - self.shear[1] * z;
+    fn project(&self, slot: Slot) -> [Vec4; 3] {
+        let z = slot.row(self.axes[2]) - self.translation[2];
+        let x = slot.row(self.axes[0]) - self.translation[0] - self.shear[0] * z;
+        let y = slot.row(self.axes[1]) - self.translation[1] - self.shear[1] * z;
         [x, y, z]
     }
 
     /// Where the line of the ray runs through a triangle, behind the origin too, or `None` if it passes it by.
     #[inline(always)]
-    pub fn cross(&self, slot: &Slot) -> Option<Crossing> {
+    pub fn cross(&self, slot: Slot) -> Option<Crossing> {
         let [x, y, z] = self.project(slot);
         // The weight of a corner is the edge function of the edge across. The fourth lane cancels to 0 exactly.
         let weights = x.yzxw() * y.zxyw() - y.yzxw() * x.zxyw();
@@ -140,7 +188,7 @@ impl Ray {
     /// subtracts products of f32 without losing a sign. A triangle that is edge-on exactly is passed by, as its
     /// neighbours cover its line.
     #[cold]
-    pub fn cross_edge_on(&self, slot: &Slot) -> Option<Crossing> {
+    pub fn cross_edge_on(&self, slot: Slot) -> Option<Crossing> {
         let [x, y, z] = self.project(slot).map(|row| row.as_dvec4());
         let edge = |i: usize, j: usize| x[i] * y[j] - y[i] * x[j];
         let weights = [edge(1, 2), edge(2, 0), edge(0, 1)];

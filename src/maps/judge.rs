@@ -31,7 +31,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
     let mut spread_sum = 0.0;
     let mut products = [[0.0f64; PAIRS]; PAIRS];
     let mut dark = true;
-    let mut unseen = map.indirect_samples > 0;
+    let mut unseen = map.indirect_samples.complete > 0;
     for (entry, weight) in entries.filter(|(_, weight)| *weight > 0.0) {
         let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
         let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
@@ -80,7 +80,7 @@ mod tests {
     /// A map of `len` entries of mean 1 and relative spread `sigma` in each replica, of which `alike` neighbours are equal.
     fn noisy(seed: u64, len: usize, alike: usize, sigma: f64) -> ReplicaMap {
         let mut map = ReplicaMap::new(len, Unit::Lux);
-        map.direct_samples = 1;
+        map.direct_samples.complete = 1;
         for replica in 0..REPLICAS {
             let mut stream = Stream::new(seed, Purpose::Pilot, 0, replica as u32);
             stream.seek(0);

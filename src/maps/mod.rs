@@ -6,6 +6,6 @@ mod result;
 mod tables;
 
 pub use judge::{Judgement, judge};
-pub use replicas::{REPLICAS, ReplicaMap, Unit, standard_error};
+pub use replicas::{REPLICAS, ReplicaMap, Tally, Unit, standard_error};
 pub use result::*;
 pub use tables::{TableSubject, table_row};

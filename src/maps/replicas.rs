@@ -16,11 +16,33 @@ pub struct ReplicaMap {
     /// One slab a replica: sums of indirect scores (lx, or counts of packets).
     pub indirect: Vec<Vec<f64>>,
     /// Direct samples of each entry so far, in every replica alike.
-    pub direct_samples: u64,
+    pub direct_samples: Tally,
     /// Chains or walks so far, in every replica alike.
-    pub indirect_samples: u64,
+    pub indirect_samples: Tally,
     /// What one unit of the indirect sum is worth at entry `i` for a single sample (1 for lx; Φ/A for packets).
     pub indirect_unit_lx: Unit,
+}
+
+/// How many samples the entries of a map have: a sweep over all entries may stand in the middle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Samples of every entry.
+    pub complete: u64,
+    /// Entries before this one have one sample more.
+    pub ahead: usize,
+}
+
+impl Tally {
+    /// Samples of one entry.
+    #[inline]
+    pub fn of(self, entry: usize) -> u64 {
+        self.complete + u64::from(entry < self.ahead)
+    }
+
+    fn inverse(self, entry: usize) -> f64 {
+        let samples = self.of(entry);
+        if samples == 0 { 0.0 } else { 1.0 / samples as f64 }
+    }
 }
 
 /// What one unit of an indirect sum is worth.
@@ -43,8 +65,8 @@ impl ReplicaMap {
         ReplicaMap {
             direct: vec![vec![0.0; len]; REPLICAS],
             indirect: vec![vec![0.0; len]; REPLICAS],
-            direct_samples: 0,
-            indirect_samples: 0,
+            direct_samples: Tally::default(),
+            indirect_samples: Tally::default(),
             indirect_unit_lx,
         }
     }
@@ -59,30 +81,24 @@ impl ReplicaMap {
         self.len() == 0
     }
 
-    fn direct_scale(&self) -> f64 {
-        if self.direct_samples == 0 { 0.0 } else { 1.0 / self.direct_samples as f64 }
-    }
-
     fn indirect_scale(&self, entry: usize) -> f64 {
-        if self.indirect_samples == 0 {
-            return 0.0;
-        }
         let unit_lx = match &self.indirect_unit_lx {
             Unit::Lux => 1.0,
             Unit::Packets { luminous_flux_lm, area_m2 } => luminous_flux_lm / area_m2[entry],
         };
-        unit_lx / self.indirect_samples as f64
+        unit_lx * self.indirect_samples.inverse(entry)
     }
 
     /// Illuminance of one entry in one replica, in lx.
     #[inline]
     pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
-        self.direct[replica][entry] * self.direct_scale() + self.indirect[replica][entry] * self.indirect_scale(entry)
+        self.direct[replica][entry] * self.direct_samples.inverse(entry)
+            + self.indirect[replica][entry] * self.indirect_scale(entry)
     }
 
     /// Direct illuminance of one entry, mean over the replicas, in lx.
     pub fn direct_lx(&self, entry: usize) -> f64 {
-        mean(self.direct.iter().map(|slab| slab[entry])) * self.direct_scale()
+        mean(self.direct.iter().map(|slab| slab[entry])) * self.direct_samples.inverse(entry)
     }
 
     /// Indirect illuminance of one entry, mean over the replicas, in lx.
@@ -105,7 +121,7 @@ impl ReplicaMap {
             let (direct_lx, indirect_lx) = (self.direct_lx(entry), self.indirect_lx(entry));
             let spread_lx = standard_error(|replica| self.illuminance_lx(replica, entry));
             let unseen = matches!(self.indirect_unit_lx, Unit::Packets { .. })
-                && self.indirect_samples > 0
+                && self.indirect_samples.complete > 0
                 && self.indirect_sum(entry) == 0.0;
             let bound_lx = if unseen { 3.0 * self.indirect_scale(entry) / REPLICAS as f64 } else { 0.0 };
             values.direct_lx.push(direct_lx);

@@ -74,11 +74,11 @@ impl<'a> Node<'a> {
         &self.json_path
     }
 
-    /// `scene.json at geometry[0].file`, for refusals of files that the scene names.
+    /// `scene.json, line 3, column 9, at geometry[0].file`, for refusals of files that the scene names.
     pub fn as_namer(&self) -> String {
         let start = self.value.range().start;
-        let line = Place::of(self.source.text, start, start, "").line;
-        format!("{}, line {line}, at {}", self.source.path.display(), self.json_path)
+        let Place { line, column, .. } = Place::of(self.source.text, start, start, "");
+        format!("{}, line {line}, column {column}, at {}", self.source.path.display(), self.json_path)
     }
 
     /// Refuses the value as it stands.

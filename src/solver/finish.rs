@@ -66,7 +66,7 @@ pub(super) fn finish(
 fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResult {
     let judgement = job.judgement;
     let dark = judgement.dark && !job.is_black() && !job.map.is_empty();
-    let samples = (job.map.indirect_samples.max(1) * REPLICAS as u64) as f64;
+    let samples = (job.map.indirect_samples.complete.max(1) * REPLICAS as u64) as f64;
     let weight_sum: f64 = job.weights.iter().sum();
     let error = MapError {
         random: judgement.halves_error,

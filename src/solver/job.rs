@@ -1,26 +1,24 @@
 //! One map's work: what a sample is, and how sixteen replicas of it go forward together.
 
-use rayon::prelude::*;
+use std::ops::Range;
 
 use super::pilot::DirectShare;
+use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
-use crate::estimators::direct::{DirectPass, Receiver};
-use crate::estimators::walk::sample_indirect_lx;
-use crate::geometry::Origin;
-use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Unit, judge};
-use crate::sampling::emitter_tree::Cut;
-use crate::sampling::random::{Purpose, Stream};
-use crate::scene::{ReceiverSet, Scene};
+use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Tally, Unit, judge};
+use crate::scene::Scene;
 
-/// Points of a receiver set that a thread takes at a time.
-const POINTS_PER_CHUNK: usize = 64;
-/// Bits of a stream's index that count samples; the bits above them tell the point or the element.
-const SAMPLE_BITS: u32 = 32;
+/// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
+/// sharing it out over threads costs nothing.
+const RAYS_PER_SLICE: f64 = 400_000.0;
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
 /// A map that is dark after this many chains, over the target error, is left dark.
 const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
+
+/// Relative errors below this one are the rounding of sums, not chance.
+const ROUNDING: f64 = 1e-12;
 
 /// Everything that a job needs to know of its run.
 pub struct Context<'a> {
@@ -46,7 +44,7 @@ pub struct Ends {
 }
 
 impl Ends {
-    fn count(&mut self, end: End) {
+    pub(super) fn count(&mut self, end: End) {
         match end {
             End::Absorbed => self.absorbed += 1,
             End::Ball => self.balls += 1,
@@ -98,7 +96,6 @@ pub struct Job {
     pub judgement: Judgement,
     judged_samples: u64,
     share: DirectShare,
-    number: u32,
     black: bool,
 }
 
@@ -146,7 +143,6 @@ impl Job {
             judgement: Judgement::default(),
             judged_samples: 0,
             share: DirectShare::of(context, kind, number),
-            number,
             black: !context.stage.reflects(),
         }
     }
@@ -184,16 +180,22 @@ impl Job {
         (direct + self.share.rays_per_indirect).max(1.0) * REPLICAS as f64
     }
 
-    /// Rays that the next `samples` samples take, the first pass over direct light included.
-    pub fn rays_for_next(&self, samples: u64) -> f64 {
-        let passes = self.passes_at(self.samples + samples) - self.map.direct_samples;
+    /// Rays that it still takes to a number of samples, by what the pilot counted.
+    pub fn rays_to(&self, samples: u64) -> f64 {
+        let passes = self.passes_at(samples).saturating_sub(self.map.direct_samples.complete);
         let direct = passes as f64 * self.share.rays_per_pass;
+        let samples = samples.saturating_sub(self.samples);
         (direct + samples as f64 * self.share.rays_per_indirect) * REPLICAS as f64
+    }
+
+    /// Whether every entry has direct and, where light bounces, indirect samples.
+    pub fn has_started(&self) -> bool {
+        self.map.direct_samples.complete > 0 && (self.black || self.map.indirect_samples.complete > 0)
     }
 
     /// Whether the error will never be anything but 0.
     pub fn is_exact(&self) -> bool {
-        self.black && self.map.direct_samples > 0 && self.judgement.expected_error == 0.0
+        self.black && self.map.direct_samples.complete > 0 && self.judgement.expected_error < ROUNDING
     }
 
     /// Nothing of it ever bounces: the scene is black.
@@ -208,109 +210,64 @@ impl Job {
         ((samples as f64 * self.share.passes_per_sample).ceil() as u64).max(1)
     }
 
-    /// Goes forward to a number of samples in every replica.
-    pub fn advance(&mut self, context: &Context, samples: u64) {
-        let passes = self.map.direct_samples..self.passes_at(samples);
-        let indirect = if self.black { 0..0 } else { self.samples..samples };
-        match self.kind {
-            MapKind::Elements => self.advance_elements(context, passes.clone(), indirect.clone()),
-            MapKind::Receivers(set) => {
-                self.advance_receivers(context, &context.scene.receivers[set], passes.clone(), indirect.clone());
-            }
+    /// Goes forward towards a number of samples in every replica, by one slice of work; whether it is there.
+    ///
+    /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can
+    /// end the run in the middle of it.
+    pub fn advance(&mut self, context: &Context, goal: u64) -> bool {
+        let passes = self.passes_at(goal);
+        if self.map.direct_samples.complete < passes {
+            let (entries, times) =
+                slice_of_sweep(self.map.direct_samples, passes, self.map.len(), self.share.rays_per_pass);
+            self.rays += match self.kind {
+                MapKind::Elements => sweep::direct_over_cells(context, &mut self.map, entries.clone(), times.clone()),
+                MapKind::Receivers(set) => {
+                    sweep::direct_at_points(context, set, &mut self.map, entries.clone(), times.clone())
+                }
+            };
+            self.map.direct_samples = after_sweep(entries, times, self.map.len());
+        } else if self.black {
+            self.samples = goal;
+        } else {
+            self.advance_indirect(context, goal);
         }
-        self.map.direct_samples = passes.end.max(passes.start);
-        self.map.indirect_samples = if self.black { 0 } else { samples };
-        self.samples = samples;
+        self.samples = if self.black { self.map.direct_samples.complete } else { self.map.indirect_samples.complete };
+        self.samples >= goal && self.map.direct_samples.complete >= passes
     }
 
-    fn advance_elements(&mut self, context: &Context, passes: std::ops::Range<u64>, chains: std::ops::Range<u64>) {
-        let (stage, number) = (context.stage, self.number);
-        let results: Vec<(u64, Ends)> = self
-            .map
-            .direct
-            .par_iter_mut()
-            .zip(self.map.indirect.par_iter_mut())
-            .enumerate()
-            .map(|(replica, (direct, indirect))| {
-                let mut rays = direct_passes_over_cells(context, number, replica as u32, passes.clone(), direct);
-                let mut ends = Ends::default();
-                let mut stream = Stream::new(context.seed, Purpose::Chains, number, replica as u32);
-                let shift = emission_shift(&mut stream);
-                for chain in chains.clone() {
-                    stream.seek(chain);
-                    let choice = spread_choice(chain, shift);
-                    let (end, chain_rays) = stage.trace_chain(choice, &mut stream, |arrival| {
-                        if arrival.bounces == 0 {
-                            return;
-                        }
-                        let hit = &arrival.hit;
-                        if let Some(cell) = stage.elements.cell_at(hit.triangle, hit.barycentric, hit.side) {
-                            indirect[cell as usize] += 1.0;
-                        }
-                    });
-                    ends.count(end);
-                    rays += chain_rays;
-                }
-                (rays, ends)
-            })
-            .collect();
-        for (replica, (rays, ends)) in results.into_iter().enumerate() {
+    fn advance_indirect(&mut self, context: &Context, goal: u64) {
+        match self.kind {
+            MapKind::Elements => {
+                let done = self.map.indirect_samples.complete;
+                let most = (RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64)).ceil() as u64;
+                let until = goal.min(done + most);
+                self.chains_until(context, until, Deposits::IndirectOnly);
+            }
+            MapKind::Receivers(set) => {
+                let rays = self.share.rays_per_indirect;
+                let (entries, times) = slice_of_sweep(self.map.indirect_samples, goal, self.map.len(), rays);
+                self.rays += sweep::walks_from_points(context, set, &mut self.map, entries.clone(), times.clone());
+                self.map.indirect_samples = after_sweep(entries, times, self.map.len());
+            }
+        }
+    }
+
+    fn chains_until(&mut self, context: &Context, until: u64, deposits: Deposits) {
+        let chains = self.map.indirect_samples.complete..until;
+        for (replica, (rays, ends)) in sweep::chains(context, &mut self.map, chains, deposits).into_iter().enumerate() {
             self.rays += rays;
             self.ends[replica] += ends;
         }
+        self.map.indirect_samples.complete = until;
     }
 
-    fn advance_receivers(
-        &mut self,
-        context: &Context,
-        set: &ReceiverSet,
-        passes: std::ops::Range<u64>,
-        walks: std::ops::Range<u64>,
-    ) {
-        let (stage, number) = (context.stage, self.number);
-        let origins: Vec<Origin> =
-            set.points.iter().map(|point| stage.tracer.side_origin(point.position_m, point.normal)).collect();
-        let rays: Vec<u64> = self
-            .map
-            .direct
-            .par_iter_mut()
-            .zip(self.map.indirect.par_iter_mut())
-            .enumerate()
-            .flat_map(|(replica, (direct, indirect))| {
-                let chunks = direct.par_chunks_mut(POINTS_PER_CHUNK).zip(indirect.par_chunks_mut(POINTS_PER_CHUNK));
-                chunks.enumerate().map(move |(chunk, sums)| (replica as u32, chunk, sums))
-            })
-            .map(|(replica, chunk, (direct, indirect))| {
-                let mut rays = 0;
-                let mut pass_room = DirectPass::default();
-                let mut cut = Cut::default();
-                let mut direct_stream = Stream::new(context.seed, Purpose::Direct, number, replica);
-                let mut walk_stream = Stream::new(context.seed, Purpose::Walks, number, replica);
-                for (offset, (direct_lx, indirect_lx)) in direct.iter_mut().zip(indirect.iter_mut()).enumerate() {
-                    let index = chunk * POINTS_PER_CHUNK + offset;
-                    let point = &set.points[index];
-                    if point.inside {
-                        continue;
-                    }
-                    let receiver =
-                        Receiver { point_m: point.position_m, normal: point.normal, origin: &origins[index] };
-                    for pass in passes.clone() {
-                        direct_stream.seek(((index as u64) << SAMPLE_BITS) | pass);
-                        let (lx, pass_rays) = pass_room.at_point(stage, &receiver, &mut direct_stream);
-                        *direct_lx += lx;
-                        rays += pass_rays;
-                    }
-                    for walk in walks.clone() {
-                        walk_stream.seek(((index as u64) << SAMPLE_BITS) | walk);
-                        let (lx, walk_rays) = sample_indirect_lx(stage, &receiver, &mut cut, &mut walk_stream);
-                        *indirect_lx += lx;
-                        rays += walk_rays;
-                    }
-                }
-                rays
-            })
-            .collect();
-        self.rays += rays.iter().sum::<u64>();
+    /// Lets chains count direct light too: for an element map whose first pass over direct light would take longer
+    /// than there is. What it had of that pass is dropped.
+    pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64) {
+        self.map.direct.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.chains_until(context, chains_per_replica.max(1), Deposits::DirectToo);
+        self.map.direct_samples = self.map.indirect_samples;
+        self.samples = self.map.indirect_samples.complete;
     }
 
     /// Judges the error as it stands.
@@ -352,62 +309,21 @@ impl Job {
     }
 }
 
-fn direct_passes_over_cells(
-    context: &Context,
-    number: u32,
-    replica: u32,
-    passes: std::ops::Range<u64>,
-    direct: &mut [f64],
-) -> u64 {
-    let mut rays = 0;
-    let mut room = DirectPass::default();
-    let mut stream = Stream::new(context.seed, Purpose::Direct, number, replica);
-    for (index, direct_lx) in direct.iter_mut().enumerate() {
-        if passes.is_empty() {
-            break;
-        }
-        let cell = context.stage.elements.cell(index as u32);
-        for pass in passes.clone() {
-            stream.seek(((index as u64) << SAMPLE_BITS) | pass);
-            let (lx, pass_rays) = room.over_cell(context.stage, context.scene, cell, &mut stream);
-            *direct_lx += lx;
-            rays += pass_rays;
-        }
+/// The part of a sweep that one slice does: entries, and how many times over.
+fn slice_of_sweep(tally: Tally, goal: u64, len: usize, rays_per_sweep: f64) -> (Range<usize>, Range<u64>) {
+    let rays = rays_per_sweep.max(1.0) * REPLICAS as f64;
+    if tally.ahead == 0 && rays <= RAYS_PER_SLICE {
+        let times = ((RAYS_PER_SLICE / rays) as u64).min(goal - tally.complete).max(1);
+        return (0..len, tally.complete..tally.complete + times);
     }
-    rays
+    let entries = ((len as f64 * RAYS_PER_SLICE / rays) as usize).max(1);
+    (tally.ahead..(tally.ahead + entries).min(len), tally.complete..tally.complete + 1)
 }
 
-/// Index of the stream that shifts a replica's choices of emitters: the last one, which no chain reaches.
-const SHIFT_INDEX: u64 = u64::MAX >> 32;
-
-/// The random shift of a replica's emitter choices.
-fn emission_shift(stream: &mut Stream) -> f64 {
-    stream.seek(SHIFT_INDEX << 32);
-    stream.fine_unit()
-}
-
-/// Choice of the emitter for a chain: the van der Corput sequence, shifted at random for every replica, so that any
-/// run of chains shares itself out among the luminaires in proportion to flux, and each choice alone is uniform.
-fn spread_choice(chain: u64, shift: f64) -> f64 {
-    let van_der_corput = (chain.reverse_bits() >> 11) as f64 / (1u64 << 53) as f64;
-    let choice = van_der_corput + shift;
-    if choice >= 1.0 { choice - 1.0 } else { choice }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::spread_choice;
-
-    #[test]
-    fn choices_spread_evenly_and_stay_below_one() {
-        for shift in [0.0, 0.3, 1.0 - 2f64.powi(-53)] {
-            let mut counts = [0; 8];
-            for chain in 0..64 {
-                let choice = spread_choice(chain, shift);
-                assert!((0.0..1.0).contains(&choice));
-                counts[(choice * 8.0) as usize] += 1;
-            }
-            assert!(counts.iter().all(|count| (7..=9).contains(count)), "{counts:?}");
-        }
+fn after_sweep(entries: Range<usize>, times: Range<u64>, len: usize) -> Tally {
+    if entries.end == len {
+        Tally { complete: times.end, ahead: 0 }
+    } else {
+        Tally { complete: times.start, ahead: entries.end }
     }
 }

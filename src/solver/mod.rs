@@ -6,6 +6,7 @@ mod pilot;
 mod run;
 mod solution;
 mod sparse;
+mod sweep;
 
 pub use run::{Observer, Progress, solve};
 pub use solution::*;

@@ -8,13 +8,15 @@ use super::sparse::fill_sparse_elements;
 use super::{ConvergenceRow, MapSelection, Settings, Solution, StopReason};
 use crate::chain::Stage;
 use crate::control::{accepts, needed_work, next_judgement};
+use crate::maps::MapKind;
 use crate::scene::Scene;
 
-/// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
-/// sharing it out over threads costs nothing.
-const RAYS_PER_SLICE: f64 = 400_000.0;
 /// Maps that the target does not bind get at most this share of the rays that the bound ones take.
 const UNBOUND_SHARE: f64 = 0.25;
+/// Rays that a map which the target does not bind may take for its first look in any case.
+const FIRST_LOOK_RAYS: f64 = 4e6;
+/// Rays for the same where a limit or the user ended the run.
+const RAYS_IN_HASTE: f64 = 4e5;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
@@ -70,7 +72,9 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         convergence: Vec::new(),
     };
     let stop_reason = run.work();
-    run.judge_all();
+    let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
+    run.give_every_map_a_start(if in_haste { RAYS_IN_HASTE } else { FIRST_LOOK_RAYS });
+    run.judge_all(in_haste);
     let compute_s = started.elapsed().as_secs_f64() - build_s;
     finish(&context, settings, target_error, run.jobs, run.convergence, stop_reason, build_s, compute_s)
 }
@@ -117,11 +121,9 @@ impl Run<'_> {
             self.slice(index);
             self.observer.progress(&self.progress());
             if self.observer.is_interrupted() {
-                self.give_every_map_a_start();
                 return StopReason::Interrupted;
             }
             if self.settings.time_limit_s.is_some_and(|limit_s| self.observer.wall_s() >= limit_s) {
-                self.give_every_map_a_start();
                 return StopReason::TimeLimit;
             }
         }
@@ -138,13 +140,13 @@ impl Run<'_> {
             (Some((index, _)), Some((other, unbound))) => {
                 let bound_rays: u64 = self.jobs.iter().filter(|job| job.bound).map(|job| job.rays).sum();
                 let unbound_rays: u64 = self.jobs.iter().filter(|job| !job.bound).map(|job| job.rays).sum();
-                let next_rays = unbound.rays_for_next(self.slice_samples(unbound));
+                let next_rays = unbound.rays_to(self.goal(unbound));
                 let within_share = unbound_rays as f64 + next_rays <= UNBOUND_SHARE * bound_rays as f64;
                 Some(if within_share { *other } else { *index })
             }
             (Some((index, _)), None) => Some(*index),
-            // Every map gets a first look, however little the bound ones needed.
-            (None, Some((index, job))) if self.settings.chains.is_some() || job.samples < job.first_samples() => {
+            // Every map gets a first look, if that is not much more than what the bound ones needed.
+            (None, Some((index, job))) if self.settings.chains.is_some() || self.affords_first_look(job) => {
                 Some(*index)
             }
             (None, _) => None,
@@ -171,21 +173,21 @@ impl Run<'_> {
         }
     }
 
-    fn slice_samples(&self, job: &Job) -> u64 {
-        let most = (RAYS_PER_SLICE / job.rays_per_sample()).ceil() as u64;
-        let next = job.next_judgement.min(self.settings.chains.map_or(u64::MAX, |chains| job.samples_for(chains)));
-        most.max(1).min(next.saturating_sub(job.samples).max(1))
+    /// Samples at which a job stops to be judged.
+    fn goal(&self, job: &Job) -> u64 {
+        job.next_judgement.min(self.settings.chains.map_or(u64::MAX, |chains| job.samples_for(chains)))
     }
 
     fn slice(&mut self, index: usize) {
-        let samples = self.jobs[index].samples + self.slice_samples(&self.jobs[index]);
+        let goal = self.goal(&self.jobs[index]);
         let job = &mut self.jobs[index];
         let started = Instant::now();
-        job.advance(self.context, samples);
+        let arrived = job.advance(self.context, goal);
         job.seconds += started.elapsed().as_secs_f64();
-        if samples < job.next_judgement {
+        if !arrived || goal < job.next_judgement {
             return;
         }
+        let samples = job.samples;
         job.judge(self.context);
         let needed = self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement));
         job.met = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
@@ -196,16 +198,31 @@ impl Run<'_> {
         }
     }
 
-    /// A run that is ended early still shows something of every map.
-    fn give_every_map_a_start(&mut self) {
-        for job in self.jobs.iter_mut().filter(|job| job.samples == 0 && !job.map.is_empty()) {
-            job.advance(self.context, 1);
+    fn affords_first_look(&self, job: &Job) -> bool {
+        let started = job.samples > 0 || job.rays > 0;
+        let bound_rays: u64 = self.jobs.iter().filter(|job| job.bound).map(|job| job.rays).sum();
+        let share = (UNBOUND_SHARE * bound_rays as f64).max(FIRST_LOOK_RAYS);
+        job.samples < job.first_samples() && (started || job.rays_to(job.first_samples()) <= share)
+    }
+
+    /// Every map that was asked for shows something, however the run ended.
+    fn give_every_map_a_start(&mut self, most_rays: f64) {
+        for job in self.jobs.iter_mut().filter(|job| !job.has_started() && !job.map.is_empty()) {
+            match job.kind {
+                MapKind::Elements if !job.is_black() => {
+                    let chains = (most_rays / job.rays_per_sample()) as u64;
+                    job.count_all_by_chains(self.context, chains);
+                }
+                _ => while !job.advance(self.context, 1) {},
+            }
         }
     }
 
-    fn judge_all(&mut self) {
+    fn judge_all(&mut self, in_haste: bool) {
         for job in &mut self.jobs {
-            fill_sparse_elements(self.context, job);
+            if !in_haste {
+                fill_sparse_elements(self.context, job);
+            }
             job.judge(self.context);
         }
         if let Some(row) = self.convergence_row()

@@ -29,7 +29,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else {
         return 0;
     };
-    if job.kind != MapKind::Elements || job.map.indirect_samples == 0 {
+    if job.kind != MapKind::Elements || job.map.indirect_samples.complete == 0 {
         return 0;
     }
     let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());
@@ -46,9 +46,13 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     let probe_rays: u64 = probes.iter().map(|cell| walk_from_cell(context, *cell, 0, &mut cut, &mut stream).1).sum();
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     let budget = (RAY_SHARE * job.rays as f64).max(RAYS_IN_ANY_CASE);
-    let walks = ((budget / (rays_per_walk * sparse.len() as f64 * REPLICAS as f64)) as u64).clamp(1, MOST_WALKS);
+    let walks = ((budget / (rays_per_walk * sparse.len() as f64 * REPLICAS as f64)) as u64).min(MOST_WALKS);
+    if walks == 0 {
+        // In a scene of very many elements the walks would outweigh the run: their counts must do.
+        return 0;
+    }
 
-    let samples = job.map.indirect_samples as f64;
+    let samples = job.map.indirect_samples.complete as f64;
     let rays: Vec<u64> = job
         .map
         .indirect

@@ -1,1 +1,41 @@
-//! validation
+//! Cases against truths: what luxmc computes, put beside what is known exactly.
+//!
+//! A case is a folder with a `case.json`; `docs/validation.md` describes it. [`find_cases`] finds cases at run time,
+//! [`run_case`] runs one, [`report_html`], [`report_md`] and [`case_csv`] tell what came out.
+
+mod case;
+mod error;
+mod exact_side;
+mod fields;
+mod find;
+mod ladder;
+mod ladder_report;
+mod measure;
+mod methods;
+mod outcome;
+mod plots;
+mod reference;
+mod report;
+mod report_html;
+mod report_md;
+mod statistics;
+mod truth;
+mod truth_enclosure;
+mod truth_room;
+mod truth_sobolev;
+mod verdict;
+mod words;
+
+pub use case::{Case, Comparison, Criterion, Light, Run, What};
+pub use error::CaseError;
+pub use find::{Found, find_cases};
+pub use ladder::{Ladder, Rung, climb};
+pub use ladder_report::{ladder_csv, ladder_html, ladder_md};
+pub use methods::{METHODS, Method};
+pub use outcome::{CaseOutcome, ComparisonOutcome, run_case};
+pub use report::{Table, Validation};
+pub use report_html::report_html;
+pub use report_md::{case_csv, report_md};
+pub use statistics::{Entry, EntrySet, Statistics};
+pub use truth::{Exact, TruthSpec};
+pub use verdict::Check;

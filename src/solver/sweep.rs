@@ -1,0 +1,209 @@
+//! The work itself: sweeps of direct light and walks over entries, and chains, sixteen replicas side by side.
+//!
+//! A task is one replica (and for receivers a chunk of points); it writes to slabs of its own and draws from streams
+//! keyed by what it does, so that the sums do not depend on threads.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::job::{Context, Ends};
+use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::walk::sample_indirect_lx;
+use crate::maps::{ReplicaMap, Unit};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+
+/// Points of a receiver set that a thread takes at a time.
+const POINTS_PER_CHUNK: usize = 64;
+/// Bits of a stream's index that count samples; the bits above them tell the point or the element.
+const SAMPLE_BITS: u32 = 32;
+/// The element map's number among the maps, for its streams; receiver set `i` has `i + 1`.
+const ELEMENTS: u32 = 0;
+
+/// What chains deposit in the element map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Deposits {
+    /// Arrivals after the first reflection: direct light is computed.
+    IndirectOnly,
+    /// All arrivals.
+    DirectToo,
+}
+
+fn stream_index(entry: usize, sample: u64) -> u64 {
+    ((entry as u64) << SAMPLE_BITS) | sample
+}
+
+/// Passes over the direct light of a range of element sides; returns the rays traced.
+pub fn direct_over_cells(context: &Context, map: &mut ReplicaMap, cells: Range<usize>, passes: Range<u64>) -> u64 {
+    let rays: Vec<u64> = map
+        .direct
+        .par_iter_mut()
+        .enumerate()
+        .map(|(replica, direct)| {
+            let mut rays = 0;
+            let mut room = DirectPass::default();
+            let mut stream = Stream::new(context.seed, Purpose::Direct, ELEMENTS, replica as u32);
+            for index in cells.clone() {
+                let cell = context.stage.elements.cell(index as u32);
+                for pass in passes.clone() {
+                    stream.seek(stream_index(index, pass));
+                    let (lx, pass_rays) = room.over_cell(context.stage, context.scene, cell, &mut stream);
+                    direct[index] += lx;
+                    rays += pass_rays;
+                }
+            }
+            rays
+        })
+        .collect();
+    rays.iter().sum()
+}
+
+/// Chains of every replica; returns rays and ends, replica by replica.
+pub fn chains(context: &Context, map: &mut ReplicaMap, chains: Range<u64>, deposits: Deposits) -> Vec<(u64, Ends)> {
+    let stage = context.stage;
+    let Unit::Packets { luminous_flux_lm, area_m2 } = &map.indirect_unit_lx else {
+        return Vec::new();
+    };
+    let replicas = map.direct.par_iter_mut().zip(map.indirect.par_iter_mut()).enumerate();
+    let traced = replicas.map(|(replica, (direct, indirect))| {
+        let mut rays = 0;
+        let mut ends = Ends::default();
+        let mut stream = Stream::new(context.seed, Purpose::Chains, ELEMENTS, replica as u32);
+        let shift = emission_shift(&mut stream);
+        for chain in chains.clone() {
+            stream.seek(chain);
+            let choice = spread_choice(chain, shift);
+            let (end, chain_rays) = stage.trace_chain(choice, &mut stream, |arrival| {
+                let hit = &arrival.hit;
+                let Some(cell) = stage.elements.cell_at(hit.triangle, hit.barycentric, hit.side) else {
+                    return;
+                };
+                if arrival.bounces > 0 {
+                    indirect[cell as usize] += 1.0;
+                } else if deposits == Deposits::DirectToo {
+                    direct[cell as usize] += luminous_flux_lm / area_m2[cell as usize];
+                }
+            });
+            ends.count(end);
+            rays += chain_rays;
+        }
+        (rays, ends)
+    });
+    traced.collect()
+}
+
+/// Passes over the direct light of a range of points; returns the rays traced.
+pub fn direct_at_points(
+    context: &Context,
+    set: usize,
+    map: &mut ReplicaMap,
+    points: Range<usize>,
+    passes: Range<u64>,
+) -> u64 {
+    let stage = context.stage;
+    over_points(context, set, Purpose::Direct, &mut map.direct, points, passes, |receiver, room, stream| {
+        room.direct.at_point(stage, receiver, stream)
+    })
+}
+
+/// Walks from a range of points; returns the rays traced.
+pub fn walks_from_points(
+    context: &Context,
+    set: usize,
+    map: &mut ReplicaMap,
+    points: Range<usize>,
+    walks: Range<u64>,
+) -> u64 {
+    let stage = context.stage;
+    over_points(context, set, Purpose::Walks, &mut map.indirect, points, walks, |receiver, room, stream| {
+        sample_indirect_lx(stage, receiver, &mut room.cut, stream)
+    })
+}
+
+/// Room that a task reuses from sample to sample.
+#[derive(Default)]
+struct Room {
+    direct: DirectPass,
+    cut: Cut,
+}
+
+fn over_points(
+    context: &Context,
+    set: usize,
+    purpose: Purpose,
+    slabs: &mut [Vec<f64>],
+    points: Range<usize>,
+    samples: Range<u64>,
+    sample: impl Fn(&Receiver, &mut Room, &mut Stream) -> (f64, u64) + Sync,
+) -> u64 {
+    let receivers = &context.scene.receivers[set].points;
+    let chunks: Vec<(usize, usize, &mut [f64])> = slabs
+        .iter_mut()
+        .enumerate()
+        .flat_map(|(replica, slab)| {
+            let first = points.start;
+            let chunks = slab[points.clone()].chunks_mut(POINTS_PER_CHUNK).enumerate();
+            chunks.map(move |(chunk, sums)| (replica, first + chunk * POINTS_PER_CHUNK, sums))
+        })
+        .collect();
+    let rays: Vec<u64> = chunks
+        .into_par_iter()
+        .map(|(replica, first, sums)| {
+            let mut rays = 0;
+            let mut room = Room::default();
+            let mut stream = Stream::new(context.seed, purpose, set as u32 + 1, replica as u32);
+            for (offset, sum_lx) in sums.iter_mut().enumerate() {
+                let point = &receivers[first + offset];
+                if point.inside {
+                    continue;
+                }
+                let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
+                let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
+                for number in samples.clone() {
+                    stream.seek(stream_index(first + offset, number));
+                    let (lx, sample_rays) = sample(&receiver, &mut room, &mut stream);
+                    *sum_lx += lx;
+                    rays += sample_rays;
+                }
+            }
+            rays
+        })
+        .collect();
+    rays.iter().sum()
+}
+
+/// Index of the stream that shifts a replica's choices of emitters: the last one, which no chain reaches.
+const SHIFT_INDEX: u64 = u64::MAX >> 32;
+
+/// The random shift of a replica's emitter choices.
+fn emission_shift(stream: &mut Stream) -> f64 {
+    stream.seek(SHIFT_INDEX << 32);
+    stream.fine_unit()
+}
+
+/// Choice of the emitter for a chain: the van der Corput sequence, shifted at random for every replica, so that any
+/// run of chains shares itself out among the luminaires in proportion to flux, and each choice alone is uniform.
+fn spread_choice(chain: u64, shift: f64) -> f64 {
+    let van_der_corput = (chain.reverse_bits() >> 11) as f64 / (1u64 << 53) as f64;
+    let choice = van_der_corput + shift;
+    if choice >= 1.0 { choice - 1.0 } else { choice }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::spread_choice;
+
+    #[test]
+    fn choices_spread_evenly_and_stay_below_one() {
+        for shift in [0.0, 0.3, 1.0 - 2f64.powi(-53)] {
+            let mut counts = [0; 8];
+            for chain in 0..64 {
+                let choice = spread_choice(chain, shift);
+                assert!((0.0..1.0).contains(&choice));
+                counts[(choice * 8.0) as usize] += 1;
+            }
+            assert!(counts.iter().all(|count| (7..=9).contains(count)), "{counts:?}");
+        }
+    }
+}

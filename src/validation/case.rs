@@ -1,0 +1,411 @@
+//! A validation case as its folder tells it: a scene, runs, and what is compared with which truth.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use super::error::CaseError;
+use super::fields::{Fraction, fill_in};
+use super::truth::{Truth, TruthSpec};
+use super::truth_room::RoomCache;
+use crate::scene::{Scene, SceneError, scene_from_json};
+
+/// The file that makes a folder a case.
+pub const CASE_FILE: &str = "case.json";
+
+/// A case, read and checked: every run has its scene and its comparisons.
+#[derive(Debug)]
+pub struct Case {
+    /// The folder's name.
+    pub name: String,
+    /// The folder.
+    pub folder: PathBuf,
+    /// One line for the heading.
+    pub title: String,
+    /// The physics in two sentences.
+    pub physics: String,
+    /// What a reader should know besides, such as where a published table is wrong.
+    pub remarks: Vec<String>,
+    /// Where the truth and the geometry come from.
+    pub sources: Vec<String>,
+    /// Groups that the case belongs to.
+    pub groups: Vec<String>,
+    /// The runs in order, at least one.
+    pub runs: Vec<Run>,
+    /// The run that `luxmc compare` climbs its ladder on.
+    pub ladder_run: usize,
+    /// Rooms that its truths have solved.
+    pub(super) rooms: RoomCache,
+}
+
+/// One scene with settings and what is compared after it.
+#[derive(Debug)]
+pub struct Run {
+    /// Name in tables.
+    pub name: String,
+    /// The scene.
+    pub scene: Scene,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Target of the stated error, if the run has one.
+    pub target_error: Option<f64>,
+    /// Chains for every map, if fixed.
+    pub chains: Option<u64>,
+    /// Longest time in s.
+    pub time_limit_s: Option<f64>,
+    /// What is compared.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// What is compared with what, and when it passes.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Comparison {
+    /// Name in the report.
+    pub name: String,
+    /// Averages, points or elements.
+    pub what: What,
+    /// Name of the map; without it `elements`.
+    #[serde(default = "element_map")]
+    pub map: String,
+    /// A surface (or all of a geometry) to which an element comparison or an average is restricted.
+    pub surface: Option<String>,
+    /// Which part of the light.
+    #[serde(default)]
+    pub light: Light,
+    /// The exact numbers.
+    pub truth: TruthSpec,
+    /// Published numbers to show beside the exact ones.
+    pub beside: Option<Beside>,
+    /// When it passes.
+    pub criterion: Criterion,
+    /// Names of the points, where they have some.
+    pub labels: Option<Vec<String>>,
+    /// Horizontal axis of the plot; without it the entries in order.
+    pub axis: Option<Axis>,
+    /// Names of the runs that it belongs to; without it all.
+    pub runs: Option<Vec<String>>,
+}
+
+fn element_map() -> String {
+    "elements".to_owned()
+}
+
+/// What kind of numbers are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum What {
+    /// A mean over a surface, a receiver set or the whole enclosure.
+    Average,
+    /// Every point of a receiver set.
+    Points,
+    /// Every element of the map.
+    Elements,
+}
+
+/// Which part of the light is compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Light {
+    /// What has met nothing on its way.
+    Direct,
+    /// The rest.
+    Indirect,
+    /// All of it.
+    #[default]
+    Total,
+}
+
+impl Light {
+    /// Name in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Light::Direct => "direct",
+            Light::Indirect => "indirect",
+            Light::Total => "total",
+        }
+    }
+}
+
+/// Published numbers: a column of the truth's reference file, or one number.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Beside {
+    /// Whose numbers they are.
+    pub name: String,
+    /// The column; empty cells are skipped.
+    pub column: Option<String>,
+    /// The number in lx; `null` where there is none.
+    pub value_lx: Option<f64>,
+}
+
+/// When a comparison passes. Whatever is named must hold; that deviations fit their error bars must hold always.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Criterion {
+    /// No value deviates by more than this part of the exact one.
+    pub worst: Option<Fraction>,
+    /// The true relative RMS error of the map is at most this.
+    pub true_error: Option<Fraction>,
+    /// The error bars cover the truth as often as they claim, at this level of significance.
+    pub coverage_alpha: Option<f64>,
+}
+
+/// Horizontal axis of a plot of points.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Axis {
+    /// `x`, `y`, `z`: a coordinate in m.
+    pub along: Along,
+    /// What the axis says.
+    pub label: String,
+}
+
+/// A coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Along {
+    /// First coordinate.
+    X,
+    /// Second coordinate.
+    Y,
+    /// Third coordinate.
+    Z,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CaseFile {
+    title: String,
+    physics: String,
+    #[serde(default)]
+    remarks: Vec<String>,
+    #[serde(default)]
+    sources: Vec<String>,
+    groups: Vec<String>,
+    scene: Option<Value>,
+    scene_file: Option<String>,
+    runs: Vec<RunSpec>,
+    compare: Vec<Value>,
+    ladder_run: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RunSpec {
+    name: String,
+    #[serde(default)]
+    with: Map<String, Value>,
+    #[serde(default)]
+    seed: u64,
+    target_error: Option<Fraction>,
+    chains: Option<u64>,
+    time_limit_s: Option<f64>,
+}
+
+impl Case {
+    /// Reads the case of a folder.
+    ///
+    /// # Errors
+    ///
+    /// Anything that is missing, malformed or unknown in the case, its scene or its reference, with a remedy.
+    pub fn read(folder: &Path) -> Result<Case, CaseError> {
+        let path = folder.join(CASE_FILE);
+        let text = read_text(&path, "the case cannot be read")?;
+        let value: Value = serde_json::from_str(&text).map_err(|error| {
+            CaseError::new(&path, "the case is no JSON", error.to_string(), "a JSON object", "correct the place named")
+        })?;
+        let file: CaseFile = typed(&path, "", value)?;
+        check_file(&path, &file)?;
+        let scene_text = match (&file.scene, &file.scene_file) {
+            (Some(scene), None) => scene.clone(),
+            (None, Some(name)) => {
+                let scene_path = folder.join(name);
+                let text = read_text(&scene_path, "the scene of the case cannot be read")?;
+                serde_json::from_str(&text).map_err(|error| {
+                    let remedy = "correct the place named";
+                    CaseError::new(&scene_path, "the scene is no JSON", error.to_string(), "a scene", remedy)
+                })?
+            }
+            _ => {
+                let expected = "either \"scene\" or \"scene_file\"";
+                return Err(CaseError::new(
+                    &path,
+                    "a case needs one scene",
+                    "none or two",
+                    expected,
+                    "give one of them",
+                ));
+            }
+        };
+        let base_dir = file.scene_file.as_ref().map_or_else(
+            || folder.to_path_buf(),
+            |name| folder.join(name).parent().map_or_else(|| folder.to_path_buf(), Path::to_path_buf),
+        );
+        let runs = file
+            .runs
+            .iter()
+            .map(|run| read_run(&path, &base_dir, run, &scene_text, &file.compare))
+            .collect::<Result<Vec<_>, _>>()?;
+        let ladder_run = match &file.ladder_run {
+            None => 0,
+            Some(name) => runs.iter().position(|run| run.name == *name).ok_or_else(|| {
+                let expected = "the name of one of the runs";
+                CaseError::new(&path, "\"ladder_run\" names no run", name.as_str(), expected, "correct the name")
+            })?,
+        };
+        Ok(Case {
+            name: folder_name(folder),
+            folder: folder.to_path_buf(),
+            title: file.title,
+            physics: file.physics,
+            remarks: file.remarks,
+            sources: file.sources,
+            groups: file.groups,
+            runs,
+            ladder_run,
+            rooms: RoomCache::default(),
+        })
+    }
+}
+
+/// Name of a folder; of `.` its real name.
+pub fn folder_name(folder: &Path) -> String {
+    let real = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
+    real.file_name().map_or_else(|| "case".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+pub(super) fn read_text(path: &Path, what: &str) -> Result<String, CaseError> {
+    std::fs::read_to_string(path).map_err(|error| {
+        let remedy = "check the name and the right to read it";
+        CaseError::new(path, what, error.to_string(), "a text file", remedy)
+    })
+}
+
+fn typed<T: DeserializeOwned>(path: &Path, place: &str, value: Value) -> Result<T, CaseError> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let inner = error.path().to_string();
+        let place = match (place, inner.as_str()) {
+            (place, ".") => place.to_owned(),
+            ("", inner) => inner.to_owned(),
+            (place, inner) => format!("{place}.{inner}"),
+        };
+        let what =
+            if place.is_empty() { "a malformed case".to_owned() } else { format!("a malformed case, at {place}") };
+        let got = error.into_inner().to_string();
+        CaseError::new(path, what, got, "what docs/validation.md describes", "correct this place of the case")
+    })
+}
+
+fn check_file(path: &Path, file: &CaseFile) -> Result<(), CaseError> {
+    let refuse =
+        |what: &str, got: String, expected: &str| Err(CaseError::new(path, what, got, expected, "correct the case"));
+    if file.runs.is_empty() || file.compare.is_empty() {
+        return refuse(
+            "a case without runs or comparisons shows nothing",
+            "an empty list".into(),
+            "at least one of each",
+        );
+    }
+    if file.title.trim().is_empty() || file.physics.trim().is_empty() {
+        return refuse(
+            "a case must tell its reader what it is about",
+            "an empty text".into(),
+            "a title and the physics",
+        );
+    }
+    for (index, run) in file.runs.iter().enumerate() {
+        if file.runs[..index].iter().any(|other| other.name == run.name) {
+            return refuse("two runs have the same name", run.name.clone(), "a name for each run");
+        }
+        if run.target_error.is_none() && run.chains.is_none() {
+            let got = format!("run \"{}\" has neither", run.name);
+            return refuse("a run needs \"target_error\" or \"chains\"", got, "one of them, or both");
+        }
+        if run.time_limit_s.is_some_and(|limit_s| limit_s.is_nan() || limit_s <= 0.0) {
+            return refuse("a time limit must be above 0", format!("{:?}", run.time_limit_s), "seconds above 0");
+        }
+    }
+    Ok(())
+}
+
+fn read_run(path: &Path, base_dir: &Path, run: &RunSpec, scene: &Value, compare: &[Value]) -> Result<Run, CaseError> {
+    let filled = |value: &Value| {
+        fill_in(value, &run.with).map_err(|name| {
+            let what = format!("the run \"{}\" does not give ${name}", run.name);
+            let expected = format!("\"with\": {{ \"{name}\": … }} in each run");
+            CaseError::new(path, what, "nothing of that name", expected, "give it, or write the number itself")
+        })
+    };
+    let scene_text = filled(scene)?.to_string();
+    let scene = scene_from_json(&scene_text, None, base_dir).map_err(|error| refused_scene(path, run, &error))?;
+    let mut comparisons = Vec::new();
+    for (index, value) in compare.iter().enumerate() {
+        let comparison: Comparison = typed(path, &format!("compare[{index}]"), filled(value)?)?;
+        check_comparison(path, &scene, &comparison)?;
+        Truth::prepare(&comparison.truth, &scene, &RoomCache::default(), path.parent().unwrap_or(base_dir))?;
+        if comparison.runs.as_ref().is_none_or(|names| names.contains(&run.name)) {
+            comparisons.push(comparison);
+        }
+    }
+    Ok(Run {
+        name: run.name.clone(),
+        scene,
+        seed: run.seed,
+        target_error: run.target_error.map(|fraction| fraction.0),
+        chains: run.chains,
+        time_limit_s: run.time_limit_s,
+        comparisons,
+    })
+}
+
+fn refused_scene(path: &Path, run: &RunSpec, error: &SceneError) -> CaseError {
+    let place = error.place.as_ref().map_or_else(String::new, |place| format!(", at {}", place.json_path));
+    let what = format!("the scene of the run \"{}\" is refused: {}{place}", run.name, error.what);
+    CaseError::new(path, what, error.got.as_str(), error.expected.as_str(), error.remedy.as_str())
+}
+
+fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Result<(), CaseError> {
+    let refuse = |what: &str, got: String, expected: &str| {
+        let what = format!("the comparison \"{}\": {what}", comparison.name);
+        Err(CaseError::new(path, what, got, expected, "correct the case"))
+    };
+    let set = scene.receivers.iter().find(|set| set.name == comparison.map);
+    match (comparison.what, set) {
+        (What::Points, None) => {
+            return refuse("points need a receiver set", comparison.map.clone(), "\"map\": the name of a receiver set");
+        }
+        (What::Elements, Some(_)) => {
+            return refuse("elements come from the element map", comparison.map.clone(), "no \"map\", or \"elements\"");
+        }
+        (_, None) if comparison.map != "elements" => {
+            return refuse("the scene has no such map", comparison.map.clone(), "\"elements\" or a receiver set");
+        }
+        (What::Points, Some(set))
+            if comparison.labels.as_ref().is_some_and(|names| names.len() != set.points.len()) =>
+        {
+            let got = format!("{} points", set.points.len());
+            return refuse("there must be a label for every point", got, "as many labels as points");
+        }
+        _ => {}
+    }
+    if let Some(surface) = &comparison.surface
+        && !scene.surfaces.iter().any(|known| known.name == *surface || known.geometry == *surface)
+    {
+        return refuse("the scene has no such surface", surface.clone(), "a surface or a geometry of the scene");
+    }
+    let criterion = &comparison.criterion;
+    if criterion.coverage_alpha.is_some_and(|alpha| !(1e-12..=0.1).contains(&alpha)) {
+        return refuse(
+            "the level of significance is out of range",
+            format!("{:?}", criterion.coverage_alpha),
+            "1e-12 to 0.1",
+        );
+    }
+    if criterion.worst.is_none() && criterion.true_error.is_none() && criterion.coverage_alpha.is_none() {
+        return refuse("no criterion", "{}".into(), "\"worst\", \"true_error\" or \"coverage_alpha\"");
+    }
+    Ok(())
+}

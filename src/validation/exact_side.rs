@@ -1,0 +1,103 @@
+//! The exact side of a comparison: made once, whatever and however often is measured beside it.
+
+use super::case::{Along, Beside, CASE_FILE, Case, Comparison, Run, What};
+use super::error::CaseError;
+use super::measure::{counts, fill_in_measured};
+use super::statistics::{Entry, EntrySet};
+use super::truth::{Site, Truth};
+use crate::scene::{Elements, Scene};
+use crate::solver::Solution;
+
+/// Exact values of everything that a comparison asks for.
+pub struct ExactSide<'a> {
+    case: &'a Case,
+    run: &'a Run,
+    comparison: &'a Comparison,
+    exact: EntrySet,
+}
+
+impl<'a> ExactSide<'a> {
+    /// Computes the exact values.
+    ///
+    /// # Errors
+    ///
+    /// A truth that cannot tell what is asked.
+    pub fn new(case: &'a Case, run: &'a Run, comparison: &'a Comparison) -> Result<ExactSide<'a>, CaseError> {
+        let truth = Truth::prepare(&comparison.truth, &run.scene, &case.rooms, &case.folder)?;
+        let made = match comparison.what {
+            What::Average => average(comparison, &truth),
+            What::Points => points(&run.scene, comparison, &truth),
+            What::Elements => elements(&run.scene, comparison, &truth),
+        };
+        let mut entries = made.map_err(|what| refused(case, run, comparison, what))?;
+        for entry in &mut entries {
+            entry.run.clone_from(&run.name);
+        }
+        let exact = EntrySet { entries, truth_in_words: truth.in_words(), ..EntrySet::default() };
+        Ok(ExactSide { case, run, comparison, exact })
+    }
+
+    /// Puts a run's numbers beside them.
+    ///
+    /// # Errors
+    ///
+    /// A map that does not give what is compared.
+    pub fn beside(&self, solution: &Solution) -> Result<EntrySet, CaseError> {
+        let mut set = self.exact.clone();
+        fill_in_measured(&mut set, self.run, self.comparison, solution)
+            .map_err(|what| refused(self.case, self.run, self.comparison, what))?;
+        Ok(set)
+    }
+}
+
+fn refused(case: &Case, run: &Run, comparison: &Comparison, got: String) -> CaseError {
+    let what = format!("the comparison \"{}\" of the run \"{}\" cannot be made", comparison.name, run.name);
+    CaseError::new(&case.folder.join(CASE_FILE), what, got, "what truth and map can tell", "correct the case")
+}
+
+fn entry_of(truth: &Truth, comparison: &Comparison, site: &Site, label: String) -> Result<Entry, String> {
+    let beside_lx = match &comparison.beside {
+        Some(Beside { column: Some(column), .. }) => truth.beside(column, site)?,
+        Some(beside) => beside.value_lx,
+        None => None,
+    };
+    Ok(Entry { label, exact: truth.exact(site, comparison.light)?, beside_lx, weight: 1.0, ..Entry::default() })
+}
+
+fn average(comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
+    let label = comparison.surface.clone().unwrap_or_else(|| comparison.map.clone());
+    Ok(vec![entry_of(truth, comparison, &Site::Average { surface: comparison.surface.as_deref() }, label)?])
+}
+
+fn points(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
+    let set = scene.receivers.iter().find(|set| set.name == comparison.map).ok_or("no such receiver set")?;
+    let mut entries = Vec::new();
+    for (index, point) in set.points.iter().enumerate().filter(|(_, point)| !point.inside) {
+        let label = comparison.labels.as_ref().map_or_else(|| (index + 1).to_string(), |labels| labels[index].clone());
+        let site = Site::Point { position_m: point.position_m, normal: point.normal, index };
+        let along_m = comparison.axis.as_ref().map(|axis| match axis.along {
+            Along::X => point.position_m.x,
+            Along::Y => point.position_m.y,
+            Along::Z => point.position_m.z,
+        });
+        let entry = entry_of(truth, comparison, &site, label)?;
+        entries.push(Entry { index, weight: point.weight, along_m, ..entry });
+    }
+    Ok(entries)
+}
+
+fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
+    let cells = Elements::of(scene);
+    let mut entries = Vec::new();
+    for index in 0..cells.len() {
+        let cell = cells.cell(index as u32);
+        let surface = scene.surface_of(cell.triangle);
+        if !counts(comparison, &surface.name, &surface.geometry) {
+            continue;
+        }
+        let site = Site::Element { corners_m: cells.corners_m(scene, cell), surface: &surface.name, index };
+        let entry = entry_of(truth, comparison, &site, format!("{} {index}", surface.name))?;
+        entries.push(Entry { index, weight: cells.area_m2(scene, cell), ..entry });
+    }
+    Ok(entries)
+}

@@ -1,0 +1,228 @@
+//! Speed against error: a method climbs from few chains to many, each time judged against the truth.
+
+use super::case::{Case, What};
+use super::error::CaseError;
+use super::exact_side::ExactSide;
+use super::measure::Silent;
+use super::methods::Method;
+use crate::solver::{MapSelection, Settings};
+
+/// Chains a map on the lowest rung.
+const FIRST_CHAINS: u64 = 1024;
+/// Runs with different seeds on a rung, as long as they are cheap: the error of a map of few points is itself noisy.
+const REPEATS: usize = 4;
+/// A rung is repeated while one run takes less than this part of the budget.
+const CHEAP: f64 = 1.0 / 16.0;
+/// Rungs whose time is below this part of the last one's tell of building and piloting, not of convergence.
+const FITTED_FROM: f64 = 1.0 / 64.0;
+
+/// A rung tells nothing where another one is more exact in less than this part of its time.
+const BEATEN_BY: f64 = 0.6;
+
+/// Errors to which times are told.
+pub const LEVELS: [f64; 3] = [0.03, 0.01, 0.003];
+
+/// A method's climb on one map of a case.
+#[derive(Clone, Debug)]
+pub struct Ladder {
+    /// Case.
+    pub case: String,
+    /// Run of the case.
+    pub run: String,
+    /// Comparison whose truth it was judged by.
+    pub comparison: String,
+    /// Method.
+    pub method: String,
+    /// Name of the estimator that the method used.
+    pub estimator: String,
+    /// Its rungs, from cheap to dear.
+    pub rungs: Vec<Rung>,
+    /// Error against seconds, where there are rungs enough.
+    pub by_time: Option<Fit>,
+    /// Error against rays.
+    pub by_rays: Option<Fit>,
+}
+
+/// One rung: runs with so many chains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rung {
+    /// Chains of one run.
+    pub chains: u64,
+    /// Rays of one run.
+    pub rays: u64,
+    /// Seconds of one run, building included.
+    pub seconds: f64,
+    /// True relative RMS error, in the mean of squares over the runs.
+    pub true_error: f64,
+    /// Stated error, likewise.
+    pub stated_error: f64,
+    /// Runs.
+    pub runs: usize,
+}
+
+/// error = scale · cost^slope, fitted to the logarithms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit {
+    /// Error at a cost of 1.
+    pub scale: f64,
+    /// Exponent; −½ for independent samples.
+    pub slope: f64,
+    /// Largest and smallest error among the rungs that were fitted.
+    pub covers: [f64; 2],
+}
+
+impl Fit {
+    /// Least squares through `(cost, error)`; `None` for fewer than three places.
+    pub fn through(places: &[(f64, f64)]) -> Option<Fit> {
+        let logs: Vec<(f64, f64)> = places
+            .iter()
+            .filter(|(cost, error)| *cost > 0.0 && *error > 0.0)
+            .map(|(cost, error)| (cost.ln(), error.ln()))
+            .collect();
+        if logs.len() < 3 {
+            return None;
+        }
+        let count = logs.len() as f64;
+        let (x, y) = (
+            logs.iter().map(|place| place.0).sum::<f64>() / count,
+            logs.iter().map(|place| place.1).sum::<f64>() / count,
+        );
+        let squares: f64 = logs.iter().map(|place| (place.0 - x).powi(2)).sum();
+        let products: f64 = logs.iter().map(|place| (place.0 - x) * (place.1 - y)).sum();
+        let slope = products / squares;
+        let errors = || logs.iter().map(|place| place.1.exp());
+        let covers = [errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min)];
+        (squares > 0.0 && slope < 0.0).then(|| Fit { scale: (y - slope * x).exp(), slope, covers })
+    }
+
+    /// Cost at which the error is reached.
+    pub fn cost_at(&self, error: f64) -> f64 {
+        (error / self.scale).powf(1.0 / self.slope)
+    }
+
+    /// Whether no rung was as exact, or as inexact, as this.
+    pub fn extrapolates(&self, error: f64) -> bool {
+        error > self.covers[0] || error < self.covers[1]
+    }
+}
+
+impl Ladder {
+    /// 1/(ε² t) in 1/s, geometric mean of the fitted rungs: twice the figure reaches the same error in half the time.
+    pub fn figure_of_merit(&self) -> f64 {
+        let fitted = fitted(&self.rungs);
+        let logs: f64 = fitted.iter().map(|rung| -(rung.true_error.powi(2) * rung.seconds).ln()).sum();
+        (logs / fitted.len().max(1) as f64).exp()
+    }
+}
+
+/// Climbs with a method on every map of points or elements that a case compares, for so many seconds each.
+///
+/// # Errors
+///
+/// A comparison that the truth or the map cannot answer.
+pub fn climb(
+    case: &Case,
+    method: &Method,
+    budget_s: f64,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Vec<Ladder>, CaseError> {
+    let run = &case.runs[case.ladder_run];
+    let mut ladders: Vec<Ladder> = Vec::new();
+    for comparison in run.comparisons.iter().filter(|comparison| comparison.what != What::Average) {
+        let settings = |chains: u64, seed: u64| Settings {
+            seed,
+            target_error: None,
+            chains: Some(chains),
+            time_limit_s: None,
+            maps: MapSelection::Named(vec![comparison.map.clone()]),
+            threads: None,
+        };
+        if let Err(reason) = (method.applies)(&run.scene, &settings(FIRST_CHAINS, run.seed)) {
+            tell(&format!("{}: {}: {reason}", comparison.name, method.name));
+            continue;
+        }
+        tell(&format!("{}: {}", comparison.name, method.name));
+        let exact = ExactSide::new(case, run, comparison)?;
+        let mut rungs: Vec<Rung> = Vec::new();
+        let mut estimator = String::new();
+        let mut spent_s = 0.0;
+        let mut asked = FIRST_CHAINS;
+        loop {
+            let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
+            while rung.runs < REPEATS {
+                let seed = run.seed + 1 + (rungs.len() * REPEATS + rung.runs) as u64;
+                let solution = (method.solve)(&run.scene, &settings(asked, seed), &Silent::starting_now());
+                let error = exact.beside(&solution)?.statistics().rms;
+                let seconds = solution.build_s + solution.compute_s;
+                spent_s += seconds;
+                rung.runs += 1;
+                rung.chains = solution.chains;
+                rung.rays += solution.rays;
+                rung.seconds += seconds;
+                rung.true_error += error * error;
+                rung.stated_error += solution.estimated_error.powi(2);
+                if let Some(map) = solution.maps.first() {
+                    estimator.clone_from(&map.method);
+                }
+                if seconds > CHEAP * budget_s {
+                    break;
+                }
+            }
+            let runs = rung.runs as f64;
+            rung.rays = (rung.rays as f64 / runs) as u64;
+            rung.seconds /= runs;
+            rung.true_error = (rung.true_error / runs).sqrt();
+            rung.stated_error = (rung.stated_error / runs).sqrt();
+
+            // A map without chance has but one rung; chains that filling the replicas rounds up to make no new one.
+            let without_chance = rung.true_error == 0.0 || rung.stated_error == 0.0;
+            if rungs.last().is_none_or(|last| last.chains < rung.chains) || without_chance {
+                rungs.push(rung);
+            }
+            asked = (2 * asked).max(2 * rung.chains);
+            if without_chance || spent_s + 2.0 * rung.seconds > budget_s {
+                break;
+            }
+        }
+        let fitted = fitted(&rungs);
+        let places = |cost: fn(&Rung) -> f64| -> Vec<(f64, f64)> {
+            fitted.iter().map(|rung| (cost(rung), rung.true_error)).collect()
+        };
+        ladders.push(Ladder {
+            case: case.name.clone(),
+            run: run.name.clone(),
+            comparison: comparison.name.clone(),
+            method: method.name.to_owned(),
+            estimator,
+            by_time: Fit::through(&places(|rung| rung.seconds)),
+            by_rays: Fit::through(&places(|rung| rung.rays as f64)),
+            rungs,
+        });
+    }
+    Ok(ladders)
+}
+
+/// The rungs that tell how a method converges: near the dear end, and none that another one beats by far in time and
+/// in error too (with few chains a method may do other work instead).
+fn fitted(rungs: &[Rung]) -> Vec<&Rung> {
+    let last_s = rungs.last().map_or(0.0, |rung| rung.seconds);
+    let beaten = |rung: &Rung| {
+        rungs.iter().any(|other| other.seconds < BEATEN_BY * rung.seconds && other.true_error < rung.true_error)
+    };
+    rungs.iter().filter(|rung| rung.seconds >= FITTED_FROM * last_s && !beaten(rung)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_finds_the_law_that_made_the_places() {
+        let places: Vec<(f64, f64)> = (0..8).map(|k| (2f64.powi(k), 0.05 * 2f64.powi(k).powf(-0.5))).collect();
+        let fit = Fit::through(&places).expect("eight places on a line");
+        assert!((fit.slope + 0.5).abs() < 1e-12 && (fit.scale - 0.05).abs() < 1e-12);
+        assert!((fit.cost_at(0.005) - 100.0).abs() < 1e-9);
+        assert!(fit.extrapolates(0.003) && !fit.extrapolates(0.03));
+        assert_eq!(Fit::through(&places[..2]), None);
+    }
+}

@@ -1,0 +1,215 @@
+//! Tells of speed against error: page, Markdown, CSV.
+
+use plotters::prelude::*;
+
+use super::ladder::{Fit, LEVELS, Ladder, Rung};
+use super::plots::{Drawn, FAINT, LEGEND_HEIGHT, Sign, legend, svg, tick};
+use super::report::Table;
+use super::report_html::{opening, table as html_table};
+use super::report_md::table as md_table;
+use super::words::{duration, escaped, percent, rounded_count, significant};
+
+/// Colours and shapes that tell methods apart, in print too (Okabe and Ito 2008).
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+];
+
+const HOW_TO_READ: &str = "Every method computes the same map with more and more chains. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured.";
+
+/// Ladders on one map, which belong into one picture.
+fn by_map(ladders: &[Ladder]) -> Vec<(String, Vec<&Ladder>)> {
+    let mut groups: Vec<(String, Vec<&Ladder>)> = Vec::new();
+    for ladder in ladders {
+        let name = format!("{}, {}: {}", ladder.case, ladder.run, ladder.comparison);
+        match groups.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, group)) => group.push(ladder),
+            None => groups.push((name, vec![ladder])),
+        }
+    }
+    groups
+}
+
+fn name_of(ladder: &Ladder) -> String {
+    if ladder.method == ladder.estimator {
+        ladder.method.clone()
+    } else {
+        format!("{} ({})", ladder.method, ladder.estimator)
+    }
+}
+
+fn results(ladders: &[&Ladder]) -> Table {
+    let rows = ladders.iter().map(|ladder| {
+        let best = ladder.rungs.last();
+        let slope = |fit: &Option<Fit>| fit.map_or("–".to_owned(), |fit| significant(fit.slope, 3).replace('-', "−"));
+        let mut row = vec![
+            name_of(ladder),
+            best.map_or("–".to_owned(), |rung| percent(rung.true_error)),
+            best.map_or("–".to_owned(), |rung| duration(rung.seconds)),
+            slope(&ladder.by_time),
+            slope(&ladder.by_rays),
+            significant(ladder.figure_of_merit(), 3),
+        ];
+        row.extend(LEVELS.iter().map(|level| match &ladder.by_time {
+            None => "–".to_owned(),
+            Some(fit) => {
+                let mark = if fit.extrapolates(*level) { "*" } else { "" };
+                format!("{}{mark}", duration(fit.cost_at(*level)))
+            }
+        }));
+        row
+    });
+    Table {
+        header: vec![
+            "method",
+            "smallest error",
+            "reached in",
+            "slope by time",
+            "slope by rays",
+            "figure of merit, 1/s",
+            "time to 3\u{202f}%",
+            "time to 1\u{202f}%",
+            "time to 0.3\u{202f}%",
+        ],
+        text_columns: vec![0],
+        rows: rows.collect(),
+    }
+}
+
+fn rungs(ladder: &Ladder) -> Table {
+    let rows = ladder.rungs.iter().map(|rung| {
+        vec![
+            rounded_count(rung.chains),
+            rounded_count(rung.rays),
+            duration(rung.seconds),
+            percent(rung.true_error),
+            percent(rung.stated_error),
+            rung.runs.to_string(),
+        ]
+    });
+    Table {
+        header: vec!["chains", "rays", "time", "true error", "stated error", "runs"],
+        text_columns: Vec::new(),
+        rows: rows.collect(),
+    }
+}
+
+fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder) -> Option<Fit>) -> String {
+    let all = || ladders.iter().flat_map(|ladder| &ladder.rungs).filter(|rung| rung.true_error > 0.0);
+    let (least, most) =
+        all().fold((f64::INFINITY, 0.0f64), |(low, high), rung| (low.min(cost(rung)), high.max(cost(rung))));
+    let (smallest, largest) = all().fold((f64::INFINITY, 0.0f64), |(low, high), rung| {
+        (low.min(100.0 * rung.true_error), high.max(100.0 * rung.true_error))
+    });
+    if most <= 0.0 || least <= 0.0 {
+        return "<p>Every value is exact: there is no error to plot.</p>".to_owned();
+    }
+    svg(390, |area| -> Drawn {
+        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
+        let signs: Vec<(Sign, String)> = ladders
+            .iter()
+            .enumerate()
+            .map(|(index, ladder)| (Sign::Line(COLOURS[index % COLOURS.len()]), name_of(ladder)))
+            .collect();
+        legend(&top, &signs)?;
+        let mut chart = ChartBuilder::on(&below)
+            .margin(8)
+            .margin_right(18)
+            .x_label_area_size(46)
+            .y_label_area_size(72)
+            .build_cartesian_2d((least / 1.5..most * 1.5).log_scale(), (smallest / 1.6..largest * 1.6).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .x_labels(8)
+            .y_labels(8)
+            .x_desc(axis)
+            .y_desc("true relative RMS error, %")
+            .label_style(("sans-serif", 14))
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick(*value))
+            .draw()?;
+        for (index, ladder) in ladders.iter().enumerate() {
+            let colour = COLOURS[index % COLOURS.len()];
+            let places: Vec<(f64, f64)> = ladder
+                .rungs
+                .iter()
+                .filter(|rung| rung.true_error > 0.0)
+                .map(|rung| (cost(rung), 100.0 * rung.true_error))
+                .collect();
+            if let Some(fit) = fit(ladder) {
+                let ends = [fit.covers[0], fit.covers[1]].map(|error| (fit.cost_at(error), 100.0 * error));
+                chart.draw_series(LineSeries::new(ends, colour.stroke_width(2)))?;
+            }
+            let shape = index % 3;
+            match shape {
+                0 => chart.draw_series(places.iter().map(|place| Circle::new(*place, 5, colour.filled())))?,
+                1 => chart.draw_series(places.iter().map(|place| TriangleMarker::new(*place, 7, colour.filled())))?,
+                _ => chart.draw_series(places.iter().map(|place| Cross::new(*place, 5, colour.stroke_width(2))))?,
+            };
+        }
+        Ok(())
+    })
+}
+
+/// The page: a table and two pictures for every map.
+pub fn ladder_html(ladders: &[Ladder]) -> String {
+    let mut page = opening("luxmc: speed against error");
+    page.push_str(&format!("<h1>luxmc: speed against error</h1>\n<p>{}</p>\n", escaped(HOW_TO_READ)));
+    for (name, group) in by_map(ladders) {
+        page.push_str(&format!("<h2>{}</h2>\n{}", escaped(&name), html_table(&results(&group), false)));
+        let by_time = plot(&group, "wall time, s", |rung| rung.seconds, |ladder| ladder.by_time);
+        let by_rays = plot(&group, "rays", |rung| rung.rays as f64, |ladder| ladder.by_rays);
+        for (picture, caption) in
+            [(by_time, "True error against wall time, with the fitted lines."), (by_rays, "True error against rays.")]
+        {
+            page.push_str(&format!("<figure>\n{picture}\n<figcaption>{caption}</figcaption>\n</figure>\n"));
+        }
+        for ladder in group {
+            page.push_str(&format!("<h3>{}</h3>\n{}", escaped(&name_of(ladder)), html_table(&rungs(ladder), false)));
+        }
+    }
+    page.push_str("</body>\n</html>\n");
+    page
+}
+
+/// The same without pictures.
+pub fn ladder_md(ladders: &[Ladder]) -> String {
+    let mut page = format!("# luxmc: speed against error\n\n{HOW_TO_READ}\n\n");
+    for (name, group) in by_map(ladders) {
+        page.push_str(&format!("## {name}\n\n{}\n", md_table(&results(&group))));
+        for ladder in group {
+            page.push_str(&format!("### {}\n\n{}\n", name_of(ladder), md_table(&rungs(ladder))));
+        }
+    }
+    page
+}
+
+/// Every rung, one row each.
+pub fn ladder_csv(ladders: &[Ladder]) -> String {
+    let mut text =
+        String::from("case,run,comparison,method,estimator,chains,rays,wall_s,true_error,stated_error,runs\n");
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+    for ladder in ladders {
+        for rung in &ladder.rungs {
+            let names = [&ladder.case, &ladder.run, &ladder.comparison, &ladder.method, &ladder.estimator];
+            let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
+            text.push_str(&format!(
+                "{},{},{},{:?},{:?},{:?},{}\n",
+                names.join(","),
+                rung.chains,
+                rung.rays,
+                rung.seconds,
+                rung.true_error,
+                rung.stated_error,
+                rung.runs
+            ));
+        }
+    }
+    text
+}

@@ -1,0 +1,246 @@
+//! Runs, what they cost, and the measured numbers of a comparison.
+
+use std::time::Instant;
+
+use super::case::{Comparison, Light, Run, What};
+use super::statistics::EntrySet;
+use super::truth_enclosure::mesh_area_m2;
+use crate::maps::{MapKind, MapResult};
+use crate::scene::{Elements, ReflectionLaw, Scene};
+use crate::solver::{MapSelection, Observer, Progress, Settings, Solution, StopReason};
+
+/// What a run cost and how it ended.
+#[derive(Clone, Debug)]
+pub struct RunRecord {
+    /// Name of the run.
+    pub name: String,
+    /// Names of the estimators that gave the compared maps.
+    pub methods: Vec<String>,
+    /// Seed.
+    pub seed: u64,
+    /// Chains, all maps.
+    pub chains: u64,
+    /// Rays.
+    pub rays: u64,
+    /// Seconds of building and computing.
+    pub seconds: f64,
+    /// Target of the stated error, if there was one.
+    pub target_error: Option<f64>,
+    /// Worst stated error of the bound maps.
+    pub stated_error: f64,
+    /// Why it ended.
+    pub stop_reason: StopReason,
+    /// Degrees of freedom of the standard errors.
+    pub degrees_of_freedom: f64,
+}
+
+/// Watches nothing, and counts seconds from its own start.
+pub struct Silent {
+    started: Instant,
+}
+
+impl Silent {
+    /// An observer whose clock starts now.
+    pub fn starting_now() -> Silent {
+        Silent { started: Instant::now() }
+    }
+}
+
+impl Observer for Silent {
+    fn progress(&self, _: &Progress) {}
+
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+
+    fn wall_s(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+}
+
+/// Settings of a run: only the maps that something is compared in.
+pub fn settings_of(run: &Run) -> Settings {
+    let mut names: Vec<String> = run.comparisons.iter().map(|comparison| comparison.map.clone()).collect();
+    names.sort();
+    names.dedup();
+    Settings {
+        seed: run.seed,
+        target_error: run.target_error,
+        chains: run.chains,
+        time_limit_s: run.time_limit_s,
+        maps: MapSelection::Named(names),
+        threads: None,
+    }
+}
+
+/// Tells what a run cost.
+pub fn record_of(run: &Run, solution: &Solution) -> RunRecord {
+    let mut methods: Vec<String> = solution.maps.iter().map(|map| map.method.clone()).collect();
+    methods.sort();
+    methods.dedup();
+    RunRecord {
+        name: run.name.clone(),
+        methods,
+        seed: solution.seed,
+        chains: solution.chains,
+        rays: solution.rays,
+        seconds: solution.build_s + solution.compute_s,
+        target_error: solution.target_error,
+        stated_error: solution.estimated_error,
+        stop_reason: solution.stop_reason,
+        degrees_of_freedom: solution.replicas.saturating_sub(1) as f64,
+    }
+}
+
+/// Puts a run's numbers beside the exact ones of a comparison.
+///
+/// # Errors
+///
+/// A map that does not give what is compared.
+pub(super) fn fill_in_measured(
+    set: &mut EntrySet,
+    run: &Run,
+    comparison: &Comparison,
+    solution: &Solution,
+) -> Result<(), String> {
+    set.degrees_of_freedom = solution.replicas.saturating_sub(1) as f64;
+    let map = map_named(solution, &comparison.map)?;
+    if comparison.what == What::Average {
+        let (value_lx, error_lx) = average(&run.scene, comparison, map, solution)?;
+        for entry in &mut set.entries {
+            (entry.measured_lx, entry.standard_error_lx) = (value_lx, error_lx);
+        }
+        set.independent = 1.0;
+        return Ok(());
+    }
+    for entry in &mut set.entries {
+        (entry.measured_lx, entry.standard_error_lx) = measured(map, entry.index, comparison.light);
+    }
+    let rows = map.tables.iter().filter(|row| match map.kind {
+        MapKind::Elements => counts(comparison, &row.name, geometry_of(&run.scene, &row.name)),
+        MapKind::Receivers(_) => true,
+    });
+    set.average_error_lx = Some(mean_error_lx(rows.map(|row| (row.area_m2, row.average_lx.standard_error)).collect()));
+
+    // Walks of different points share nothing; chains that serve many points at once tie their errors together.
+    let walks = map.method == "walk";
+    set.independent = if walks { set.entries.len() as f64 } else { map.error.degrees_of_freedom };
+    Ok(())
+}
+
+/// Standard error of a mean over parts with (area, standard error), as if the parts had nothing to do with each other.
+fn mean_error_lx(parts: Vec<(f64, f64)>) -> f64 {
+    if let [(_, error_lx)] = parts[..] {
+        return error_lx;
+    }
+    let area_m2: f64 = parts.iter().map(|(area_m2, _)| area_m2).sum();
+    parts.iter().map(|(area_m2, error_lx)| (area_m2 * error_lx).powi(2)).sum::<f64>().sqrt() / area_m2
+}
+
+fn map_named<'a>(solution: &'a Solution, name: &str) -> Result<&'a MapResult, String> {
+    solution.maps.iter().find(|map| map.name == name).ok_or_else(|| format!("the method gave no map \"{name}\""))
+}
+
+/// Measured value and standard error of one entry of a map. The error is that of the total; direct light that is
+/// reported apart has none of its own where something is reflected, and counts as exact.
+fn measured(map: &MapResult, index: usize, light: Light) -> (f64, f64) {
+    let values = &map.values;
+    let error_lx = values.standard_error_lx[index];
+    match light {
+        Light::Total => (values.illuminance_lx[index], error_lx),
+        Light::Indirect => (values.indirect_lx[index], error_lx),
+        Light::Direct if values.indirect_lx[index] == 0.0 => (values.direct_lx[index], error_lx),
+        Light::Direct => (values.direct_lx[index], 0.0),
+    }
+}
+
+/// Whether a comparison takes in a surface.
+pub(super) fn counts(comparison: &Comparison, surface: &str, geometry: &str) -> bool {
+    comparison.surface.as_ref().is_none_or(|wanted| wanted == surface || wanted == geometry)
+}
+
+fn geometry_of<'a>(scene: &'a Scene, surface: &str) -> &'a str {
+    scene.surfaces.iter().find(|known| known.name == surface).map_or("", |known| known.geometry.as_str())
+}
+
+/// Mean of a surface, a receiver set or the whole enclosure, and its standard error.
+fn average(scene: &Scene, comparison: &Comparison, map: &MapResult, solution: &Solution) -> Result<(f64, f64), String> {
+    let is_receiver_set = matches!(map.kind, MapKind::Receivers(_));
+    let (total_lx, standard_error_lx) = match (&comparison.surface, is_receiver_set) {
+        (Some(name), false) => {
+            let row = map.tables.iter().find(|row| row.name == *name && row.side == "front");
+            let row = row.ok_or_else(|| format!("the table has no row \"{name}\": name one part of a geometry"))?;
+            (row.average_lx.value, row.average_lx.standard_error)
+        }
+        (None, true) => {
+            let row = map.tables.first().ok_or("the receiver set has no table")?;
+            (row.average_lx.value, row.average_lx.standard_error)
+        }
+        (None, false) => enclosure_average(scene, solution)?,
+        (Some(_), true) => return Err("a receiver set has no surfaces".to_owned()),
+    };
+    let direct_lx = match comparison.light {
+        Light::Total => 0.0,
+        _ => direct_average(scene, comparison, map),
+    };
+    let value_lx = if comparison.light == Light::Direct { direct_lx } else { total_lx - direct_lx };
+    Ok((value_lx, standard_error_lx))
+}
+
+/// Mean over a whole enclosure of one reflectance: what its surfaces absorb, over (1 − ρ) and their area. The flux
+/// balance has the replicas' spread of that very sum, which the rows of a table do not tell.
+fn enclosure_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), String> {
+    let reflectance = |material: u32| match scene.materials[material as usize].law {
+        ReflectionLaw::Diffuse { reflectance } => reflectance,
+    };
+    let first = reflectance(scene.surfaces[0].material);
+    if scene.surfaces.iter().any(|surface| reflectance(surface.material) != first) {
+        return Err("the mean over all surfaces needs one reflectance; name a surface".to_owned());
+    }
+    if first == 0.0 {
+        return black_average(scene, solution);
+    }
+    let check = solution.map_check.as_ref().map_err(|reason| format!("no mean over all surfaces: {reason}"))?;
+    let scale = 1.0 / ((1.0 - first) * mesh_area_m2(scene, None));
+    Ok((check.absorbed_by_map_lm * scale, check.standard_error_lm * scale))
+}
+
+/// Mean over all surfaces of a black scene: its elements' errors are of direct light, each sampled for itself.
+fn black_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), String> {
+    let map = map_named(solution, "elements")?;
+    let cells = Elements::of(scene);
+    let (mut flux_lm, mut square, mut area_m2) = (0.0, 0.0, 0.0);
+    for index in 0..cells.len() {
+        let cell_m2 = cells.area_m2(scene, cells.cell(index as u32));
+        flux_lm += cell_m2 * map.values.illuminance_lx[index];
+        square += (cell_m2 * map.values.standard_error_lx[index]).powi(2);
+        area_m2 += cell_m2;
+    }
+    Ok((flux_lm / area_m2, square.sqrt() / area_m2))
+}
+
+fn direct_average(scene: &Scene, comparison: &Comparison, map: &MapResult) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    let mut add = |weight: f64, direct_lx: f64| {
+        sum += weight * direct_lx;
+        weights += weight;
+    };
+    match map.kind {
+        MapKind::Elements => {
+            let cells = Elements::of(scene);
+            for index in 0..cells.len() {
+                let cell = cells.cell(index as u32);
+                let surface = scene.surface_of(cell.triangle);
+                if counts(comparison, &surface.name, &surface.geometry) {
+                    add(cells.area_m2(scene, cell), map.values.direct_lx[index]);
+                }
+            }
+        }
+        MapKind::Receivers(set) => {
+            for (index, point) in scene.receivers[set].points.iter().enumerate().filter(|(_, point)| !point.inside) {
+                add(point.weight, map.values.direct_lx[index]);
+            }
+        }
+    }
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}

@@ -1,0 +1,144 @@
+//! What came out of a case: its runs, its comparisons and whether it passes.
+
+use super::case::{Case, Comparison, What};
+use super::error::CaseError;
+use super::exact_side::ExactSide;
+use super::measure::{RunRecord, Silent, record_of, settings_of};
+use super::statistics::{EntrySet, Statistics};
+use super::verdict::{Check, judge};
+use crate::solver::solve;
+
+/// A case that was run.
+#[derive(Clone, Debug)]
+pub struct CaseOutcome {
+    /// The case's name.
+    pub name: String,
+    /// Heading.
+    pub title: String,
+    /// The physics in two sentences.
+    pub physics: String,
+    /// What a reader should know besides.
+    pub remarks: Vec<String>,
+    /// Where truth and geometry come from.
+    pub sources: Vec<String>,
+    /// Cost of every run.
+    pub runs: Vec<RunRecord>,
+    /// What was compared.
+    pub comparisons: Vec<ComparisonOutcome>,
+}
+
+/// One comparison and its verdict.
+#[derive(Clone, Debug)]
+pub struct ComparisonOutcome {
+    /// What the case asked for.
+    pub comparison: Comparison,
+    /// The run, where the case has several and the comparison belongs to one.
+    pub run: Option<String>,
+    /// Measured and exact numbers.
+    pub set: EntrySet,
+    /// Their deviations summed up.
+    pub statistics: Statistics,
+    /// The conditions and whether they hold.
+    pub checks: Vec<Check>,
+}
+
+impl CaseOutcome {
+    /// Whether every comparison passes.
+    pub fn passes(&self) -> bool {
+        self.comparisons.iter().all(ComparisonOutcome::passes)
+    }
+
+    /// Seconds of computing, all runs.
+    pub fn seconds(&self) -> f64 {
+        self.runs.iter().map(|run| run.seconds).sum()
+    }
+
+    /// Rays of all runs.
+    pub fn rays(&self) -> u64 {
+        self.runs.iter().map(|run| run.rays).sum()
+    }
+}
+
+impl ComparisonOutcome {
+    /// Whether every condition holds.
+    pub fn passes(&self) -> bool {
+        self.checks.iter().all(|check| check.holds)
+    }
+
+    /// Name of the comparison, with its run where there are several.
+    pub fn heading(&self) -> String {
+        match &self.run {
+            Some(run) => format!("{}: {run}", self.comparison.name),
+            None => self.comparison.name.clone(),
+        }
+    }
+}
+
+/// Runs a case and compares; `tell` hears of every run that begins.
+///
+/// # Errors
+///
+/// A comparison that the truth or the map cannot answer.
+pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, CaseError> {
+    let mut runs = Vec::new();
+    let mut parts: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
+    for run in &case.runs {
+        tell(&run.name);
+        let solution = solve(&run.scene, &settings_of(run), &Silent::starting_now());
+        runs.push(record_of(run, &solution));
+        for comparison in &run.comparisons {
+            let set = ExactSide::new(case, run, comparison)?.beside(&solution)?;
+            let of_run = (case.runs.len() > 1 && comparison.what != What::Average).then(|| run.name.clone());
+            parts.push((of_run, comparison.clone(), set));
+        }
+    }
+    let comparisons = merge_averages(parts).into_iter().map(|(run, comparison, set)| {
+        let statistics = set.statistics();
+        let checks = judge(&set, &statistics, &comparison.criterion);
+        ComparisonOutcome { comparison, run, set, statistics, checks }
+    });
+    Ok(CaseOutcome {
+        name: case.name.clone(),
+        title: case.title.clone(),
+        physics: case.physics.clone(),
+        remarks: case.remarks.clone(),
+        sources: case.sources.clone(),
+        runs,
+        comparisons: comparisons.collect(),
+    })
+}
+
+/// Averages of one name become one comparison, whatever runs and surfaces they are of.
+fn merge_averages(parts: Vec<(Option<String>, Comparison, EntrySet)>) -> Vec<(Option<String>, Comparison, EntrySet)> {
+    let mut merged: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
+    for (run, comparison, mut set) in parts {
+        let same = |other: &&mut (Option<String>, Comparison, EntrySet)| {
+            comparison.what == What::Average && other.1.what == What::Average && other.1.name == comparison.name
+        };
+        match merged.iter_mut().find(same) {
+            Some((_, _, whole)) => {
+                whole.entries.append(&mut set.entries);
+                whole.independent += set.independent;
+                whole.across_runs = true;
+            }
+            None => merged.push((run, comparison, set)),
+        }
+    }
+
+    // Averages go by their run, their surface, or both: whatever tells them apart.
+    for (_, _, set) in merged.iter_mut().filter(|(_, comparison, _)| comparison.what == What::Average) {
+        set.across_runs = true;
+        let differ = |of: fn(&super::statistics::Entry) -> &str| {
+            set.entries.iter().any(|entry| of(entry) != of(&set.entries[0]))
+        };
+        let (runs_differ, labels_differ) = (differ(|entry| &entry.run), differ(|entry| &entry.label));
+        for entry in &mut set.entries {
+            entry.label = match (runs_differ, labels_differ) {
+                (true, true) => format!("{}, {}", entry.run, entry.label),
+                (true, false) => entry.run.clone(),
+                _ => entry.label.clone(),
+            };
+        }
+    }
+    merged
+}

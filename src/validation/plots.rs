@@ -1,0 +1,378 @@
+//! Plots of measured against exact, as SVG. Blue and vermilion can be told apart by everyone, and in print by shape.
+
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::case::Criterion;
+use super::outcome::ComparisonOutcome;
+use super::statistics::Entry;
+use super::words::significant;
+
+/// Blue of what was measured (Okabe and Ito 2008).
+pub(super) const MEASURED: RGBColor = RGBColor(0, 114, 178);
+/// Vermilion of what is exact.
+pub(super) const EXACT: RGBColor = RGBColor(213, 94, 0);
+/// Orange-free grey of what was published.
+const BESIDE: RGBColor = RGBColor(110, 110, 110);
+/// Light grey of grids and bands.
+pub(super) const FAINT: RGBColor = RGBColor(225, 225, 225);
+/// Green-blue of what the criterion allows.
+const ALLOWED: RGBColor = RGBColor(0, 158, 115);
+
+/// Width of a plot in SVG units.
+const WIDTH: u32 = 760;
+/// More entries than this are shown by a histogram of their z-scores.
+const MOST_ENTRIES: usize = 70;
+/// Up to this many entries in order get their names on the axis.
+const MOST_NAMES: usize = 24;
+/// Values that span more than this factor are drawn on a logarithmic axis.
+const LOGARITHMIC_FROM: f64 = 30.0;
+
+/// Why a plot could not be drawn: there is none but a wrong range, and an empty picture says it.
+pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+/// The picture of a comparison.
+pub fn comparison_plot(outcome: &ComparisonOutcome) -> String {
+    if outcome.set.entries.len() > MOST_ENTRIES {
+        return svg(350, |area| {
+            let (top, plot) = area.split_vertically(LEGEND_HEIGHT);
+            let expected = "expected of honest error bars (Student's t)".to_owned();
+            let bars = Sign::Bar(MEASURED.mix(0.55));
+            legend(&top, &[(bars, "luxmc".to_owned()), (Sign::Line(EXACT), expected)])?;
+            histogram(&plot, outcome)
+        });
+    }
+    svg(480, |area| {
+        let (top, plots) = area.split_vertically(LEGEND_HEIGHT);
+        let mut signs = vec![
+            (Sign::Dot(MEASURED), "luxmc, with two standard errors".to_owned()),
+            (Sign::Line(EXACT), "exact".to_owned()),
+        ];
+        if let Some(beside) = &outcome.comparison.beside
+            && outcome.set.entries.iter().any(|entry| entry.beside_lx.is_some())
+        {
+            signs.push((Sign::Cross(BESIDE), beside.name.clone()));
+        }
+        legend(&top, &signs)?;
+        let (upper, lower) = plots.split_vertically(250);
+        values(&upper, outcome)?;
+        deviations(&lower, outcome)
+    })
+}
+
+/// Draws into an SVG text of the plots' width.
+pub(super) fn svg(height: u32, draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>) -> Drawn) -> String {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
+        let drawn = area.fill(&WHITE).map_err(Into::into).and_then(|()| draw(&area));
+        if let Err(error) = drawn.and_then(|()| area.present().map_err(Into::into)) {
+            return format!("<p>no plot: {}</p>", super::words::escaped(&error.to_string()));
+        }
+    }
+
+    // The page scales the picture to its width.
+    text.replacen(&format!("width=\"{WIDTH}\" height=\"{height}\" "), "", 1)
+}
+
+/// Horizontal places of the entries, their range and what the axis says.
+struct Places {
+    at: Vec<f64>,
+    range: Range<f64>,
+    names: Option<Vec<String>>,
+    label: String,
+}
+
+fn places(outcome: &ComparisonOutcome) -> Places {
+    let entries = &outcome.set.entries;
+    if let Some(axis) = &outcome.comparison.axis
+        && entries.iter().all(|entry| entry.along_m.is_some())
+    {
+        let at: Vec<f64> = entries.iter().filter_map(|entry| entry.along_m).collect();
+        let (low, high) = span(at.iter().copied());
+        let room = 0.04 * (high - low).max(1e-9);
+        return Places { at, range: low - room..high + room, names: None, label: axis.label.clone() };
+    }
+    let at = (0..entries.len()).map(|index| index as f64).collect();
+    let names = (entries.len() <= MOST_NAMES).then(|| entries.iter().map(|entry| entry.label.clone()).collect());
+    Places { at, range: -0.6..entries.len() as f64 - 0.4, names, label: String::new() }
+}
+
+fn span(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), number| (low.min(number), high.max(number)))
+}
+
+fn values(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+    let places = places(outcome);
+    let entries = &outcome.set.entries;
+    let (low, high) = span(entries.iter().flat_map(|entry| [entry.measured_lx, entry.exact.value_lx]));
+    let positive = span(entries.iter().map(|entry| entry.exact.value_lx).filter(|value| *value > 0.0)).0;
+    let logarithmic = low > 0.0 && high / positive > LOGARITHMIC_FROM;
+    let mut builder = ChartBuilder::on(area);
+    builder.margin(8).margin_right(18).x_label_area_size(8).y_label_area_size(72);
+    if logarithmic {
+        let mut chart = builder.build_cartesian_2d(places.range.clone(), (low / 1.5..high * 1.5).log_scale())?;
+        chart
+            .configure_mesh()
+            .disable_x_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .x_labels(0)
+            .y_desc("illuminance, lx")
+            .label_style(("sans-serif", 14))
+            .y_label_formatter(&|value| tick(*value))
+            .draw()?;
+        draw_values(&mut chart, &places, entries, outcome)
+    } else {
+        let room = 0.12 * (high - low).max(0.02 * high.abs()).max(1e-12);
+        let bottom = if low >= 0.0 && low < 0.5 * high { -0.02 * high } else { low - room };
+        let mut chart = builder.build_cartesian_2d(places.range.clone(), bottom..high + room)?;
+        chart
+            .configure_mesh()
+            .disable_x_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .x_labels(0)
+            .y_labels(6)
+            .y_desc("illuminance, lx")
+            .label_style(("sans-serif", 14))
+            .y_label_formatter(&|value| tick(*value))
+            .draw()?;
+        draw_values(&mut chart, &places, entries, outcome)
+    }
+}
+
+fn draw_values<'a, Y>(
+    chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
+    places: &Places,
+    entries: &[Entry],
+    outcome: &ComparisonOutcome,
+) -> Drawn
+where
+    Y: Ranged<ValueType = f64>,
+{
+    let at = |index: usize| places.at[index];
+    let exact = || entries.iter().enumerate().map(|(index, entry)| (at(index), entry.exact.value_lx));
+    if outcome.comparison.axis.is_some() {
+        let mut line: Vec<(f64, f64)> = exact().collect();
+        line.sort_by(|a, b| a.0.total_cmp(&b.0));
+        chart.draw_series(LineSeries::new(line, EXACT.stroke_width(2)))?;
+    }
+    chart.draw_series(
+        exact().map(|place| EmptyElement::at(place) + Rectangle::new([(-9, -1), (9, 1)], EXACT.filled())),
+    )?;
+    if outcome.comparison.beside.is_some() {
+        let published = entries.iter().enumerate().filter_map(|(index, entry)| Some((at(index), entry.beside_lx?)));
+        chart.draw_series(published.map(|place| Cross::new(place, 5, BESIDE.stroke_width(2))))?;
+    }
+    chart.draw_series(entries.iter().enumerate().map(|(index, entry)| {
+        let (value, error) = (entry.measured_lx, 2.0 * entry.standard_error_lx);
+        PathElement::new(vec![(at(index), value - error), (at(index), value + error)], MEASURED.stroke_width(2))
+    }))?;
+    chart.draw_series(
+        entries
+            .iter()
+            .enumerate()
+            .map(|(index, entry)| Circle::new((at(index), entry.measured_lx), 4, MEASURED.filled())),
+    )?;
+    Ok(())
+}
+
+/// A sign of a legend.
+pub(super) enum Sign {
+    /// A short line.
+    Line(RGBColor),
+    /// A dot.
+    Dot(RGBColor),
+    /// A cross.
+    Cross(RGBColor),
+    /// A bar.
+    Bar(RGBAColor),
+}
+
+/// Height that a legend takes.
+pub(super) const LEGEND_HEIGHT: u32 = 26;
+
+/// Draws a legend in a row at the top of a plot, where it hides nothing.
+pub(super) fn legend(area: &DrawingArea<SVGBackend, Shift>, signs: &[(Sign, String)]) -> Drawn {
+    const FIRST_X: i32 = 82;
+    const Y: i32 = 14;
+    const LETTER_WIDTH: f64 = 7.2;
+    let mut x = FIRST_X;
+    for (sign, name) in signs {
+        match sign {
+            Sign::Line(colour) => area.draw(&Rectangle::new([(x, Y - 1), (x + 18, Y + 1)], colour.filled()))?,
+            Sign::Dot(colour) => area.draw(&Circle::new((x + 9, Y), 4, colour.filled()))?,
+            Sign::Cross(colour) => area.draw(&plotters::element::Cross::new((x + 9, Y), 5, colour.stroke_width(2)))?,
+            Sign::Bar(colour) => area.draw(&Rectangle::new([(x, Y - 5), (x + 18, Y + 5)], colour.filled()))?,
+        }
+        area.draw(&Text::new(name.clone(), (x + 25, Y - 7), ("sans-serif", 14).into_font().color(&BLACK)))?;
+        x += 25 + (LETTER_WIDTH * name.chars().count() as f64) as i32 + 22;
+    }
+    Ok(())
+}
+
+fn deviations(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+    let places = places(outcome);
+    let entries = &outcome.set.entries;
+    let sizes: Vec<f64> = {
+        let mean = entries.iter().map(|entry| entry.exact.value_lx).sum::<f64>() / entries.len() as f64;
+        entries.iter().map(|entry| if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { mean }).collect()
+    };
+    let percent = |index: usize, lx: f64| 100.0 * lx / sizes[index];
+    let limit = allowed_percent(&outcome.comparison.criterion);
+    let reach = entries
+        .iter()
+        .enumerate()
+        .map(|(index, entry)| percent(index, entry.deviation_lx().abs() + 2.0 * entry.standard_error_lx))
+        .chain(limit)
+        .fold(0.0, f64::max);
+    let reach = 1.15 * if reach > 0.0 { reach } else { 1e-6 };
+    let mut chart = ChartBuilder::on(area)
+        .margin(8)
+        .margin_right(18)
+        .x_label_area_size(46)
+        .y_label_area_size(72)
+        .build_cartesian_2d(places.range.clone(), -reach..reach)?;
+    let named = |value: &f64| match &places.names {
+        Some(names) => {
+            let index = value.round();
+            let whole = (value - index).abs() < 1e-6 && index >= 0.0;
+            names.get(index as usize).filter(|_| whole).cloned().unwrap_or_default()
+        }
+        None => tick(*value),
+    };
+    chart
+        .configure_mesh()
+        .disable_x_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(FAINT)
+        .x_labels(if places.names.is_some() { 0 } else { 10 })
+        .y_labels(5)
+        .x_desc(places.label.clone())
+        .y_desc("deviation, %")
+        .label_style(("sans-serif", 14))
+        .x_label_formatter(&named)
+        .y_label_formatter(&|value| signed_tick(*value))
+        .draw()?;
+    if let Some(limit) = limit {
+        let band =
+            Rectangle::new([(places.range.start, -limit), (places.range.end, limit)], ALLOWED.mix(0.14).filled());
+        chart.draw_series([band])?;
+    }
+    chart.draw_series([PathElement::new(
+        vec![(places.range.start, 0.0), (places.range.end, 0.0)],
+        EXACT.stroke_width(2),
+    )])?;
+    chart.draw_series(entries.iter().enumerate().map(|(index, entry)| {
+        let (value, error) = (percent(index, entry.deviation_lx()), percent(index, 2.0 * entry.standard_error_lx));
+        let ends = vec![(places.at[index], value - error), (places.at[index], value + error)];
+        PathElement::new(ends, MEASURED.stroke_width(2))
+    }))?;
+    chart.draw_series(entries.iter().enumerate().map(|(index, entry)| {
+        Circle::new((places.at[index], percent(index, entry.deviation_lx())), 4, MEASURED.filled())
+    }))?;
+    if outcome.comparison.beside.is_some() {
+        let published = entries.iter().enumerate().filter_map(|(index, entry)| {
+            let deviation = percent(index, entry.beside_lx? - entry.exact.value_lx);
+            (deviation.abs() <= reach).then_some((places.at[index], deviation))
+        });
+        chart.draw_series(published.map(|place| Cross::new(place, 5, BESIDE.stroke_width(2))))?;
+    }
+    if let Some(names) = &places.names {
+        let style = ("sans-serif", 13).into_font().color(&BLACK);
+        for (index, name) in names.iter().enumerate() {
+            let (x, _) = chart.backend_coord(&(places.at[index], -reach));
+            let (_, y) = chart.backend_coord(&(places.at[index], -reach));
+            let width = 6 * name.chars().count() as i32;
+            let crowded = names.iter().map(|name| name.chars().count()).sum::<usize>() > 90;
+            let drop = if crowded && index % 2 == 1 { 22 } else { 6 };
+            let root = area.get_pixel_range();
+            let place = (x - root.0.start - width / 2, y - root.1.start + drop);
+            area.draw(&Text::new(name.clone(), place, style.clone()))?;
+        }
+    }
+    Ok(())
+}
+
+fn allowed_percent(criterion: &Criterion) -> Option<f64> {
+    criterion.worst.map(|fraction| 100.0 * fraction.0)
+}
+
+/// Histogram of the z-scores against Student's t.
+fn histogram(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+    const REACH: f64 = 5.0;
+    const BINS: usize = 40;
+    let width = 2.0 * REACH / BINS as f64;
+    let scores: Vec<f64> = outcome.set.entries.iter().filter_map(Entry::z).collect();
+    if scores.is_empty() {
+        return Err("every value is exact".into());
+    }
+    let mut counts = [0usize; BINS];
+    for z in &scores {
+        let bin = ((z + REACH) / width).floor().clamp(0.0, (BINS - 1) as f64);
+        counts[bin as usize] += 1;
+    }
+    let expected = |low: f64| {
+        let cdf = |z: f64| {
+            let within = super::statistics::probability_within(z.abs(), outcome.set.degrees_of_freedom);
+            0.5 + 0.5 * z.signum() * within
+        };
+        (cdf(low + width) - cdf(low)) * scores.len() as f64
+    };
+    let highest =
+        (0..BINS).map(|bin| expected(-REACH + bin as f64 * width).max(counts[bin] as f64)).fold(1.0, f64::max);
+    let mut chart = ChartBuilder::on(area)
+        .margin(8)
+        .margin_right(18)
+        .x_label_area_size(46)
+        .y_label_area_size(72)
+        .build_cartesian_2d(-REACH..REACH, 0.0..1.12 * highest)?;
+    chart
+        .configure_mesh()
+        .disable_x_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(FAINT)
+        .x_labels(11)
+        .y_labels(5)
+        .x_desc("deviation from the exact value, in standard errors (the outer bins hold all beyond)")
+        .y_desc("elements")
+        .label_style(("sans-serif", 14))
+        .x_label_formatter(&|value| signed_tick(*value))
+        .y_label_formatter(&|value| tick(*value))
+        .draw()?;
+    chart.draw_series(counts.iter().enumerate().map(|(bin, count)| {
+        let low = -REACH + bin as f64 * width;
+        let mut bar = Rectangle::new([(low, 0.0), (low + width, *count as f64)], MEASURED.mix(0.55).filled());
+        bar.set_margin(0, 0, 1, 1);
+        bar
+    }))?;
+    let curve = (0..BINS).map(|bin| {
+        let low = -REACH + bin as f64 * width;
+        (low + 0.5 * width, expected(low))
+    });
+    chart.draw_series(LineSeries::new(curve, EXACT.stroke_width(2)))?;
+    Ok(())
+}
+
+pub(super) fn tick(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-4..1e7).contains(&value.abs()) {
+        return super::words::scientific(value);
+    }
+    let text = significant(value, 4);
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
+    text.replace('-', "−")
+}
+
+fn signed_tick(value: f64) -> String {
+    // A tick that should be 0 may be off by rounding.
+    if value.abs() < 1e-12 {
+        return "0".to_owned();
+    }
+    if value > 0.0 { format!("+{}", tick(value)) } else { tick(value) }
+}

@@ -1,0 +1,123 @@
+//! The report as one self-contained page.
+
+use super::outcome::CaseOutcome;
+use super::plots::comparison_plot;
+use super::report::{HOW_TO_READ, Table, VERDICT, Validation, costs, deviations, numbers, sources, subject};
+use super::words::escaped;
+
+const STYLE: &str = include_str!("style.css");
+
+/// Writes the report.
+pub fn report_html(validation: &Validation) -> String {
+    let mut page = opening("luxmc validation report");
+    page.push_str("<h1>luxmc validation report</h1>\n");
+    page.push_str(&format!("<p class=\"soft\">{}</p>\n", escaped(&validation.circumstances())));
+    let class = if validation.failures().is_empty() { "pass" } else { "fail" };
+    page.push_str(&format!("<p class=\"{class}\">{}</p>\n", escaped(&validation.verdict())));
+    for group in &validation.empty_groups {
+        page.push_str(&format!("<p class=\"soft\">The group “{}” has no cases yet.</p>\n", escaped(group)));
+    }
+    if validation.cases.len() > 1 {
+        page.push_str(&table(&validation.overview(), true));
+    }
+    page.push_str("<h3>How to read this report</h3>\n");
+    for paragraph in HOW_TO_READ {
+        page.push_str(&format!("<p>{}</p>\n", escaped(paragraph)));
+    }
+    for case in &validation.cases {
+        section(&mut page, case);
+    }
+    page.push_str("</body>\n</html>\n");
+    page
+}
+
+/// Head of a page with the house's typography.
+pub(super) fn opening(title: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n",
+        escaped(title)
+    )
+}
+
+fn section(page: &mut String, case: &CaseOutcome) {
+    let verdict = if case.passes() { "<span class=\"pass\">pass</span>" } else { "<span class=\"fail\">FAIL</span>" };
+    page.push_str(&format!("<h2 id=\"{0}\">{1} — {verdict}</h2>\n", escaped(&case.name), escaped(&case.title)));
+    page.push_str(&format!("<p class=\"soft\">case {}</p>\n<p>{}</p>\n", escaped(&case.name), escaped(&case.physics)));
+    for remark in &case.remarks {
+        page.push_str(&format!("<p>{}</p>\n", escaped(remark)));
+    }
+    page.push_str(&table(&deviations(case), false));
+    for comparison in &case.comparisons {
+        page.push_str(&format!(
+            "<h3>{}</h3>\n<p>{}</p>\n",
+            escaped(&comparison.heading()),
+            escaped(&subject(comparison))
+        ));
+        let caption = caption(comparison.set.entries.len());
+        page.push_str(&format!(
+            "<figure>\n{}\n<figcaption>{caption}</figcaption>\n</figure>\n",
+            comparison_plot(comparison)
+        ));
+        page.push_str("<ul>\n");
+        for check in &comparison.checks {
+            let (class, word) = if check.holds { ("pass", "holds") } else { ("fail", "FAILS") };
+            page.push_str(&format!(
+                "<li>{}: {} — <span class=\"{class}\">{word}</span></li>\n",
+                escaped(&capital(&check.condition)),
+                escaped(&check.found)
+            ));
+        }
+        page.push_str("</ul>\n");
+        if let Some(numbers) = numbers(comparison) {
+            page.push_str(&format!("<details><summary>All numbers</summary>\n{}</details>\n", table(&numbers, false)));
+        }
+    }
+    page.push_str("<h3>Where the deviation comes from</h3>\n");
+    page.push_str(&table(&sources(case), false));
+    page.push_str("<h3>Cost</h3>\n");
+    page.push_str(&table(&costs(case), false));
+    if !case.sources.is_empty() {
+        page.push_str(&format!("<p class=\"soft\">Sources: {}</p>\n", escaped(&case.sources.join("; "))));
+    }
+}
+
+/// What a plot shows, by the number of its entries.
+fn caption(entries: usize) -> &'static str {
+    const MOST_IN_A_PLOT: usize = 70;
+    if entries > MOST_IN_A_PLOT {
+        return "Bars: how many elements deviate by so many standard errors. Line: what chance alone would give if the error bars are right.";
+    }
+    "Above: measured and exact values. Below: deviation in per cent, with two standard errors; the green band is what the criterion allows."
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().collect::<String>() + letters.as_str())
+}
+
+/// A table; with `linked` the first column leads to the cases' sections.
+pub(super) fn table(table: &Table, linked: bool) -> String {
+    let class = |index: usize| if table.text_columns.contains(&index) { " class=\"text\"" } else { "" };
+    let mut html = String::from("<table>\n<thead><tr>");
+    for (index, heading) in table.header.iter().enumerate() {
+        html.push_str(&format!("<th{}>{}</th>", class(index), escaped(heading)));
+    }
+    html.push_str("</tr></thead>\n<tbody>\n");
+    for row in &table.rows {
+        html.push_str("<tr>");
+        for (index, cell) in row.iter().enumerate() {
+            let text = escaped(cell);
+            if table.header[index] == VERDICT {
+                let class = if cell == "pass" { "pass" } else { "fail" };
+                html.push_str(&format!("<td><span class=\"{class}\">{text}</span></td>"));
+            } else if linked && index == 0 {
+                html.push_str(&format!("<td class=\"text\"><a href=\"#{text}\">{text}</a></td>"));
+            } else {
+                html.push_str(&format!("<td{}>{text}</td>", class(index)));
+            }
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody>\n</table>\n");
+    html
+}

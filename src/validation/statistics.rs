@@ -1,0 +1,247 @@
+//! What deviations tell: worst and RMS, in per cent and in standard errors, and where they come from.
+
+use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
+
+use super::truth::Exact;
+
+/// Standard errors below this part of the value are rounding of the sums, not chance: the value counts as exact.
+const ROUNDING: f64 = 1e-9;
+
+/// A measured number beside its exact one.
+#[derive(Clone, Debug, Default)]
+pub struct Entry {
+    /// Run that measured it.
+    pub run: String,
+    /// Name of the point, element or surface.
+    pub label: String,
+    /// Place in the map.
+    pub index: usize,
+    /// Place along the axis of the plot in m.
+    pub along_m: Option<f64>,
+    /// Weight in means: an area in m², or 1.
+    pub weight: f64,
+    /// Measured illuminance in lx.
+    pub measured_lx: f64,
+    /// Its standard error in lx.
+    pub standard_error_lx: f64,
+    /// The exact value.
+    pub exact: Exact,
+    /// A published number in lx, where there is one.
+    pub beside_lx: Option<f64>,
+}
+
+impl Entry {
+    /// Measured less exact, in lx.
+    pub fn deviation_lx(&self) -> f64 {
+        self.measured_lx - self.exact.value_lx
+    }
+
+    /// Whether chance has no part in it.
+    pub fn is_exact(&self) -> bool {
+        self.standard_error_lx <= ROUNDING * self.measured_lx.abs()
+    }
+
+    /// What is known to stand between the truth and the model, in lx.
+    pub fn allowance_lx(&self) -> f64 {
+        self.exact.uncertainty_lx + self.exact.unaccounted_lx + self.exact.truncation_lx
+    }
+
+    /// Deviation in standard errors, with what is known to stand between truth and model added to the error in
+    /// quadrature. `None` where chance has no part.
+    pub fn z(&self) -> Option<f64> {
+        (!self.is_exact()).then(|| self.deviation_lx() / self.standard_error_lx.hypot(self.allowance_lx()))
+    }
+}
+
+/// The numbers of one comparison.
+#[derive(Clone, Debug, Default)]
+pub struct EntrySet {
+    /// Measured and exact values.
+    pub entries: Vec<Entry>,
+    /// Standard error of the weighted mean in lx, where the replicas tell it.
+    pub average_error_lx: Option<f64>,
+    /// How many independent values the entries are worth.
+    pub independent: f64,
+    /// Degrees of freedom of the standard errors.
+    pub degrees_of_freedom: f64,
+    /// Where the exact numbers come from.
+    pub truth_in_words: String,
+    /// Entries of different runs, each judged by its own size.
+    pub across_runs: bool,
+}
+
+/// A largest deviation and where it stands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Worst {
+    /// Its size.
+    pub value: f64,
+    /// Label of the entry.
+    pub label: String,
+}
+
+/// Deviations summed up; all errors are fractions.
+#[derive(Clone, Debug, Default)]
+pub struct Statistics {
+    /// Entries in all.
+    pub count: usize,
+    /// Entries with error bars.
+    pub noisy: usize,
+    /// Largest |deviation| over the exact value (over the mean where that is 0).
+    pub worst: Worst,
+    /// Largest |deviation| in standard errors.
+    pub worst_z: Option<Worst>,
+    /// True relative RMS error.
+    pub rms: f64,
+    /// RMS of the deviations in standard errors.
+    pub rms_z: Option<f64>,
+    /// Share of the entries with error bars within one and two standard errors.
+    pub within: Option<[f64; 2]>,
+    /// What Student's t expects of these shares.
+    pub expected_within: [f64; 2],
+    /// Mean deviation over mean exact value.
+    pub bias: f64,
+    /// Its standard error.
+    pub bias_error: f64,
+    /// RMS of the standard errors: what chance explains of the deviation.
+    pub random: f64,
+    /// RMS of what the discretisation changes.
+    pub discretisation: f64,
+    /// RMS of the part of that which the exact values do not account for.
+    pub unaccounted: f64,
+    /// RMS of what the finite model lacks.
+    pub truncation: f64,
+    /// RMS of the truth's own error.
+    pub truth: f64,
+}
+
+impl EntrySet {
+    /// Sums up the deviations.
+    pub fn statistics(&self) -> Statistics {
+        let weight: f64 = self.entries.iter().map(|entry| entry.weight).sum();
+        let mean_lx = self.entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>() / weight;
+
+        // A map is judged by its mean, as everywhere in luxmc; averages of different runs each by their own size.
+        let size_lx = |entry: &Entry| if self.across_runs { entry.exact.value_lx } else { mean_lx };
+        let rms = |of: &dyn Fn(&Entry) -> f64| {
+            let square = |entry: &Entry| entry.weight * (of(entry) / size_lx(entry)).powi(2);
+            (self.entries.iter().map(square).sum::<f64>() / weight).sqrt()
+        };
+        let own_size_lx = |entry: &Entry| if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { mean_lx };
+        let worst = self
+            .entries
+            .iter()
+            .map(|entry| Worst { value: entry.deviation_lx().abs() / own_size_lx(entry), label: entry.label.clone() })
+            .max_by(|a, b| a.value.total_cmp(&b.value));
+        let noisy: Vec<(f64, &Entry)> = self.entries.iter().filter_map(|entry| entry.z().map(|z| (z, entry))).collect();
+        let count = noisy.len() as f64;
+        let share_within = |sigmas: f64| noisy.iter().filter(|(z, _)| z.abs() <= sigmas).count() as f64 / count;
+        let worst_z = noisy.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        let signed = |entry: &Entry| entry.weight * entry.deviation_lx() / size_lx(entry);
+        Statistics {
+            count: self.entries.len(),
+            noisy: noisy.len(),
+            worst: worst.unwrap_or_default(),
+            worst_z: worst_z.map(|(z, entry)| Worst { value: z.abs(), label: entry.label.clone() }),
+            rms: rms(&|entry| entry.deviation_lx()),
+            rms_z: (!noisy.is_empty()).then(|| (noisy.iter().map(|(z, _)| z * z).sum::<f64>() / count).sqrt()),
+            within: (!noisy.is_empty()).then(|| [share_within(1.0), share_within(2.0)]),
+            expected_within: [1.0, 2.0].map(|sigmas| probability_within(sigmas, self.degrees_of_freedom)),
+            bias: self.entries.iter().map(signed).sum::<f64>() / weight,
+            bias_error: self.bias_error(weight, mean_lx),
+            random: rms(&|entry| entry.standard_error_lx),
+            discretisation: rms(&|entry| entry.exact.discretisation_lx),
+            unaccounted: rms(&|entry| entry.exact.unaccounted_lx),
+            truncation: rms(&|entry| entry.exact.truncation_lx),
+            truth: rms(&|entry| entry.exact.uncertainty_lx),
+        }
+    }
+
+    /// Standard error of the mean deviation: the replicas' own where they tell it, else that of independent entries.
+    fn bias_error(&self, weight: f64, mean_lx: f64) -> f64 {
+        if let Some(average_error_lx) = self.average_error_lx {
+            return average_error_lx / mean_lx;
+        }
+        let square = |entry: &Entry| {
+            let size_lx = if self.across_runs { entry.exact.value_lx } else { mean_lx };
+            (entry.weight * entry.standard_error_lx / size_lx).powi(2)
+        };
+        self.entries.iter().map(square).sum::<f64>().sqrt() / weight
+    }
+
+    /// Largest part of the exact value by which an entry that chance has no part in deviates beyond what is allowed.
+    pub fn worst_exact_deviation(&self) -> Option<f64> {
+        self.entries
+            .iter()
+            .filter(|entry| entry.is_exact())
+            .map(|entry| {
+                let beyond_lx = (entry.deviation_lx().abs() - entry.allowance_lx()).max(0.0);
+                if beyond_lx == 0.0 { 0.0 } else { beyond_lx / entry.exact.value_lx.max(f64::MIN_POSITIVE) }
+            })
+            .reduce(f64::max)
+    }
+}
+
+/// Probability that Student's t stays within so many standard errors.
+pub fn probability_within(sigmas: f64, degrees_of_freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees_of_freedom.max(1.0)).map_or(f64::NAN, |t| 2.0 * t.cdf(sigmas) - 1.0)
+}
+
+/// The |t| that none of `values` deviations passes but with probability `alpha` (Bonferroni).
+pub fn largest_expected_z(alpha: f64, values: usize, degrees_of_freedom: f64) -> f64 {
+    let tail = alpha / (2.0 * values.max(1) as f64);
+    StudentsT::new(0.0, 1.0, degrees_of_freedom.max(1.0)).map_or(f64::NAN, |t| -t.inverse_cdf(tail))
+}
+
+/// Two-sided probability of a share as far from the expected one as this, among so many independent values.
+pub fn binomial_p_value(share: f64, expected: f64, independent: f64) -> f64 {
+    let n = independent.round().max(1.0) as u64;
+    let hits = (share * n as f64).round() as u64;
+    let Ok(binomial) = Binomial::new(expected, n) else {
+        return f64::NAN;
+    };
+    let at_most = binomial.cdf(hits);
+    let at_least = if hits == 0 { 1.0 } else { 1.0 - binomial.cdf(hits - 1) };
+    (2.0 * at_most.min(at_least)).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(measured_lx: f64, standard_error_lx: f64) -> Entry {
+        let exact = Exact { value_lx: 100.0, ..Exact::default() };
+        Entry { label: measured_lx.to_string(), weight: 1.0, measured_lx, standard_error_lx, exact, ..Entry::default() }
+    }
+
+    #[test]
+    fn deviations_are_summed_up_as_by_hand() {
+        let entries = vec![entry(101.0, 1.0), entry(97.0, 1.0), entry(100.0, 0.0)];
+        let set = EntrySet { entries, degrees_of_freedom: 15.0, independent: 3.0, ..EntrySet::default() };
+        let statistics = set.statistics();
+        assert!((statistics.worst.value - 0.03).abs() < 1e-12 && statistics.worst.label == "97");
+        assert!((statistics.rms - (10.0f64 / 3.0).sqrt() / 100.0).abs() < 1e-12);
+        assert!((statistics.rms_z.unwrap_or(0.0) - 5f64.sqrt()).abs() < 1e-12);
+        assert_eq!(statistics.within, Some([0.5, 0.5]));
+        assert!((statistics.bias + 0.02 / 3.0).abs() < 1e-12);
+        assert_eq!(statistics.noisy, 2);
+        assert_eq!(set.worst_exact_deviation(), Some(0.0));
+    }
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        // Student's t at 15 degrees of freedom: P(|t| < 1) = 0.6668, t(97.5%) = 2.1314.
+        assert!((probability_within(1.0, 15.0) - 0.6668).abs() < 2e-4);
+        assert!((largest_expected_z(0.05, 1, 15.0) - 2.1314).abs() < 1e-3);
+        assert!(largest_expected_z(1e-4, 3000, 15.0) > 8.0);
+        assert!(binomial_p_value(0.5, 0.5, 100.0) > 0.9);
+        // 65 of 100 at one half: two-sided 0.0035 (exact binomial).
+        assert!((binomial_p_value(0.65, 0.5, 100.0) - 0.0035).abs() < 2e-4);
+    }
+
+    #[test]
+    fn known_differences_count_before_chance_is_blamed() {
+        let mut shifted = entry(101.0, 0.6);
+        shifted.exact.truncation_lx = 0.8;
+        assert!(shifted.z().is_some_and(|z| (z - 1.0).abs() < 1e-12));
+    }
+}

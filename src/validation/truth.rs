@@ -1,0 +1,249 @@
+//! Exact numbers, and how exact they are for the scene at hand.
+
+use std::path::Path;
+
+use glam::DVec3;
+use serde::Deserialize;
+
+use super::case::Light;
+use super::error::CaseError;
+use super::reference::Reference;
+use super::truth_enclosure::{concentric, two_hemispheres, uniform_enclosure};
+use super::truth_room::{RoomCache, RoomTruth, room_truth};
+use super::truth_sobolev::{SobolevTruth, sobolev_truth};
+use crate::scene::Scene;
+
+/// Where the exact numbers of a comparison come from, as a case writes it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "function", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum TruthSpec {
+    /// Two infinite diffuse planes and a point source (Sobolev 1944).
+    Sobolev(SobolevTruth),
+    /// A closed enclosure of one reflectance: the mean is Φ/(S(1−ρ)); in a sphere the indirect part is so everywhere.
+    UniformEnclosure {
+        /// Flux of all luminaires in lm.
+        luminous_flux_lm: f64,
+        /// Reflectance of every surface.
+        reflectance: f64,
+        /// Area of the shape that the mesh stands for, in m², where it is not the mesh's own.
+        ideal_area_m2: Option<f64>,
+    },
+    /// A sphere about the origin of two hemispheres, `upper` (z > 0) and `lower`, with a point source on the axis.
+    TwoHemispheres {
+        /// Flux of the isotropic source in lm.
+        luminous_flux_lm: f64,
+        /// Radius of the ideal sphere in m.
+        radius_m: f64,
+        /// Height of the source above the centre in m.
+        source_height_m: f64,
+        /// Reflectance of the upper half.
+        upper_reflectance: f64,
+        /// Reflectance of the lower half.
+        lower_reflectance: f64,
+    },
+    /// A diffusely bright sphere within a concentric one: surfaces `inner` and `outer`.
+    ConcentricSpheres {
+        /// Flux of the inner sphere in lm.
+        luminous_flux_lm: f64,
+        /// Radius of the ideal inner sphere in m.
+        inner_radius_m: f64,
+        /// Radius of the ideal outer sphere in m.
+        outer_radius_m: f64,
+        /// Reflectance of the inner sphere.
+        inner_reflectance: f64,
+        /// Reflectance of the outer sphere.
+        outer_reflectance: f64,
+    },
+    /// Every surface emits (1−ρ)πL₀ in a closed geometry: L = L₀ in every direction, E = πL₀ on every side.
+    Isothermal {
+        /// L₀ in cd/m².
+        luminance_cd_m2: f64,
+    },
+    /// An empty rectangular room of diffuse faces and an isotropic point source.
+    BoxRoom(RoomTruth),
+    /// A column of a CSV file beside the case, made by the program that lies beside it.
+    Reference {
+        /// File name; without it `reference.csv`.
+        #[serde(default = "reference_file")]
+        file: String,
+        /// Column of the exact values in lx.
+        column: String,
+        /// Known error of the values, as a fraction.
+        #[serde(default)]
+        uncertainty: f64,
+        /// Rows that count: those with this text in the column `set`.
+        set: Option<String>,
+    },
+}
+
+fn reference_file() -> String {
+    "reference.csv".to_owned()
+}
+
+/// What is asked about.
+#[derive(Clone, Copy, Debug)]
+pub enum Site<'a> {
+    /// A point of a receiver set and its place in it.
+    Point {
+        /// Place in m.
+        position_m: DVec3,
+        /// Unit normal of the receiving side.
+        normal: DVec3,
+        /// Place in the set.
+        index: usize,
+    },
+    /// The mean over an element.
+    Element {
+        /// Corners in m.
+        corners_m: [DVec3; 3],
+        /// Its surface.
+        surface: &'a str,
+        /// Place in the map.
+        index: usize,
+    },
+    /// The mean over a surface, or over all of a map.
+    Average {
+        /// The surface, if it is one.
+        surface: Option<&'a str>,
+    },
+}
+
+/// An exact value with what stands between it and the scene that is solved, all in lx.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Exact {
+    /// The value.
+    pub value_lx: f64,
+    /// Error of the value itself.
+    pub uncertainty_lx: f64,
+    /// What the discretisation changes: mesh against ideal shape, or element mean against the value at its centre.
+    pub discretisation_lx: f64,
+    /// The part of the discretisation that the value does not account for.
+    pub unaccounted_lx: f64,
+    /// Upper estimate of what the finite model lacks.
+    pub truncation_lx: f64,
+}
+
+/// A truth made ready for one scene.
+pub struct Truth<'a> {
+    spec: &'a TruthSpec,
+    scene: &'a Scene,
+    rooms: &'a RoomCache,
+    reference: Option<Reference>,
+}
+
+impl<'a> Truth<'a> {
+    /// Makes a truth ready, reading its reference file where it has one.
+    ///
+    /// # Errors
+    ///
+    /// A reference that cannot be read, or numbers that no formula takes.
+    pub fn prepare(
+        spec: &'a TruthSpec,
+        scene: &'a Scene,
+        rooms: &'a RoomCache,
+        folder: &Path,
+    ) -> Result<Truth<'a>, CaseError> {
+        let reference = match spec {
+            TruthSpec::Reference { file, set, .. } => Some(Reference::read(&folder.join(file), set.as_deref())?),
+            _ => None,
+        };
+        Ok(Truth { spec, scene, rooms, reference })
+    }
+
+    /// The exact value at a site.
+    ///
+    /// # Errors
+    ///
+    /// What the truth cannot tell, in words.
+    pub fn exact(&self, site: &Site, light: Light) -> Result<Exact, String> {
+        let mut exact = self.of_spec(site, light)?;
+        if !(exact.value_lx.is_finite() && exact.value_lx >= 0.0) {
+            return Err(format!("the exact value is {} lx", exact.value_lx));
+        }
+        // Means over a mesh's own area leave nothing out; its single elements still see facets for a smooth shape.
+        if matches!(site, Site::Element { .. }) && !matches!(self.spec, TruthSpec::BoxRoom(_)) {
+            exact.unaccounted_lx = exact.discretisation_lx;
+        }
+        Ok(exact)
+    }
+
+    fn of_spec(&self, site: &Site, light: Light) -> Result<Exact, String> {
+        match self.spec {
+            TruthSpec::Sobolev(truth) => sobolev_truth(truth, site, light),
+            TruthSpec::UniformEnclosure { luminous_flux_lm, reflectance, ideal_area_m2 } => {
+                uniform_enclosure(self.scene, *luminous_flux_lm, *reflectance, *ideal_area_m2, light)
+            }
+            TruthSpec::TwoHemispheres {
+                luminous_flux_lm,
+                radius_m,
+                source_height_m,
+                upper_reflectance,
+                lower_reflectance,
+            } => two_hemispheres(
+                self.scene,
+                *luminous_flux_lm,
+                *radius_m,
+                *source_height_m,
+                [*upper_reflectance, *lower_reflectance],
+                light,
+            ),
+            TruthSpec::ConcentricSpheres {
+                luminous_flux_lm,
+                inner_radius_m,
+                outer_radius_m,
+                inner_reflectance,
+                outer_reflectance,
+            } => concentric(
+                self.scene,
+                *luminous_flux_lm,
+                [*inner_radius_m, *outer_radius_m],
+                [*inner_reflectance, *outer_reflectance],
+                site,
+                light,
+            ),
+            TruthSpec::Isothermal { luminance_cd_m2 } => match light {
+                Light::Total => Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
+                _ => Err("the isothermal rule tells the total alone".to_owned()),
+            },
+            TruthSpec::BoxRoom(truth) => room_truth(truth, self.rooms, site, light),
+            TruthSpec::Reference { column, uncertainty, .. } => {
+                let Some(reference) = &self.reference else {
+                    return Err("the reference was not read".to_owned());
+                };
+                let value_lx = reference.number(column, site)?.ok_or("a cell of the reference is empty")?;
+                Ok(Exact { value_lx, uncertainty_lx: uncertainty * value_lx.abs(), ..Exact::default() })
+            }
+        }
+    }
+
+    /// A published number beside the exact one, where the reference has it.
+    ///
+    /// # Errors
+    ///
+    /// A column that is missing or holds no number.
+    pub fn beside(&self, column: &str, site: &Site) -> Result<Option<f64>, String> {
+        match &self.reference {
+            Some(reference) => reference.number(column, site),
+            None => Err("numbers to show beside come from the reference, and the truth is a function".to_owned()),
+        }
+    }
+
+    /// Where the exact numbers come from, in words for a reader.
+    pub fn in_words(&self) -> String {
+        match self.spec {
+            TruthSpec::Sobolev(truth) => truth.in_words(),
+            TruthSpec::UniformEnclosure { .. } => {
+                "flux balance of a closed enclosure of one reflectance: E = Φ/(S(1−ρ)), S the mesh's own area".into()
+            }
+            TruthSpec::TwoHemispheres { .. } => {
+                "closed form: light is exchanged equally between all parts of a sphere, so the indirect part is the same everywhere".into()
+            }
+            TruthSpec::ConcentricSpheres { .. } => "closed form of two concentric diffuse spheres".into(),
+            TruthSpec::Isothermal { .. } => "Kirchhoff's law: in an isothermal enclosure E = πL₀ everywhere".into(),
+            TruthSpec::BoxRoom(_) => {
+                "radiosity of a rectangular room with exact form factors between its patches, extrapolated over three meshes".into()
+            }
+            TruthSpec::Reference { file, .. } => format!("{file}, made by the program beside it"),
+        }
+    }
+}

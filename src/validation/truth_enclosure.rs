@@ -1,0 +1,96 @@
+//! Truths that follow from flux balance: enclosures of one reflectance, spheres.
+
+use std::f64::consts::PI;
+
+use super::case::Light;
+use super::truth::{Exact, Site};
+use crate::analytic::sphere::{concentric_spheres, rank_one_indirect_lx};
+use crate::scene::Scene;
+
+/// Area of the triangles of a scene, or of a surface, geometry or part of this name, in m².
+pub(super) fn mesh_area_m2(scene: &Scene, name: Option<&str>) -> f64 {
+    let counts = |triangle: &u32| {
+        let surface = scene.surface_of(*triangle);
+        let part = surface.name.rsplit('/').next();
+        name.is_none_or(|name| surface.name == name || surface.geometry == name || part == Some(name))
+    };
+    (0..scene.triangles.len() as u32).filter(counts).map(|triangle| scene.triangle_area_m2(triangle)).sum()
+}
+
+/// X = Φ + ρX for the incident flux X: the mean of the total is Φ/(S(1−ρ)), that of the indirect part ρ times so much.
+pub(super) fn uniform_enclosure(
+    scene: &Scene,
+    luminous_flux_lm: f64,
+    reflectance: f64,
+    ideal_area_m2: Option<f64>,
+    light: Light,
+) -> Result<Exact, String> {
+    let incident_lm = luminous_flux_lm / (1.0 - reflectance);
+    let share = match light {
+        Light::Total => 1.0,
+        Light::Indirect => reflectance,
+        Light::Direct => 1.0 - reflectance,
+    };
+    let area_m2 = mesh_area_m2(scene, None);
+    let value_lx = share * incident_lm / area_m2;
+    let discretisation_lx = ideal_area_m2.map_or(0.0, |ideal| (share * incident_lm / ideal - value_lx).abs());
+    Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
+}
+
+/// In a sphere every part sees every other alike: E_indirect = ⟨ρE⟩ = ⟨ρE_direct⟩/(1 − ⟨ρ⟩), ⟨⟩ means over the area.
+/// A plane through the centre parts the source's flux exactly, on the ideal sphere and on its mesh alike.
+pub(super) fn two_hemispheres(
+    scene: &Scene,
+    luminous_flux_lm: f64,
+    radius_m: f64,
+    source_height_m: f64,
+    [upper, lower]: [f64; 2],
+    light: Light,
+) -> Result<Exact, String> {
+    if light != Light::Indirect {
+        return Err("the two hemispheres' closed form is of the indirect part".to_owned());
+    }
+    let to_lower = 0.5 * (1.0 - source_height_m / source_height_m.hypot(radius_m));
+    let [upper_area, lower_area] = ["upper", "lower"].map(|name| mesh_area_m2(scene, Some(name)));
+    if upper_area <= 0.0 || lower_area <= 0.0 {
+        return Err("the scene needs surfaces \"upper\" and \"lower\"".to_owned());
+    }
+    let reflected_lm = luminous_flux_lm * (upper * (1.0 - to_lower) + lower * to_lower);
+    let of_areas = |upper_area: f64, lower_area: f64| {
+        let area_m2 = upper_area + lower_area;
+        let mean_reflectance = (upper * upper_area + lower * lower_area) / area_m2;
+        rank_one_indirect_lx(reflected_lm / area_m2, mean_reflectance).map_err(|error| error.to_string())
+    };
+    let value_lx = of_areas(upper_area, lower_area)?;
+    let ideal_half = 2.0 * PI * radius_m * radius_m;
+    let discretisation_lx = (of_areas(ideal_half, ideal_half)? - value_lx).abs();
+    Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
+}
+
+/// All flux of the inner sphere reaches the outer one; of what the outer one sends back, the part A₁/A₂ meets the
+/// inner one. Only areas count, so that a mesh stands for the spheres of its areas.
+pub(super) fn concentric(
+    scene: &Scene,
+    luminous_flux_lm: f64,
+    radii_m: [f64; 2],
+    [inner, outer]: [f64; 2],
+    site: &Site,
+    light: Light,
+) -> Result<Exact, String> {
+    let surface = match site {
+        Site::Average { surface: Some(surface) } | Site::Element { surface, .. } => *surface,
+        _ => return Err("concentric spheres are compared on the surfaces \"inner\" and \"outer\"".to_owned()),
+    };
+    if light != Light::Total {
+        return Err("the concentric spheres' closed form is of the total".to_owned());
+    }
+    let of_radii = |[inner_m, outer_m]: [f64; 2]| {
+        let spheres = concentric_spheres(inner_m, outer_m, luminous_flux_lm, inner, outer);
+        let spheres = spheres.map_err(|error| error.to_string())?;
+        Ok::<f64, String>(if surface == "inner" { spheres.inner_lx } else { spheres.outer_lx })
+    };
+    let mesh_radii_m = ["inner", "outer"].map(|name| (mesh_area_m2(scene, Some(name)) / (4.0 * PI)).sqrt());
+    let value_lx = of_radii(mesh_radii_m)?;
+    let discretisation_lx = (of_radii(radii_m)? - value_lx).abs();
+    Ok(Exact { value_lx, discretisation_lx, ..Exact::default() })
+}

@@ -1,0 +1,83 @@
+//! Sobolev's two planes as a truth for finite rectangles.
+
+use serde::Deserialize;
+
+use super::case::Light;
+use super::truth::{Exact, Site};
+use crate::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
+
+/// Sobolev's planes at z = 0 (plane 1) and z = distance (plane 2), the source over the origin.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SobolevTruth {
+    /// Height of the source above plane 1 over the planes' distance.
+    pub h1: f64,
+    /// Reflectance of plane 1.
+    pub rho1: f64,
+    /// Reflectance of plane 2.
+    pub rho2: f64,
+    /// The plane asked about: 1 or 2.
+    pub plane: u8,
+    /// Distance of the planes in m.
+    #[serde(default = "one")]
+    pub distance_m: f64,
+    /// Intensity of the source in cd.
+    #[serde(default = "one")]
+    pub intensity_cd: f64,
+    /// Half the width of the rectangles that stand for the infinite planes, in m.
+    pub half_width_m: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl SobolevTruth {
+    /// Where the numbers come from, in words for a reader.
+    pub fn in_words(&self) -> String {
+        format!(
+            "Sobolev's exact solution for infinite planes (relative error below 1e-12); the model's planes reach {} distances in every direction",
+            self.half_width_m / self.distance_m
+        )
+    }
+}
+
+pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &Site, light: Light) -> Result<Exact, String> {
+    let Site::Point { position_m, .. } = site else {
+        return Err("Sobolev's solution is compared at points".to_owned());
+    };
+    let (plane, other) = match truth.plane {
+        1 => (SobolevPlane::One, SobolevPlane::Two),
+        2 => (SobolevPlane::Two, SobolevPlane::One),
+        plane => return Err(format!("there is no plane {plane}: 1 or 2")),
+    };
+    let problem = SobolevProblem { h1: truth.h1, rho1: truth.rho1, rho2: truth.rho2 };
+    let r = position_m.truncate().length() / truth.distance_m;
+    let scale = truth.intensity_cd / (truth.distance_m * truth.distance_m);
+    let at = |plane, r| sobolev(&problem, plane, r).map_err(|error| error.to_string());
+    let value = at(plane, r)?;
+
+    // Beyond the rim E falls like r⁻³ or faster. What the opposite plane lacks there is at most
+    // ρ E(W) ∫ K over distances from D = W − r on, with K = 1/(π(1+d²)²) < 1/(π d⁴); reflections between the
+    // planes add up to no more than 1/(1 − ρ₁ρ₂) times that.
+    let half_width = truth.half_width_m / truth.distance_m;
+    let distance = half_width - r;
+    if distance <= 0.0 {
+        return Err("a point lies outside of the model's planes".to_owned());
+    }
+    let rho_other = if truth.plane == 1 { truth.rho2 } else { truth.rho1 };
+    let rim = at(other, half_width)?.total_lx;
+    let kernel = 1.0 / (distance * distance) + 2.0 * r / (3.0 * distance.powi(3));
+    let truncation = rho_other * rim * kernel / (1.0 - truth.rho1 * truth.rho2);
+    let (value_lx, truncation, uncertainty) = match light {
+        Light::Direct => (value.direct_lx, 0.0, 0.0),
+        Light::Indirect => (value.reflected_lx, truncation, value.estimated_error_lx),
+        Light::Total => (value.total_lx, truncation, value.estimated_error_lx),
+    };
+    Ok(Exact {
+        value_lx: value_lx * scale,
+        uncertainty_lx: uncertainty * scale,
+        truncation_lx: truncation * scale,
+        ..Exact::default()
+    })
+}

@@ -1,0 +1,98 @@
+//! When a comparison passes, in words and in numbers.
+
+use super::case::Criterion;
+use super::statistics::{EntrySet, Statistics, binomial_p_value, largest_expected_z};
+use super::words::{percent, sigmas};
+
+/// Every comparison allows deviations that its error bars make likely: one false alarm in so many comparisons.
+const ALPHA: f64 = 1e-4;
+/// Values that chance has no part in agree to this: seven digits, what an f32 shadow test can leave of a place.
+const EXACT_AGREEMENT: f64 = 1e-6;
+
+/// One condition and whether it holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// The condition in words.
+    pub condition: String,
+    /// What was found.
+    pub found: String,
+    /// Whether it holds.
+    pub holds: bool,
+}
+
+/// Judges a comparison: what its criterion names, and always that deviations fit their error bars.
+pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> Vec<Check> {
+    let mut checks = Vec::new();
+    if let Some(worst) = criterion.worst {
+        checks.push(Check {
+            condition: format!("no value deviates by more than {}", percent(worst.0)),
+            found: format!("worst {} ({})", percent(statistics.worst.value), statistics.worst.label),
+            holds: statistics.worst.value <= worst.0,
+        });
+    }
+    if let Some(true_error) = criterion.true_error {
+        checks.push(Check {
+            condition: format!("the true relative RMS error is at most {}", percent(true_error.0)),
+            found: percent(statistics.rms),
+            holds: statistics.rms <= true_error.0,
+        });
+    }
+    if let (Some(alpha), Some(within)) = (criterion.coverage_alpha, statistics.within) {
+        for (index, name) in ["one standard error", "two standard errors"].into_iter().enumerate() {
+            let expected = statistics.expected_within[index];
+            let independent = set.independent.min(statistics.noisy as f64);
+            let p_value = binomial_p_value(within[index], expected, independent);
+            checks.push(Check {
+                condition: format!(
+                    "{} of the values lie within {name}, tested at {} on {independent:.0} independent values",
+                    percent(expected),
+                    percent(alpha)
+                ),
+                found: format!("{} (p = {p_value:.2})", percent(within[index])),
+                holds: p_value >= alpha,
+            });
+        }
+    }
+    checks.extend(fits_error_bars(set, statistics));
+    checks
+}
+
+fn fits_error_bars(set: &EntrySet, statistics: &Statistics) -> Vec<Check> {
+    let mut checks = Vec::new();
+    if let Some(worst_z) = &statistics.worst_z {
+        let most = largest_expected_z(ALPHA, statistics.noisy, set.degrees_of_freedom);
+        checks.push(Check {
+            condition: format!(
+                "no deviation is beyond {}, which chance passes once in {:.0} such comparisons",
+                sigmas(most),
+                1.0 / ALPHA
+            ),
+            found: format!("worst {} ({})", sigmas(worst_z.value), worst_z.label),
+            holds: worst_z.value <= most,
+        });
+        let bias_z = statistics.bias.abs() / statistics.bias_error.hypot(statistics.known_shift());
+        let most = largest_expected_z(ALPHA, 1, set.degrees_of_freedom);
+        if statistics.count > 1 {
+            checks.push(Check {
+                condition: format!("the mean deviation is within {} of 0", sigmas(most)),
+                found: format!("{} ({})", percent(statistics.bias), sigmas(bias_z)),
+                holds: bias_z <= most,
+            });
+        }
+    }
+    if let Some(deviation) = set.worst_exact_deviation() {
+        checks.push(Check {
+            condition: format!("values without chance agree to {EXACT_AGREEMENT:.0e}"),
+            found: if deviation == 0.0 { "they do".to_owned() } else { format!("worst {deviation:.1e}") },
+            holds: deviation <= EXACT_AGREEMENT,
+        });
+    }
+    checks
+}
+
+impl Statistics {
+    /// What may shift the mean for known reasons, as a fraction.
+    fn known_shift(&self) -> f64 {
+        self.truncation + self.truth + self.unaccounted
+    }
+}

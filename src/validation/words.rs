@@ -1,0 +1,131 @@
+//! Numbers as a report writes them.
+
+/// Per cent below which a report says no more than that it is rounding.
+const NOTHING_PERCENT: f64 = 1e-7;
+
+/// A fraction in per cent with three significant digits.
+pub fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    if percent == 0.0 {
+        return format!("0{NARROW}%");
+    }
+    if percent.abs() < NOTHING_PERCENT {
+        return format!("< 10⁻⁷{NARROW}%");
+    }
+    let number = if percent.abs() < 1e-3 { scientific(percent) } else { significant(percent, 3).replace('-', "−") };
+    format!("{number}{NARROW}%")
+}
+
+/// A narrow space that does not break a line.
+const NARROW: char = '\u{202f}';
+
+/// A signed fraction in per cent.
+pub fn signed_percent(fraction: f64) -> String {
+    let text = percent(fraction);
+    if fraction > 0.0 && !text.starts_with('<') { format!("+{text}") } else { text }
+}
+
+/// A number of standard errors.
+pub fn sigmas(z: f64) -> String {
+    format!("{z:.2}{NARROW}σ").replace('-', "−")
+}
+
+/// A number with so many significant digits, without an exponent.
+pub fn significant(number: f64, digits: usize) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return format!("{number}");
+    }
+    let magnitude = number.abs().log10().floor() as i64;
+    let decimals = (digits as i64 - 1 - magnitude).max(0) as usize;
+    format!("{number:.decimals$}")
+}
+
+/// A number as mantissa and power of ten.
+pub fn scientific(number: f64) -> String {
+    let text = format!("{number:.1e}");
+    let Some((mantissa, exponent)) = text.split_once('e') else {
+        return text;
+    };
+    let raised = |letter: char| match letter {
+        '-' => '⁻',
+        digit => digit.to_digit(10).map_or(digit, |digit| SUPERSCRIPTS[digit as usize]),
+    };
+    format!("{}·10{}", mantissa.replace('-', "−"), exponent.chars().map(raised).collect::<String>())
+}
+
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+
+/// A count with thousands apart.
+pub fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Rays or chains, rounded: `12.3 million`.
+pub fn rounded_count(count: u64) -> String {
+    match count {
+        0..100_000 => grouped(count),
+        100_000..1_000_000_000 => format!("{} million", significant(count as f64 / 1e6, 3)),
+        _ => format!("{} billion", significant(count as f64 / 1e9, 3)),
+    }
+}
+
+/// Seconds, or minutes and seconds.
+pub fn duration(seconds: f64) -> String {
+    if seconds < 0.01 {
+        return format!("< 0.01{NARROW}s");
+    }
+    if seconds < 60.0 {
+        return format!("{}{NARROW}s", significant(seconds, 2));
+    }
+    let whole = seconds.round() as u64;
+    format!("{}{NARROW}min {:02}{NARROW}s", whole / 60, whole % 60)
+}
+
+/// Text made safe for HTML.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Date of a time in seconds since 1970 (UTC), as `2026-11-21`.
+pub fn date(unix_s: u64) -> String {
+    // Days to civil date (Hinnant 2013, "chrono-compatible low-level date algorithms").
+    let days = (unix_s / 86_400) as i64 + 719_468;
+    let era = days.div_euclid(146_097);
+    let day_of_era = days.rem_euclid(146_097);
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(percent(0.00123456), "0.123\u{202f}%");
+        assert_eq!(percent(0.0), "0\u{202f}%");
+        assert_eq!(percent(2.3e-8), "2.3·10⁻⁶\u{202f}%");
+        assert_eq!(percent(1e-15), "< 10⁻⁷\u{202f}%");
+        assert_eq!(signed_percent(-0.01), "−1.00\u{202f}%");
+        assert_eq!(signed_percent(0.01), "+1.00\u{202f}%");
+        assert_eq!(significant(1234.5, 3), "1234");
+        assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
+        assert_eq!(duration(75.2), "1\u{202f}min 15\u{202f}s");
+        assert_eq!(date(951_782_400), "2000-02-29");
+        assert_eq!(date(1_795_219_200), "2026-11-21");
+        assert_eq!(escaped("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");
+    }
+}
