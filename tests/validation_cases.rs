@@ -30,9 +30,12 @@ fn enclosure() -> Value {
 
 /// A diffuse square over a point that faces it: E = M × (configuration factor), without chance.
 fn square() -> Value {
-    // Lambert's formula for a point under the middle of a square of side 2 at distance 1, by its closed form:
-    // F = 4/(2π) · 2 · (1/√2) atan(1/√2).
-    let factor = 4.0 / std::f64::consts::PI * (0.5f64).sqrt() * (0.5f64).sqrt().atan();
+    // Lambert's formula for a point under the middle of a square of side 2, at distances 1 and 2, by its closed form:
+    // F = 4/π · s atan(s) with s = X/√(1+X²), X half the side over the distance.
+    let exact = [1.0f64, 2.0].map(|distance| {
+        let s = (1.0 / distance) / (1.0 + 1.0 / (distance * distance)).sqrt();
+        4.0 / std::f64::consts::PI * s * s.atan() * 100.0 * std::f64::consts::PI
+    });
     json!({
         "title": "A square over a point",
         "physics": "A diffuse square lights a point under its middle. Lambert's formula of 1760 is exact.",
@@ -49,7 +52,7 @@ fn square() -> Value {
             "name": "point", "what": "points", "map": "point", "criterion": { "worst": "0.3%" },
             "truth": { "function": "reference", "column": "exact" }
         }],
-        "reference": factor * 100.0 * std::f64::consts::PI
+        "reference": exact
     })
 }
 
@@ -58,8 +61,9 @@ fn write_case(cases: &Path, name: &str, mut case: Value) {
     let folder = cases.join(name);
     fs::create_dir_all(&folder).unwrap();
     if let Some(exact) = case.as_object_mut().unwrap().remove("reference") {
-        fs::write(folder.join("points.csv"), "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n").unwrap();
-        fs::write(folder.join("reference.csv"), format!("x,y,z,exact\n0,0,0,{exact}\n")).unwrap();
+        fs::write(folder.join("points.csv"), "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n0,0,-1,0,0,1\n").unwrap();
+        fs::write(folder.join("reference.csv"), format!("x,y,z,exact\n0,0,0,{}\n0,0,-1,{}\n", exact[0], exact[1]))
+            .unwrap();
     }
     fs::write(folder.join("case.json"), case.to_string()).unwrap();
 }
@@ -98,7 +102,7 @@ fn a_sound_case_passes_and_a_fault_of_one_percent_does_not() {
     // A cosine: the point looks 8.11° past the square, cos = 0.99.
     let home = TempDir::new().unwrap();
     write_case(home.path(), "case", square());
-    let tilted = "x,y,z,nx,ny,nz\n0,0,0,0.141067359796659,0,0.99\n";
+    let tilted = "x,y,z,nx,ny,nz\n0,0,0,0.141067359796659,0,0.99\n0,0,-1,0,0,1\n";
     fs::write(home.path().join("case/points.csv"), tilted).unwrap();
     let case = Case::read(&home.path().join("case")).unwrap();
     assert!(!run_case(&case, &mut |_| {}).unwrap().passes(), "a cosine");
@@ -116,9 +120,8 @@ fn error_bars_that_are_too_small_are_seen() {
 #[test]
 fn a_new_folder_is_a_new_case() {
     let home = TempDir::new().unwrap();
-    let names = |found: luxmc::validation::Found| -> Vec<String> {
-        found.cases.into_iter().map(|case| case.name).collect()
-    };
+    let names =
+        |found: luxmc::validation::Found| -> Vec<String> { found.cases.into_iter().map(|case| case.name).collect() };
     let find = |wanted: &[&str]| {
         let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
         find_cases(&wanted, Some(home.path()))
@@ -213,9 +216,9 @@ fn the_command_line_tells_passes_failures_and_refusals_by_its_exit_code() {
 fn compare_climbs_and_writes_its_three_files() {
     let home = TempDir::new().unwrap();
     let mut case = enclosure();
-    case["scene"]["receivers"] =
-        json!([{ "name": "grid", "type": "grid", "origin": [0.5, 0.5, 1], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 2, "rows": 2 }]);
-    case["scene"]["luminaires"] = json!([{ "name": "walls", "type": "area", "surface": "cube", "exitance_lm_m2": 100 }]);
+    case["scene"]["receivers"] = json!([{ "name": "grid", "type": "grid", "origin": [0.5, 0.5, 1], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 2, "rows": 2 }]);
+    case["scene"]["luminaires"] =
+        json!([{ "name": "walls", "type": "area", "surface": "cube", "exitance_lm_m2": 100 }]);
     case["compare"] = json!([{
         "name": "grid", "what": "points", "map": "grid", "criterion": { "true_error": "1%" },
         "truth": { "function": "isothermal", "luminance_cd_m2": 200.0 / std::f64::consts::PI }
