@@ -118,7 +118,12 @@ fn isothermal_office() -> (Scene, f64) {
     scene.divisions.iter_mut().for_each(|divisions| *divisions = (*divisions).min(3));
     let grid = scene.receivers.swap_remove(0);
     let points = grid.points.into_iter().step_by(13).filter(|point| !point.inside).collect();
-    scene.receivers = vec![luxmc::scene::ReceiverSet { name: grid.name, layout: ReceiverLayout::Points, points }];
+    scene.receivers = vec![luxmc::scene::ReceiverSet {
+        quantity: luxmc::scene::Quantity::Perpendicular,
+        name: grid.name,
+        layout: ReceiverLayout::Points,
+        points,
+    }];
     (scene, illuminance_lx)
 }
 

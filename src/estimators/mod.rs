@@ -2,4 +2,5 @@
 
 pub mod direct;
 pub mod images;
+pub mod reception;
 pub mod walk;

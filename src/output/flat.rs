@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::contour::Field;
 use super::picture::Spot;
 use crate::maps::{MapKind, MapResult, TableKind, TableRow};
-use crate::scene::{Elements, ReceiverLayout, Scene, Side, SurfaceId};
+use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side, SurfaceId};
 
 /// Triangles whose unit normals differ by less than this lie in one plane: rounding of f64 coordinates stays far below.
 const FLAT_NORMAL: f64 = 1e-6;
@@ -121,6 +121,8 @@ pub struct FlatPoint {
 pub struct FlatMap<'a> {
     /// Grid or surface side.
     pub row: &'a TableRow,
+    /// What is shown, in words.
+    pub quantity: &'static str,
     /// How it is looked at.
     pub plane: Plane,
     /// Its cells.
@@ -146,6 +148,15 @@ impl FlatMap<'_> {
             }
         }
         bounds
+    }
+}
+
+/// What a receiver asks for, in words.
+pub fn quantity_words(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Perpendicular => "Illuminance",
+        Quantity::Cylindrical => "Cylindrical illuminance",
+        Quantity::SemiCylindrical { .. } => "Semi-cylindrical illuminance",
     }
 }
 
@@ -177,6 +188,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
     });
     Some(FlatMap {
         row,
+        quantity: quantity_words(set.quantity),
         cells: cells.collect(),
         points: points.collect(),
         field: grid_field(&plane, map, set, columns, rows),
@@ -253,6 +265,7 @@ fn side_map<'a>(
     }
     FlatMap {
         row,
+        quantity: quantity_words(Quantity::Perpendicular),
         field: element_field(&cells, &areas_m2),
         count: format!("{} elements", cells.len()),
         estimated_error: row.estimated_error,

@@ -96,7 +96,7 @@ impl Layout {
 pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = Layout::of(map);
     let colors = ColorScale::of(map);
-    head(&mut picture, map, "Illuminance", "");
+    head(&mut picture, map, map.quantity, "");
     draw_cells(&mut picture, map, &layout, &|value| colors.ink(value));
     let levels = map.field.range().map(isolux_levels).unwrap_or_default();
     let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
@@ -122,7 +122,8 @@ pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
         [1, up] => format!("; every {} row shown", ordinal(up)),
         [across, up] => format!("; every {} column and {} row shown", ordinal(across), ordinal(up)),
     };
-    head(&mut picture, map, "Values in lx", &format!("{thinning}; minimum and maximum framed"));
+    let title = format!("{}, values in lx", map.quantity);
+    head(&mut picture, map, &title, &format!("{thinning}; minimum and maximum framed"));
     foot(&mut picture, map, note);
     picture
 }

@@ -9,7 +9,7 @@ use super::report_words::{explanations, stop_words, target_words};
 use super::schedule::{Power, Schedule, floor_area_m2};
 use super::{ResultFile, date::utc_date};
 use crate::maps::{TableKind, TableRow};
-use crate::scene::{InspectedSurface, Scene, inspect};
+use crate::scene::{InspectedSurface, Quantity, Scene, inspect};
 use crate::solver::Solution;
 
 const STYLE: &str = include_str!("report.css");
@@ -145,7 +145,12 @@ impl Report<'_> {
         }
         let mut table = result_table();
         for row in rows {
-            table.row(result_cells(row, escaped(&row.name)));
+            let set = self.scene.receivers.iter().find(|set| set.name == row.name);
+            let kind = match set.map(|set| set.quantity) {
+                None | Some(Quantity::Perpendicular) => String::new(),
+                Some(quantity) => format!(" ({})", quantity.name()),
+            };
+            table.row(result_cells(row, format!("{}{kind}", escaped(&row.name))));
         }
         format!(
             "<h2>Results</h2>\n{}<p class=\"soft small\">Behind each ± stands one standard error: the exact value lies within \

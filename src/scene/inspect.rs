@@ -127,6 +127,8 @@ pub struct InspectedReceivers {
     /// `grid` or `points`.
     #[serde(rename = "type")]
     pub kind: &'static str,
+    /// `perpendicular`, `cylindrical` or `semi-cylindrical` illuminance.
+    pub quantity: &'static str,
     /// Number of points.
     pub points: usize,
     /// Points inside of closed solids; they are left out of tables and errors.
@@ -302,6 +304,7 @@ fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
     let mut inspected = InspectedReceivers {
         name: set.name.clone(),
         kind: "points",
+        quantity: set.quantity.name(),
         points: set.points.len(),
         inside: set.points.iter().filter(|point| point.inside).count(),
         columns: None,

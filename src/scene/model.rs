@@ -225,10 +225,38 @@ pub enum Emission {
 pub struct ReceiverSet {
     /// Name in the file.
     pub name: String,
+    /// What is asked for at the points.
+    pub quantity: Quantity,
     /// Grid or points.
     pub layout: ReceiverLayout,
     /// The points in the order of the tables (a grid row by row).
     pub points: Vec<ReceiverPoint>,
+}
+
+/// What illuminance a receiver asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Quantity {
+    /// On the plane of the point's own normal.
+    #[default]
+    Perpendicular,
+    /// On the mantle of a small upright cylinder: E_z = 1/π ∫ L sin ε dω, ε from the vertical.
+    Cylindrical,
+    /// On the curved face of half an upright cylinder: E_sc = 1/π ∫ L (1 + cos α) sin ε dω, α from `direction`.
+    SemiCylindrical {
+        /// Horizontal unit vector to which the curved face looks.
+        direction: DVec3,
+    },
+}
+
+impl Quantity {
+    /// Name as the scene file writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Perpendicular => "perpendicular",
+            Quantity::Cylindrical => "cylindrical",
+            Quantity::SemiCylindrical { .. } => "semi-cylindrical",
+        }
+    }
 }
 
 /// How the points of a set are arranged.

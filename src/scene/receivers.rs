@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::error::SceneError;
 use super::luminaires::unique_name;
-use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::model::{Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::reader::{Fields, Node};
 use super::surface_grid::{self, Spacing};
 use super::surfaces::Surfaces;
@@ -20,15 +20,31 @@ pub(super) const TYPES: [&str; 4] = ["grid", "points", "luminance", "ugr"];
 
 /// Keys of every receiver type; a grid has those of both its forms.
 pub(super) const KEYS: [&[&str]; 4] = [
-    &["name", "type", "origin", "u", "v", "columns", "rows", "surface", "height", "margin", "spacing"],
-    &["name", "type", "file"],
+    &[
+        "name",
+        "type",
+        "origin",
+        "u",
+        "v",
+        "columns",
+        "rows",
+        "surface",
+        "height",
+        "margin",
+        "spacing",
+        "quantity",
+        "direction",
+    ],
+    &["name", "type", "file", "quantity", "direction"],
     &["name", "type", "position", "directions"],
     &["name", "type", "position", "view_direction"],
 ];
 /// Keys of a grid by corners.
-const CORNER_KEYS: [&str; 7] = ["name", "type", "origin", "u", "v", "columns", "rows"];
+const CORNER_KEYS: [&str; 9] = ["name", "type", "origin", "u", "v", "columns", "rows", "quantity", "direction"];
 /// Keys of a grid on a surface.
-const SURFACE_KEYS: [&str; 6] = ["name", "type", "surface", "height", "margin", "spacing"];
+const SURFACE_KEYS: [&str; 8] = ["name", "type", "surface", "height", "margin", "spacing", "quantity", "direction"];
+/// What can be asked for at points and grids, as files name it.
+pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertical", "cylindrical", "semi-cylindrical"];
 
 /// The rule that `spacing` can name.
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
@@ -55,13 +71,46 @@ fn read_one(node: &Node, around: &Around, names: &mut HashMap<String, String>) -
     let fields = node.fields(&what)?;
     fields.only(KEYS[kind])?;
     let name = unique_name(&fields, names)?;
-    let (layout, points) = match TYPES[kind] {
+    let (layout, mut points) = match TYPES[kind] {
         "grid" if fields.get("surface").is_some() => read_surface_grid(node, around)?,
         "grid" => read_corner_grid(node, around.unit)?,
         "points" => read_points(&fields, around)?,
         _ => return Err(refuse_later(&fields, &what)?),
     };
-    Ok(ReceiverSet { name, layout, points })
+    let quantity = read_quantity(&fields, &mut points)?;
+    Ok(ReceiverSet { name, quantity, layout, points })
+}
+
+/// What is asked for at the points; horizontal and vertical illuminance turn their normals.
+fn read_quantity(fields: &Fields, points: &mut [ReceiverPoint]) -> Result<Quantity, SceneError> {
+    let chosen = fields.get("quantity").map_or(Ok(0), |node| node.choice(&QUANTITIES))?;
+    let name = QUANTITIES[chosen];
+    let mut turn = |normal: DVec3| {
+        points.iter_mut().for_each(|point| point.normal = normal);
+        Quantity::Perpendicular
+    };
+    if let (Some(node), "perpendicular" | "horizontal" | "cylindrical") = (fields.get("direction"), name) {
+        return Err(node.refuse_as(
+            format!("a direction has no meaning for {name} illuminance"),
+            "\"direction\"",
+            "\"direction\" beside \"quantity\": \"vertical\" or \"semi-cylindrical\"",
+            "remove it, or change \"quantity\"",
+        ));
+    }
+    match name {
+        "perpendicular" => Ok(Quantity::Perpendicular),
+        "horizontal" => Ok(turn(DVec3::Z)),
+        "cylindrical" => Ok(Quantity::Cylindrical),
+        _ => {
+            let node = fields.need("direction", "[1, 0, 0]: to where the plane or half cylinder looks")?;
+            let direction = node.direction()?;
+            if direction.z != 0.0 {
+                let expected = "a horizontal direction: [x, y, 0]";
+                return Err(node.refuse(format!("{name} illuminance looks sideways"), expected, "set its z to 0"));
+            }
+            Ok(if name == "vertical" { turn(direction) } else { Quantity::SemiCylindrical { direction } })
+        }
+    }
 }
 
 /// Checks receivers that are not computed yet, and refuses them for that.

@@ -5,7 +5,7 @@
 
 use super::job::Context;
 use crate::estimators::direct::{DirectPass, Receiver};
-use crate::estimators::walk::sample_indirect_lx;
+use crate::estimators::reception::{sample_direct_lx, sample_reflected_lx};
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -69,6 +69,7 @@ impl Spread {
 
 fn of_receivers(context: &Context, set: usize, number: u32) -> DirectShare {
     let (stage, points) = (context.stage, &context.scene.receivers[set].points);
+    let quantity = context.scene.receivers[set].quantity;
     let stride = points.len().div_ceil(MOST_SITES).max(1);
     let (mut room, mut cut) = (DirectPass::default(), Cut::default());
     let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 0);
@@ -77,9 +78,10 @@ fn of_receivers(context: &Context, set: usize, number: u32) -> DirectShare {
         stream.seek(index as u64);
         let origin = stage.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-        direct.site(point.weight, PASSES, || room.at_point(stage, &receiver, &mut stream));
+        direct.site(point.weight, PASSES, || sample_direct_lx(stage, quantity, &receiver, &mut room, &mut stream));
         if stage.reflects() {
-            indirect.site(point.weight, WALKS, || sample_indirect_lx(stage, &receiver, &mut cut, &mut stream));
+            indirect
+                .site(point.weight, WALKS, || sample_reflected_lx(stage, quantity, &receiver, &mut cut, &mut stream));
         }
     }
     share(&direct, indirect.variance, indirect.rays_per_sample(), points.len() as f64)

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::job::{Context, Ends};
 use crate::estimators::direct::{DirectPass, Receiver};
-use crate::estimators::walk::sample_indirect_lx;
+use crate::estimators::reception::{sample_direct_lx, sample_reflected_lx};
 use crate::maps::{ReplicaMap, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -101,9 +101,9 @@ pub fn direct_at_points(
     points: Range<usize>,
     passes: Range<u64>,
 ) -> u64 {
-    let stage = context.stage;
+    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
     over_points(context, set, Purpose::Direct, &mut map.direct, points, passes, |receiver, room, stream| {
-        room.direct.at_point(stage, receiver, stream)
+        sample_direct_lx(stage, quantity, receiver, &mut room.direct, stream)
     })
 }
 
@@ -115,9 +115,9 @@ pub fn walks_from_points(
     points: Range<usize>,
     walks: Range<u64>,
 ) -> u64 {
-    let stage = context.stage;
+    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
     over_points(context, set, Purpose::Walks, &mut map.indirect, points, walks, |receiver, room, stream| {
-        sample_indirect_lx(stage, receiver, &mut room.cut, stream)
+        sample_reflected_lx(stage, quantity, receiver, &mut room.cut, stream)
     })
 }
 

@@ -157,6 +157,18 @@ enum SpacingRule {
     En12464,
 }
 
+/// What illuminance receivers ask for.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "kebab-case")]
+#[expect(dead_code, reason = "only its shape is used")]
+enum QuantityName {
+    Perpendicular,
+    Horizontal,
+    Vertical,
+    Cylindrical,
+    SemiCylindrical,
+}
+
 /// Receivers.
 #[derive(JsonSchema)]
 #[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
@@ -178,6 +190,10 @@ enum ReceiverKind {
         /// Rows.
         #[schemars(range(min = 1))]
         rows: u32,
+        /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
+        quantity: Option<QuantityName>,
+        /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
+        direction: Option<Vector>,
     },
     /// A grid on a flat rectangular surface: points at the centres of its cells, facing as its front does.
     #[schemars(rename = "grid")]
@@ -194,6 +210,10 @@ enum ReceiverKind {
         margin: Option<f64>,
         /// The rule "EN 12464-1" (default), or a distance.
         spacing: Option<Spacing>,
+        /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
+        quantity: Option<QuantityName>,
+        /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
+        direction: Option<Vector>,
     },
     /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area.
     Points {
@@ -201,6 +221,10 @@ enum ReceiverKind {
         name: String,
         /// The CSV file.
         file: String,
+        /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
+        quantity: Option<QuantityName>,
+        /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
+        direction: Option<Vector>,
     },
     /// Luminance seen from a point in given directions (comes later).
     Luminance {

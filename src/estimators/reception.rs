@@ -1,0 +1,97 @@
+//! What a receiver makes of the light around it: illuminance on its own plane, or on an upright cylinder.
+//!
+//! Cylindrical illuminance is the mean of the illuminances on all upright planes, E_z = 1/2π ∫ E_v(φ) dφ. So a plane
+//! turned at random gives an unbiased sample of it. Semi-cylindrical illuminance weighs the same planes,
+//! E_sc = 1/2π ∫ (1 + 4/π cos φ) E_v(φ) dφ with φ from the direction that it faces: the half cosine with which a plane
+//! receives has the harmonics 1/π and ½, so that light from azimuth α at ε from the vertical counts (1 + cos α) sin ε/π.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use crate::chain::Stage;
+use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::walk::sample_indirect_lx;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::Stream;
+use crate::scene::Quantity;
+
+/// Planes of one pass over direct light, evenly turned. The half cosine has no odd harmonic but the first, so that five
+/// planes leave but its tenth: 2% of a single source.
+const PLANES: u32 = 5;
+
+/// One unbiased sample of the direct part in lx, and the rays it took.
+pub fn sample_direct_lx(
+    stage: &Stage,
+    quantity: Quantity,
+    receiver: &Receiver,
+    pass: &mut DirectPass,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    if quantity == Quantity::Perpendicular {
+        return pass.at_point(stage, receiver, stream);
+    }
+    let shift = stream.unit();
+    let mut sum_lx = 0.0;
+    let mut rays = 0;
+    for plane in 0..PLANES {
+        let turn = TAU * (f64::from(plane) + shift) / f64::from(PLANES);
+        let (normal, weight) = turned_plane(quantity, turn);
+        let (lx, plane_rays) = pass.at_point(stage, &Receiver { normal, ..*receiver }, stream);
+        sum_lx += weight * lx;
+        rays += plane_rays;
+    }
+    (sum_lx / f64::from(PLANES), rays)
+}
+
+/// One unbiased sample of the indirect part in lx, and the rays it took.
+pub fn sample_reflected_lx(
+    stage: &Stage,
+    quantity: Quantity,
+    receiver: &Receiver,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    if quantity == Quantity::Perpendicular {
+        return sample_indirect_lx(stage, receiver, cut, stream);
+    }
+    let (normal, weight) = turned_plane(quantity, TAU * stream.unit());
+    let (lx, rays) = sample_indirect_lx(stage, &Receiver { normal, ..*receiver }, cut, stream);
+    (weight * lx, rays)
+}
+
+/// The normal of an upright plane turned by an angle from the cylinder's front, and its weight.
+fn turned_plane(quantity: Quantity, turn: f64) -> (DVec3, f64) {
+    let (front, lopsidedness) = match quantity {
+        Quantity::SemiCylindrical { direction } => (direction, 4.0 / PI),
+        _ => (DVec3::X, 0.0),
+    };
+    let (sine, cosine) = turn.sin_cos();
+    (cosine * front + sine * DVec3::Z.cross(front), 1.0 + lopsidedness * cosine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Light from azimuth α at ε from the vertical gives 1/π sin ε on a cylinder, (1 + cos α)/π sin ε on half a one.
+    #[test]
+    fn the_weighted_planes_make_up_both_cylinders() {
+        const STEPS: u32 = 20_000;
+        let (azimuth, from_vertical) = (0.7f64, 1.1f64);
+        let direction = DVec3::new(0.6, 0.8, 0.0);
+        let towards = from_vertical.sin() * (azimuth.cos() * direction + azimuth.sin() * DVec3::Z.cross(direction))
+            + from_vertical.cos() * DVec3::Z;
+        let mean = |quantity: Quantity| {
+            let sample = |step: u32| {
+                let (normal, weight) = turned_plane(quantity, TAU * f64::from(step) / f64::from(STEPS));
+                weight * normal.dot(towards).max(0.0)
+            };
+            (0..STEPS).map(sample).sum::<f64>() / f64::from(STEPS)
+        };
+        let whole = from_vertical.sin() / PI;
+        assert!((mean(Quantity::Cylindrical) - whole).abs() < 1e-7);
+        let half = whole * (1.0 + azimuth.cos());
+        assert!((mean(Quantity::SemiCylindrical { direction }) - half).abs() < 1e-7);
+    }
+}
