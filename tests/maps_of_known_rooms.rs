@@ -5,7 +5,6 @@ mod common;
 use common::{T15_QUANTILE_95_4, cube, scene, slow, to_target, with_chains};
 use luxmc::analytic::box_room::{BoxRoom, RoomFace, RoomSource};
 use luxmc::maps::Estimate;
-use luxmc::sampling::reflection;
 use luxmc::scene::{Elements, Emission, Luminaire, ReceiverLayout, Scene};
 use luxmc::solver::{MapSelection, Solution, StopReason};
 
@@ -101,7 +100,7 @@ fn isothermal_office() -> (Scene, f64) {
         .iter()
         .enumerate()
         .map(|(id, surface)| {
-            let reflectance = reflection::total(&scene.materials[surface.material as usize].law);
+            let reflectance = scene.materials[surface.material as usize].law.diffuse_reflectance();
             let exitance_lm_m2 = (1.0 - reflectance) * illuminance_lx;
             let area_m2: f64 = surface.triangles.clone().map(|triangle| scene.triangle_area_m2(triangle)).sum();
             Luminaire {
