@@ -1,12 +1,16 @@
 //! One packet's life: emit → first_hit → arrive → scatter, until it is absorbed or leaves.
 
+mod mirrors;
+
 use glam::DVec3;
+
+pub use mirrors::Mirrors;
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitters, Place};
 use crate::sampling::random::Stream;
-use crate::sampling::reflection;
-use crate::scene::{Elements, ReflectionLaw, Scene, Side};
+use crate::sampling::reflection::{Law, Way};
+use crate::scene::{Elements, Scene, Side};
 
 /// A scene made ready for packets: tracer, elements, emitters, and per triangle what a packet needs on arrival.
 pub struct Stage {
@@ -16,8 +20,13 @@ pub struct Stage {
     pub elements: Elements,
     /// Where light comes from.
     pub emitters: Emitters,
+    /// Flat mirrors in which walks look for point-like luminaires; `None` where there is nothing to look for.
+    pub mirrors: Option<Mirrors>,
+    /// Classes of paths that walks cannot find, in words; chains find all.
+    pub paths_not_found: Vec<String>,
     triangles: Vec<TriangleOptics>,
-    laws: Vec<ReflectionLaw>,
+    laws: Vec<Law>,
+    has_panes: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -32,7 +41,7 @@ struct TriangleOptics {
 pub struct Arrival {
     /// Where.
     pub hit: SurfaceHit,
-    /// Surfaces met before this one: 0 for light that comes straight from a luminaire.
+    /// Surfaces met before this one, panes that it only passed apart: 0 for direct light.
     pub bounces: u32,
 }
 
@@ -41,6 +50,8 @@ pub struct Arrival {
 pub enum End {
     /// Absorbed by a surface.
     Absorbed,
+    /// Absorbed by a pane of glass, whose absorptance depends on the angle.
+    Pane,
     /// Absorbed by a luminaire's bright ball.
     Ball,
     /// Absorbed by the back of a one-sided surface.
@@ -52,7 +63,7 @@ pub enum End {
 impl Stage {
     /// Makes a scene ready: builds the tracer and the lists.
     pub fn new(scene: &Scene) -> Stage {
-        let triangles = (0..scene.triangles.len() as u32)
+        let triangles: Vec<TriangleOptics> = (0..scene.triangles.len() as u32)
             .map(|triangle| {
                 let surface = scene.surface_of(triangle);
                 TriangleOptics {
@@ -62,12 +73,22 @@ impl Stage {
                 }
             })
             .collect();
+        let laws: Vec<Law> = scene.materials.iter().map(|material| Law::new(&material.law)).collect();
+        let is_used = |law: &dyn Fn(&Law) -> bool| {
+            triangles.iter().any(|triangle: &TriangleOptics| law(&laws[triangle.law as usize]))
+        };
+        let has_panes = is_used(&|law| matches!(law, Law::Glass(_)));
+        let emitters = Emitters::of(scene);
+        let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &laws, &emitters);
         Stage {
             tracer: Tracer::new(scene),
             elements: Elements::of(scene),
-            emitters: Emitters::of(scene),
+            emitters,
+            mirrors,
+            paths_not_found: mirrors::not_found(&left_out),
             triangles,
-            laws: scene.materials.iter().map(|material| material.law).collect(),
+            laws,
+            has_panes,
         }
     }
 
@@ -86,13 +107,13 @@ impl Stage {
 
     /// Reflection law of a triangle.
     #[inline]
-    pub fn law(&self, triangle: u32) -> &ReflectionLaw {
+    pub fn law(&self, triangle: u32) -> &Law {
         &self.laws[self.triangles[triangle as usize].law as usize]
     }
 
     /// Whether any surface reflects at all; in a black scene there is nothing for a chain to find.
     pub fn reflects(&self) -> bool {
-        self.triangles.iter().any(|triangle| reflection::total(&self.laws[triangle.law as usize]) > 0.0)
+        self.triangles.iter().any(|triangle| !self.laws[triangle.law as usize].is_black())
     }
 
     /// The tracer's origin for a place on a luminaire.
@@ -114,8 +135,8 @@ impl Stage {
         let emitted = self.emitters.emit(choice, stream);
         let mut origin = self.origin(&emitted.place);
         let mut direction = emitted.direction;
-        for bounces in 0.. {
-            let rays = u64::from(bounces) + 1;
+        let mut bounces = 0;
+        for rays in 1.. {
             let hit = match self.tracer.first_hit(&origin, direction) {
                 Meeting::Surface(hit) => hit,
                 Meeting::Ball(_) => return (End::Ball, rays),
@@ -125,13 +146,61 @@ impl Stage {
                 return (End::BackFace, rays);
             }
             arrive(&Arrival { hit, bounces });
-            let normal = self.normal(hit.triangle, hit.side);
-            match reflection::sample(self.law(hit.triangle), normal, stream) {
-                Some(scattered) => direction = scattered,
-                None => return (End::Absorbed, rays),
-            }
-            origin = self.tracer.surface_origin(hit.triangle, hit.barycentric, hit.side);
+            let law = self.law(hit.triangle);
+            let Some(scattered) = law.sample(direction, self.normal(hit.triangle, hit.side), stream) else {
+                return (if matches!(law, Law::Glass(_)) { End::Pane } else { End::Absorbed }, rays);
+            };
+            direction = scattered.direction;
+            bounces += u32::from(scattered.way != Way::Passed);
+            origin = self.leave(&hit, scattered.way);
         }
-        unreachable!("a packet that never ends would need more bounces than a u32 counts")
+        unreachable!("a packet that never ends would need more rays than a u64 counts")
+    }
+
+    /// Where a packet goes on from, after it met a surface: on the side that it came from, or on the other one.
+    #[inline]
+    pub fn leave(&self, hit: &SurfaceHit, way: Way) -> Origin {
+        let side = if way.leads_through() { hit.side.other() } else { hit.side };
+        self.tracer.surface_origin(hit.triangle, hit.barycentric, side)
+    }
+
+    /// Share of the light that gets from one place to another: 0 where something opaque stands between, else what the
+    /// panes on the way let pass.
+    #[inline]
+    pub fn transmittance(&self, from: &Origin, to: &Origin) -> f64 {
+        if !self.tracer.is_occluded(from, to) {
+            return 1.0;
+        }
+        if self.has_panes { self.transmittance_of_panes(from, to) } else { 0.0 }
+    }
+
+    /// The same, where something stands between: goes from pane to pane until nothing does.
+    fn transmittance_of_panes(&self, from: &Origin, to: &Origin) -> f64 {
+        let end_m = self.tracer.position_m(to);
+        let mut here = *from;
+        let mut product = 1.0;
+        for _ in 0..MOST_PANES {
+            let offset_m = end_m - self.tracer.position_m(&here);
+            let distance_m = offset_m.length();
+            let direction = offset_m / distance_m;
+            let Meeting::Surface(hit) = self.tracer.first_hit(&here, direction) else {
+                return 0.0;
+            };
+            let Law::Glass(glass) = self.law(hit.triangle) else {
+                return 0.0;
+            };
+            if hit.distance_m > distance_m {
+                return 0.0;
+            }
+            product *= glass.shares(self.normal(hit.triangle, hit.side).dot(direction))[1];
+            here = self.leave(&hit, Way::Passed);
+            if !self.tracer.is_occluded(&here, to) {
+                return product;
+            }
+        }
+        0.0
     }
 }
+
+/// Panes that a connection passes at most: after so many of any real glass nothing is left.
+const MOST_PANES: usize = 1000;

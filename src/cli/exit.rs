@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use crate::analytic::AnalyticError;
 use crate::output::OutputError;
+use crate::radiosity::NotARoom;
 use crate::scene::SceneError;
 use crate::scene::photometry::PhotometricError;
 use crate::validation::CaseError;
@@ -59,6 +60,9 @@ pub enum Failure {
     /// A question that an exact solution has no answer for.
     #[error(transparent)]
     Analytic(#[from] AnalyticError),
+    /// A scene that radiosity cannot compute.
+    #[error(transparent)]
+    NotARoom(#[from] NotARoom),
     /// Options that do not go together, or not with the scene.
     #[error("{what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
     Usage {
@@ -87,6 +91,7 @@ impl Failure {
             | Failure::Case(_)
             | Failure::Photometric(_)
             | Failure::Analytic(_)
+            | Failure::NotARoom(_)
             | Failure::Usage { .. } => Exit::Refused,
             Failure::Output(_) | Failure::StandardOutput(_) => Exit::Unwritten,
         }

@@ -7,15 +7,19 @@ pub enum Method {
     Auto,
     /// Forward chains counted on elements, walks from receivers.
     Collision,
+    /// Finite elements with exact form factors, on closed rooms of rectangles.
+    Radiosity,
 }
 
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<Method, String> {
-    const THERE: &str = "this version has auto and collision; both give the element map and every receiver set";
+    const THERE: &str =
+        "this version has auto, collision (every scene) and radiosity (closed diffuse rooms of rectangles)";
     match text {
         "auto" => Ok(Method::Auto),
         "collision" => Ok(Method::Collision),
-        "local" | "gather" | "light-mesh" | "radiosity" => Err(format!("not in this version yet; {THERE}")),
+        "radiosity" => Ok(Method::Radiosity),
+        "local" | "gather" | "light-mesh" => Err(format!("not in this version yet; {THERE}")),
         _ => Err(format!("no such method; {THERE}")),
     }
 }

@@ -16,8 +16,10 @@ use crate::geometry::position_accuracy_m;
 use crate::output::{
     ReportContext, ResultDirectory, RunRecord, plots, report_file, result_files, summary_file, vtk_file,
 };
+use crate::radiosity::Radiosity;
 use crate::scene::{Elements, Scene, read_scene};
 use crate::solver::{Settings, Solution, StopReason, solve};
+use crate::validation::solve_by_radiosity;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -59,7 +61,7 @@ pub struct SolveArguments {
     /// commas between [default: all are computed; the target binds the receiver sets, if any]
     #[arg(long, value_name = "MAPS")]
     maps: Option<String>,
-    /// Method: auto or collision
+    /// Method: auto, collision (every scene), or radiosity (closed diffuse rooms of rectangles along the axes)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     method: Method,
     /// Plots: svg, png, both with a comma between, or none [default: svg]
@@ -76,6 +78,9 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     let scene = read_scene(&arguments.scene)?;
     let read_s = started.elapsed().as_secs_f64();
     let settings = settings(arguments, &scene)?;
+    if arguments.method == Method::Radiosity {
+        Radiosity::check(&scene)?;
+    }
     let pool = thread_pool(arguments.threads)?;
     let mut directory = ResultDirectory::open(&arguments.out)?;
 
@@ -88,7 +93,10 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     tell(&opening_line(arguments, &scene, &settings, pool.current_num_threads()));
 
     let watcher = Watcher::new(started, quiet);
-    let solution = pool.install(|| solve(&scene, &settings, &watcher));
+    let solution = pool.install(|| match arguments.method {
+        Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher),
+        Method::Auto | Method::Collision => Ok(solve(&scene, &settings, &watcher)),
+    })?;
     watcher.finish();
 
     let write_started = Instant::now();
@@ -161,6 +169,9 @@ fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
             command += &solution.target_error.map_or(String::new(), |target| format!(" --target-error {target}"));
         }
     }
+    if arguments.method != Method::Auto {
+        command += &format!(" --method {}", solution.method);
+    }
     if let Some(limit_s) = arguments.time_limit {
         command += &format!(" --time-limit {limit_s}s");
     }
@@ -178,6 +189,14 @@ fn quoted(name: &Path) -> String {
 }
 
 fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failure> {
+    if let (Method::Radiosity, Some(chains)) = (arguments.method, arguments.chains) {
+        return Err(Failure::Usage {
+            what: "radiosity traces no chains".to_owned(),
+            got: format!("--chains {chains} with --method radiosity"),
+            expected: "--target-error, --time-limit, or neither".to_owned(),
+            remedy: "leave out --chains, or use --method collision, which traces them".to_owned(),
+        });
+    }
     Ok(Settings {
         seed: arguments.seed,
         target_error: arguments.target_error,
@@ -226,6 +245,8 @@ fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
         (StopReason::Exact, _) => "exact: nothing is left to chance",
         (StopReason::Interrupted, _) => "interrupted",
         (_, Some(true)) => "target met",
+        (StopReason::FinestMesh, Some(false)) => "target not met by the finest mesh",
+        (StopReason::FinestMesh, None) => "finest mesh reached",
         (StopReason::TimeLimit, Some(false)) => "target not met: the time limit came first",
         (_, Some(false)) => "target not met: the chains are used up",
         (StopReason::TimeLimit, None) => "time limit reached",

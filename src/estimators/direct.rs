@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::chain::Stage;
 use crate::geometry::Origin;
-use crate::sampling::emitter::Emitter;
+use crate::sampling::emitter::{Emitter, Look};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::triangle::SeenTriangle;
@@ -47,9 +47,8 @@ impl DirectPass {
         let mut sum_lx = 0.0;
         let mut rays = 0;
         for emitter in stage.emitters.list() {
-            let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
-            if unshadowed_lx > 0.0 {
-                sum_lx += unshadowed_lx * visibility(stage, emitter, receiver, stream);
+            if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
+                sum_lx += look.unshadowed_lx * seen_share(stage, &look, receiver);
                 rays += 1;
             }
         }
@@ -77,9 +76,8 @@ impl DirectPass {
         for (emitter, importance) in stage.emitters.list().iter().zip(&self.importance) {
             while next < before + importance {
                 next += step;
-                let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
-                if unshadowed_lx > 0.0 {
-                    sum_lx += unshadowed_lx * (step / importance) * visibility(stage, emitter, receiver, stream);
+                if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
+                    sum_lx += look.unshadowed_lx * (step / importance) * seen_share(stage, &look, receiver);
                     rays += 1;
                 }
             }
@@ -105,18 +103,17 @@ impl DirectPass {
             let mut sum_lx = 0.0;
             let mut rays = 0;
             for emitter in stage.emitters.list() {
-                let looked = match emitter.as_point() {
+                let looked = match emitter.draw_point(stream) {
                     Some(position_m) => point_over_cell(
                         stage, emitter, position_m, &corners, cell.side, area_m2, &origin_at, &inner, stream,
                     ),
                     None => {
                         let [u, v] = uniform_triangle(stream.pair());
                         let point_m = corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
-                        let unshadowed_lx = emitter.unshadowed_lx(point_m, normal);
-                        (unshadowed_lx > 0.0).then(|| {
+                        emitter.look(point_m, normal, stream).map(|look| {
                             let origin = origin_at(inner([u, v]));
-                            let receiver = Receiver { point_m, normal, origin: &origin };
-                            unshadowed_lx * visibility(stage, emitter, &receiver, stream)
+                            look.unshadowed_lx
+                                * seen_share(stage, &look, &Receiver { point_m, normal, origin: &origin })
                         })
                     }
                 };
@@ -132,19 +129,43 @@ impl DirectPass {
     }
 }
 
-/// One unbiased sample of the direct illuminance at a point from a look at a single emitter, and the rays it took: for
-/// the vertices of walks.
-pub fn one_look(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    let variate = stream.fine_unit();
-    let Some((emitter, probability)) = stage.emitters.choose_for(receiver.point_m, receiver.normal, variate, cut)
-    else {
-        return (0.0, 0);
-    };
-    let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
-    if unshadowed_lx <= 0.0 {
-        return (0.0, 0);
+/// A look at one emitter from a vertex of a walk.
+pub struct Sight<'a> {
+    /// The emitter.
+    pub emitter: &'a Emitter,
+    /// Probability with which it was chosen.
+    pub probability: f64,
+    /// What it brings if nothing stands between, in lx.
+    pub unshadowed_lx: f64,
+    /// Share of that which arrives.
+    pub transmittance: f64,
+    /// Unit direction to the point looked at.
+    pub towards: DVec3,
+}
+
+impl Sight<'_> {
+    /// One unbiased sample of the direct illuminance in lx.
+    #[inline]
+    pub fn direct_lx(&self) -> f64 {
+        self.unshadowed_lx / self.probability * self.transmittance
     }
-    (unshadowed_lx / probability * visibility(stage, emitter, receiver, stream), 1)
+}
+
+/// A look at a single emitter, chosen about in proportion to what it brings: for the vertices of walks. `None` where
+/// the choice brings nothing; else it took one ray.
+#[inline]
+pub fn one_look<'a>(stage: &'a Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> Option<Sight<'a>> {
+    let variate = stream.fine_unit();
+    let (emitter, probability) = stage.emitters.choose_for(receiver.point_m, receiver.normal, variate, cut)?;
+    let look = emitter.look(receiver.point_m, receiver.normal, stream)?;
+    let mut sight =
+        Sight { emitter, probability, unshadowed_lx: look.unshadowed_lx, transmittance: 0.0, towards: receiver.normal };
+    if let Some(place) = look.place {
+        let origin = stage.origin(&place);
+        sight.transmittance = stage.transmittance(receiver.origin, &origin);
+        sight.towards = (stage.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);
+    }
+    Some(sight)
 }
 
 /// Mean illuminance that a point emitter gives an element: its intensity towards a point drawn by solid angle, times
@@ -172,15 +193,12 @@ fn point_over_cell(
     if intensity_cd <= 0.0 {
         return None;
     }
-    let source = stage.origin(&emitter.point_place()?);
-    let hidden = stage.tracer.is_occluded(&origin_at(inner(barycentric)), &source);
-    Some(if hidden { 0.0 } else { intensity_cd * seen.solid_angle_sr() / area_m2 })
+    let source = stage.origin(&emitter.place_of_point(position_m));
+    let seen_share = stage.transmittance(&origin_at(inner(barycentric)), &source);
+    Some(intensity_cd * seen.solid_angle_sr() / area_m2 * seen_share)
 }
 
-/// 1 or 0: whether the receiver sees the point of the emitter that is drawn for it.
-fn visibility(stage: &Stage, emitter: &Emitter, receiver: &Receiver, stream: &mut Stream) -> f64 {
-    let Some(place) = emitter.draw_towards(receiver.point_m, receiver.normal, stream) else {
-        return 0.0;
-    };
-    if stage.tracer.is_occluded(receiver.origin, &stage.origin(&place)) { 0.0 } else { 1.0 }
+/// Share of the light that gets to the receiver from the point that it looks at: 1 or 0, or what panes let pass.
+fn seen_share(stage: &Stage, look: &Look, receiver: &Receiver) -> f64 {
+    look.place.map_or(0.0, |place| stage.transmittance(receiver.origin, &stage.origin(&place)))
 }

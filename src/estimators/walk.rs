@@ -4,40 +4,187 @@
 //! E_indirect(x) = ∫ ρ(r′)/π · E(r′) cos θ dω: a direction drawn with density cos θ/π leaves exactly ρ(r′) E(r′) to
 //! score. The direct part of E(r′) is computed at r′; for the indirect part the walk goes on with probability ρ.
 //! No score ever holds a 1/r² of two surfaces, so corners are harmless.
+//!
+//! At every vertex that scatters, one look finds the luminaires in sight. What a look cannot find, the walk's own ray
+//! does: luminaires that it meets by way of a mirror, and, for the lobe of a glossy surface, those that it meets
+//! straight on; there the two are combined by their densities (Veach and Guibas, 1995, "Optimally combining sampling
+//! techniques for Monte Carlo rendering"), so that every path counts once.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
 
 use crate::chain::Stage;
 use crate::estimators::direct::{Receiver, one_look};
-use crate::geometry::Meeting;
+use crate::estimators::images::look_into_mirrors;
+use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection;
+use crate::sampling::reflection::{Law, Pair, Phong, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
+
+/// How a walk left the last vertex at which it looked for luminaires.
+enum Departure {
+    /// Looks have found all luminaires that the ray can meet.
+    Seen,
+    /// Along a lobe: looks have found them too, and both are weighed.
+    Lobe(LobeRay),
+    /// A mirror on the way: no look has found them.
+    Mirrored,
+}
+
+/// A ray drawn from a lobe, and where from.
+struct LobeRay {
+    lobe_per_sr: f64,
+    point_m: DVec3,
+    normal: DVec3,
+}
 
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
 pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let mut origin = *receiver.origin;
     let mut direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let mut illuminance_lx = 0.0;
-    let mut rays = 0;
+    let (mut illuminance_lx, mut rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let mut departure = Departure::Seen;
     loop {
         rays += 1;
-        let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) else {
+        let hit = match stage.tracer.first_hit(&origin, direction) {
+            Meeting::Surface(hit) => hit,
+            Meeting::Ball(luminaire) => {
+                let met = stage.emitters.of_ball(luminaire);
+                return (illuminance_lx + met_lm_m2(stage, &departure, met.into_iter(), cut), rays);
+            }
+            Meeting::Nothing => return (illuminance_lx, rays),
+        };
+        if !matches!(departure, Departure::Seen) {
+            let met = stage.emitters.on_surface(hit.triangle, hit.side);
+            illuminance_lx += met_lm_m2(stage, &departure, met, cut);
+        }
+        let law = stage.law(hit.triangle);
+        if law.is_black() || !stage.receives(hit.triangle, hit.side) {
+            return (illuminance_lx, rays);
+        }
+        let normal = stage.normal(hit.triangle, hit.side);
+        origin = stage.leave(&hit, Way::Spread);
+        let vertex = Vertex { stage, hit: &hit, direction, normal, origin: &origin };
+        let (direct_lm_m2, direct_rays) = match law {
+            Law::Diffuse(law) => vertex.spread_lm_m2(law.reflectance, cut, stream),
+            Law::Phong(law) => vertex.phong_lm_m2(law, cut, stream),
+            Law::Translucent(law) => vertex.translucent_lm_m2(law, cut, stream),
+            Law::Mirror(_) | Law::Glass(_) => (0.0, 0),
+        };
+        illuminance_lx += direct_lm_m2;
+        rays += direct_rays;
+        let Some(scattered) = law.sample(direction, normal, stream) else {
             return (illuminance_lx, rays);
         };
-        let law = stage.law(hit.triangle);
-        let reflectance = reflection::total(law);
-        if reflectance == 0.0 || !stage.receives(hit.triangle, hit.side) {
-            return (illuminance_lx, rays);
+        if scattered.way.leads_through() {
+            origin = stage.leave(&hit, scattered.way);
         }
-        origin = stage.tracer.surface_origin(hit.triangle, hit.barycentric, hit.side);
-        let normal = stage.normal(hit.triangle, hit.side);
-        let here = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
-        let (direct_lx, direct_rays) = one_look(stage, &here, cut, stream);
-        illuminance_lx += reflectance * direct_lx;
-        rays += direct_rays;
-        match reflection::sample(law, normal, stream) {
-            Some(scattered) => direction = scattered,
-            None => return (illuminance_lx, rays),
-        }
+        departure = match (scattered.way, law) {
+            (Way::Lobe, Law::Phong(law)) => Departure::Lobe(LobeRay {
+                lobe_per_sr: law.lobe_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
+                point_m: stage.tracer.position_m(&origin),
+                normal,
+            }),
+            (Way::Mirrored, _) => Departure::Mirrored,
+            (Way::Passed, _) => departure,
+            _ => Departure::Seen,
+        };
+        direction = scattered.direction;
     }
+}
+
+/// What the emitters that a ray meets add, in lm/m²: their exitance, times the share that is the ray's to count.
+///
+/// For a lobe f and an emitter of luminance L that brings E and is chosen with probability p, a look draws the
+/// direction with density p L cos θ/E and the ray with density f cos θ: the ray's share is z/(1 + z), z = f E/(p L).
+fn met_lm_m2(stage: &Stage, departure: &Departure, met: impl Iterator<Item = u32>, cut: &mut Cut) -> f64 {
+    let mut sum_lm_m2 = 0.0;
+    for index in met {
+        let emitter = &stage.emitters.list()[index as usize];
+        let exitance_lm_m2 = emitter.exitance_lm_m2().unwrap_or(0.0);
+        let share = match departure {
+            Departure::Seen => 0.0,
+            Departure::Mirrored => 1.0,
+            Departure::Lobe(ray) => {
+                let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
+                let probability = stage.emitters.probability_for(index, ray.point_m, ray.normal, cut);
+                let looked = probability * exitance_lm_m2 / PI;
+                let rayed = ray.lobe_per_sr * unshadowed_lx;
+                if looked > 0.0 && unshadowed_lx > 0.0 { rayed / (rayed + looked) } else { 1.0 }
+            }
+        };
+        sum_lm_m2 += share * exitance_lm_m2;
+    }
+    sum_lm_m2
+}
+
+/// A place where a walk met a surface that scatters.
+struct Vertex<'a> {
+    stage: &'a Stage,
+    hit: &'a SurfaceHit,
+    /// Direction of the walk's ray.
+    direction: DVec3,
+    normal: DVec3,
+    /// On the side that the walk came from.
+    origin: &'a Origin,
+}
+
+impl Vertex<'_> {
+    fn receiver(&self) -> Receiver<'_> {
+        Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
+    }
+
+    /// Direct light of which a share leaves in all directions.
+    #[inline]
+    fn spread_lm_m2(&self, share: f64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+        let sight = one_look(self.stage, &self.receiver(), cut, stream);
+        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (share * sight.direct_lx(), 1));
+        let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| share, cut, stream);
+        (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
+    }
+
+    /// The same from either side of a translucent sheet, chosen by its share.
+    fn translucent_lm_m2(&self, law: &Translucent, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+        if stream.unit() * law.total() < law.reflectance {
+            return self.spread_lm_m2(law.total(), cut, stream);
+        }
+        let behind = self.stage.leave(self.hit, Way::SpreadThrough);
+        Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(law.total(), cut, stream)
+    }
+
+    /// Direct light that a glossy surface sends back along the walk, π times its luminance.
+    fn phong_lm_m2(&self, law: &Phong, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+        let receiver = self.receiver();
+        let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
+        let (mirrored_lm_m2, rays) =
+            in_mirrors_lx(self.stage, &receiver, |towards| PI * law.eval_per_sr(&pair(towards)), cut, stream);
+        let Some(sight) = one_look(self.stage, &receiver, cut, stream) else {
+            return (mirrored_lm_m2, rays);
+        };
+        let pair = pair(sight.towards);
+        let brought_lx = sight.unshadowed_lx / sight.probability;
+        let lobe = law.lobe_per_sr(&pair) * brought_lx;
+        // The share of the look, 1/(1 + z), beside that of the ray in `met_lm_m2`.
+        let lobe = match sight.emitter.exitance_lm_m2() {
+            Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
+            None => lobe,
+        };
+        let looked_lm_m2 = PI * (law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
+        (mirrored_lm_m2 + looked_lm_m2, rays + 1)
+    }
+}
+
+/// What a place receives from images in mirrors, if there can be any: see [`look_into_mirrors`].
+#[inline]
+fn in_mirrors_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    response: impl Fn(DVec3) -> f64,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let mirrors = stage.mirrors.as_ref();
+    mirrors.map_or((0.0, 0), |mirrors| look_into_mirrors(stage, mirrors, receiver, response, cut, stream))
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::sheet::{Field, Sheet};
 use super::{OutputError, ResultFile};
 use crate::maps::{MapKind, MapResult, TableRow};
-use crate::scene::{Elements, Emission, ReflectionLaw, Scene, Side};
+use crate::scene::{Elements, Emission, Scene, Side};
 use crate::solver::{ConvergenceRow, Solution};
 
 const ELEMENT_COLUMNS: &[&str] = &[
@@ -128,14 +128,6 @@ fn element_file(scene: &Scene, map: &MapResult) -> Result<ResultFile, OutputErro
     Ok(sheet.finish())
 }
 
-/// Reflectance whose share of the light leaves in every direction alike.
-fn diffuse_reflectance(scene: &Scene, surface: u32) -> f64 {
-    let material = scene.surfaces[surface as usize].material;
-    match scene.materials[material as usize].law {
-        ReflectionLaw::Diffuse { reflectance } => reflectance,
-    }
-}
-
 /// What area luminaires emit from either side of every surface, in lm/m².
 pub(super) struct OwnEmission {
     front_lm_m2: Vec<f64>,
@@ -163,7 +155,10 @@ impl OwnEmission {
         let cell = elements.cell(index);
         let surface = scene.triangle_surfaces[cell.triangle as usize];
         let own_lm_m2 = self.exitance_lm_m2(surface, cell.side);
-        diffuse_reflectance(scene, surface) * map.values.illuminance_lx[index as usize] + own_lm_m2
+        let law = scene.materials[scene.surfaces[surface as usize].material as usize].law;
+        let behind_lx = elements.opposite(index).map_or(0.0, |other| map.values.illuminance_lx[other as usize]);
+        let here_lx = map.values.illuminance_lx[index as usize];
+        law.diffuse_reflectance() * here_lx + law.diffuse_transmittance() * behind_lx + own_lm_m2
     }
 
     fn exitance_lm_m2(&self, surface: u32, side: Side) -> f64 {

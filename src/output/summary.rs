@@ -77,6 +77,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "position_accuracy_m": record.position_accuracy_m,
         "luminous_flux_lm": scene.luminous_flux_lm(),
         "luminaires": scene.luminaires.iter().map(luminaire_entry).collect::<Vec<Value>>(),
+        "paths_not_found": solution.paths_not_found,
         "warnings": warnings,
         "files": record.files,
         "versions": versions(),

@@ -4,6 +4,7 @@
 //! the point of it that a receiver sees in proportion to what it brings there, `unshadowed_lx` is the exact value of
 //! what it brings where nothing stands between, and `luminous_flux_lm` its total.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -11,6 +12,7 @@ use glam::DVec3;
 
 use super::emitter_tree::{Cut, EmitterTree};
 use super::importance::{Beacon, Profile};
+use super::opening::Aperture;
 use super::random::Stream;
 use super::triangle::SeenTriangle;
 use super::warp::{cosine_hemisphere, uniform_cone, uniform_sphere, uniform_triangle};
@@ -60,9 +62,32 @@ pub struct Emitter {
 enum Shape {
     Isotropic { position_m: DVec3, intensity_cd: f64 },
     Lambertian { position_m: DVec3, axis: DVec3, intensity_cd: f64 },
-    Web { position_m: DVec3, frame: [DVec3; 3], web: Arc<IntensityWeb>, sampler: Arc<WebSampler>, scale: f64 },
+    Web(WebEmitter),
     Triangle(TriangleEmitter),
     Ball { center_m: DVec3, radius_m: f64, exitance_lm_m2: f64 },
+}
+
+#[derive(Clone, Debug)]
+struct WebEmitter {
+    position_m: DVec3,
+    frame: [DVec3; 3],
+    web: Arc<IntensityWeb>,
+    sampler: Arc<WebSampler>,
+    profile: Profile,
+    scale: f64,
+    /// The luminous opening, where it has an extent.
+    aperture: Option<Arc<Aperture>>,
+}
+
+impl WebEmitter {
+    fn intensity_cd(&self, direction: DVec3) -> f64 {
+        self.scale * self.web.intensity_towards_cd(&self.frame, direction)
+    }
+
+    #[inline]
+    fn draw_point(&self, stream: &mut Stream) -> DVec3 {
+        self.aperture.as_ref().map_or(self.position_m, |aperture| aperture.draw(stream))
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -87,10 +112,21 @@ pub struct Emitted {
     pub direction: DVec3,
 }
 
+/// What a receiver sees of an emitter in one look.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// Illuminance in lx if nothing stands between.
+    pub unshadowed_lx: f64,
+    /// The point looked at; `None` where numbers cannot tell one, so little of the emitter is above the horizon.
+    pub place: Option<Place>,
+}
+
 /// All emitters of a scene that give light.
 #[derive(Clone, Debug)]
 pub struct Emitters {
     list: Vec<Emitter>,
+    /// Emitting sides of triangles with their emitters, in order.
+    on_surfaces: Vec<((u32, Side), u32)>,
     /// Flux of all emitters up to and including each, in lm.
     cumulative_flux_lm: Vec<f64>,
     tree: Option<EmitterTree>,
@@ -100,6 +136,8 @@ impl Emitters {
     /// Lists the emitters of a scene; luminaires without flux have none.
     pub fn of(scene: &Scene) -> Emitters {
         let mut list = Vec::new();
+        // Luminaires of one array share their distribution and what is made of it.
+        let mut webs: HashMap<*const IntensityWeb, (Arc<WebSampler>, Profile)> = HashMap::new();
         for (luminaire, source) in scene.luminaires.iter().enumerate() {
             let luminaire = luminaire as u32;
             let mut push = |luminous_flux_lm: f64, shape: Shape| {
@@ -117,16 +155,16 @@ impl Emitters {
                     source.luminous_flux_lm,
                     Shape::Lambertian { position_m: *position_m, axis: *axis, intensity_cd: *intensity_cd },
                 ),
-                Emission::Photometric { position_m, frame, web, scale } => push(
-                    source.luminous_flux_lm,
-                    Shape::Web {
-                        position_m: *position_m,
-                        frame: *frame,
-                        web: web.clone(),
-                        sampler: Arc::new(WebSampler::new(web)),
-                        scale: *scale,
-                    },
-                ),
+                Emission::Photometric { position_m, frame, web, opening, scale } => {
+                    let (sampler, profile) = webs
+                        .entry(Arc::as_ptr(web))
+                        .or_insert_with(|| (Arc::new(WebSampler::new(web)), Profile::of(web)))
+                        .clone();
+                    let (web, aperture) = (web.clone(), Aperture::new(opening, *position_m, frame).map(Arc::new));
+                    let (position_m, frame, scale) = (*position_m, *frame, *scale);
+                    let emitter = WebEmitter { position_m, frame, web, sampler, profile, scale, aperture };
+                    push(source.luminous_flux_lm, Shape::Web(emitter));
+                }
                 Emission::Sphere { center_m, radius_m, exitance_lm_m2 } => push(
                     source.luminous_flux_lm,
                     Shape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
@@ -153,7 +191,42 @@ impl Emitters {
             .collect();
         let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
         let tree = EmitterTree::of(&beacons);
-        Emitters { list, cumulative_flux_lm, tree }
+        let mut on_surfaces: Vec<((u32, Side), u32)> = list
+            .iter()
+            .enumerate()
+            .filter_map(|(index, emitter)| match &emitter.shape {
+                Shape::Triangle(triangle) => Some(((triangle.triangle, triangle.side), index as u32)),
+                _ => None,
+            })
+            .collect();
+        on_surfaces.sort_unstable();
+        Emitters { list, on_surfaces, cumulative_flux_lm, tree }
+    }
+
+    /// The point-like emitters by themselves, if there are any.
+    pub fn points(&self) -> Option<PointEmitters> {
+        let list: Vec<Emitter> = self.list.iter().filter(|emitter| emitter.is_point()).cloned().collect();
+        let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
+        let tree = EmitterTree::of(&beacons)?;
+        Some(PointEmitters { list, tree })
+    }
+
+    /// Numbers of the emitters on a side of a triangle.
+    pub fn on_surface(&self, triangle: u32, side: Side) -> impl Iterator<Item = u32> + '_ {
+        let first = self.on_surfaces.partition_point(|(place, _)| *place < (triangle, side));
+        let here = self.on_surfaces[first..].iter().take_while(move |(place, _)| *place == (triangle, side));
+        here.map(|(_, emitter)| *emitter)
+    }
+
+    /// Number of the emitter that is a luminaire's ball.
+    pub fn of_ball(&self, luminaire: u32) -> Option<u32> {
+        let first = self.list.partition_point(|emitter| emitter.luminaire < luminaire);
+        self.list.get(first).filter(|emitter| emitter.luminaire == luminaire).map(|_| first as u32)
+    }
+
+    /// Probability with which [`Emitters::choose_for`] chooses an emitter.
+    pub fn probability_for(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
+        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, cut))
     }
 
     /// The emitters.
@@ -181,6 +254,42 @@ impl Emitters {
     }
 }
 
+/// The emitters that are points.
+#[derive(Clone, Debug)]
+pub struct PointEmitters {
+    list: Vec<Emitter>,
+    tree: EmitterTree,
+}
+
+/// A point of a point-like emitter.
+#[derive(Clone, Copy, Debug)]
+pub struct PointLook<'a> {
+    /// The emitter.
+    pub emitter: &'a Emitter,
+    /// The point in m.
+    pub position_m: DVec3,
+    /// The same for the geometry.
+    pub place: Place,
+}
+
+impl PointEmitters {
+    /// Chooses a point-like emitter as [`Emitters::choose_for`] does, and a point of it; returns both with the
+    /// probability of the choice.
+    pub fn choose(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        variate: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> Option<(PointLook<'_>, f64)> {
+        let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
+        let emitter = &self.list[index as usize];
+        let position_m = emitter.draw_point(stream)?;
+        Some((PointLook { emitter, position_m, place: emitter.place_of_point(position_m) }, probability))
+    }
+}
+
 impl Shape {
     fn beacon(&self) -> Beacon {
         let point = |position_m: &DVec3, axis: DVec3, intensity_cd: f64, profile: Profile| Beacon {
@@ -197,7 +306,13 @@ impl Shape {
             Shape::Lambertian { position_m, axis, intensity_cd } => {
                 point(position_m, *axis, *intensity_cd, Profile::Cosine)
             }
-            Shape::Web { position_m, frame, web, scale, .. } => point(position_m, frame[2], *scale, Profile::of(web)),
+            Shape::Web(web) => Beacon {
+                center_m: web.position_m,
+                radius_m: web.aperture.as_ref().map_or(0.0, |aperture| aperture.radius_m()),
+                axis: web.frame[2],
+                intensity_cd: web.scale,
+                profile: web.profile.clone(),
+            },
             Shape::Triangle(triangle) => Beacon {
                 center_m: triangle.centroid_m,
                 radius_m: triangle.radius_m,
@@ -248,13 +363,28 @@ fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
 }
 
 impl Emitter {
-    /// The emitter's point in m, if it is one, and its intensity in cd towards a direction given by an offset.
-    pub fn as_point(&self) -> Option<DVec3> {
+    /// Whether it is a point, or emits from points that no ray meets.
+    pub fn is_point(&self) -> bool {
+        !matches!(self.shape, Shape::Triangle(_) | Shape::Ball { .. })
+    }
+
+    /// A point of a point-like emitter in m, its only one or one of its opening; `None` for the others.
+    #[inline]
+    pub fn draw_point(&self, stream: &mut Stream) -> Option<DVec3> {
         match &self.shape {
-            Shape::Isotropic { position_m, .. }
-            | Shape::Lambertian { position_m, .. }
-            | Shape::Web { position_m, .. } => Some(*position_m),
+            Shape::Isotropic { position_m, .. } | Shape::Lambertian { position_m, .. } => Some(*position_m),
+            Shape::Web(web) => Some(web.draw_point(stream)),
             Shape::Triangle(_) | Shape::Ball { .. } => None,
+        }
+    }
+
+    /// A point of a point-like emitter for the geometry; a directed one belongs to the side it aims at.
+    #[inline]
+    pub fn place_of_point(&self, point_m: DVec3) -> Place {
+        match &self.shape {
+            Shape::Lambertian { axis, .. } => Place::Sided(point_m, *axis),
+            Shape::Web(web) => Place::Sided(point_m, web.frame[2]),
+            _ => Place::Free(point_m),
         }
     }
 
@@ -263,18 +393,8 @@ impl Emitter {
         match &self.shape {
             Shape::Isotropic { intensity_cd, .. } => *intensity_cd,
             Shape::Lambertian { axis, intensity_cd, .. } => intensity_cd * axis.dot(direction).max(0.0),
-            Shape::Web { frame, web, scale, .. } => scale * web.intensity_towards_cd(frame, direction),
+            Shape::Web(web) => web.intensity_cd(direction),
             Shape::Triangle(_) | Shape::Ball { .. } => 0.0,
-        }
-    }
-
-    /// Place of a point emitter for the geometry; a directed one belongs to the side it aims at.
-    pub fn point_place(&self) -> Option<Place> {
-        match &self.shape {
-            Shape::Isotropic { position_m, .. } => Some(Place::Free(*position_m)),
-            Shape::Lambertian { position_m, axis, .. } => Some(Place::Sided(*position_m, *axis)),
-            Shape::Web { position_m, frame, .. } => Some(Place::Sided(*position_m, frame[2])),
-            Shape::Triangle(_) | Shape::Ball { .. } => None,
         }
     }
 
@@ -287,10 +407,11 @@ impl Emitter {
             Shape::Lambertian { position_m, axis, .. } => {
                 Emitted { place: Place::Sided(*position_m, *axis), direction: cosine_hemisphere(*axis, stream.pair()) }
             }
-            Shape::Web { position_m, frame, sampler, .. } => {
-                let local = sampler.sample(stream.pair());
-                let direction = frame[0] * local.x + frame[1] * local.y + frame[2] * local.z;
-                Emitted { place: Place::Sided(*position_m, frame[2]), direction }
+            Shape::Web(web) => {
+                let local = web.sampler.sample(stream.pair());
+                let [c0, c90, axis] = web.frame;
+                let direction = c0 * local.x + c90 * local.y + axis * local.z;
+                Emitted { place: Place::Sided(web.draw_point(stream), axis), direction }
             }
             Shape::Triangle(triangle) => Emitted {
                 place: triangle.place(uniform_triangle(stream.pair())),
@@ -304,13 +425,14 @@ impl Emitter {
         }
     }
 
-    /// Illuminance in lx at a point with a unit normal, as if nothing stood between: exact.
+    /// Illuminance in lx at a point with a unit normal, as if nothing stood between: exact, but for an opening with an
+    /// extent, which counts as its centre (its looks know better).
     pub fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
         match &self.shape {
             Shape::Isotropic { position_m, intensity_cd } => {
                 intensity_cd * cosine_per_square(*position_m - point_m, normal)
             }
-            Shape::Lambertian { position_m, .. } | Shape::Web { position_m, .. } => {
+            Shape::Lambertian { position_m, .. } | Shape::Web(WebEmitter { position_m, .. }) => {
                 let geometry = cosine_per_square(*position_m - point_m, normal);
                 if geometry == 0.0 {
                     return 0.0;
@@ -335,10 +457,23 @@ impl Emitter {
         self.beacon.importance(point_m, normal)
     }
 
-    /// Draws the point of the emitter that a receiver looks at, in proportion to what it brings there unshadowed:
-    /// the estimate of the illuminance is then [`Emitter::unshadowed_lx`] times visibility.
-    pub fn draw_towards(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Place> {
-        match &self.shape {
+    /// One look at the emitter from a point with a unit normal; `None` where it brings nothing.
+    ///
+    /// The point looked at is drawn in proportion to what it brings there unshadowed: the estimate of the illuminance
+    /// is what the look says times visibility.
+    pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+        if let Shape::Web(web) = &self.shape
+            && let Some(aperture) = &web.aperture
+        {
+            let towards = |direction: DVec3| web.intensity_cd(direction);
+            let (unshadowed_lx, at_m) = aperture.look(point_m, normal, towards, stream)?;
+            return Some(Look { unshadowed_lx, place: Some(self.place_of_point(at_m)) });
+        }
+        let unshadowed_lx = self.unshadowed_lx(point_m, normal);
+        if unshadowed_lx <= 0.0 {
+            return None;
+        }
+        let place = match &self.shape {
             Shape::Triangle(triangle) => {
                 let seen = SeenTriangle::new(triangle.seen_from(point_m));
                 seen.draw_projected(normal, stream).map(|(_, barycentric)| triangle.place(barycentric))
@@ -346,7 +481,19 @@ impl Emitter {
             Shape::Ball { center_m, radius_m, .. } => {
                 draw_ball(self.luminaire, *center_m, *radius_m, point_m, normal, stream)
             }
-            _ => self.point_place(),
+            Shape::Isotropic { position_m, .. }
+            | Shape::Lambertian { position_m, .. }
+            | Shape::Web(WebEmitter { position_m, .. }) => Some(self.place_of_point(*position_m)),
+        };
+        Some(Look { unshadowed_lx, place })
+    }
+
+    /// Exitance in lm/m² of an emitter that rays can meet; `None` for points.
+    pub fn exitance_lm_m2(&self) -> Option<f64> {
+        match &self.shape {
+            Shape::Triangle(triangle) => Some(triangle.exitance_lm_m2),
+            Shape::Ball { exitance_lm_m2, .. } => Some(*exitance_lm_m2),
+            _ => None,
         }
     }
 }

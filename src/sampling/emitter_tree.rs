@@ -4,6 +4,8 @@
 //! stand near, whose bound says little, are opened; far ones stand as one. A group is chosen in proportion to what it
 //! may bring, and within it the way goes down to either child in the same proportion.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::importance::{Beacon, Profile};
@@ -13,6 +15,8 @@ use super::importance::{Beacon, Profile};
 struct Node {
     beacon: Beacon,
     content: Content,
+    /// Its leaves, as places in the order of the leaves.
+    leaves: Range<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -38,24 +42,29 @@ struct Group {
 #[derive(Clone, Debug)]
 pub(super) struct EmitterTree {
     nodes: Vec<Node>,
+    /// Place of every emitter in the order of the leaves.
+    place_of: Vec<u32>,
 }
 
 impl EmitterTree {
     /// Builds the tree over beacons; `None` over none.
     pub fn of(beacons: &[&Beacon]) -> Option<EmitterTree> {
         let mut order: Vec<u32> = (0..beacons.len() as u32).collect();
-        let mut tree = EmitterTree { nodes: Vec::with_capacity(2 * beacons.len()) };
+        let mut tree = EmitterTree { nodes: Vec::with_capacity(2 * beacons.len()), place_of: vec![0; beacons.len()] };
         (!order.is_empty()).then(|| {
-            tree.build(beacons, &mut order);
+            tree.build(beacons, &mut order, 0);
             tree
         })
     }
 
-    /// Adds the subtree over `order` and returns its root's number; children come before their parent.
-    fn build(&mut self, beacons: &[&Beacon], order: &mut [u32]) -> u32 {
+    /// Adds the subtree over `order`, whose leaves start at a place, and returns its root's number; children come
+    /// before their parent.
+    fn build(&mut self, beacons: &[&Beacon], order: &mut [u32], place: u32) -> u32 {
+        let leaves = place..place + order.len() as u32;
         if let [only] = order {
             let beacon = beacons[*only as usize].clone();
-            self.nodes.push(Node { beacon, content: Content::Emitter(*only) });
+            self.place_of[*only as usize] = place;
+            self.nodes.push(Node { beacon, content: Content::Emitter(*only), leaves });
             return self.nodes.len() as u32 - 1;
         }
         let centers = order.iter().map(|index| beacons[*index as usize].center_m);
@@ -65,9 +74,10 @@ impl EmitterTree {
         let at = |index: &u32| beacons[*index as usize].center_m[axis];
         order.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.cmp(b)));
         let (first, second) = order.split_at_mut(order.len() / 2);
-        let (left, right) = (self.build(beacons, first), self.build(beacons, second));
+        let middle = place + first.len() as u32;
+        let (left, right) = (self.build(beacons, first, place), self.build(beacons, second, middle));
         let beacon = joined(&self.nodes[left as usize].beacon, &self.nodes[right as usize].beacon);
-        self.nodes.push(Node { beacon, content: Content::Children(left, right) });
+        self.nodes.push(Node { beacon, content: Content::Children(left, right), leaves });
         self.nodes.len() as u32 - 1
     }
 
@@ -87,6 +97,37 @@ impl EmitterTree {
         }
         let rest = ((aim - before) / importance).clamp(0.0, 1.0);
         self.descend(cut.groups[chosen].node, point_m, normal, rest, importance / total)
+    }
+
+    /// Probability with which [`EmitterTree::choose`] chooses an emitter for a point with a unit normal.
+    pub fn probability(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
+        let place = self.place_of[emitter as usize];
+        let total = self.open_near_groups(point_m, normal, cut);
+        let mut before = 0.0;
+        for group in &cut.groups {
+            let mut node = &self.nodes[group.node as usize];
+            if !node.leaves.contains(&place) {
+                before = group.cumulative;
+                continue;
+            }
+            let mut probability = (group.cumulative - before) / total;
+            while let Content::Children(left, right) = node.content {
+                let (left, right) = (&self.nodes[left as usize], &self.nodes[right as usize]);
+                let left_importance = left.beacon.importance(point_m, normal);
+                let sum = left_importance + right.beacon.importance(point_m, normal);
+                if sum <= 0.0 {
+                    return 0.0;
+                }
+                let share = left_importance / sum;
+                (node, probability) = if left.leaves.contains(&place) {
+                    (left, probability * share)
+                } else {
+                    (right, probability * (1.0 - share))
+                };
+            }
+            return probability;
+        }
+        0.0
     }
 
     /// Lists the groups that stand far enough to be judged as one, with their running sum of importance.
@@ -207,6 +248,8 @@ mod tests {
                 // The variates are equidistant: a share is met within a few of them.
                 let share = f64::from(counts[emitter]) / f64::from(N);
                 assert!((share - told[emitter]).abs() < 8.0 / f64::from(N), "{emitter}: {share} {}", told[emitter]);
+                let asked = tree.probability(emitter as u32, point, normal, &mut cut);
+                assert!(told[emitter] == 0.0 || (asked / told[emitter] - 1.0).abs() < 1e-12, "{emitter}: {asked}");
                 let brings = beacon.importance(point, normal) > 0.0;
                 let expected = brings && beacon.importance(point, normal) > 1e-4 * total;
                 assert!(!expected || told[emitter] > 0.0, "emitter {emitter} is never chosen");

@@ -1,8 +1,10 @@
 //! Random streams, warps, and for every luminaire and material the four faces sample, pdf, eval and total.
 
+pub mod beam;
 pub mod emitter;
 pub mod emitter_tree;
 mod importance;
+pub mod opening;
 pub mod random;
 pub mod reflection;
 pub mod triangle;

@@ -17,6 +17,15 @@ pub enum Side {
 }
 
 impl Side {
+    /// The other one.
+    #[inline]
+    pub fn other(self) -> Side {
+        match self {
+            Side::Front => Side::Back,
+            Side::Back => Side::Front,
+        }
+    }
+
     /// Name as tables write it.
     pub fn name(self) -> &'static str {
         match self {
@@ -94,6 +103,16 @@ impl Elements {
             triangle: triangle as u32,
             part: local % parts,
             side: if local < parts { Side::Front } else { Side::Back },
+        }
+    }
+
+    /// The same part of the triangle on its other side; `None` where that is not reported.
+    pub fn opposite(&self, cell: u32) -> Option<u32> {
+        let Cell { triangle, side, .. } = self.cell(cell);
+        let parts = self.divisions[triangle as usize] * self.divisions[triangle as usize];
+        match side {
+            Side::Front => self.two_sided[triangle as usize].then_some(cell + parts),
+            Side::Back => Some(cell - parts),
         }
     }
 

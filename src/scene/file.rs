@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::advice::advise;
 use super::error::SceneError;
-use super::model::{Emission, ReflectionLaw, Scene};
+use super::model::{Emission, Scene};
 use super::names::listed;
 use super::reader::{Node, Source};
 use super::shells::{self, Shell, bounds_m, closed_shells_of_geometries, shells_of_scene};
@@ -109,9 +109,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
 
 /// Whether light that a luminaire sends out can be lost nowhere.
 fn never_absorbs(scene: &Scene) -> bool {
-    let is_white = |surface: &super::model::Surface| match scene.materials[surface.material as usize].law {
-        ReflectionLaw::Diffuse { reflectance } => reflectance == 1.0,
-    };
+    let is_white = |surface: &super::model::Surface| scene.materials[surface.material as usize].law.absorbs_nothing();
     let has_black_ball = scene.luminaires.iter().any(|luminaire| matches!(luminaire.emission, Emission::Sphere { .. }));
     if has_black_ball || !scene.surfaces.iter().all(is_white) {
         return false;

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::base::pane::pane_shares;
+
 use super::elements::{Elements, Side};
 use super::model::{Emission, Luminaire, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
 use super::shells::{bounds_m, is_shut_in, shells_of_scene};
@@ -73,8 +75,10 @@ pub struct InspectedSurface {
     pub geometry: String,
     /// Material.
     pub material: String,
-    /// Total reflectance of the material, 0 to 1.
+    /// Total reflectance of the material, 0 to 1; of glass that at normal incidence.
     pub reflectance: f64,
+    /// Total transmittance of the material, 0 to 1; of glass that at normal incidence.
+    pub transmittance: f64,
     /// Area of one side in m².
     pub area_m2: f64,
     /// Number of triangles.
@@ -107,6 +111,8 @@ pub struct InspectedLuminaire {
     pub power_w: Option<f64>,
     /// Intensity on the axis in cd, of points.
     pub intensity_cd: Option<f64>,
+    /// Extents of the luminous opening along C0, C90 and the axis in m, where the photometric file gives it some.
+    pub opening_m: Option<[f64; 3]>,
     /// Exitance in lm/m², of surfaces and spheres.
     pub exitance_lm_m2: Option<f64>,
     /// Surfaces that emit.
@@ -211,13 +217,24 @@ fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> Inspect
     let material = &scene.materials[surface.material as usize];
     let sides = if surface.two_sided { vec![Side::Front, Side::Back] } else { vec![Side::Front] };
     let cells = elements.cells_of_surface(scene, id);
+    let [reflectance, transmittance] = match material.law {
+        ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => [reflectance, 0.0],
+        ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+            [diffuse_reflectance + specular_reflectance, 0.0]
+        }
+        ReflectionLaw::Glass { refractive_index, internal_transmittance } => {
+            pane_shares(refractive_index, internal_transmittance, 1.0)
+        }
+        ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
+            [diffuse_reflectance, diffuse_transmittance]
+        }
+    };
     InspectedSurface {
         name: surface.name.clone(),
         geometry: surface.geometry.clone(),
         material: material.name.clone(),
-        reflectance: match material.law {
-            ReflectionLaw::Diffuse { reflectance } => reflectance,
-        },
+        reflectance,
+        transmittance,
         area_m2: surface.triangles.clone().map(|triangle| scene.triangle_area_m2(triangle)).sum(),
         triangles: surface.triangles.len(),
         elements: u64::from(cells.end - cells.start) / sides.len() as u64,
@@ -236,6 +253,7 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
         maintenance_factor: luminaire.maintenance_factor,
         power_w: luminaire.power_w,
         intensity_cd: None,
+        opening_m: None,
         exitance_lm_m2: None,
         surfaces: Vec::new(),
     };
@@ -251,8 +269,9 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
             inspected.aim = Some(axis.to_array());
             inspected.intensity_cd = Some(*intensity_cd);
         }
-        Emission::Photometric { position_m, frame, .. } => {
+        Emission::Photometric { position_m, frame, opening, .. } => {
             inspected.kind = "photometric";
+            inspected.opening_m = Some(opening.extents_m()).filter(|extents| extents.iter().any(|m| *m > 0.0));
             inspected.position_m = position_m.to_array();
             inspected.aim = Some(frame[2].to_array());
         }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::arrays;
 use super::error::SceneError;
 use super::model::{Emission, Luminaire};
 use super::photometry::read_photometric_file;
@@ -30,10 +31,40 @@ pub(super) const KEYS: [&[&str]; 4] = [
         "luminous_flux_lm",
         "dimming",
         "maintenance_factor",
+        "columns",
+        "rows",
+        "u",
+        "v",
     ],
-    &["name", "type", "center", "radius", "exitance_lm_m2", "luminous_flux_lm", "dimming", "maintenance_factor"],
+    &[
+        "name",
+        "type",
+        "center",
+        "radius",
+        "exitance_lm_m2",
+        "luminous_flux_lm",
+        "dimming",
+        "maintenance_factor",
+        "columns",
+        "rows",
+        "u",
+        "v",
+    ],
     &["name", "type", "surface", "side", "exitance_lm_m2", "luminous_flux_lm", "dimming", "maintenance_factor"],
-    &["name", "type", "file", "position", "aim", "rotation_deg", "dimming", "maintenance_factor"],
+    &[
+        "name",
+        "type",
+        "file",
+        "position",
+        "aim",
+        "rotation_deg",
+        "dimming",
+        "maintenance_factor",
+        "columns",
+        "rows",
+        "u",
+        "v",
+    ],
 ];
 
 /// Values of `distribution`.
@@ -61,7 +92,11 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
     for item in items {
         let fields = item.fields("a luminaire")?;
         maintained |= fields.get("maintenance_factor").is_some();
-        luminaires.push(read_one(&item, around, &mut names, warnings)?);
+        let luminaire = read_one(&item, around, &mut names, warnings)?;
+        match arrays::read(&fields, around.unit)? {
+            Some(array) => array.fill(&fields, &luminaire, &mut names, &mut luminaires)?,
+            None => luminaires.push(luminaire),
+        }
     }
     if !maintained {
         warnings.push("no luminaire has a maintenance_factor: results are those of a new installation".into());
@@ -220,6 +255,7 @@ fn read_photometric(
     warnings.extend(file.warnings.iter().map(|warning| format!("{name}: {}: {warning}", path.display())));
     let luminous_flux_lm = maintained * file.web.luminous_flux_lm();
     let frame = photometric_frame(aim, rotation_deg);
-    let emission = Emission::Photometric { position_m, frame, web: Arc::new(file.web), scale: maintained };
+    let (web, opening) = (Arc::new(file.web), file.opening);
+    let emission = Emission::Photometric { position_m, frame, web, opening, scale: maintained };
     Ok((luminous_flux_lm, emission, file.power_w))
 }

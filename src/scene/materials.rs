@@ -16,6 +16,9 @@ pub(super) const KEYS: [&[&str]; 5] = [
     &["type", "diffuse_reflectance", "diffuse_transmittance"],
 ];
 
+/// Largest exponent of a phong lobe: its width of some 0.06° is that of a mirror.
+const LARGEST_EXPONENT: f64 = 1e6;
+
 /// Reads all materials.
 pub(super) fn read(node: &Node) -> Result<Vec<Material>, SceneError> {
     let fields = node.fields("materials")?;
@@ -39,26 +42,31 @@ fn read_law(node: &Node) -> Result<ReflectionLaw, SceneError> {
     match TYPES[kind] {
         "diffuse" => Ok(ReflectionLaw::Diffuse { reflectance: share(&fields, "reflectance")? }),
         "phong" => {
-            sums_to_at_most_one(&fields, "diffuse_reflectance", "specular_reflectance")?;
-            fields.need("exponent", "60")?.at_least_zero("the exponent")?;
-            Err(later(&fields, &what))
+            let (diffuse_reflectance, specular_reflectance) =
+                two_shares(&fields, "diffuse_reflectance", "specular_reflectance")?;
+            let node = fields.need("exponent", "60")?;
+            let exponent = node.at_least_zero("the exponent")?;
+            if exponent > LARGEST_EXPONENT {
+                let remedy = "use a mirror for a lobe that narrow";
+                return Err(node.refuse("the exponent is too large", format!("at most {LARGEST_EXPONENT}"), remedy));
+            }
+            Ok(ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent })
         }
-        "mirror" => {
-            share(&fields, "reflectance")?;
-            Err(later(&fields, &what))
-        }
+        "mirror" => Ok(ReflectionLaw::Mirror { reflectance: share(&fields, "reflectance")? }),
         "glass" => {
             let node = fields.need("refractive_index", "1.52")?;
-            if node.number()? < 1.0 {
+            let refractive_index = node.number()?;
+            if refractive_index < 1.0 {
                 let remedy = "give the glass's index relative to air, such as 1.52";
                 return Err(node.refuse("the refractive index is below 1", "a number of at least 1", remedy));
             }
-            share(&fields, "internal_transmittance")?;
-            Err(later(&fields, &what))
+            let internal_transmittance = share(&fields, "internal_transmittance")?;
+            Ok(ReflectionLaw::Glass { refractive_index, internal_transmittance })
         }
         _ => {
-            sums_to_at_most_one(&fields, "diffuse_reflectance", "diffuse_transmittance")?;
-            Err(later(&fields, &what))
+            let (diffuse_reflectance, diffuse_transmittance) =
+                two_shares(&fields, "diffuse_reflectance", "diffuse_transmittance")?;
+            Ok(ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance })
         }
     }
 }
@@ -67,10 +75,11 @@ fn share(fields: &Fields, key: &str) -> Result<f64, SceneError> {
     fields.need(key, "0.5")?.fraction(&key.replace('_', " "))
 }
 
-fn sums_to_at_most_one(fields: &Fields, first: &str, second: &str) -> Result<(), SceneError> {
+fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<(f64, f64), SceneError> {
     /// Two decimal fractions that sum to 1 on paper may miss it by this much in doubles.
     const ROUNDING: f64 = 1e-12;
-    let sum = share(fields, first)? + share(fields, second)?;
+    let shares = (share(fields, first)?, share(fields, second)?);
+    let sum = shares.0 + shares.1;
     if sum > 1.0 + ROUNDING {
         let node = fields.need(second, "0.5")?;
         return Err(node.refuse_as(
@@ -80,14 +89,5 @@ fn sums_to_at_most_one(fields: &Fields, first: &str, second: &str) -> Result<(),
             "lower one of the two",
         ));
     }
-    Ok(())
-}
-
-fn later(fields: &Fields, what: &str) -> SceneError {
-    fields.node().refuse_as(
-        format!("{what} comes later: this version does not compute it yet"),
-        what,
-        "a diffuse material",
-        "use { \"type\": \"diffuse\", \"reflectance\": … } with its total reflectance for now",
-    )
+    Ok(shares)
 }

@@ -56,6 +56,82 @@ pub enum ReflectionLaw {
         /// Hemispherical reflectance ρ, 0 to 1.
         reflectance: f64,
     },
+    /// A diffuse part and a reciprocal lobe about the mirror direction (docs/methods.md, section 8); its reflectance is
+    /// the sum of both shares at every angle.
+    Phong {
+        /// Share that is reflected diffusely, 0 to 1.
+        diffuse_reflectance: f64,
+        /// Share that is reflected about the mirror direction, 0 to 1.
+        specular_reflectance: f64,
+        /// The lobe's exponent, 0 or more.
+        exponent: f64,
+    },
+    /// A perfectly flat mirror.
+    Mirror {
+        /// Share that is reflected, 0 to 1, at every angle.
+        reflectance: f64,
+    },
+    /// A thin pane, one sheet for both faces: directions stay as they are.
+    Glass {
+        /// Refractive index relative to air, 1 or more.
+        refractive_index: f64,
+        /// Transmittance of the glass itself at normal incidence, 0 to 1.
+        internal_transmittance: f64,
+    },
+    /// Scatters diffusely to both sides.
+    Translucent {
+        /// Share that is reflected, 0 to 1.
+        diffuse_reflectance: f64,
+        /// Share that is let through, 0 to 1.
+        diffuse_transmittance: f64,
+    },
+}
+
+impl ReflectionLaw {
+    /// Share that leaves the lit side in every direction alike.
+    pub fn diffuse_reflectance(&self) -> f64 {
+        match *self {
+            ReflectionLaw::Diffuse { reflectance } => reflectance,
+            ReflectionLaw::Phong { diffuse_reflectance, .. }
+            | ReflectionLaw::Translucent { diffuse_reflectance, .. } => diffuse_reflectance,
+            ReflectionLaw::Mirror { .. } | ReflectionLaw::Glass { .. } => 0.0,
+        }
+    }
+
+    /// Share that leaves the other side in every direction alike.
+    pub fn diffuse_transmittance(&self) -> f64 {
+        match *self {
+            ReflectionLaw::Translucent { diffuse_transmittance, .. } => diffuse_transmittance,
+            _ => 0.0,
+        }
+    }
+
+    /// Whether a sheet of it has two like sides by nature.
+    pub fn is_two_sided(&self) -> bool {
+        matches!(self, ReflectionLaw::Glass { .. } | ReflectionLaw::Translucent { .. })
+    }
+
+    /// Whether light can pass to the other side.
+    pub fn lets_through(&self) -> bool {
+        match *self {
+            ReflectionLaw::Glass { internal_transmittance, .. } => internal_transmittance > 0.0,
+            _ => self.diffuse_transmittance() > 0.0,
+        }
+    }
+
+    /// Whether all light that arrives leaves again.
+    pub fn absorbs_nothing(&self) -> bool {
+        match *self {
+            ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => reflectance >= 1.0,
+            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+                diffuse_reflectance + specular_reflectance >= 1.0
+            }
+            ReflectionLaw::Glass { internal_transmittance, .. } => internal_transmittance >= 1.0,
+            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
+                diffuse_reflectance + diffuse_transmittance >= 1.0
+            }
+        }
+    }
 }
 
 /// A part of a geometry that tables list: `room/floor`, `desks/Wood`, or a whole geometry without parts.
@@ -109,7 +185,7 @@ pub enum Emission {
         /// Maintained intensity on the axis in cd.
         intensity_cd: f64,
     },
-    /// A point with a measured distribution.
+    /// A measured distribution, emitted alike by every part of the luminous opening.
     Photometric {
         /// Centre of the luminous opening in m.
         position_m: DVec3,
@@ -117,6 +193,8 @@ pub enum Emission {
         frame: [DVec3; 3],
         /// The distribution in cd as the file gives it (initial, undimmed).
         web: std::sync::Arc<super::photometry::IntensityWeb>,
+        /// The luminous opening; it is no obstacle.
+        opening: super::photometry::Opening,
         /// Maintained intensity over the web's: dimming × maintenance factor.
         scale: f64,
     },

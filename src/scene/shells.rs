@@ -199,10 +199,18 @@ pub(super) fn is_shut_in(scene: &Scene, shells: &[Shell], emission: &Emission) -
             .collect(),
     };
     starts_m.iter().all(|start_m| {
-        shells.iter().filter(|shell| shell.closed).any(|shell| {
+        shells.iter().filter(|shell| shell.closed && !lets_light_through(scene, shell)).any(|shell| {
             let winding = shell.winding(scene, *start_m);
             winding < -0.5 || winding > 0.5 && reflects_on_both_sides(scene, shell)
         })
+    })
+}
+
+/// Whether light passes any triangle of a shell.
+fn lets_light_through(scene: &Scene, shell: &Shell) -> bool {
+    shell.triangles.iter().any(|triangle| {
+        let material = scene.surface_of(*triangle).material;
+        scene.materials[material as usize].law.lets_through()
     })
 }
 

@@ -153,6 +153,7 @@ impl Surfaces {
             if part.name.is_some() {
                 self.claim(&name_node, &surface_name)?;
             }
+            let two_sided = two_sided || around.materials[material as usize].law.is_two_sided();
             let first = self.triangles.len() as u32;
             for triangle in &part.triangles {
                 let triangle = triangle.map(|vertex| first_vertex as u32 + vertex);

@@ -5,7 +5,7 @@ use super::{ConvergenceRow, FluxBalance, MapCheck, Settings, Solution, StopReaso
 use crate::maps::{
     MapError, MapKind, MapResult, REPLICAS, TableKind, TableRow, TableSubject, standard_error, table_row,
 };
-use crate::sampling::reflection;
+use crate::sampling::reflection::Law;
 use crate::scene::{ReceiverLayout, Scene, Side};
 
 #[allow(clippy::too_many_arguments)]
@@ -33,6 +33,9 @@ pub(super) fn finish(
             "normals may be flipped"
         ));
     }
+    let walks = jobs.iter().any(|job| job.kind != MapKind::Elements && !job.is_black());
+    let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
+    warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
     let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact() || job.judgement.dark);
     let maps: Vec<MapResult> = jobs.into_iter().map(|job| map_result(context, job, target_error)).collect();
     for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
@@ -59,6 +62,7 @@ pub(super) fn finish(
         convergence,
         build_s,
         compute_s,
+        paths_not_found,
         warnings,
     }
 }
@@ -158,7 +162,7 @@ fn flux_balance(context: &Context, jobs: &[Job]) -> Result<FluxBalance, String> 
     let share = |packets: u64| emitted_lm * packets as f64 / ends.packets().max(1) as f64;
     Ok(FluxBalance {
         emitted_lm,
-        absorbed_lm: share(ends.absorbed + ends.balls),
+        absorbed_lm: share(ends.absorbed + ends.panes + ends.balls),
         escaped_lm: share(ends.escaped),
         back_face_lm: share(ends.back_faces),
         truncated_lm: 0.0,
@@ -176,16 +180,20 @@ fn map_check(context: &Context, jobs: &[Job]) -> Result<MapCheck, String> {
     }
     let emitted_lm = context.stage.emitters.luminous_flux_lm();
     let absorptance: Vec<f64> = (0..job.map.len() as u32)
-        .map(|cell| 1.0 - reflection::total(context.stage.law(context.stage.elements.cell(cell).triangle)))
+        .map(|cell| match context.stage.law(context.stage.elements.cell(cell).triangle) {
+            // What panes absorb depends on the angle and is counted instead.
+            Law::Glass(_) => 0.0,
+            law => 1.0 - law.total(1.0),
+        })
         .collect();
     let absorbed_lm: Vec<f64> = (0..REPLICAS)
         .map(|replica| {
             let ends = &job.ends[replica];
-            let balls_lm = emitted_lm * ends.balls as f64 / ends.packets().max(1) as f64;
+            let counted_lm = emitted_lm * (ends.balls + ends.panes) as f64 / ends.packets().max(1) as f64;
             let cells_lm: f64 = (0..job.map.len())
                 .map(|cell| absorptance[cell] * job.weights[cell] * job.map.illuminance_lx(replica, cell))
                 .sum();
-            balls_lm + cells_lm
+            counted_lm + cells_lm
         })
         .collect();
     let absorbed_by_map_lm = absorbed_lm.iter().sum::<f64>() / REPLICAS as f64;

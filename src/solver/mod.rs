@@ -8,5 +8,5 @@ mod solution;
 mod sparse;
 mod sweep;
 
-pub use run::{Observer, Progress, solve};
+pub use run::{DEFAULT_TARGET_ERROR, Observer, Progress, map_requests, solve};
 pub use solution::*;

@@ -23,6 +23,9 @@ const CHAINS: u64 = 1024;
 const LEAST_RAY_SHARE: f64 = 0.02;
 const MOST_RAY_SHARE: f64 = 8.0;
 
+/// A pass costs at least this, in rays an entry: asking emitters that turn out to bring nothing takes time as well.
+const LEAST_RAYS_PER_PASS: f64 = 0.1;
+
 /// How direct light shares in the work of a map.
 #[derive(Clone, Copy, Debug)]
 pub struct DirectShare {
@@ -152,7 +155,7 @@ impl Cost {
 /// The best share, from variances summed over the same sites and rays per entry of the map.
 fn share(direct: &Cost, indirect_variance: f64, indirect_rays_per_entry: f64, entries: f64) -> DirectShare {
     let direct_rays = direct.rays_per_sample();
-    let rays_ratio = indirect_rays_per_entry / direct_rays.max(1e-9);
+    let rays_ratio = indirect_rays_per_entry / direct_rays.max(LEAST_RAYS_PER_PASS);
     let best = (direct.variance / indirect_variance * rays_ratio).sqrt();
     let best = if best.is_nan() { 0.0 } else { best };
     DirectShare {

@@ -79,25 +79,27 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     finish(&context, settings, target_error, run.jobs, run.convergence, stop_reason, build_s, compute_s)
 }
 
-fn choose_jobs(context: &Context, maps: &MapSelection) -> Vec<Job> {
-    let sets = &context.scene.receivers;
+/// The maps that a selection asks for, elements first, and whether the target binds each.
+pub fn map_requests(scene: &Scene, maps: &MapSelection) -> Vec<(MapKind, bool)> {
+    let sets = &scene.receivers;
     let wanted = |name: &str, is_elements: bool| match maps {
         MapSelection::Default | MapSelection::All => true,
         MapSelection::Elements => is_elements,
         MapSelection::Receivers => !is_elements,
         MapSelection::Named(names) => names.iter().any(|wanted| wanted == name),
     };
-    let mut jobs = Vec::new();
-    if wanted("elements", true) {
-        let bound = *maps != MapSelection::Default || sets.is_empty();
-        jobs.push(Job::elements(context, bound));
-    }
-    for (set, receivers) in sets.iter().enumerate() {
-        if wanted(&receivers.name, false) {
-            jobs.push(Job::receivers(context, set, true));
-        }
-    }
-    jobs
+    let bound = *maps != MapSelection::Default || sets.is_empty();
+    let elements = wanted("elements", true).then_some((MapKind::Elements, bound));
+    let receivers = sets.iter().enumerate().filter(|(_, receivers)| wanted(&receivers.name, false));
+    elements.into_iter().chain(receivers.map(|(set, _)| (MapKind::Receivers(set), true))).collect()
+}
+
+fn choose_jobs(context: &Context, maps: &MapSelection) -> Vec<Job> {
+    let job = |(kind, bound): (MapKind, bool)| match kind {
+        MapKind::Elements => Job::elements(context, bound),
+        MapKind::Receivers(set) => Job::receivers(context, set, bound),
+    };
+    map_requests(context.scene, maps).into_iter().map(job).collect()
 }
 
 struct Run<'a> {
@@ -259,7 +261,9 @@ impl Run<'_> {
         }
         let time_fraction = self.settings.time_limit_s.map_or(0.0, |limit_s| self.observer.wall_s() / limit_s);
         let work_fraction = if done_rays > 0.0 { done_rays / (done_rays + more_rays) } else { 0.0 };
-        let known = judged().next().is_some() && (self.target_error.is_some() || self.settings.chains.is_some());
+        let is_judged = |job: &Job| job.judged_samples() > 0 || job.map.is_empty();
+        let known = self.jobs.iter().filter(|job| job.bound).all(is_judged)
+            && (self.target_error.is_some() || self.settings.chains.is_some());
         Progress {
             estimated_error: judged().map(|job| job.judgement.halves_error).reduce(f64::max),
             target_error: self.target_error,

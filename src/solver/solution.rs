@@ -47,6 +47,8 @@ pub enum StopReason {
     Interrupted,
     /// Every map is exact: there is nothing left to do.
     Exact,
+    /// The finest mesh that a method of elements makes did not meet the target.
+    FinestMesh,
 }
 
 impl StopReason {
@@ -58,6 +60,7 @@ impl StopReason {
             StopReason::TimeLimit => "time_limit",
             StopReason::Interrupted => "interrupted",
             StopReason::Exact => "exact",
+            StopReason::FinestMesh => "finest_mesh",
         }
     }
 }
@@ -136,6 +139,8 @@ pub struct Solution {
     pub build_s: f64,
     /// Seconds of computing.
     pub compute_s: f64,
+    /// Classes of light paths that a map's method cannot find, in words.
+    pub paths_not_found: Vec<String>,
     /// What the user should know.
     pub warnings: Vec<String>,
 }

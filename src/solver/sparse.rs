@@ -29,7 +29,9 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else {
         return 0;
     };
-    if job.kind != MapKind::Elements || job.map.indirect_samples.complete == 0 {
+    // Chains find every path; walks must not replace them where they miss some.
+    let misses_paths = !context.stage.paths_not_found.is_empty();
+    if job.kind != MapKind::Elements || job.map.indirect_samples.complete == 0 || misses_paths {
         return 0;
     }
     let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());

@@ -89,8 +89,11 @@ pub struct Comparison {
     pub runs: Option<Vec<String>>,
 }
 
+/// Name of the element map.
+pub(super) const ELEMENT_MAP: &str = "elements";
+
 fn element_map() -> String {
-    "elements".to_owned()
+    ELEMENT_MAP.to_owned()
 }
 
 /// What kind of numbers are compared.
@@ -173,6 +176,17 @@ pub enum Along {
     Y,
     /// Third coordinate.
     Z,
+}
+
+impl Along {
+    /// Its letter.
+    pub fn name(self) -> &'static str {
+        match self {
+            Along::X => "x",
+            Along::Y => "y",
+            Along::Z => "z",
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -380,7 +394,7 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
         (What::Elements, Some(_)) => {
             return refuse("elements come from the element map", comparison.map.clone(), "no \"map\", or \"elements\"");
         }
-        (_, None) if comparison.map != "elements" => {
+        (_, None) if comparison.map != ELEMENT_MAP => {
             return refuse("the scene has no such map", comparison.map.clone(), "\"elements\" or a receiver set");
         }
         (What::Points, Some(set))

@@ -1,6 +1,6 @@
 //! The exact side of a comparison: made once, whatever and however often is measured beside it.
 
-use super::case::{Along, Beside, CASE_FILE, Case, Comparison, Run, What};
+use super::case::{Along, Beside, CASE_FILE, Case, Comparison, ELEMENT_MAP, Run, What};
 use super::error::CaseError;
 use super::measure::{counts, fill_in_measured};
 use super::statistics::{Entry, EntrySet};
@@ -65,7 +65,8 @@ fn entry_of(truth: &Truth, comparison: &Comparison, site: &Site, label: String) 
 }
 
 fn average(comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
-    let label = comparison.surface.clone().unwrap_or_else(|| comparison.map.clone());
+    let whole = if comparison.map == ELEMENT_MAP { "all surfaces" } else { &comparison.map };
+    let label = comparison.surface.clone().unwrap_or_else(|| whole.to_owned());
     Ok(vec![entry_of(truth, comparison, &Site::Average { surface: comparison.surface.as_deref() }, label)?])
 }
 
@@ -73,17 +74,26 @@ fn points(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<E
     let set = scene.receivers.iter().find(|set| set.name == comparison.map).ok_or("no such receiver set")?;
     let mut entries = Vec::new();
     for (index, point) in set.points.iter().enumerate().filter(|(_, point)| !point.inside) {
-        let label = comparison.labels.as_ref().map_or_else(|| (index + 1).to_string(), |labels| labels[index].clone());
-        let site = Site::Point { position_m: point.position_m, normal: point.normal, index };
         let along_m = comparison.axis.as_ref().map(|axis| match axis.along {
             Along::X => point.position_m.x,
             Along::Y => point.position_m.y,
             Along::Z => point.position_m.z,
         });
+        let label = match (&comparison.labels, &comparison.axis, along_m) {
+            (Some(labels), _, _) => labels[index].clone(),
+            (None, Some(axis), Some(along_m)) => format!("{} = {} m", axis.along.name(), rounded(along_m)),
+            _ => (index + 1).to_string(),
+        };
+        let site = Site::Point { position_m: point.position_m, normal: point.normal, index };
         let entry = entry_of(truth, comparison, &site, label)?;
         entries.push(Entry { index, weight: point.weight, along_m, ..entry });
     }
     Ok(entries)
+}
+
+/// A coordinate as a label writes it: to the micrometre.
+fn rounded(along_m: f64) -> f64 {
+    (along_m * 1e6).round() / 1e6
 }
 
 fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {

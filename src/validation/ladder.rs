@@ -4,20 +4,21 @@ use super::case::{Case, What};
 use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::Silent;
-use super::methods::Method;
+use super::methods::{Climb, Method};
 use crate::solver::{MapSelection, Settings};
 
 /// Chains a map on the lowest rung.
 const FIRST_CHAINS: u64 = 1024;
+/// Target on the lowest rung of a method that climbs by targets.
+const FIRST_TARGET: f64 = 1.0;
+/// The next target over the error that a rung stated.
+const UNDER: f64 = 0.99;
 /// Runs with different seeds on a rung, as long as they are cheap: the error of a map of few points is itself noisy.
 const REPEATS: usize = 4;
 /// A rung is repeated while one run takes less than this part of the budget.
 const CHEAP: f64 = 1.0 / 16.0;
 /// Rungs whose time is below this part of the last one's tell of building and piloting, not of convergence.
 const FITTED_FROM: f64 = 1.0 / 64.0;
-
-/// A rung tells nothing where another one is more exact in less than this part of its time.
-const BEATEN_BY: f64 = 0.6;
 
 /// Errors to which times are told.
 pub const LEVELS: [f64; 3] = [0.03, 0.01, 0.003];
@@ -128,16 +129,16 @@ pub fn climb(
 ) -> Result<Vec<Ladder>, CaseError> {
     let run = &case.runs[case.ladder_run];
     let mut ladders: Vec<Ladder> = Vec::new();
-    for comparison in run.comparisons.iter().filter(|comparison| comparison.what != What::Average) {
-        let settings = |chains: u64, seed: u64| Settings {
+    'comparisons: for comparison in run.comparisons.iter().filter(|comparison| comparison.what != What::Average) {
+        let settings = |chains: u64, target_error: f64, seed: u64| Settings {
             seed,
-            target_error: None,
-            chains: Some(chains),
+            target_error: (method.climbs == Climb::Targets).then_some(target_error),
+            chains: (method.climbs == Climb::Chains).then_some(chains),
             time_limit_s: None,
             maps: MapSelection::Named(vec![comparison.map.clone()]),
             threads: None,
         };
-        if let Err(reason) = (method.applies)(&run.scene, &settings(FIRST_CHAINS, run.seed)) {
+        if let Err(reason) = (method.applies)(&run.scene, &settings(FIRST_CHAINS, FIRST_TARGET, run.seed)) {
             tell(&format!("{}: {}: {reason}", comparison.name, method.name));
             continue;
         }
@@ -147,11 +148,21 @@ pub fn climb(
         let mut estimator = String::new();
         let mut spent_s = 0.0;
         let mut asked = FIRST_CHAINS;
+        let mut target_error = FIRST_TARGET;
+        let mut at_the_end = false;
         loop {
             let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
             while rung.runs < REPEATS {
                 let seed = run.seed + 1 + (rungs.len() * REPEATS + rung.runs) as u64;
-                let solution = (method.solve)(&run.scene, &settings(asked, seed), &Silent::starting_now());
+                let settings = settings(asked, target_error, seed);
+                let solution = match (method.solve)(&run.scene, &settings, &Silent::starting_now()) {
+                    Ok(solution) => solution,
+                    Err(reason) => {
+                        tell(&format!("{}: {}: {reason}", comparison.name, method.name));
+                        continue 'comparisons;
+                    }
+                };
+                at_the_end |= solution.target_met == Some(false);
                 let error = exact.beside(&solution)?.statistics().rms;
                 let seconds = solution.build_s + solution.compute_s;
                 spent_s += seconds;
@@ -164,7 +175,7 @@ pub fn climb(
                 if let Some(map) = solution.maps.first() {
                     estimator.clone_from(&map.method);
                 }
-                if seconds > CHEAP * budget_s {
+                if seconds > CHEAP * budget_s || method.climbs == Climb::Targets {
                     break;
                 }
             }
@@ -176,11 +187,16 @@ pub fn climb(
 
             // A map without chance has but one rung; chains that filling the replicas rounds up to make no new one.
             let without_chance = rung.true_error == 0.0 || rung.stated_error == 0.0;
-            if rungs.last().is_none_or(|last| last.chains < rung.chains) || without_chance {
+            let further = |last: &Rung| match method.climbs {
+                Climb::Chains => last.chains < rung.chains,
+                Climb::Targets => rung.stated_error < last.stated_error,
+            };
+            if rungs.last().is_none_or(further) || without_chance {
                 rungs.push(rung);
             }
             asked = (2 * asked).max(2 * rung.chains);
-            if without_chance || spent_s + 2.0 * rung.seconds > budget_s {
+            target_error = UNDER * rung.stated_error;
+            if without_chance || at_the_end || spent_s + 2.0 * rung.seconds > budget_s {
                 break;
             }
         }
@@ -202,14 +218,12 @@ pub fn climb(
     Ok(ladders)
 }
 
-/// The rungs that tell how a method converges: near the dear end, and none that another one beats by far in time and
-/// in error too (with few chains a method may do other work instead).
+/// The rungs that tell how a method converges: near the dear end, and none that took more rays than one with more
+/// chains (with few chains a method may do other work instead).
 fn fitted(rungs: &[Rung]) -> Vec<&Rung> {
     let last_s = rungs.last().map_or(0.0, |rung| rung.seconds);
-    let beaten = |rung: &Rung| {
-        rungs.iter().any(|other| other.seconds < BEATEN_BY * rung.seconds && other.true_error < rung.true_error)
-    };
-    rungs.iter().filter(|rung| rung.seconds >= FITTED_FROM * last_s && !beaten(rung)).collect()
+    let does_other_work = |rung: &Rung| rungs.iter().any(|other| other.chains > rung.chains && other.rays < rung.rays);
+    rungs.iter().filter(|rung| rung.seconds >= FITTED_FROM * last_s && !does_other_work(rung)).collect()
 }
 
 #[cfg(test)]

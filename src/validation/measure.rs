@@ -191,10 +191,18 @@ fn average(scene: &Scene, comparison: &Comparison, map: &MapResult, solution: &S
 /// balance has the replicas' spread of that very sum, which the rows of a table do not tell.
 fn enclosure_average(scene: &Scene, solution: &Solution) -> Result<(f64, f64), String> {
     let reflectance = |material: u32| match scene.materials[material as usize].law {
-        ReflectionLaw::Diffuse { reflectance } => reflectance,
+        ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => reflectance,
+        ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+            diffuse_reflectance + specular_reflectance
+        }
+        ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
+            diffuse_reflectance + diffuse_transmittance
+        }
+        // A pane's reflectance depends on the angle: it never has the one reflectance that is asked for.
+        ReflectionLaw::Glass { .. } => f64::NAN,
     };
     let first = reflectance(scene.surfaces[0].material);
-    if scene.surfaces.iter().any(|surface| reflectance(surface.material) != first) {
+    if first.is_nan() || scene.surfaces.iter().any(|surface| reflectance(surface.material) != first) {
         return Err("the mean over all surfaces needs one reflectance; name a surface".to_owned());
     }
     if first == 0.0 {

@@ -1,5 +1,7 @@
 //! The methods that `luxmc compare` climbs its ladder with.
 
+use super::radiosity::solve_by_radiosity;
+use crate::radiosity::Radiosity;
 use crate::scene::Scene;
 use crate::solver::{Observer, Settings, Solution, solve};
 
@@ -11,14 +13,37 @@ pub struct Method {
     pub description: &'static str,
     /// Whether it can compute the maps of the settings, or why not.
     pub applies: fn(&Scene, &Settings) -> Result<(), String>,
-    /// Computes.
-    pub solve: fn(&Scene, &Settings, &dyn Observer) -> Solution,
+    /// What makes it exact.
+    pub climbs: Climb,
+    /// Computes, or says why it cannot.
+    pub solve: fn(&Scene, &Settings, &dyn Observer) -> Result<Solution, String>,
+}
+
+/// By what a method's ladder climbs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Climb {
+    /// Chains, twice as many on every rung.
+    Chains,
+    /// Targets, each just under the error that the rung before stated: every rung is a finer mesh.
+    Targets,
 }
 
 /// All methods; one that is added here joins every comparison.
-pub const METHODS: &[Method] = &[Method {
-    name: "collision",
-    description: "element maps by counting the packets of forward chains, receivers by walks; direct light by formula",
-    applies: |_, _| Ok(()),
-    solve,
-}];
+pub const METHODS: &[Method] = &[
+    Method {
+        name: "collision",
+        description: "element maps by counting the packets of forward chains, receivers by walks; direct light by formula",
+        applies: |_, _| Ok(()),
+        climbs: Climb::Chains,
+        solve: |scene, settings, observer| Ok(solve(scene, settings, observer)),
+    },
+    Method {
+        name: "radiosity",
+        description: "finite elements with exact form factors on closed rooms of rectangles, extrapolated over three meshes",
+        applies: |scene, _| Radiosity::check(scene).map_err(|error| error.to_string()),
+        climbs: Climb::Targets,
+        solve: |scene, settings, observer| {
+            solve_by_radiosity(scene, settings, observer).map_err(|error| error.to_string())
+        },
+    },
+];

@@ -33,9 +33,14 @@ const LOGARITHMIC_FROM: f64 = 30.0;
 /// Why a plot could not be drawn: there is none but a wrong range, and an empty picture says it.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
+/// Whether the picture shows each entry, not a histogram of all.
+pub(super) fn shows_entries(outcome: &ComparisonOutcome) -> bool {
+    outcome.set.entries.len() <= MOST_ENTRIES
+}
+
 /// The picture of a comparison.
 pub fn comparison_plot(outcome: &ComparisonOutcome) -> String {
-    if outcome.set.entries.len() > MOST_ENTRIES {
+    if !shows_entries(outcome) {
         return svg(350, |area| {
             let (top, plot) = area.split_vertically(LEGEND_HEIGHT);
             let expected = "expected of honest error bars (Student's t)".to_owned();

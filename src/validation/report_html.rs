@@ -1,7 +1,7 @@
 //! The report as one self-contained page.
 
-use super::outcome::CaseOutcome;
-use super::plots::comparison_plot;
+use super::outcome::{CaseOutcome, ComparisonOutcome};
+use super::plots::{comparison_plot, shows_entries};
 use super::report::{HOW_TO_READ, Table, VERDICT, Validation, costs, deviations, numbers, sources, subject};
 use super::words::escaped;
 
@@ -53,11 +53,12 @@ fn section(page: &mut String, case: &CaseOutcome) {
             escaped(&comparison.heading()),
             escaped(&subject(comparison))
         ));
-        let caption = caption(comparison.set.entries.len());
-        page.push_str(&format!(
-            "<figure>\n{}\n<figcaption>{caption}</figcaption>\n</figure>\n",
-            comparison_plot(comparison)
-        ));
+        // One number needs no picture.
+        let alone = comparison.set.entries.len() == 1;
+        if !alone {
+            let (picture, caption) = (comparison_plot(comparison), caption(comparison));
+            page.push_str(&format!("<figure>\n{picture}\n<figcaption>{caption}</figcaption>\n</figure>\n"));
+        }
         page.push_str("<ul>\n");
         for check in &comparison.checks {
             let (class, word) = if check.holds { ("pass", "holds") } else { ("fail", "FAILS") };
@@ -69,7 +70,12 @@ fn section(page: &mut String, case: &CaseOutcome) {
         }
         page.push_str("</ul>\n");
         if let Some(numbers) = numbers(comparison) {
-            page.push_str(&format!("<details><summary>All numbers</summary>\n{}</details>\n", table(&numbers, false)));
+            let numbers = table(&numbers, false);
+            if alone {
+                page.push_str(&numbers);
+            } else {
+                page.push_str(&format!("<details><summary>All numbers</summary>\n{numbers}</details>\n"));
+            }
         }
     }
     page.push_str("<h3>Where the deviation comes from</h3>\n");
@@ -81,13 +87,17 @@ fn section(page: &mut String, case: &CaseOutcome) {
     }
 }
 
-/// What a plot shows, by the number of its entries.
-fn caption(entries: usize) -> &'static str {
-    const MOST_IN_A_PLOT: usize = 70;
-    if entries > MOST_IN_A_PLOT {
-        return "Bars: how many elements deviate by so many standard errors. Line: what chance alone would give if the error bars are right.";
+/// What a plot shows.
+fn caption(comparison: &ComparisonOutcome) -> String {
+    if !shows_entries(comparison) {
+        return "Bars: how many elements deviate by so many standard errors. Line: what chance alone would give if the error bars are right.".to_owned();
     }
-    "Above: measured and exact values. Below: deviation in per cent, with two standard errors; the green band is what the criterion allows."
+    let band = if comparison.comparison.criterion.worst.is_some() {
+        "; the green band is what the criterion allows"
+    } else {
+        ""
+    };
+    format!("Above: measured and exact values. Below: deviation in per cent, with two standard errors{band}.")
 }
 
 fn capital(text: &str) -> String {

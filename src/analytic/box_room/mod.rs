@@ -4,19 +4,17 @@
 //! light's mean over each are exact, so that only the exitance's variation within a rectangle is lost, an error that
 //! falls as 1/n². Three meshes, each twice as fine as the one before, let it be extrapolated away and judged.
 
-mod faces;
-mod mesh;
-mod sources;
 #[cfg(test)]
 mod tests;
 
 use glam::DVec3;
 
-pub use self::faces::RoomFace;
-pub use self::sources::RoomSource;
+pub use crate::radiosity::faces::RoomFace;
+pub use crate::radiosity::sources::RoomSource;
 
-use self::mesh::RoomMesh;
-use super::error::{AnalyticError, require, require_length, require_reflectance};
+use super::error::{AnalyticError, require, require_length, require_light, require_reflectance};
+use crate::radiosity::faces;
+use crate::radiosity::mesh::{RoomMesh, extrapolated, graded_edges};
 
 /// A room from the origin to `size_m`, its faces seen from within.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,9 +94,16 @@ impl BoxRoom {
             "let a face absorb",
         )?;
         for source in &self.sources {
-            source.check(self.size_m)?;
+            check_source(source, self.size_m)?;
         }
-        let meshes = DIVISIONS.iter().map(|n| RoomMesh::solved(self, *n)).collect();
+        let mesh = |divisions: &usize| {
+            let edges = self.size_m.map(|length| graded_edges(&[0.0, length], *divisions));
+            let direct_lx = |face: RoomFace, stretches: [[f64; 2]; 2]| {
+                self.sources.iter().map(|s| s.rectangle_mean_lx(self.size_m, face, stretches)).sum()
+            };
+            RoomMesh::solved(self.size_m, edges, |face, _| self.reflectances[face.index()], direct_lx)
+        };
+        let meshes = DIVISIONS.iter().map(mesh).collect();
         Ok(BoxRoomSolution { room: self.clone(), meshes })
     }
 }
@@ -109,7 +114,7 @@ impl BoxRoomSolution {
     /// The means over all faces balance exactly: Σ (1 − ρ)EA is the flux emitted.
     pub fn face_mean(&self, face: RoomFace) -> RoomValue {
         let direct_lx = self.meshes[DIVISIONS.len() - 1].face_direct_lx(face);
-        extrapolated(direct_lx, |mesh| mesh.face_indirect_lx(face), &self.meshes)
+        self.limit(direct_lx, |mesh| mesh.face_indirect_lx(face))
     }
 
     /// Illuminance at a point of a face, `u` and `v` metres along the other two axes (in the axes' order).
@@ -125,11 +130,16 @@ impl BoxRoomSolution {
         Ok(self.value_on(face, [u, v]))
     }
 
+    fn limit(&self, direct_lx: f64, indirect_lx: impl Fn(&RoomMesh) -> f64) -> RoomValue {
+        let (indirect_lx, estimated_error_lx) = extrapolated([0, 1, 2].map(|level| indirect_lx(&self.meshes[level])));
+        RoomValue { direct_lx, indirect_lx, estimated_error_lx }
+    }
+
     fn value_on(&self, face: RoomFace, place: [f64; 2]) -> RoomValue {
         let position = face.position(self.room.size_m, place);
         let normal = face.normal();
         let direct_lx = self.room.sources.iter().map(|s| s.at_point_lx(self.room.size_m, position, normal)).sum();
-        extrapolated(direct_lx, |mesh| mesh.indirect_at_lx(face, place), &self.meshes)
+        self.limit(direct_lx, |mesh| mesh.indirect_at_lx(position, normal))
     }
 
     /// Mean illuminance over a triangle that lies on a face, its corners in the room's coordinates, in either order.
@@ -142,7 +152,12 @@ impl BoxRoomSolution {
     pub fn triangle_mean(&self, corners: [DVec3; 3]) -> Result<RoomValue, AnalyticError> {
         let area_m2 = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
         require(area_m2 > 0.0, "the triangle's area", area_m2, "a positive area", "give three corners not in a line")?;
-        let face = faces::common_face(self.room.size_m, &corners)?;
+        let face = faces::common_face(self.room.size_m, &corners).ok_or_else(|| AnalyticError {
+            what: "the triangle".to_string(),
+            got: format!("{corners:?}"),
+            expected: "three corners on one face of the room".to_string(),
+            remedy: "give the corners in the room's coordinates".to_string(),
+        })?;
         let places = faces::triangle_rule();
         let weights: f64 = places.iter().map(|p| p.1).sum();
         let mut mean = RoomValue::default();
@@ -175,16 +190,26 @@ impl BoxRoomSolution {
     }
 }
 
-/// A smaller error than this part of the value is not claimed: the sums' rounding, and the solver's.
-const LEAST_ERROR: f64 = 1e-9;
-
-/// The limit of three meshes' values, each with about a quarter of the error of the one before. What the limits from
-/// the coarse pair and from the fine pair differ by is an error four times that of the fine pair's limit at least,
-/// since what the extrapolation leaves falls no slower; half of it is stated.
-fn extrapolated(direct_lx: f64, value_lx: impl Fn(&RoomMesh) -> f64, meshes: &[RoomMesh]) -> RoomValue {
-    let [coarse, middle, fine] = [0, 1, 2].map(|level| value_lx(&meshes[level]));
-    let limit = |coarse: f64, fine: f64| fine + (fine - coarse) / 3.0;
-    let indirect_lx = limit(middle, fine);
-    let spread_lx = (indirect_lx - limit(coarse, middle)).abs();
-    RoomValue { direct_lx, indirect_lx, estimated_error_lx: 0.5 * spread_lx + LEAST_ERROR * indirect_lx }
+/// Refuses a source outside the room or of negative strength.
+fn check_source(source: &RoomSource, size_m: [f64; 3]) -> Result<(), AnalyticError> {
+    let remedy = "put the source into the room";
+    match *source {
+        RoomSource::Point { position, intensity_cd } => {
+            require_light("the source's intensity", intensity_cd)?;
+            for (axis, length) in size_m.into_iter().enumerate() {
+                let within = position[axis] > 0.0 && position[axis] < length;
+                require(within, "a coordinate of the source", position[axis], &format!("0 to {length} m"), remedy)?;
+            }
+        }
+        RoomSource::Panel { face, low, high, exitance_lm_m2 } => {
+            require_light("the panel's exitance", exitance_lm_m2)?;
+            for (i, axis) in face.other_axes().into_iter().enumerate() {
+                let length = size_m[axis];
+                let expected = format!("0 to {length} m, rising");
+                require(low[i] >= 0.0 && low[i] < high[i], "the panel's low edge", low[i], &expected, remedy)?;
+                require(high[i] <= length, "the panel's high edge", high[i], &expected, remedy)?;
+            }
+        }
+    }
+    Ok(())
 }

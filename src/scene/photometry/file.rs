@@ -181,6 +181,29 @@ pub enum Opening {
     },
 }
 
+impl Opening {
+    /// Extents along C0–C180, C90–C270 and the axis in m.
+    pub fn extents_m(&self) -> [f64; 3] {
+        match *self {
+            Opening::Point => [0.0; 3],
+            Opening::Rectangle { c0_m, c90_m } => [c0_m, c90_m, 0.0],
+            Opening::Disk { diameter_m } => [diameter_m, diameter_m, 0.0],
+            Opening::Box { c0_m, c90_m, height_m }
+            | Opening::Ellipse { c0_m, c90_m, height_m }
+            | Opening::Ellipsoid { c0_m, c90_m, height_m } => [c0_m, c90_m, height_m],
+            Opening::VerticalCylinder { diameter_m, height_m } => [diameter_m, diameter_m, height_m],
+            Opening::HorizontalCylinder { along_c0: true, length_m, width_m, height_m } => {
+                [length_m, width_m, height_m]
+            }
+            Opening::HorizontalCylinder { along_c0: false, length_m, width_m, height_m } => {
+                [width_m, length_m, height_m]
+            }
+            Opening::Sphere { diameter_m } => [diameter_m; 3],
+            Opening::UprightEllipse { width_m, height_m } => [0.0, width_m, height_m],
+        }
+    }
+}
+
 impl PhotometricFile {
     /// Luminous flux in lm that the intensities integrate to (exact for the bilinear interpolant).
     pub fn luminous_flux_lm(&self) -> f64 {

@@ -51,6 +51,16 @@ pub(super) enum LuminaireKind {
         /// Maintenance factor.
         #[schemars(range(min = 0.0, max = 1.0))]
         maintenance_factor: Option<f64>,
+        /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
+        #[schemars(range(min = 1))]
+        columns: Option<u32>,
+        /// Rows of the array.
+        #[schemars(range(min = 1))]
+        rows: Option<u32>,
+        /// From the first to the last column of the array.
+        u: Option<Vector>,
+        /// From the first to the last row of the array.
+        v: Option<Vector>,
     },
     /// A uniformly bright black ball; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
@@ -74,6 +84,16 @@ pub(super) enum LuminaireKind {
         /// Maintenance factor.
         #[schemars(range(min = 0.0, max = 1.0))]
         maintenance_factor: Option<f64>,
+        /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
+        #[schemars(range(min = 1))]
+        columns: Option<u32>,
+        /// Rows of the array.
+        #[schemars(range(min = 1))]
+        rows: Option<u32>,
+        /// From the first to the last column of the array.
+        u: Option<Vector>,
+        /// From the first to the last row of the array.
+        v: Option<Vector>,
     },
     /// A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
@@ -115,5 +135,15 @@ pub(super) enum LuminaireKind {
         /// Maintenance factor.
         #[schemars(range(min = 0.0, max = 1.0))]
         maintenance_factor: Option<f64>,
+        /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
+        #[schemars(range(min = 1))]
+        columns: Option<u32>,
+        /// Rows of the array.
+        #[schemars(range(min = 1))]
+        rows: Option<u32>,
+        /// From the first to the last column of the array.
+        u: Option<Vector>,
+        /// From the first to the last row of the array.
+        v: Option<Vector>,
     },
 }

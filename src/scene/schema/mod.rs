@@ -99,7 +99,7 @@ enum MaterialKind {
         #[schemars(range(min = 0.0, max = 1.0))]
         reflectance: f64,
     },
-    /// A diffuse part and a glossy lobe (comes later).
+    /// A diffuse part and a glossy lobe.
     Phong {
         /// Share that is reflected diffusely.
         #[schemars(range(min = 0.0, max = 1.0))]
@@ -108,16 +108,16 @@ enum MaterialKind {
         #[schemars(range(min = 0.0, max = 1.0))]
         specular_reflectance: f64,
         /// The lobe's exponent.
-        #[schemars(range(min = 0.0))]
+        #[schemars(range(min = 0.0, max = 1e6))]
         exponent: f64,
     },
-    /// A perfect mirror (comes later).
+    /// A perfect mirror.
     Mirror {
         /// Share of light that is reflected.
         #[schemars(range(min = 0.0, max = 1.0))]
         reflectance: f64,
     },
-    /// A thin pane, one sheet for both faces (comes later).
+    /// A thin pane, one sheet for both faces.
     Glass {
         /// Refractive index relative to air.
         #[schemars(range(min = 1.0))]
@@ -126,7 +126,7 @@ enum MaterialKind {
         #[schemars(range(min = 0.0, max = 1.0))]
         internal_transmittance: f64,
     },
-    /// Scatters to both sides (comes later).
+    /// Scatters to both sides.
     Translucent {
         /// Share that is reflected diffusely.
         #[schemars(range(min = 0.0, max = 1.0))]

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 
-use crate::analytic::error::AnalyticError;
+use crate::base::form_factors::AxisRectangle;
 use crate::base::quadrature::GaussLegendre;
 
 /// A face of the room.
@@ -55,7 +55,7 @@ impl RoomFace {
     }
 
     /// Coordinate of the face on its axis, m.
-    pub(super) fn at(self, size_m: [f64; 3]) -> f64 {
+    pub fn at(self, size_m: [f64; 3]) -> f64 {
         if self.is_high() { size_m[self.axis()] } else { 0.0 }
     }
 
@@ -69,37 +69,48 @@ impl RoomFace {
         DVec3::from_array(position)
     }
 
+    /// Corners of a rectangle of the face, counter-clockwise as seen from within the room.
+    pub fn corners(self, size_m: [f64; 3], [u, v]: [[f64; 2]; 2]) -> [DVec3; 4] {
+        let mut corners =
+            [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(|place| self.position(size_m, place));
+        // Along y the other axes come in the order that turns the other way.
+        if self.is_high() != (self.axis() == 1) {
+            corners.reverse();
+        }
+        corners
+    }
+
+    /// A rectangle of the face, seen from within.
+    pub fn rectangle(self, size_m: [f64; 3], stretches: [[f64; 2]; 2]) -> AxisRectangle {
+        AxisRectangle { axis: self.axis(), at: self.at(size_m), faces_up: !self.is_high(), stretches }
+    }
+
     /// A position's coordinates along the face.
-    pub(super) fn place(self, position: DVec3) -> [f64; 2] {
+    pub fn place(self, position: DVec3) -> [f64; 2] {
         self.other_axes().map(|axis| position[axis])
     }
 }
 
 /// Distance from a face's plane, as a part of the room, at which a corner still counts as on it: files write
 /// coordinates with six or more digits.
-const ON_FACE: f64 = 1e-6;
+pub const ON_FACE: f64 = 1e-6;
 
-/// The face on which all corners lie.
-pub(super) fn common_face(size_m: [f64; 3], corners: &[DVec3; 3]) -> Result<RoomFace, AnalyticError> {
+/// The face on which all corners lie, if there is one.
+pub fn common_face(size_m: [f64; 3], corners: &[DVec3]) -> Option<RoomFace> {
     let room = DVec3::from_array(size_m);
     let tolerance = ON_FACE * room.max_element();
     let within = |p: &DVec3| (0..3).all(|axis| p[axis] >= -tolerance && p[axis] <= size_m[axis] + tolerance);
     let on =
         |face: &RoomFace| corners.iter().all(|p| (p[face.axis()] - face.at(size_m)).abs() <= tolerance && within(p));
-    RoomFace::ALL.into_iter().find(on).ok_or_else(|| AnalyticError {
-        what: "the triangle".to_string(),
-        got: format!("{corners:?}"),
-        expected: "three corners on one face of the room".to_string(),
-        remedy: "give the corners in the room's coordinates".to_string(),
-    })
+    RoomFace::ALL.into_iter().find(on)
 }
 
 /// A place in the unit square, and a weight.
-type TriangleNode = ([f64; 2], f64);
+pub type TriangleNode = ([f64; 2], f64);
 
 /// Gauss–Legendre over a triangle collapsed to a square (along from the first corner, across between the other two):
 /// exact to degree 6.
-pub(super) fn triangle_rule() -> &'static [TriangleNode] {
+pub fn triangle_rule() -> &'static [TriangleNode] {
     static RULE: LazyLock<Vec<TriangleNode>> = LazyLock::new(|| {
         let rule = GaussLegendre::new(4);
         let along: Vec<(f64, f64)> = rule.on(0.0, 1.0).collect();

@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::faces::{RoomFace, triangle_rule};
-use crate::analytic::error::{AnalyticError, require, require_light};
-use crate::base::form_factors::{AxisRectangle, exchange_m2};
+use crate::base::form_factors::exchange_m2;
 use crate::base::polygon::polygon_illuminance_lx;
 use crate::base::solid_angle::triangle_solid_angle_sr;
 
@@ -44,55 +43,22 @@ impl RoomSource {
         }
     }
 
-    pub(super) fn check(&self, size_m: [f64; 3]) -> Result<(), AnalyticError> {
-        let remedy = "put the source into the room";
-        match *self {
-            RoomSource::Point { position, intensity_cd } => {
-                require_light("the source's intensity", intensity_cd)?;
-                for (axis, length) in size_m.into_iter().enumerate() {
-                    let within = position[axis] > 0.0 && position[axis] < length;
-                    require(within, "a coordinate of the source", position[axis], &format!("0 to {length} m"), remedy)?;
-                }
-            }
-            RoomSource::Panel { face, low, high, exitance_lm_m2 } => {
-                require_light("the panel's exitance", exitance_lm_m2)?;
-                for (i, axis) in face.other_axes().into_iter().enumerate() {
-                    let length = size_m[axis];
-                    let expected = format!("0 to {length} m, rising");
-                    require(low[i] >= 0.0 && low[i] < high[i], "the panel's low edge", low[i], &expected, remedy)?;
-                    require(high[i] <= length, "the panel's high edge", high[i], &expected, remedy)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
     /// Illuminance at a point with a unit normal.
-    pub(super) fn at_point_lx(&self, size_m: [f64; 3], point: DVec3, normal: DVec3) -> f64 {
+    pub fn at_point_lx(&self, size_m: [f64; 3], point: DVec3, normal: DVec3) -> f64 {
         match *self {
             RoomSource::Point { position, intensity_cd } => {
                 let to = position - point;
                 intensity_cd * normal.dot(to).max(0.0) / to.length().powi(3)
             }
             RoomSource::Panel { face, low, high, exitance_lm_m2 } => {
-                let corner = |u: f64, v: f64| face.position(size_m, [u, v]);
-                let mut corners = [
-                    corner(low[0], low[1]),
-                    corner(high[0], low[1]),
-                    corner(high[0], high[1]),
-                    corner(low[0], high[1]),
-                ];
-                let turn = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-                if turn.dot(face.normal()) < 0.0 {
-                    corners.reverse();
-                }
+                let corners = face.corners(size_m, [[low[0], high[0]], [low[1], high[1]]]);
                 polygon_illuminance_lx(point, normal, &corners, exitance_lm_m2)
             }
         }
     }
 
     /// Mean over a triangle of a face: exact for a point, by quadrature for a panel.
-    pub(super) fn triangle_mean_lx(&self, size_m: [f64; 3], face: RoomFace, corners: [DVec3; 3], area_m2: f64) -> f64 {
+    pub fn triangle_mean_lx(&self, size_m: [f64; 3], face: RoomFace, corners: [DVec3; 3], area_m2: f64) -> f64 {
         match *self {
             RoomSource::Point { position, intensity_cd } => {
                 let [a, b, c] = corners.map(|corner| corner - position);
@@ -110,8 +76,8 @@ impl RoomSource {
     }
 
     /// Mean over a rectangle of a face; exact.
-    pub(super) fn rectangle_mean_lx(&self, size_m: [f64; 3], face: RoomFace, stretches: [[f64; 2]; 2]) -> f64 {
-        let rectangle = on_face(size_m, face, stretches);
+    pub fn rectangle_mean_lx(&self, size_m: [f64; 3], face: RoomFace, stretches: [[f64; 2]; 2]) -> f64 {
+        let rectangle = face.rectangle(size_m, stretches);
         match *self {
             RoomSource::Point { .. } => {
                 let [[u0, u1], [v0, v1]] = stretches;
@@ -123,14 +89,9 @@ impl RoomSource {
             }
             RoomSource::Panel { face: own, .. } if own == face => 0.0,
             RoomSource::Panel { face: own, low, high, exitance_lm_m2 } => {
-                let panel = on_face(size_m, own, [[low[0], high[0]], [low[1], high[1]]]);
+                let panel = own.rectangle(size_m, [[low[0], high[0]], [low[1], high[1]]]);
                 exitance_lm_m2 * exchange_m2(&panel, &rectangle) / rectangle.area_m2()
             }
         }
     }
-}
-
-/// A rectangle of a face, seen from within.
-fn on_face(size_m: [f64; 3], face: RoomFace, stretches: [[f64; 2]; 2]) -> AxisRectangle {
-    AxisRectangle { axis: face.axis(), at: face.at(size_m), faces_up: !face.is_high(), stretches }
 }

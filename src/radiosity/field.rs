@@ -1,0 +1,140 @@
+//! Indirect illuminance on the faces: exact at Chebyshev points of every mesh, polynomials in between.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::faces::RoomFace;
+use super::mesh::{RoomMesh, extrapolated};
+
+/// Intervals between the points along a stretch without a break.
+const INTERVALS: usize = 16;
+/// The same along a stretch of an axis with breaks.
+const INTERVALS_BETWEEN_BREAKS: usize = 8;
+/// Part of what half the points interpolate wrongly that is stated as the error of all points. What remains of a
+/// function with weak singularities at its ends falls by 1/16 with every doubling; of a smooth one much faster.
+const INTERPOLATION_SHARE: f64 = 0.125;
+
+/// Points to each side of a place, along each axis, of whose errors the largest is stated.
+const NEIGHBOURS: usize = 2;
+
+/// Points along an axis: panels between breaks, each with its Chebyshev points from end to end.
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    panels: Vec<Vec<f64>>,
+}
+
+impl Line {
+    pub fn new(breaks: &[f64]) -> Line {
+        let intervals = if breaks.len() > 2 { INTERVALS_BETWEEN_BREAKS } else { INTERVALS };
+        let panel = |ends: &[f64]| -> Vec<f64> {
+            let node = |k: usize| {
+                let share = (0.5 * PI * k as f64 / intervals as f64).sin().powi(2);
+                if k == intervals { ends[1] } else { ends[0] + (ends[1] - ends[0]) * share }
+            };
+            (0..=intervals).map(node).collect()
+        };
+        Line { panels: breaks.windows(2).map(panel).collect() }
+    }
+
+    /// All points, those at breaks once for each side.
+    pub fn points(&self) -> Vec<f64> {
+        self.panels.concat()
+    }
+
+    /// Weights of the points of the panel around a place, after that panel's first point's number; `step` 2 leaves out
+    /// every other point.
+    fn weights(&self, place: f64, step: usize) -> (usize, Vec<f64>) {
+        let panel = self.panels.iter().position(|p| place <= p[p.len() - 1]).unwrap_or(self.panels.len() - 1);
+        let points = &self.panels[panel];
+        let last = points.len() - 1;
+        let mut weights = vec![0.0; points.len()];
+        let hit = (0..=last).step_by(step).find(|k| points[*k] == place);
+        if let Some(hit) = hit {
+            weights[hit] = 1.0;
+        } else {
+            // The barycentric formula of Chebyshev points of the second kind.
+            for k in (0..=last).step_by(step) {
+                let sign = if (k / step).is_multiple_of(2) { 1.0 } else { -1.0 };
+                let half = if k == 0 || k == last { 0.5 } else { 1.0 };
+                weights[k] = sign * half / (place - points[k]);
+            }
+            let sum: f64 = weights.iter().sum();
+            weights.iter_mut().for_each(|weight| *weight /= sum);
+        }
+        (panel * points.len(), weights)
+    }
+
+    /// Length of the shortest panel, m.
+    pub fn shortest_m(&self) -> f64 {
+        self.panels.iter().map(|p| p[p.len() - 1] - p[0]).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The points of all faces.
+pub(super) struct Nodes {
+    pub lines: [Line; 3],
+}
+
+impl Nodes {
+    /// Indirect illuminance at all points of every face by one mesh, in lx.
+    pub fn indirect_lx(&self, mesh: &RoomMesh, size_m: [f64; 3]) -> [Vec<f64>; 6] {
+        RoomFace::ALL.map(|face| {
+            let [u, v] = face.other_axes().map(|axis| self.lines[axis].points());
+            let at = |u: f64, v: f64| mesh.indirect_at_lx(face.position(size_m, [u, v]), face.normal());
+            let places: Vec<(f64, f64)> = u.iter().flat_map(|u| v.iter().map(move |v| (*u, *v))).collect();
+            places.into_par_iter().map(|(u, v)| at(u, v)).collect()
+        })
+    }
+}
+
+/// Indirect illuminance everywhere on the faces, with its estimated error.
+pub(super) struct Field<'a> {
+    nodes: &'a Nodes,
+    indirect_lx: [Vec<f64>; 6],
+    error_lx: [Vec<f64>; 6],
+}
+
+impl<'a> Field<'a> {
+    /// From the points' values on three meshes, coarse to fine.
+    pub fn new(nodes: &'a Nodes, meshes: [&[Vec<f64>; 6]; 3]) -> Field<'a> {
+        let mut field = Field { nodes, indirect_lx: Default::default(), error_lx: Default::default() };
+        for face in 0..6 {
+            let limits = (0..meshes[0][face].len()).map(|point| extrapolated(meshes.map(|mesh| mesh[face][point])));
+            (field.indirect_lx[face], field.error_lx[face]) = limits.unzip();
+        }
+        field
+    }
+
+    /// Illuminance and error at a place of a face, in lx.
+    pub fn at_lx(&self, face: RoomFace, place: [f64; 2]) -> (f64, f64) {
+        let value_lx = self.interpolated_lx(face, place, 1);
+        let coarse_lx = self.interpolated_lx(face, place, 2);
+        (value_lx, self.largest_near_lx(face, place) + INTERPOLATION_SHARE * (value_lx - coarse_lx).abs())
+    }
+
+    fn interpolated_lx(&self, face: RoomFace, place: [f64; 2], step: usize) -> f64 {
+        let [u, v] = face.other_axes().map(|axis| &self.nodes.lines[axis]);
+        let ((first_u, weights_u), (first_v, weights_v)) = (u.weights(place[0], step), v.weights(place[1], step));
+        let across = v.panels.len() * v.panels[0].len();
+        let values = &self.indirect_lx[face.index()];
+        let row = |i: usize| {
+            let start = (first_u + i) * across + first_v;
+            values[start..start + weights_v.len()].iter().zip(&weights_v).map(|(e, w)| e * w).sum::<f64>()
+        };
+        weights_u.iter().enumerate().filter(|(_, w)| **w != 0.0).map(|(i, w)| w * row(i)).sum()
+    }
+
+    /// The largest of the errors at the points around a place: an error that changes its sign looks small in between.
+    fn largest_near_lx(&self, face: RoomFace, place: [f64; 2]) -> f64 {
+        let [u, v] = face.other_axes().map(|axis| self.nodes.lines[axis].points());
+        let around = |points: &[f64], x: f64| {
+            let after = points.partition_point(|p| *p < x);
+            after.saturating_sub(NEIGHBOURS)..(after + NEIGHBOURS).min(points.len())
+        };
+        let (rows, columns) = (around(&u, place[0]), around(&v, place[1]));
+        let errors = &self.error_lx[face.index()];
+        let row = |i: usize| errors[i * v.len() + columns.start..i * v.len() + columns.end].iter().copied();
+        rows.flat_map(row).fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,249 @@
+//! A room solved on finer and finer meshes, and the maps that they give.
+
+use std::sync::OnceLock;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::error::NotARoom;
+use super::faces::{RoomFace, triangle_rule};
+use super::field::{Field, Line, Nodes};
+use super::mesh::{RoomMesh, extrapolated, graded_edges};
+use super::room::Room;
+use super::tables::{Values, map_error, row};
+use crate::maps::{MapKind, MapResult, MapValues, TableKind};
+use crate::scene::{Cell, Elements, ReceiverLayout, ReceiverPoint, Scene};
+
+/// Divisions of a face without breaks on the meshes, from the coarsest; each three neighbours are extrapolated.
+const DIVISIONS: [usize; 5] = [2, 4, 8, 16, 32];
+/// Rectangles of the finest mesh: some 300 MB of exchange areas.
+const MOST_RECTANGLES: usize = 9000;
+/// An element larger than this part of the shortest panel of the interpolation is integrated in parts.
+const ELEMENT_SHARE: f64 = 0.125;
+/// The most parts along an element's edge.
+const MOST_PARTS: f64 = 32.0;
+/// A normal whose component along an axis is this near to 1 runs along it.
+const ALONG_AXIS: f64 = 1e-12;
+
+/// A scene that radiosity can solve, and how far it has come.
+///
+/// ```
+/// # use luxmc::radiosity::Radiosity;
+/// # use luxmc::scene::scene_from_json;
+/// let scene = r#"{ "version": 1, "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
+///     "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward",
+///                     "material": "paint" } ],
+///     "luminaires": [ { "name": "lamp", "type": "point", "position": [2,2,2], "luminous_flux_lm": 10000 } ] }"#;
+/// let scene = scene_from_json(scene, None, std::path::Path::new(".")).unwrap();
+/// let radiosity = Radiosity::new(&scene).unwrap();
+/// let map = radiosity.map(luxmc::maps::MapKind::Elements);
+/// assert!((map.values.illuminance_lx[0] - 208.333).abs() < 0.01);
+/// ```
+pub struct Radiosity<'a> {
+    scene: &'a Scene,
+    room: Room,
+    nodes: Nodes,
+    /// The meshes so far, from the coarsest, and their values at the points of the interpolation once asked for.
+    meshes: Vec<(RoomMesh, OnceLock<[Vec<f64>; 6]>)>,
+}
+
+/// Flux that the surfaces take by a map, and its estimated error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AbsorbedFlux {
+    /// Σ (1 − ρ)EA in lm.
+    pub absorbed_lm: f64,
+    /// Its estimated error in lm.
+    pub estimated_error_lm: f64,
+}
+
+impl<'a> Radiosity<'a> {
+    /// Whether a scene is a room that radiosity can solve.
+    ///
+    /// # Errors
+    /// What of the scene it cannot compute, and which method can.
+    pub fn check(scene: &Scene) -> Result<(), NotARoom> {
+        Room::of(scene).map(|_| ())
+    }
+
+    /// Solves a scene on the three coarsest meshes.
+    ///
+    /// # Errors
+    /// As [`Radiosity::check`].
+    pub fn new(scene: &'a Scene) -> Result<Radiosity<'a>, NotARoom> {
+        let room = Room::of(scene)?;
+        let nodes = Nodes { lines: [0, 1, 2].map(|axis| Line::new(&room.breaks[axis])) };
+        let mut radiosity = Radiosity { scene, room, nodes, meshes: Vec::new() };
+        for _ in 0..3 {
+            radiosity.add_mesh();
+        }
+        Ok(radiosity)
+    }
+
+    /// Adds a mesh twice as fine, which takes some 16 times as long as the one before; `false` where the finest has
+    /// been reached.
+    pub fn refine(&mut self) -> bool {
+        let Some(divisions) = DIVISIONS.get(self.meshes.len()) else { return false };
+        let parts = [0, 1, 2].map(|axis| graded_edges(&self.room.breaks[axis], *divisions).len() - 1);
+        if 2 * (parts[0] * parts[1] + parts[1] * parts[2] + parts[2] * parts[0]) > MOST_RECTANGLES {
+            return false;
+        }
+        self.add_mesh();
+        true
+    }
+
+    /// Rectangles of the finest mesh so far.
+    pub fn rectangles(&self) -> usize {
+        self.meshes.last().map_or(0, |(mesh, _)| mesh.len())
+    }
+
+    fn add_mesh(&mut self) {
+        let room = &self.room;
+        let divisions = DIVISIONS[self.meshes.len()];
+        let edges = [0, 1, 2].map(|axis| graded_edges(&room.breaks[axis], divisions));
+        let mesh = RoomMesh::solved(
+            room.size_m,
+            edges,
+            |face, [u, v]| room.reflectance(face, [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])]),
+            |face, stretches| room.direct_over_rectangle_lx(face, stretches),
+        );
+        self.meshes.push((mesh, OnceLock::new()));
+    }
+
+    fn last_three(&self) -> [&(RoomMesh, OnceLock<[Vec<f64>; 6]>); 3] {
+        let first = self.meshes.len() - 3;
+        [0, 1, 2].map(|level| &self.meshes[first + level])
+    }
+
+    /// A map by the meshes so far; every value's `standard_error_lx` is its estimated error.
+    pub fn map(&self, kind: MapKind) -> MapResult {
+        match kind {
+            MapKind::Elements => self.element_map(),
+            MapKind::Receivers(set) => self.receiver_map(set),
+        }
+    }
+
+    fn element_map(&self) -> MapResult {
+        let (scene, elements) = (self.scene, Elements::of(self.scene));
+        let at_nodes = |mesh: &RoomMesh| self.nodes.indirect_lx(mesh, self.room.size_m);
+        let values = self.last_three().map(|(mesh, values)| values.get_or_init(|| at_nodes(mesh)));
+        let field = Field::new(&self.nodes, values);
+        let cells: Vec<(f64, f64, f64)> =
+            (0..elements.len() as u32).into_par_iter().map(|cell| self.cell_lx(&field, &elements, cell)).collect();
+        let values = values_of(&cells);
+        let weights: Vec<f64> =
+            (0..elements.len() as u32).map(|cell| elements.area_m2(scene, elements.cell(cell))).collect();
+        let tables = (0..scene.surfaces.len() as u32)
+            .map(|surface| {
+                let cells = elements.cells_of_surface(scene, surface);
+                let range = cells.start as usize..cells.end as usize;
+                let area_m2 = weights[range.clone()].iter().sum();
+                let part = Values::of(&values, &weights, range);
+                row(&scene.surfaces[surface as usize].name, TableKind::Surface, area_m2, &part)
+            })
+            .collect();
+        let error = map_error(&Values::of(&values, &weights, 0..cells.len()));
+        result("elements", MapKind::Elements, values, error, tables)
+    }
+
+    /// Direct and indirect mean over an element, and the error of both.
+    fn cell_lx(&self, field: &Field, elements: &Elements, cell: u32) -> (f64, f64, f64) {
+        let Cell { triangle, .. } = elements.cell(cell);
+        let face = self.room.faces[triangle as usize];
+        let corners = elements.corners_m(self.scene, elements.cell(cell)).map(|corner| self.room.settle(corner));
+        let (direct_lx, direct_error_lx) = self.room.direct_over_triangle_lx(face, corners);
+        let [a, b, c] = corners.map(|corner| face.place(corner));
+        let extent = |axis: usize| {
+            let places = [a[axis], b[axis], c[axis]];
+            places.into_iter().fold(0.0, f64::max) - places.into_iter().fold(f64::INFINITY, f64::min)
+        };
+        let shortest = face.other_axes().map(|axis| self.nodes.lines[axis].shortest_m());
+        let share = (extent(0) / shortest[0]).max(extent(1) / shortest[1]);
+        let parts = (share / ELEMENT_SHARE).ceil().clamp(1.0, MOST_PARTS) as u32;
+        let at = |s: f64, t: f64| [0, 1].map(|k| a[k] + (b[k] - a[k]) * s + (c[k] - a[k]) * t);
+        let (mut indirect_lx, mut error_lx) = (0.0, 0.0);
+        let step = 1.0 / f64::from(parts);
+        for i in 0..parts {
+            for j in 0..parts - i {
+                let corner = [f64::from(i) * step, f64::from(j) * step];
+                for ([along, across], weight) in triangle_rule() {
+                    let (s, t) = (along * (1.0 - across) * step, along * across * step);
+                    let mut take = |place: [f64; 2]| {
+                        let (value_lx, one_error_lx) = field.at_lx(face, place);
+                        indirect_lx += weight * step * step * value_lx;
+                        error_lx += weight * step * step * one_error_lx;
+                    };
+                    take(at(corner[0] + s, corner[1] + t));
+                    // The triangle turned round beside it, but for the last of a row.
+                    if j + 1 < parts - i {
+                        take(at(corner[0] + step - s, corner[1] + step - t));
+                    }
+                }
+            }
+        }
+        (direct_lx, indirect_lx, error_lx + direct_error_lx)
+    }
+
+    fn receiver_map(&self, set: usize) -> MapResult {
+        let receivers = &self.scene.receivers[set];
+        let points: Vec<(f64, f64, f64)> = receivers.points.par_iter().map(|point| self.point_lx(point)).collect();
+        let values = values_of(&points);
+        let weights: Vec<f64> = receivers.points.iter().map(|p| if p.inside { 0.0 } else { p.weight }).collect();
+        let (kind, area_m2) = match receivers.layout {
+            ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
+            ReceiverLayout::Points => (TableKind::Points, 0.0),
+        };
+        let all = Values::of(&values, &weights, 0..points.len());
+        let (error, tables) = (map_error(&all), vec![row(&receivers.name, kind, area_m2, &all)]);
+        result(&receivers.name, MapKind::Receivers(set), values, error, tables)
+    }
+
+    fn point_lx(&self, point: &ReceiverPoint) -> (f64, f64, f64) {
+        if point.inside {
+            return (0.0, 0.0, 0.0);
+        }
+        let position = self.room.settle(point.position_m);
+        let along = (0..3).find(|axis| point.normal[*axis].abs() > 1.0 - ALONG_AXIS);
+        let normal = along.map_or(point.normal, |axis| DVec3::AXES[axis] * point.normal[axis].signum());
+        let own = self.room.face_at(position).filter(|face: &RoomFace| face.normal().dot(normal) > 0.5);
+        let direct_lx = self.room.direct_at_lx(position, normal, own);
+        let (indirect_lx, error_lx) =
+            extrapolated(self.last_three().map(|(mesh, _)| mesh.indirect_at_lx(position, normal)));
+        (direct_lx, indirect_lx, error_lx)
+    }
+
+    /// Σ (1 − ρ)EA by an element map of this scene.
+    pub fn absorbed_flux(&self, elements_map: &MapResult) -> AbsorbedFlux {
+        let elements = Elements::of(self.scene);
+        let mut sum = AbsorbedFlux { absorbed_lm: 0.0, estimated_error_lm: 0.0 };
+        for cell in 0..elements.len() as u32 {
+            let place = elements.cell(cell);
+            let corners = elements.corners_m(self.scene, place).map(|corner| self.room.settle(corner));
+            let face = self.room.faces[place.triangle as usize];
+            let reflectance = self.room.reflectance(face, face.place(corners.iter().sum::<DVec3>() / 3.0));
+            let share_m2 = (1.0 - reflectance) * elements.area_m2(self.scene, place);
+            sum.absorbed_lm += share_m2 * elements_map.values.illuminance_lx[cell as usize];
+            sum.estimated_error_lm += share_m2 * elements_map.values.standard_error_lx[cell as usize];
+        }
+        sum
+    }
+}
+
+fn values_of(entries: &[(f64, f64, f64)]) -> MapValues {
+    MapValues {
+        illuminance_lx: entries.iter().map(|(direct, indirect, _)| direct + indirect).collect(),
+        standard_error_lx: entries.iter().map(|(_, _, error)| *error).collect(),
+        direct_lx: entries.iter().map(|(direct, _, _)| *direct).collect(),
+        indirect_lx: entries.iter().map(|(_, indirect, _)| *indirect).collect(),
+    }
+}
+
+fn result(
+    name: &str,
+    kind: MapKind,
+    values: MapValues,
+    error: crate::maps::MapError,
+    tables: Vec<crate::maps::TableRow>,
+) -> MapResult {
+    let (name, method) = (name.to_owned(), "radiosity".to_owned());
+    MapResult { name, kind, method, chains: 0, values, error, bound: false, target_met: None, tables }
+}

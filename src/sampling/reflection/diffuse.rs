@@ -1,0 +1,41 @@
+//! Lambert's law.
+
+use std::f64::consts::PI;
+
+use super::{Pair, Scattered, Way};
+use crate::sampling::random::Stream;
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf_per_sr};
+use glam::DVec3;
+
+/// The same luminance ρE/π in every direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Diffuse {
+    /// Hemispherical reflectance, 0 to 1.
+    pub reflectance: f64,
+}
+
+impl Diffuse {
+    /// See [`super::Law::sample`].
+    #[inline]
+    pub fn sample(&self, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+        (stream.unit() < self.reflectance)
+            .then(|| Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread })
+    }
+
+    /// See [`super::Law::pdf_per_sr`].
+    pub fn pdf_per_sr(&self, pair: &Pair) -> f64 {
+        cosine_hemisphere_pdf_per_sr(pair.cos_out())
+    }
+
+    /// See [`super::Law::eval_per_sr`].
+    #[inline]
+    pub fn eval_per_sr(&self, pair: &Pair) -> f64 {
+        if pair.cos_out() > 0.0 { self.reflectance / PI } else { 0.0 }
+    }
+
+    /// See [`super::Law::total`].
+    #[inline]
+    pub fn total(&self) -> f64 {
+        self.reflectance
+    }
+}

@@ -1,0 +1,38 @@
+//! A thin pane: light is mirrored or passes straight on.
+
+use super::{Scattered, Way, mirrored};
+use crate::base::pane::pane_shares;
+use crate::sampling::random::Stream;
+use glam::DVec3;
+
+/// One sheet for both faces of a pane, by Fresnel's formulas with all inner reflections.
+#[derive(Clone, Copy, Debug)]
+pub struct Glass {
+    /// Refractive index relative to air, 1 or more.
+    pub refractive_index: f64,
+    /// Transmittance of the glass itself at normal incidence, 0 to 1.
+    pub internal_transmittance: f64,
+}
+
+impl Glass {
+    /// Reflectance and transmittance at an angle of this cosine.
+    pub fn shares(&self, cos_in: f64) -> [f64; 2] {
+        pane_shares(self.refractive_index, self.internal_transmittance, cos_in.abs())
+    }
+
+    /// See [`super::Law::sample`].
+    pub fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+        let [reflectance, transmittance] = self.shares(direction.dot(normal));
+        let choice = stream.unit();
+        if choice < reflectance {
+            return Some(Scattered { direction: mirrored(direction, normal), way: Way::Mirrored });
+        }
+        (choice < reflectance + transmittance).then_some(Scattered { direction, way: Way::Passed })
+    }
+
+    /// See [`super::Law::total`].
+    pub fn total(&self, cos_in: f64) -> f64 {
+        let [reflectance, transmittance] = self.shares(cos_in);
+        reflectance + transmittance
+    }
+}

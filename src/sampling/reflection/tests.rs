@@ -1,0 +1,254 @@
+//! The shared suite: every law's draws against its BRDF, its BRDF against its total, and reciprocity.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::{Law, Pair, Phong, Way};
+use crate::sampling::random::{Purpose, Stream};
+use crate::scene::ReflectionLaw;
+
+/// Chance of refusing a right sampler in one test.
+const ALPHA: f64 = 1e-4;
+const DRAWS: u64 = 1_000_000;
+const SEED: u64 = 11;
+/// Bins over cos²θ (a cosine law fills them evenly) and the azimuth.
+const BINS: [usize; 2] = [8, 12];
+/// Midpoints along each side of a bin.
+const MIDPOINTS: usize = 48;
+
+fn phong(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> ReflectionLaw {
+    ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent }
+}
+
+/// A direction away from the surface with the normal z, at an angle and an azimuth in degrees.
+fn at(theta_deg: f64, phi_deg: f64) -> DVec3 {
+    let (sin, cos) = theta_deg.to_radians().sin_cos();
+    let (sin_phi, cos_phi) = phi_deg.to_radians().sin_cos();
+    DVec3::new(sin * cos_phi, sin * sin_phi, cos)
+}
+
+/// The direction of a place (cos²θ, turns) on the upper or the lower side.
+fn placed(square: f64, turns: f64, upper: bool) -> DVec3 {
+    let (sin, cos) = ((1.0 - square).sqrt(), square.sqrt());
+    DVec3::new(sin * (TAU * turns).cos(), sin * (TAU * turns).sin(), if upper { cos } else { -cos })
+}
+
+/// ∫ f cos θ dω over each bin of both sides: with q = cos²θ, cos θ dω = ½ dq dφ.
+fn masses(law: &Law, towards: DVec3) -> Vec<f64> {
+    let mut masses = Vec::new();
+    for upper in [true, false] {
+        for bin in 0..BINS[0] * BINS[1] {
+            let within =
+                |k: usize, bin: usize, bins: usize| (bin as f64 + (k as f64 + 0.5) / MIDPOINTS as f64) / bins as f64;
+            let mut sum = 0.0;
+            for k in 0..MIDPOINTS * MIDPOINTS {
+                let square = within(k / MIDPOINTS, bin / BINS[1], BINS[0]);
+                let turns = within(k % MIDPOINTS, bin % BINS[1], BINS[1]);
+                let pair = Pair { normal: DVec3::Z, towards, leaving: placed(square, turns, upper) };
+                sum += law.eval_per_sr(&pair);
+            }
+            masses.push(sum * PI / (BINS[0] * BINS[1] * MIDPOINTS * MIDPOINTS) as f64);
+        }
+    }
+    masses
+}
+
+/// Draws that ended in each bin; the last entry counts those that were absorbed.
+fn counts(law: &Law, towards: DVec3) -> Vec<f64> {
+    let half = BINS[0] * BINS[1];
+    let mut counts = vec![0.0; 2 * half + 1];
+    let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
+    for index in 0..DRAWS {
+        stream.seek(index);
+        let Some(scattered) = law.sample(-towards, DVec3::Z, &mut stream) else {
+            counts[2 * half] += 1.0;
+            continue;
+        };
+        let direction = scattered.direction;
+        assert!((direction.length() - 1.0).abs() < 1e-9, "{direction} is no unit vector");
+        assert_eq!(direction.z < 0.0, scattered.way.leads_through(), "{direction} {:?}", scattered.way);
+        let turns = (direction.y.atan2(direction.x) / TAU).rem_euclid(1.0);
+        let bin = |x: f64, bins: usize| ((x * bins as f64) as usize).min(bins - 1);
+        let place = bin(direction.z * direction.z, BINS[0]) * BINS[1] + bin(turns, BINS[1]);
+        counts[place + if direction.z < 0.0 { half } else { 0 }] += 1.0;
+    }
+    counts
+}
+
+/// p-value of counts against masses (with what is absorbed as a last bin), bins pooled until 20 are expected.
+fn chi_square_p(counts: &[f64], masses: &[f64]) -> f64 {
+    let absorbed = (1.0 - masses.iter().sum::<f64>()).max(0.0);
+    let (mut pooled, mut pool) = (Vec::new(), (0.0, 0.0));
+    for (mass, count) in masses.iter().chain([&absorbed]).zip(counts) {
+        pool = (pool.0 + mass * DRAWS as f64, pool.1 + count);
+        if pool.0 >= 20.0 {
+            pooled.push(std::mem::take(&mut pool));
+        }
+    }
+    let last = pooled.len() - 1;
+    pooled[last] = (pooled[last].0 + pool.0, pooled[last].1 + pool.1);
+    let statistic: f64 = pooled.iter().map(|(expected, count)| (count - expected).powi(2) / expected).sum();
+    1.0 - ChiSquared::new(last as f64).expect("more than one bin").cdf(statistic)
+}
+
+#[test]
+fn draws_follow_the_laws_and_a_fault_of_two_percent_is_rejected() {
+    let cases = [
+        (ReflectionLaw::Diffuse { reflectance: 0.7 }, ReflectionLaw::Diffuse { reflectance: 0.714 }),
+        (phong(0.2, 0.6, 0.0), phong(0.2, 0.612, 0.0)),
+        (phong(0.3, 0.5, 5.0), phong(0.3, 0.51, 5.1)),
+        (phong(0.0, 1.0, 60.0), phong(0.0, 1.0, 61.2)),
+        (
+            ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
+            ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.357 },
+        ),
+    ];
+    for (law, faulty) in cases {
+        for theta_deg in [20.0, 75.0] {
+            let towards = at(theta_deg, 40.0);
+            let drawn = counts(&Law::new(&law), towards);
+            let right = chi_square_p(&drawn, &masses(&Law::new(&law), towards));
+            assert!(right > ALPHA, "{law:?} at {theta_deg}: p = {right}");
+            let wrong = chi_square_p(&drawn, &masses(&Law::new(&faulty), towards));
+            assert!(wrong < ALPHA, "{law:?} at {theta_deg}: a planted fault passed, p = {wrong}");
+        }
+    }
+}
+
+#[test]
+fn densities_integrate_to_one() {
+    for law in [
+        ReflectionLaw::Diffuse { reflectance: 0.3 },
+        phong(0.3, 0.5, 5.0),
+        phong(0.1, 0.2, 60.0),
+        ReflectionLaw::Translucent { diffuse_reflectance: 0.1, diffuse_transmittance: 0.6 },
+    ] {
+        let law = Law::new(&law);
+        let towards = at(50.0, 10.0);
+        const STEPS: usize = 400;
+        let mut sum = 0.0;
+        for upper in [true, false] {
+            for k in 0..STEPS * STEPS {
+                let share = |k: usize| (k as f64 + 0.5) / STEPS as f64;
+                let leaving = placed(share(k / STEPS), share(k % STEPS), upper);
+                let pair = Pair { normal: DVec3::Z, towards, leaving };
+                sum += law.pdf_per_sr(&pair) * PI / leaving.z.abs();
+            }
+        }
+        let integral = sum / (STEPS * STEPS) as f64;
+        assert!((integral - 1.0).abs() < 1e-3, "{integral}");
+    }
+}
+
+/// ∫ f cos θ_o dω of a phong law: the lobe over u = cosⁿ⁺¹α and the azimuth about the mirror direction, the rest
+/// over the cosine.
+fn directional_reflectance(law: &Phong, exponent: f64, towards: DVec3) -> f64 {
+    const ALONG: usize = 200;
+    const AROUND: usize = 1024;
+    let axis = super::mirrored(-towards, DVec3::Z);
+    let (t, b) = axis.any_orthonormal_pair();
+    let mut lobe = 0.0;
+    for i in 0..ALONG {
+        // Graded towards the tail, where cos α changes fast.
+        let x = (i as f64 + 0.5) / ALONG as f64;
+        let (u, du) = (x * x, 2.0 * x / ALONG as f64);
+        let cos_alpha = u.powf(1.0 / (exponent + 1.0));
+        let sin_alpha = (1.0 - cos_alpha * cos_alpha).sqrt();
+        for j in 0..AROUND {
+            let (sin, cos) = (TAU * (j as f64 + 0.5) / AROUND as f64).sin_cos();
+            let leaving = axis * cos_alpha + (t * cos + b * sin) * sin_alpha;
+            let value = law.lobe_per_sr(&Pair { normal: DVec3::Z, towards, leaving });
+            lobe += value * leaving.z.max(0.0) * du * TAU / AROUND as f64 / ((exponent + 1.0) * u / cos_alpha);
+        }
+    }
+    const STEPS: usize = 20_000;
+    let spread: f64 = (0..STEPS)
+        .map(|k| {
+            let x = (k as f64 + 0.5) / STEPS as f64;
+            let (cos, dcos) = (x.powi(3), 3.0 * x * x / STEPS as f64);
+            let leaving = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+            TAU * cos * dcos * law.spread_per_sr(&Pair { normal: DVec3::Z, towards, leaving })
+        })
+        .sum();
+    lobe + spread
+}
+
+#[test]
+fn gloss_loses_nothing_at_any_angle_and_exponent() {
+    for exponent in [0.0, 0.5, 3.0, 60.0, 1000.0, 1e5] {
+        let law = Phong::new(0.15, 0.8, exponent);
+        for theta_deg in [0.0, 30.0, 60.0, 80.0, 88.0, 89.9] {
+            let reflectance = directional_reflectance(&law, exponent, at(theta_deg, 25.0));
+            assert!((reflectance - 0.95).abs() < 1e-3, "n = {exponent}, {theta_deg} degrees: {reflectance}");
+        }
+    }
+    // Without the second term the lobe of n = 60 loses: the fault that this test must see.
+    let plain = Phong::new(0.0, 0.8, 60.0);
+    let pair = |leaving| Pair { normal: DVec3::Z, towards: at(80.0, 0.0), leaving };
+    assert!(plain.spread_per_sr(&pair(at(80.0, 90.0))) > 0.01);
+}
+
+#[test]
+fn exchanging_the_directions_changes_nothing() {
+    for law in [
+        ReflectionLaw::Diffuse { reflectance: 0.7 },
+        phong(0.1, 0.8, 0.0),
+        phong(0.1, 0.8, 17.3),
+        phong(0.3, 0.6, 1e5),
+        ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
+    ] {
+        let law = Law::new(&law);
+        for (one, other) in [
+            (at(20.0, 0.0), at(21.0, 181.0)),
+            (at(60.0, 30.0), at(59.9, 210.05)),
+            (at(85.0, 0.0), at(10.0, 77.0)),
+            (at(89.9, 0.0), at(89.0, 180.5)),
+        ] {
+            let there = law.eval_per_sr(&Pair { normal: DVec3::Z, towards: one, leaving: other });
+            let back = law.eval_per_sr(&Pair { normal: DVec3::Z, towards: other, leaving: one });
+            // The mirror direction is rounded differently both ways: n times 1e-15.
+            assert!((there - back).abs() <= 1e-9 * there, "{law:?}: {there} {back}");
+        }
+    }
+}
+
+#[test]
+fn mirrors_and_panes_keep_their_shares_and_directions() {
+    // 4.9 standard errors, α = 1e-6, N = 400,000, and a fault of 2% must be rejected.
+    const N: u64 = 400_000;
+    let direction = DVec3::new(0.6, 0.3, -0.2).normalize();
+    let cos_in = -direction.z;
+    for law in [
+        ReflectionLaw::Mirror { reflectance: 0.9 },
+        ReflectionLaw::Glass { refractive_index: 1.52, internal_transmittance: 0.9 },
+    ] {
+        let law = Law::new(&law);
+        let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
+        let (mut mirrored, mut passed) = (0.0, 0.0);
+        for index in 0..N {
+            stream.seek(index);
+            match law.sample(direction, DVec3::Z, &mut stream) {
+                Some(scattered) if scattered.way == Way::Mirrored => {
+                    assert!(scattered.direction.distance(direction * DVec3::new(1.0, 1.0, -1.0)) < 1e-15);
+                    mirrored += 1.0;
+                }
+                Some(scattered) => {
+                    assert_eq!((scattered.way, scattered.direction), (Way::Passed, direction));
+                    passed += 1.0;
+                }
+                None => {}
+            }
+        }
+        let shares = [law.mirror_share(cos_in), law.total(cos_in) - law.mirror_share(cos_in)];
+        for (count, share) in [(mirrored, shares[0]), (passed, shares[1])] {
+            let allowed = 4.9 * (share * (1.0 - share) / N as f64).sqrt();
+            assert!((count / N as f64 - share).abs() <= allowed + 1e-12, "{law:?}: {count} {share}");
+            let faulty = (1.02 * share - share).abs() > allowed;
+            assert!(faulty || share == 0.0, "a planted fault would pass");
+        }
+        let pair = Pair { normal: DVec3::Z, towards: -direction, leaving: at(30.0, 0.0) };
+        assert_eq!((law.eval_per_sr(&pair), law.pdf_per_sr(&pair)), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,92 @@
+//! Arrays of luminaires: `columns` × `rows` copies, spanned by `u` and `v` like the points of a grid.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::error::SceneError;
+use super::model::{Emission, Luminaire};
+use super::reader::Fields;
+use super::units::LengthUnit;
+
+/// Most luminaires of an array.
+const MOST_LUMINAIRES: u64 = 1_000_000;
+
+/// Where the copies of a luminaire stand.
+pub(super) struct Array {
+    columns: u32,
+    rows: u32,
+    u_m: DVec3,
+    v_m: DVec3,
+}
+
+/// Reads the array that a luminaire stands for, if its keys give one.
+pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<Array>, SceneError> {
+    let keys = ["columns", "rows", "u", "v"].map(|key| fields.get(key));
+    if keys.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let [columns, rows, ..] = keys;
+    let columns_count = columns.as_ref().map_or(Ok(1), |node| node.count("the number of columns"))?;
+    let rows_count = rows.as_ref().map_or(Ok(1), |node| node.count("the number of rows"))?;
+    let along = |count: u32, key: &str| match fields.get(key) {
+        None if count == 1 => Ok(DVec3::ZERO),
+        _ => Ok(unit.point_m(fields.need(key, "[6, 0, 0]")?.vector()?)),
+    };
+    let array = Array {
+        columns: columns_count,
+        rows: rows_count,
+        u_m: along(columns_count, "u")?,
+        v_m: along(rows_count, "v")?,
+    };
+    if u64::from(columns_count) * u64::from(rows_count) > MOST_LUMINAIRES {
+        let blamed = columns.or(rows).unwrap_or_else(|| fields.node().clone());
+        let expected = format!("at most {MOST_LUMINAIRES}");
+        return Err(blamed.refuse("the array has too many luminaires", expected, "ask for fewer"));
+    }
+    Ok(Some(array))
+}
+
+impl Array {
+    /// Adds the copies, row by row: "NAME 1", "NAME 2", …
+    pub fn fill(
+        &self,
+        fields: &Fields,
+        luminaire: &Luminaire,
+        names: &mut HashMap<String, String>,
+        luminaires: &mut Vec<Luminaire>,
+    ) -> Result<(), SceneError> {
+        let share = |index: u32, count: u32| if count > 1 { f64::from(index) / f64::from(count - 1) } else { 0.5 };
+        let path = fields.node().json_path();
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                let number = row * self.columns + column + 1;
+                let name = format!("{} {number}", luminaire.name);
+                if let Some(first) = names.insert(name.clone(), path.to_string()) {
+                    return Err(fields.need("name", "\"…\"")?.refuse_as(
+                        format!("the name {name:?} is given twice"),
+                        format!("an array, of which {name:?} is a part; {first} has that name already"),
+                        "a name of its own",
+                        "rename one of the two",
+                    ));
+                }
+                let offset_m = share(column, self.columns) * self.u_m + share(row, self.rows) * self.v_m;
+                let mut copy = Luminaire { name, ..luminaire.clone() };
+                shift(&mut copy.emission, offset_m);
+                luminaires.push(copy);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn shift(emission: &mut Emission, offset_m: DVec3) {
+    match emission {
+        Emission::Isotropic { position_m, .. }
+        | Emission::Lambertian { position_m, .. }
+        | Emission::Photometric { position_m, .. }
+        | Emission::Sphere { center_m: position_m, .. } => *position_m += offset_m,
+        // Surfaces stand where they are; their luminaires have none of the keys of an array.
+        Emission::Area { .. } => {}
+    }
+}

@@ -1,0 +1,107 @@
+//! Radiosity as a method like the others: meshes are refined until a stop rule ends the run.
+
+use std::time::Instant;
+
+use crate::maps::{MapKind, MapResult};
+use crate::radiosity::{NotARoom, Radiosity};
+use crate::scene::Scene;
+use crate::solver::{ConvergenceRow, MapCheck, Observer, Progress, Settings, Solution, StopReason};
+use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
+
+/// A finer mesh takes some 16 times as long as the one before; a run with a time limit begins none that would end late.
+const NEXT_MESH_TAKES: f64 = 16.0;
+/// The check of the map does not claim to see less than this part of the flux: the sums' rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Solves a room for the maps asked for.
+///
+/// # Errors
+/// What of the scene radiosity cannot compute.
+pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Solution, NotARoom> {
+    let started = Instant::now();
+    let target_error =
+        settings.target_error.or_else(|| settings.time_limit_s.is_none().then_some(DEFAULT_TARGET_ERROR));
+    let requests = map_requests(scene, &settings.maps);
+    let mut radiosity = Radiosity::new(scene)?;
+    let mut convergence = Vec::new();
+    let mut last_s = started.elapsed().as_secs_f64();
+    let (maps, estimated_error, stop_reason) = loop {
+        let maps: Vec<MapResult> = requests.iter().map(|(kind, _)| radiosity.map(*kind)).collect();
+        let bound = maps.iter().zip(&requests).filter(|(_, (_, bound))| *bound);
+        let estimated_error = bound.map(|(map, _)| map.error.estimated).fold(0.0, f64::max);
+        let wall_s = observer.wall_s();
+        convergence.push(ConvergenceRow {
+            wall_s,
+            chains: 0,
+            estimated_error,
+            forecast_wall_s: wall_s,
+            forecast_chains: 0.0,
+        });
+        observer.progress(&Progress {
+            estimated_error: Some(estimated_error),
+            target_error,
+            chains: 0,
+            rays: 0,
+            forecast_chains: None,
+            remaining_s: None,
+            fraction: target_error.map_or(0.0, |target| (target / estimated_error.max(target)).min(1.0)),
+            wall_s,
+        });
+        let late = |limit_s: f64| wall_s + NEXT_MESH_TAKES * last_s > limit_s;
+        let met = target_error.is_some_and(|target| estimated_error <= target);
+        let stop = if maps.iter().all(|map| map.values.standard_error_lx.iter().all(|error| *error == 0.0)) {
+            Some(StopReason::Exact)
+        } else if met {
+            Some(StopReason::TargetMet)
+        } else if observer.is_interrupted() {
+            Some(StopReason::Interrupted)
+        } else if settings.time_limit_s.is_some_and(late) {
+            Some(StopReason::TimeLimit)
+        } else {
+            let refining = Instant::now();
+            let finest = !radiosity.refine();
+            last_s = refining.elapsed().as_secs_f64();
+            finest.then_some(StopReason::FinestMesh)
+        };
+        if let Some(stop) = stop {
+            break (maps, estimated_error, stop);
+        }
+    };
+    let met = |error: f64| target_error.map(|target| error <= target);
+    let map_check = map_check(scene, &radiosity, &maps);
+    let maps = maps.into_iter().zip(&requests).map(|(map, (_, bound))| {
+        let target_met = met(map.error.estimated);
+        MapResult { bound: *bound, target_met, ..map }
+    });
+    Ok(Solution {
+        paths_not_found: Vec::new(),
+        method: "radiosity".to_owned(),
+        seed: settings.seed,
+        target_error,
+        chains: 0,
+        rays: 0,
+        replicas: 0,
+        maps: maps.collect(),
+        estimated_error,
+        target_met: met(estimated_error),
+        stop_reason,
+        flux_balance: Err("radiosity traces no chains".to_owned()),
+        map_check,
+        convergence,
+        build_s: 0.0,
+        compute_s: started.elapsed().as_secs_f64(),
+        warnings: Vec::new(),
+    })
+}
+
+fn map_check(scene: &Scene, radiosity: &Radiosity, maps: &[MapResult]) -> Result<MapCheck, String> {
+    let elements = maps.iter().find(|map| map.kind == MapKind::Elements).ok_or("the element map was not asked for")?;
+    let flux = radiosity.absorbed_flux(elements);
+    let emitted_lm = scene.luminous_flux_lm();
+    let deviation_lm = flux.absorbed_lm - emitted_lm;
+    Ok(MapCheck {
+        absorbed_by_map_lm: flux.absorbed_lm,
+        standard_error_lm: flux.estimated_error_lm,
+        z_score: deviation_lm / flux.estimated_error_lm.max(ROUNDING * emitted_lm).max(f64::MIN_POSITIVE),
+    })
+}

@@ -1,0 +1,191 @@
+//! Luminaires with luminous dimensions, and arrays of luminaires.
+
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use luxmc::base::polygon::polygon_illuminance_lx;
+use luxmc::scene::{Emission, Scene, inspect, scene_from_json};
+use luxmc::solver::{MapSelection, Observer, Progress, Settings, Solution, solve};
+
+struct Silent;
+
+impl Observer for Silent {
+    fn progress(&self, _: &Progress) {}
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+    fn wall_s(&self) -> f64 {
+        0.0
+    }
+}
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+}
+
+fn read(json: &str) -> Result<Scene, String> {
+    scene_from_json(json, None, &folder()).map_err(|error| error.to_string())
+}
+
+fn solved(json: &str, target_error: f64) -> Solution {
+    let settings = Settings {
+        seed: 1,
+        target_error: Some(target_error),
+        chains: None,
+        time_limit_s: None,
+        maps: MapSelection::Receivers,
+        threads: None,
+    };
+    solve(&read(json).unwrap_or_else(|error| panic!("{error}")), &settings, &Silent)
+}
+
+/// An IES file of I = I₀ cos γ below, with the opening's dimensions (width along C90, length along C0, height).
+fn lambertian_file(name: &str, intensity_cd: f64, dimensions: [f64; 3]) {
+    let angles: Vec<String> = (0..=180).map(|half| (0.5 * f64::from(half)).to_string()).collect();
+    let candela: Vec<String> = (0..=180)
+        .map(|half| (intensity_cd * (0.5 * f64::from(half)).to_radians().cos().max(0.0)).to_string())
+        .collect();
+    let [width, length, height] = dimensions;
+    let text = format!(
+        "IES:LM-63-2019\n[TEST] computed\nTILT=NONE\n1 -1 1 181 1 1 2 {width} {length} {height}\n1 1.0001 10\n{}\n0\n{}\n",
+        angles.chunks(20).map(|row| row.join(" ")).collect::<Vec<_>>().join("\n"),
+        candela.chunks(20).map(|row| row.join(" ")).collect::<Vec<_>>().join("\n"),
+    );
+    std::fs::write(folder().join(name), text).expect("the folder can be written");
+}
+
+fn points_file(name: &str, rows: &[[f64; 6]]) {
+    let lines: Vec<String> = rows.iter().map(|row| row.map(|number| number.to_string()).join(",")).collect();
+    std::fs::write(folder().join(name), format!("x,y,z,nx,ny,nz\n{}\n", lines.join("\n"))).expect("it can be written");
+}
+
+const BLACK_FLOOR: &str = r#""materials": { "black": { "type": "diffuse", "reflectance": 0 } },
+    "geometry": [ { "name": "floor", "type": "rectangle", "origin": [-40,-40,-20], "u": [80,0,0], "v": [0,80,0], "material": "black" } ]"#;
+
+/// A panel of 1.2 m × 0.6 m given as a file, at 0.1, 1 and 10 times its size: Lambert's polygon formula.
+#[test]
+fn a_panel_given_as_a_file_is_the_panel_near_and_far() {
+    lambertian_file("panel.ies", 1000.0, [0.6, 1.2, 0.0]);
+    let rows = [
+        [0.0, 0.0, -0.12, 0.0, 0.0, 1.0],
+        [0.5, 0.25, -0.12, 0.0, 0.0, 1.0],
+        [0.9, 0.0, -0.12, -1.0, 0.0, 0.0],
+        [0.0, 0.0, -1.2, 0.0, 0.0, 1.0],
+        [1.0, 0.7, -1.2, 0.0, 0.0, 1.0],
+        [0.0, 0.0, -12.0, 0.0, 0.0, 1.0],
+        [5.0, 5.0, -12.0, 0.6, 0.0, 0.8],
+    ];
+    points_file("panel.csv", &rows);
+    let json = format!(
+        r#"{{ "version": 1, {BLACK_FLOOR},
+           "luminaires": [ {{ "name": "panel", "type": "photometric", "file": "panel.ies", "position": [0,0,0] }} ],
+           "receivers": [ {{ "name": "points", "type": "points", "file": "panel.csv" }} ] }}"#
+    );
+    let solution = solved(&json, 5e-4);
+    let corners = [[-0.6, -0.3], [-0.6, 0.3], [0.6, 0.3], [0.6, -0.3]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    let values = &solution.maps[0].values;
+    for (index, [x, y, z, nx, ny, nz]) in rows.into_iter().enumerate() {
+        let exact = polygon_illuminance_lx(DVec3::new(x, y, z), DVec3::new(nx, ny, nz), &corners, PI * 1000.0 / 0.72);
+        let (value, error) = (values.illuminance_lx[index], values.standard_error_lx[index]);
+        assert!(exact > 0.0 && (value / exact - 1.0).abs() < 3e-3, "{index}: {value} ± {error} {exact}");
+    }
+    // The same as a point source is off by far more at 0.1 and by 0.4% at 10 times its size or less.
+    let as_a_point = 1000.0 / 0.12f64.powi(2);
+    assert!(as_a_point / values.illuminance_lx[0] > 5.0);
+}
+
+/// Chains start on the opening, and what they find agrees with what looks find: a box around a near panel.
+#[test]
+fn chains_and_looks_see_the_same_opening() {
+    lambertian_file("disk.ies", 300.0, [-0.8, -0.8, 0.0]);
+    let json = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
+        "geometry": [ { "name": "box", "type": "box", "min": [-1,-1,0], "max": [1,1,1], "facing": "inward", "material": "grey", "max_element_edge": 1 } ],
+        "luminaires": [ { "name": "disk", "type": "photometric", "file": "disk.ies", "position": [0.1,0,0.3] } ] }"#;
+    let settings = Settings {
+        seed: 1,
+        target_error: None,
+        chains: Some(400_000),
+        time_limit_s: None,
+        maps: MapSelection::Elements,
+        threads: None,
+    };
+    let solution = solve(&read(json).unwrap_or_else(|error| panic!("{error}")), &settings, &Silent);
+    let check = solution.map_check.expect("the box is closed");
+    // Half of the light of the map is looked at directly, half is found by chains: together they are the flux.
+    assert!(check.z_score.abs() < 4.5 && check.standard_error_lm < 5e-3 * check.absorbed_by_map_lm, "{check:?}");
+}
+
+/// A mirror shows the opening: below a panel over a mirror stands its image.
+#[test]
+fn a_mirror_shows_the_opening_too() {
+    lambertian_file("mirrored.ies", 500.0, [1.0, 1.0, 0.0]);
+    points_file("mirrored.csv", &[[0.0, 0.0, 0.5, 0.0, 0.0, -1.0], [0.4, 0.1, 0.2, 0.6, 0.0, -0.8]]);
+    let json = r#"{ "version": 1, "materials": { "mirror": { "type": "mirror", "reflectance": 0.8 } },
+        "geometry": [ { "name": "floor", "type": "rectangle", "origin": [-9,-9,0], "u": [18,0,0], "v": [0,18,0], "material": "mirror" } ],
+        "luminaires": [ { "name": "panel", "type": "photometric", "file": "mirrored.ies", "position": [0,0,1] } ],
+        "receivers": [ { "name": "points", "type": "points", "file": "mirrored.csv" } ] }"#;
+    let solution = solved(json, 2e-3);
+    let image = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, y]| DVec3::new(x, y, -1.0));
+    let sites = [(DVec3::new(0.0, 0.0, 0.5), DVec3::NEG_Z), (DVec3::new(0.4, 0.1, 0.2), DVec3::new(0.6, 0.0, -0.8))];
+    for (index, (point_m, normal)) in sites.into_iter().enumerate() {
+        let exact = 0.8 * polygon_illuminance_lx(point_m, normal, &image, PI * 500.0);
+        let (value, error) =
+            (solution.maps[0].values.indirect_lx[index], solution.maps[0].values.standard_error_lx[index]);
+        assert!((value - exact).abs() < 8.0 * error + 1e-4 * exact, "{value} ± {error} {exact}");
+        assert!((value / exact - 1.0).abs() < 0.02, "{value} {exact}");
+    }
+}
+
+#[test]
+fn an_array_stands_for_its_luminaires_row_by_row() {
+    lambertian_file("array.ies", 100.0, [0.3, 0.3, 0.0]);
+    let json = |luminaires: &str| {
+        format!(r#"{{ "version": 1, "length_unit": "cm", {BLACK_FLOOR}, "luminaires": [ {luminaires} ] }}"#)
+    };
+    let scene = read(&json(
+        r#"{ "name": "row", "type": "photometric", "file": "array.ies", "position": [100,0,300], "columns": 3, "rows": 2,
+             "u": [400,0,0], "v": [0,100,0], "dimming": 0.5 },
+           { "name": "one", "type": "point", "position": [0,0,100], "luminous_flux_lm": 10, "columns": 1, "u": [20,0,0] },
+           { "name": "balls", "type": "sphere", "center": [0,0,0], "radius": 5, "luminous_flux_lm": 10, "rows": 2, "v": [0,0,50] }"#,
+    ))
+    .unwrap_or_else(|error| panic!("{error}"));
+    let names: Vec<&str> = scene.luminaires.iter().map(|luminaire| luminaire.name.as_str()).collect();
+    assert_eq!(names, ["row 1", "row 2", "row 3", "row 4", "row 5", "row 6", "one 1", "balls 1", "balls 2"]);
+    let places = inspect(&scene).luminaires.iter().map(|luminaire| luminaire.position_m).collect::<Vec<_>>();
+    assert_eq!(
+        places[..6],
+        [[1.0, 0.0, 3.0], [3.0, 0.0, 3.0], [5.0, 0.0, 3.0], [1.0, 1.0, 3.0], [3.0, 1.0, 3.0], [5.0, 1.0, 3.0]]
+    );
+    assert_eq!(places[6..], [[0.1, 0.0, 1.0], [0.0; 3], [0.0, 0.0, 0.5]]);
+    assert!(scene.luminaires[..6].iter().all(|one| one.luminous_flux_lm == scene.luminaires[0].luminous_flux_lm));
+    assert_eq!(inspect(&scene).luminaires[0].opening_m, Some([0.3, 0.3, 0.0]));
+    let webs: Vec<_> = scene.luminaires[..6]
+        .iter()
+        .map(|one| match &one.emission {
+            Emission::Photometric { web, .. } => std::sync::Arc::as_ptr(web),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(webs.iter().all(|web| *web == webs[0]), "one table serves all");
+
+    for (luminaires, named) in [
+        (
+            r#"{ "name": "a", "type": "point", "position": [0,0,1], "intensity_cd": 1, "columns": 3 }"#,
+            "needs the key \"u\"",
+        ),
+        (
+            r#"{ "name": "a", "type": "point", "position": [0,0,1], "intensity_cd": 1, "columns": 0, "u": [1,0,0] }"#,
+            "no count",
+        ),
+        (
+            r#"{ "name": "a", "type": "point", "position": [0,0,1], "intensity_cd": 1, "columns": 2, "u": [1,0,0] },
+               { "name": "a 2", "type": "point", "position": [0,0,1], "intensity_cd": 1 }"#,
+            "given twice",
+        ),
+    ] {
+        let error = read(&json(luminaires)).expect_err("it is refused");
+        assert!(error.contains(named), "{error}");
+    }
+    assert!(Path::new(&folder()).exists());
+}
