@@ -261,12 +261,18 @@ fn write_words(svg: &mut String, words: &Words) {
     *svg += &format!(">{}</text>\n", escaped(&words.text));
 }
 
+/// A path through spots, to a tenth of a pixel.
 fn path(svg: &mut String, spots: &[Spot], closed: bool) {
+    let tenth = |x: f64| {
+        let text = format!("{:.1}", x + 0.0);
+        let text = text.strip_suffix(".0").unwrap_or(&text);
+        if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    };
     for (index, [x, y]) in spots.iter().enumerate() {
         svg.push(if index == 0 { 'M' } else { 'L' });
-        svg.push_str(&short(*x));
+        svg.push_str(&tenth(*x));
         svg.push(' ');
-        svg.push_str(&short(*y));
+        svg.push_str(&tenth(*y));
     }
     if closed {
         svg.push('Z');
@@ -319,7 +325,7 @@ mod tests {
         picture.words(Words::new("Ē < 5 & \"x\"", [1.0, 2.0], 12.0).bold().turned(-90.0).rimmed(1.5));
         let svg = picture.svg();
         assert!(svg.contains("<title>a &lt; b</title>"));
-        assert!(svg.contains("d=\"M0 0L10 0L10 0.33Z\" fill=\"#ff0010\" stroke=\"#ff0010\""));
+        assert!(svg.contains("d=\"M0 0L10 0L10 0.3Z\" fill=\"#ff0010\" stroke=\"#ff0010\""));
         assert!(svg.contains("d=\"M0 0L5 0\"") && svg.contains("stroke-dasharray=\"4 2\""));
         assert!(svg.contains("rotate(-90 1 2)") && svg.contains(">Ē &lt; 5 &amp; &quot;x&quot;</text>"));
         assert!(
