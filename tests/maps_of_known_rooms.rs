@@ -91,9 +91,34 @@ fn the_map_of_the_cube_is_that_of_radiosity_with_exact_form_factors() {
     assert!(bias.abs() < 0.002, "mean deviation {bias}");
 }
 
+/// Shrinks everything that stands in the room by a hundredth about its own middle: surfaces that lie on each other, whose
+/// illuminance would be a matter of taste, get gaps of 0.25 mm and more between them, in which the truth holds too.
+fn open_gaps(scene: &mut Scene) {
+    let mut part: Vec<usize> = (0..scene.vertices_m.len()).collect();
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for triangle in &scene.triangles {
+            let least = triangle.iter().map(|vertex| part[*vertex as usize]).min().unwrap_or(0);
+            for vertex in triangle {
+                changed |= part[*vertex as usize] != least;
+                part[*vertex as usize] = least;
+            }
+        }
+    }
+    for root in 1..part.len() {
+        let members: Vec<usize> = (0..part.len()).filter(|vertex| part[*vertex] == root).collect();
+        let middle = members.iter().map(|vertex| scene.vertices_m[*vertex]).sum::<glam::DVec3>() / members.len() as f64;
+        for vertex in members {
+            scene.vertices_m[vertex] = middle + 0.99 * (scene.vertices_m[vertex] - middle);
+        }
+    }
+}
+
 /// The office with every surface shining as its own reflectance leaves room for: luminance 1000/π cd/m² everywhere.
 fn isothermal_office() -> (Scene, f64) {
     let mut scene = scene("office.json");
+    open_gaps(&mut scene);
     let illuminance_lx = 1000.0;
     scene.luminaires = scene
         .surfaces
@@ -129,8 +154,7 @@ fn isothermal_office() -> (Scene, f64) {
 #[test]
 fn an_isothermal_office_has_the_same_illuminance_everywhere_within_its_error_bars() {
     // Kirchhoff: E = πL₀ at every element and receiver. Pooled over the seeds, |z| lies within Student's quantile at 15
-    // degrees of freedom in 95.4% ± 2% (200 seeds in the slow run, 12 here with ± 3%). Entries that no light reaches
-    // are left out. A truth moved by 1% must be seen in the mean.
+    // degrees of freedom in 95.4% ± 2% (200 seeds in the slow run, 12 here with ± 3%). A truth moved by 1% must be seen in the mean.
     let (scene, truth_lx) = isothermal_office();
     let seeds = if slow() { 200 } else { 12 };
     let tolerance = if slow() { 0.02 } else { 0.03 };
@@ -143,9 +167,6 @@ fn an_isothermal_office_has_the_same_illuminance_everywhere_within_its_error_bar
             let mut sum = 0.0;
             let mut count = 0.0;
             for (illuminance_lx, error_lx) in map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx) {
-                if *illuminance_lx == 0.0 {
-                    continue;
-                }
                 let z = (illuminance_lx - truth_lx) / error_lx;
                 inside[kind] += u32::from(z.abs() < T15_QUANTILE_95_4);
                 all[kind] += 1;

@@ -219,7 +219,6 @@ mod tests {
             count += 1;
         }
         assert!(count >= 60, "{name}: only {count} rows");
-        println!("{name}: worst {:e} at {}", worst.0, worst.1);
         worst.0
     }
 

@@ -94,7 +94,6 @@ fn triangles_make_up_their_face() {
             }
         }
     }
-    println!("largest stated error of a triangle {stated:e}");
     let mean = solution.face_mean(RoomFace::Floor);
     assert!((sum.direct_lx / mean.direct_lx - 1.0).abs() < 1e-6, "{sum:?} {mean:?}");
     assert!((sum.indirect_lx / mean.indirect_lx - 1.0).abs() < 1e-4, "{sum:?} {mean:?}");

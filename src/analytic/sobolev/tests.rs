@@ -46,7 +46,6 @@ fn every_reference_row_is_met_within_1e_12_and_within_the_estimate() {
         assert!(error <= value.estimated_error_lx, "{place}: {value:?} {}", row.reflected_lx);
         assert!(stated <= 1e-12, "{place}: {value:?} {}", row.reflected_lx);
     }
-    println!("worst error {worst:e}, largest error/estimate {closest}, largest estimate {widest:e}");
 }
 
 #[test]
@@ -175,16 +174,13 @@ fn black_planes_reflect_nothing() {
 }
 
 #[test]
-fn a_thousand_radii_take_little_time() {
+fn many_radii_at_once_are_those_one_by_one() {
     let problem = SobolevProblem { h1: 0.4, rho1: 0.9999, rho2: 0.9999 };
-    for range in [(0.0, 4.0), (4.0, 25.0), (25.0, 1e4), (0.0, 1e4)] {
-        let radii: Vec<f64> = (0..1000).map(|i| range.0 + (range.1 - range.0) * (i as f64 / 1000.0)).collect();
-        let start = std::time::Instant::now();
-        let values = sobolev_at_radii(&problem, SobolevPlane::One, &radii).expect("valid");
-        let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-        assert_eq!(values.len(), 1000);
-        println!("1,000 radii in {range:?}: {milliseconds} ms");
-        // Some 30 on an idle core; one radius at a time would take seconds.
-        assert!(milliseconds < 600.0, "{range:?}: {milliseconds} ms");
+    let radii = [0.0, 1.0, 2.999, 3.001, 40.0, 1e4];
+    let together = sobolev_at_radii(&problem, SobolevPlane::One, &radii).expect("valid");
+    for (r, value) in radii.iter().zip(&together) {
+        let alone = sobolev(&problem, SobolevPlane::One, *r).expect("valid");
+        let most = value.estimated_error_lx + alone.estimated_error_lx;
+        assert!((value.reflected_lx - alone.reflected_lx).abs() <= most, "r = {r}: {value:?} {alone:?}");
     }
 }
