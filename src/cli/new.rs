@@ -49,7 +49,7 @@ const OFFICE: &[Template] = &[
     ("README.txt", include_str!("projects/office.txt")),
 ];
 const CORRIDOR: &[Template] = &[
-    ("corridor.json", include_str!("../../scenes/corridor.json")),
+    ("corridor.json", include_str!("projects/corridor.json")),
     ("luminaires/troffer.ies", include_str!("../../scenes/luminaires/troffer.ies")),
     ("README.txt", include_str!("projects/corridor.txt")),
 ];
