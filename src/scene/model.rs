@@ -56,7 +56,7 @@ pub enum ReflectionLaw {
         /// Hemispherical reflectance ρ, 0 to 1.
         reflectance: f64,
     },
-    /// A diffuse part and a reciprocal lobe about the mirror direction (docs/methods.md, section 8); its reflectance is
+    /// A diffuse part and a reciprocal lobe about the mirror direction (docs/methods.md, section 9); its reflectance is
     /// the sum of both shares at every angle.
     Phong {
         /// Share that is reflected diffusely, 0 to 1.
