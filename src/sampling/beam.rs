@@ -73,27 +73,29 @@ impl Polygon {
         &self.corners_m[..self.count]
     }
 
-    /// The part on the inner side of a plane.
-    fn cut(&self, point_m: DVec3, inward: DVec3) -> Polygon {
+    /// Keeps the part on the inner side of a plane.
+    fn cut(&mut self, point_m: DVec3, inward: DVec3) {
         let mut heights = [0.0; MOST_CORNERS];
+        let mut all_inside = true;
         for (height, corner_m) in heights.iter_mut().zip(self.corners()) {
             *height = (corner_m - point_m).dot(inward);
+            all_inside &= *height >= 0.0;
         }
-        if heights[..self.count].iter().all(|height| *height >= 0.0) || self.count == MOST_CORNERS {
-            return *self;
+        if all_inside || self.count == MOST_CORNERS {
+            return;
         }
-        let mut part = Polygon { corners_m: [DVec3::ZERO; MOST_CORNERS], count: 0 };
-        for i in 0..self.count {
-            let j = (i + 1) % self.count;
+        let whole = *self;
+        self.count = 0;
+        for i in 0..whole.count {
+            let j = (i + 1) % whole.count;
             if heights[i] >= 0.0 {
-                part.push(self.corners_m[i]);
+                self.push(whole.corners_m[i]);
             }
             if (heights[i] >= 0.0) != (heights[j] >= 0.0) {
                 let t = heights[i] / (heights[i] - heights[j]);
-                part.push(self.corners_m[i] + t * (self.corners_m[j] - self.corners_m[i]));
+                self.push(whole.corners_m[i] + t * (whole.corners_m[j] - whole.corners_m[i]));
             }
         }
-        part
     }
 
     fn push(&mut self, corner_m: DVec3) {
@@ -178,13 +180,13 @@ impl Beam {
         let mut part = Polygon { corners_m: [DVec3::ZERO; MOST_CORNERS], count: 3 };
         part.corners_m[..3].copy_from_slice(&facet.corners_m);
         if let Some((base_m, normal)) = self.base {
-            part = part.cut(base_m, normal);
+            part.cut(base_m, normal);
         }
         for wall in &self.walls {
             if part.count < 3 {
                 return None;
             }
-            part = part.cut(self.apex_m, *wall);
+            part.cut(self.apex_m, *wall);
         }
         (part.count >= 3).then_some(part)
     }

@@ -106,6 +106,17 @@ impl ReflectionLaw {
         }
     }
 
+    /// Total reflectance, where it is the same at every angle and all that is not reflected is absorbed.
+    pub fn reflectance_at_every_angle(&self) -> Option<f64> {
+        match *self {
+            ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => Some(reflectance),
+            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+                Some(diffuse_reflectance + specular_reflectance)
+            }
+            ReflectionLaw::Glass { .. } | ReflectionLaw::Translucent { .. } => None,
+        }
+    }
+
     /// Whether a sheet of it has two like sides by nature.
     pub fn is_two_sided(&self) -> bool {
         matches!(self, ReflectionLaw::Glass { .. } | ReflectionLaw::Translucent { .. })

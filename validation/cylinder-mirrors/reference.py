@@ -9,7 +9,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 SIDES, PERIOD, FLUX_PER_M = 96, 0.5, 1000.0
-CASES = [(0.5, 0.5), (0.5, 0.8), (0.9, 0.5)]
+CASES = [(0.5, 0.5), (0.5, 0.8)]
 ANGLES = [0, 90, 180]
 
 # The prism's circumference is the circle's; wall panels look inwards, panel 0 in the direction phi = 0.
