@@ -309,3 +309,26 @@ fn a_cylinder_between_perfect_mirrors_is_infinite() {
         assert!(error < 0.02 * value, "{value} ± {error}");
     }
 }
+
+/// A mirror ball has too many facets to look for points in: receivers say so, area luminaires are found all the same.
+#[test]
+fn what_walks_cannot_find_is_named() {
+    let json = |luminaire: &str| {
+        format!(
+            r#"{{ "version": 1, "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }},
+                 "mirror": {{ "type": "mirror", "reflectance": 0.9 }} }},
+               "geometry": [
+                 {{ "name": "room", "type": "box", "min": [0,0,0], "max": [3,3,3], "facing": "inward", "material": "grey" }},
+                 {{ "name": "ball", "type": "sphere", "center": [1.5,1.5,1], "radius": 0.3, "material": "mirror" }} ],
+               "luminaires": [ {luminaire} ],
+               "receivers": [ {{ "name": "floor", "type": "grid", "surface": "room/floor" }} ] }}"#
+        )
+    };
+    let point = r#"{ "name": "lamp", "type": "point", "position": [0.5,0.5,2.5], "luminous_flux_lm": 1000 }"#;
+    let solution = solved(&json(point), MapSelection::Receivers, 1600);
+    assert!(solution.paths_not_found.len() == 1 && solution.paths_not_found[0].contains("ball"));
+    assert!(solution.warnings.iter().any(|warning| warning.contains("not found")), "{:?}", solution.warnings);
+    assert!(solved(&json(point), MapSelection::Elements, 1600).paths_not_found.is_empty(), "chains find all");
+    let area = r#"{ "name": "lamp", "type": "area", "surface": "room/ceiling", "luminous_flux_lm": 1000 }"#;
+    assert!(solved(&json(area), MapSelection::Receivers, 1600).paths_not_found.is_empty());
+}
