@@ -230,9 +230,7 @@ impl Job {
                 }
             };
             self.map.direct_samples = after_sweep(entries, times, self.map.len());
-        } else if self.black {
-            self.samples = goal;
-        } else {
+        } else if !self.black {
             self.advance_indirect(context, goal);
         }
         self.samples = if self.black { self.map.direct_samples.complete } else { self.map.indirect_samples.complete };

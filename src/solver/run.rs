@@ -140,10 +140,8 @@ impl Run<'_> {
         let unbound = jobs.iter().filter(|(_, job)| !job.bound).filter(open).min_by_key(|(_, job)| job.rays);
         match (bound, unbound) {
             (Some((index, _)), Some((other, unbound))) => {
-                let bound_rays: u64 = self.jobs.iter().filter(|job| job.bound).map(|job| job.rays).sum();
-                let unbound_rays: u64 = self.jobs.iter().filter(|job| !job.bound).map(|job| job.rays).sum();
                 let next_rays = unbound.rays_to(self.goal(unbound));
-                let within_share = unbound_rays as f64 + next_rays <= UNBOUND_SHARE * bound_rays as f64;
+                let within_share = self.rays_of(false) + next_rays <= UNBOUND_SHARE * self.rays_of(true);
                 Some(if within_share { *other } else { *index })
             }
             (Some((index, _)), None) => Some(*index),
@@ -200,10 +198,14 @@ impl Run<'_> {
         }
     }
 
+    /// Rays so far of all bound, or of all unbound maps.
+    fn rays_of(&self, bound: bool) -> f64 {
+        self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.rays).sum::<u64>() as f64
+    }
+
     fn affords_first_look(&self, job: &Job) -> bool {
         let started = job.samples > 0 || job.rays > 0;
-        let bound_rays: u64 = self.jobs.iter().filter(|job| job.bound).map(|job| job.rays).sum();
-        let share = (UNBOUND_SHARE * bound_rays as f64).max(FIRST_LOOK_RAYS);
+        let share = (UNBOUND_SHARE * self.rays_of(true)).max(FIRST_LOOK_RAYS);
         job.samples < job.first_samples() && (started || job.rays_to(job.first_samples()) <= share)
     }
 
