@@ -95,7 +95,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     let watcher = Watcher::new(started, quiet);
     let solution = pool.install(|| match arguments.method {
         Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher),
-        Method::Auto | Method::Collision => Ok(solve(&scene, &settings, &watcher)),
+        Method::Auto | Method::Gather | Method::Collision => Ok(solve(&scene, &settings, &watcher)),
     })?;
     watcher.finish();
 
@@ -198,6 +198,11 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
         });
     }
     Ok(Settings {
+        method: match arguments.method {
+            Method::Auto => crate::solver::Method::Auto,
+            Method::Gather => crate::solver::Method::Gather,
+            Method::Collision | Method::Radiosity => crate::solver::Method::Collision,
+        },
         seed: arguments.seed,
         target_error: arguments.target_error,
         chains: arguments.chains,

@@ -52,12 +52,18 @@ pub fn sample_reflected_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
+    let (plane, weight) = one_plane(quantity, receiver, stream);
+    let (lx, rays) = sample_indirect_lx(stage, &plane, cut, stream);
+    (weight * lx, rays)
+}
+
+/// The plane on which one sample of indirect light is taken, and the sample's weight.
+pub fn one_plane<'a>(quantity: Quantity, receiver: &Receiver<'a>, stream: &mut Stream) -> (Receiver<'a>, f64) {
     if quantity == Quantity::Perpendicular {
-        return sample_indirect_lx(stage, receiver, cut, stream);
+        return (*receiver, 1.0);
     }
     let (normal, weight) = turned_plane(quantity, TAU * stream.unit());
-    let (lx, rays) = sample_indirect_lx(stage, &Receiver { normal, ..*receiver }, cut, stream);
-    (weight * lx, rays)
+    (Receiver { normal, ..*receiver }, weight)
 }
 
 /// The normal of an upright plane turned by an angle from the cylinder's front, and its weight.

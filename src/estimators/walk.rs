@@ -40,8 +40,55 @@ struct LobeRay {
     normal: DVec3,
 }
 
+/// What a walk does with what is known of the indirect light where it meets a diffuse surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Recall {
+    /// Nothing is known: the walk goes on by itself.
+    Nothing,
+    /// The walk ends: this indirect illuminance in lx stands for the rest of it.
+    End(f64),
+    /// The walk goes on, and this indirect illuminance in lx takes the chance out of its survival: with reflectance ρ
+    /// it scores ρ times as much, and loses it again if it survives, which changes no mean.
+    Guide(f64),
+}
+
+/// What is known already of the indirect light in a scene.
+pub trait Memory {
+    /// What is known at a vertex that sends a share of its light on, and the rays that asking took.
+    fn recall(
+        &mut self,
+        hit: &SurfaceHit,
+        vertex: &Receiver,
+        reflectance: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (Recall, u64);
+}
+
+/// No memory: walks go on until they are absorbed or leave.
+struct Blank;
+
+impl Memory for Blank {
+    #[inline]
+    fn recall(&mut self, _: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        (Recall::Nothing, 0)
+    }
+}
+
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
 pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    gather_indirect_lx(stage, receiver, &mut Blank, cut, stream)
+}
+
+/// One sample of the indirect illuminance at a receiver in lx, and the rays it took: the walk ends at the first diffuse
+/// surface whose indirect light the memory knows, and is as right as the memory.
+pub fn gather_indirect_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    memory: &mut impl Memory,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
     let mut origin = *receiver.origin;
     let mut direction = cosine_hemisphere(receiver.normal, stream.pair());
     let (mut illuminance_lx, mut rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
@@ -67,6 +114,24 @@ pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, str
         let normal = stage.normal(hit.triangle, hit.side);
         origin = stage.leave(&hit, Way::Spread);
         let vertex = Vertex { stage, hit: &hit, direction, normal, origin: &origin };
+        let mut guided_lx = 0.0;
+        if let Law::Diffuse(law) = law {
+            let (recall, recall_rays) = memory.recall(&hit, &vertex.receiver(), law.reflectance, cut, stream);
+            rays += recall_rays;
+            match recall {
+                Recall::Nothing => {}
+                Recall::End(known_lx) => {
+                    // What is known holds the images in mirrors.
+                    let sight = one_look(stage, &vertex.receiver(), cut, stream);
+                    let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1));
+                    return (illuminance_lx + law.reflectance * (direct_lx + known_lx), rays + direct_rays);
+                }
+                Recall::Guide(known_lx) => {
+                    illuminance_lx += law.reflectance * known_lx;
+                    guided_lx = known_lx;
+                }
+            }
+        }
         let (direct_lm_m2, direct_rays) = match law {
             Law::Diffuse(law) => vertex.spread_lm_m2(law.reflectance, cut, stream),
             Law::Phong(law) => vertex.phong_lm_m2(law, cut, stream),
@@ -78,6 +143,7 @@ pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, str
         let Some(scattered) = law.sample(direction, normal, stream) else {
             return (illuminance_lx, rays);
         };
+        illuminance_lx -= guided_lx;
         if scattered.way.leads_through() {
             origin = stage.leave(&hit, scattered.way);
         }

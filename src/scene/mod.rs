@@ -12,6 +12,7 @@ mod model;
 mod names;
 mod obj;
 mod parse;
+pub mod patches;
 pub mod photometry;
 mod placing;
 mod points_file;

@@ -328,6 +328,11 @@ impl Scene {
         &self.surfaces[self.triangle_surfaces[triangle as usize] as usize]
     }
 
+    /// Number of a triangle's surface.
+    pub fn surface_id_of(&self, triangle: u32) -> SurfaceId {
+        self.triangle_surfaces[triangle as usize]
+    }
+
     /// Maintained flux of all luminaires in lm.
     pub fn luminous_flux_lm(&self) -> f64 {
         self.luminaires.iter().map(|luminaire| luminaire.luminous_flux_lm).sum()

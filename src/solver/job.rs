@@ -2,15 +2,18 @@
 
 use std::ops::Range;
 
-use super::pilot::DirectShare;
+use super::forward::Forward;
+use super::gathering::Gatherer;
+use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_error};
+use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
-use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Tally, Unit, judge};
+use crate::maps::{Crossing, Judgement, MapKind, REPLICAS, ReplicaMap, Tally, Unit, judge};
 use crate::scene::Scene;
 
 /// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
 /// sharing it out over threads costs nothing.
-const RAYS_PER_SLICE: f64 = 400_000.0;
+pub const RAYS_PER_SLICE: f64 = 400_000.0;
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
@@ -72,6 +75,28 @@ impl std::ops::AddAssign for Ends {
     }
 }
 
+/// What estimates the indirect light of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// Packets of chains are counted on elements.
+    Counting,
+    /// Walks from receivers.
+    Walking,
+    /// Gathering rays that look up what the forward stage left.
+    Gathering,
+}
+
+impl Engine {
+    /// Name as results tell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Engine::Counting => "collision",
+            Engine::Walking => "walk",
+            Engine::Gathering => "gather",
+        }
+    }
+}
+
 /// One map in the making.
 pub struct Job {
     /// `elements` or the receiver set's name.
@@ -98,8 +123,19 @@ pub struct Job {
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
     pub judgement: Judgement,
+    /// What estimates its indirect light.
+    pub engine: Engine,
+    /// Variance in lx² of a replica of what it gathers, by chance of its rays and of its chains; weighted means over the entries.
+    pub row_variance: f64,
+    /// The same by chance of its chains.
+    pub column_variance: f64,
+    /// Gathering rays an entry that the plan gives it.
+    pub planned_samples: u64,
     judged_samples: u64,
+    direct: PartCost,
+    indirect: PartCost,
     share: DirectShare,
+    checked_share: f64,
     black: bool,
 }
 
@@ -132,6 +168,8 @@ impl Job {
         weights: Vec<f64>,
         bound: bool,
     ) -> Job {
+        let entries = map.len();
+        let (direct, indirect) = (direct_cost(context, kind, number), indirect_cost(context, kind, number));
         Job {
             name,
             kind,
@@ -145,36 +183,83 @@ impl Job {
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
+            engine: match kind {
+                MapKind::Elements => Engine::Counting,
+                MapKind::Receivers(_) => Engine::Walking,
+            },
+            row_variance: 0.0,
+            column_variance: 0.0,
+            planned_samples: 0,
             judged_samples: 0,
-            share: DirectShare::of(context, kind, number),
+            direct,
+            indirect,
+            share: DirectShare::of(direct, indirect, entries),
+            checked_share: 0.0,
             black: !context.stage.reflects(),
         }
     }
 
+    /// Rays that counting or walking takes to an error in lx, by what the pilot measured.
+    pub fn rays_without_gathering(&self, error_lx: f64) -> f64 {
+        rays_to_error(self.direct, self.indirect, self.map.len(), error_lx)
+    }
+
+    /// Mean of its direct light in lx, by what the pilot measured.
+    pub fn direct_mean_lx(&self) -> f64 {
+        self.direct.mean_lx
+    }
+
+    /// Share of an error that chains and gathering rays may have, the rest being that of direct light: variances are best
+    /// shared out like the roots of variance times cost, which for the gathered part follow from its rays to the error.
+    pub fn gathered_share(&self, rays: f64, error_lx: f64) -> f64 {
+        let direct = (self.direct.variance * self.direct.rays * self.map.len() as f64).sqrt();
+        let gathered = rays.sqrt() * error_lx;
+        (gathered / (gathered + direct)).sqrt()
+    }
+
+    /// Starts (again) with gathering, from costs and a plan; direct light stays as far as it is.
+    pub fn start_gathering(&mut self, context: &Context, costs: &GatherCosts, samples: f64) {
+        self.checked_share = if context.stage.paths_not_found.is_empty() { costs.checked_share() } else { 0.0 };
+        self.planned_samples = (samples.ceil() as u64).max(1);
+        let rays = costs.rays_per_sample + self.checked_share * costs.rays_per_check;
+        let gathered = PartCost { variance: costs.ray_variance, rays, mean_lx: costs.mean_lx };
+        self.share = DirectShare::of(self.direct, gathered, self.map.len());
+        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.map.indirect_samples = Tally::default();
+        self.map.indirect_unit_lx = Unit::Lux;
+        self.map.crossing = Some(Crossing::new(self.map.len()));
+        self.samples = 0;
+        self.engine = Engine::Gathering;
+    }
+
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
     pub fn chains(&self) -> u64 {
-        let per_sample = match self.kind {
-            MapKind::Elements => 1,
-            MapKind::Receivers(_) => self.map.len() as u64,
+        let per_sample = match self.engine {
+            Engine::Counting => 1,
+            Engine::Walking => self.map.len() as u64,
+            // The forward stage's chains serve all maps and are counted once.
+            Engine::Gathering => 0,
         };
         if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
     }
 
     /// Samples a replica that fill at least `chains` chains.
     pub fn samples_for(&self, chains: u64) -> u64 {
-        let per_sample = match self.kind {
-            MapKind::Elements => REPLICAS as u64,
-            MapKind::Receivers(_) => (REPLICAS * self.map.len().max(1)) as u64,
+        let per_sample = match self.engine {
+            Engine::Counting => REPLICAS as u64,
+            Engine::Walking => (REPLICAS * self.map.len().max(1)) as u64,
+            Engine::Gathering => return self.planned_samples,
         };
         if self.black { 1 } else { chains.div_ceil(per_sample).max(1) }
     }
 
     /// Samples at which the error is judged for the first time.
     pub fn first_samples(&self) -> u64 {
-        match self.kind {
+        match self.engine {
             _ if self.black => 1,
-            MapKind::Elements => 256,
-            MapKind::Receivers(_) => 4,
+            Engine::Counting => 256,
+            Engine::Walking => 4,
+            Engine::Gathering => self.planned_samples.div_ceil(2).min(4),
         }
     }
 
@@ -218,7 +303,9 @@ impl Job {
     ///
     /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can
     /// end the run in the middle of it.
-    pub fn advance(&mut self, context: &Context, goal: u64) -> bool {
+    ///
+    /// `forward` is what gathering rays look up; there is none where nothing gathers.
+    pub fn advance(&mut self, context: &Context, forward: Option<&Forward>, goal: u64) -> bool {
         let passes = self.passes_at(goal);
         if self.map.direct_samples.complete < passes {
             let (entries, times) =
@@ -231,13 +318,21 @@ impl Job {
             };
             self.map.direct_samples = after_sweep(entries, times, self.map.len());
         } else if !self.black {
-            self.advance_indirect(context, goal);
+            self.advance_indirect(context, forward, goal);
         }
         self.samples = if self.black { self.map.direct_samples.complete } else { self.map.indirect_samples.complete };
         self.samples >= goal && self.map.direct_samples.complete >= passes
     }
 
-    fn advance_indirect(&mut self, context: &Context, goal: u64) {
+    fn advance_indirect(&mut self, context: &Context, forward: Option<&Forward>, goal: u64) {
+        if let (Engine::Gathering, Some(forward)) = (self.engine, forward) {
+            let rays = self.share.rays_per_indirect;
+            let (entries, times) = slice_of_sweep(self.map.indirect_samples, goal, self.map.len(), rays);
+            let gatherer = Gatherer { context, forward, kind: self.kind, checked_share: self.checked_share };
+            self.rays += gatherer.gather(&mut self.map, entries.clone(), times.clone());
+            self.map.indirect_samples = after_sweep(entries, times, self.map.len());
+            return;
+        }
         match self.kind {
             MapKind::Elements => {
                 let done = self.map.indirect_samples.complete;
@@ -275,8 +370,12 @@ impl Job {
     /// Judges the error as it stands.
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
+        if let Some(crossing) = &mut self.map.crossing {
+            crossing.settle();
+            (self.row_variance, self.column_variance) = self.map.row_and_column_variance(&self.weights);
+        }
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
-        if self.judgement.unseen && !self.judgement.dark {
+        if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
             self.judgement.halves_error = self.judgement.halves_error.max(bound);

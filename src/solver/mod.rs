@@ -1,11 +1,15 @@
 //! The batch loop: work in replicas over threads, merged in order, until a stop rule ends it.
 
 mod finish;
+mod forward;
+mod gathering;
 mod job;
 mod pilot;
+mod plan;
 mod run;
 mod solution;
 mod sparse;
+mod stages;
 mod sweep;
 
 pub use run::{DEFAULT_TARGET_ERROR, Observer, Progress, map_requests, solve};

@@ -2,9 +2,23 @@
 
 use crate::maps::MapResult;
 
+/// How maps are estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// What a short pilot finds the quickest, map by map.
+    #[default]
+    Auto,
+    /// Elements by counting the packets of chains, receivers by walks: unbiased.
+    Collision,
+    /// Both by gathering rays that look up what chains left in patches.
+    Gather,
+}
+
 /// What a run is asked to do.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Settings {
+    /// How maps are estimated.
+    pub method: Method,
     /// Seed of all random streams.
     pub seed: u64,
     /// Target of the stated error as a fraction, if one is set.
@@ -20,9 +34,10 @@ pub struct Settings {
 }
 
 /// The maps that a run computes and, where named, binds to the target.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum MapSelection {
     /// No `--maps`: all are computed; the target binds the receiver sets if there are any, else the element map.
+    #[default]
     Default,
     /// All maps, all bound.
     All,

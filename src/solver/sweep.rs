@@ -8,11 +8,15 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::job::{Context, Ends};
+use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::reception::{sample_direct_lx, sample_reflected_lx};
+use crate::geometry::Origin;
 use crate::maps::{ReplicaMap, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::warp::uniform_triangle;
+use crate::scene::Cell;
 
 /// Points of a receiver set that a thread takes at a time.
 const POINTS_PER_CHUNK: usize = 64;
@@ -30,7 +34,7 @@ pub enum Deposits {
     DirectToo,
 }
 
-fn stream_index(entry: usize, sample: u64) -> u64 {
+pub(super) fn stream_index(entry: usize, sample: u64) -> u64 {
     ((entry as u64) << SAMPLE_BITS) | sample
 }
 
@@ -119,6 +123,15 @@ pub fn walks_from_points(
     over_points(context, set, Purpose::Walks, &mut map.indirect, points, walks, |receiver, room, stream| {
         sample_reflected_lx(stage, quantity, receiver, &mut room.cut, stream)
     })
+}
+
+/// Where a ray leaves an element side whose corners have these barycentric coordinates: a random point of it.
+#[inline]
+pub(super) fn origin_in_element(stage: &Stage, cell: &Cell, corners: &[[f64; 2]; 3], stream: &mut Stream) -> Origin {
+    let [u, v] = uniform_triangle(stream.pair());
+    let inner =
+        [0, 1].map(|k| corners[0][k] + u * (corners[1][k] - corners[0][k]) + v * (corners[2][k] - corners[0][k]));
+    stage.tracer.surface_origin(cell.triangle, inner, cell.side)
 }
 
 /// Room that a task reuses from sample to sample.
