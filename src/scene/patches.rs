@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::elements::{part_at, part_corners};
 use super::{Scene, Side};
 
 /// A triangle is joined with its neighbours below this share of the area of a patch.
@@ -21,6 +22,19 @@ const NORMAL_STEPS: f64 = 1.5;
 pub struct Patches {
     triangles: Vec<PatchedTriangle>,
     area_m2: Vec<f64>,
+    /// What each patch is made of.
+    content: Vec<Content>,
+    /// Triangles of joined patches with the area of the patch up to and including each.
+    joined: Vec<Vec<(u32, f64)>>,
+}
+
+/// What a patch is made of.
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    /// A part of a triangle's side.
+    Part { triangle: u32, part: u32, side: Side },
+    /// Whole triangles that face one way: the place of their list.
+    Joined { list: u32, side: Side },
 }
 
 /// How a triangle is patched: cut where `divisions > 0`, joined where it is 0. `first` counts for front and back.
@@ -54,11 +68,11 @@ impl Patches {
                     u32::MAX
                 } else if is_small {
                     let group = group_of(scene, triangle, side, edge_m);
-                    let patch = *joined.entry(group).or_insert_with(|| patches.push(1, 0.0));
-                    patches.area_m2[patch as usize] += area_m2;
+                    let patch = *joined.entry(group).or_insert_with(|| patches.push_joined(side));
+                    patches.join(patch, triangle, area_m2);
                     patch
                 } else {
-                    patches.push((divisions * divisions) as u32, area_m2 / (divisions * divisions))
+                    patches.push_parts(triangle, side, divisions as u32, area_m2)
                 }
             });
             patches.triangles.push(PatchedTriangle { divisions: if is_small { 0 } else { divisions as u32 }, first });
@@ -66,10 +80,43 @@ impl Patches {
         patches
     }
 
-    fn push(&mut self, count: u32, area_m2: f64) -> u32 {
+    fn push_parts(&mut self, triangle: u32, side: Side, divisions: u32, area_m2: f64) -> u32 {
         let first = self.area_m2.len() as u32;
-        self.area_m2.extend(std::iter::repeat_n(area_m2, count as usize));
+        let parts = divisions * divisions;
+        self.area_m2.extend((0..parts).map(|_| area_m2 / f64::from(parts)));
+        self.content.extend((0..parts).map(|part| Content::Part { triangle, part, side }));
         first
+    }
+
+    fn push_joined(&mut self, side: Side) -> u32 {
+        self.area_m2.push(0.0);
+        self.content.push(Content::Joined { list: self.joined.len() as u32, side });
+        self.joined.push(Vec::new());
+        self.area_m2.len() as u32 - 1
+    }
+
+    fn join(&mut self, patch: u32, triangle: u32, area_m2: f64) {
+        self.area_m2[patch as usize] += area_m2;
+        if let Content::Joined { list, .. } = self.content[patch as usize] {
+            self.joined[list as usize].push((triangle, self.area_m2[patch as usize]));
+        }
+    }
+
+    /// A point of a patch, uniform over its area by two variates: triangle, barycentric coordinates, side.
+    pub fn point(&self, patch: u32, [u, v]: [f64; 2], choice: f64) -> (u32, [f64; 2], Side) {
+        match self.content[patch as usize] {
+            Content::Part { triangle, part, side } => {
+                let corners = part_corners(self.triangles[triangle as usize].divisions, part);
+                let at = |k: usize| corners[0][k] + u * (corners[1][k] - corners[0][k]) + v * (corners[2][k] - corners[0][k]);
+                (triangle, [at(0), at(1)], side)
+            }
+            Content::Joined { list, side } => {
+                let triangles = &self.joined[list as usize];
+                let aim = choice * self.area_m2[patch as usize];
+                let chosen = triangles.partition_point(|(_, area_m2)| *area_m2 <= aim).min(triangles.len() - 1);
+                (triangles[chosen].0, [u, v], side)
+            }
+        }
     }
 
     /// Number of patches.
@@ -103,9 +150,11 @@ impl Patches {
         let row = ((v * n) as u32).min(divisions - 1);
         let column = ((u * n) as u32).min(divisions - 1 - row);
         let (a, b) = (u * n - f64::from(column), v * n - f64::from(row));
-        let upside_down = column < divisions - 1 - row && a + b > 1.0;
-        let patch = first + row * (2 * divisions - row) + 2 * column + u32::from(upside_down);
+        let part = part_at(divisions, u, v);
+        // Parts of a row stand upright and upside down in turn.
+        let upside_down = (part - row * (2 * divisions - row)) % 2 == 1;
         let offset = if upside_down { [2.0 / 3.0 - a, 2.0 / 3.0 - b] } else { [a - 1.0 / 3.0, b - 1.0 / 3.0] };
+        let patch = first + part;
         Some(PatchPlace { patch, offset })
     }
 }

@@ -15,12 +15,17 @@ use crate::geometry::SurfaceHit;
 use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::warp::uniform_triangle;
 use crate::scene::patches::{PatchPlace, Patches};
 
 /// Number of the forward stage among the maps, for its streams.
 const FORWARD: u32 = u32::MAX;
 /// Expected deposits of a replica on a patch from which on slopes are worth their noise.
-pub const DEPOSITS_FOR_SLOPES: f64 = 4.0;
+const DEPOSITS_FOR_SLOPES: f64 = 4.0;
+/// Rays of the patches' own gathering over those of the chains.
+const REFINING_SHARE: f64 = 1.0;
+/// Below so many samples a patch the deposits stay as they are.
+const FEWEST_SAMPLES: u64 = 4;
 
 /// Light that chains brought, patch by patch, in sixteen replicas.
 pub struct Forward {
@@ -40,7 +45,9 @@ struct Layer {
     patches: Patches,
     /// Deposits of each replica on each patch: their number and the sums of their offsets.
     sums: Vec<Vec<[f64; 3]>>,
-    /// What the even and the odd half remember.
+    /// Illuminance in lx at the middle of each patch, and its slopes, replica by replica.
+    values_lx: Vec<Vec<[f64; 3]>>,
+    /// The same as the even and the odd half look it up.
     tables: [Vec<Remembered>; 2],
 }
 
@@ -52,28 +59,41 @@ impl Layer {
     fn new(patches: Patches) -> Layer {
         let sums = vec![vec![[0.0; 3]; patches.len()]; REPLICAS];
         let table = vec![[[0.0; HALF]; 3]; patches.len()];
-        Layer { patches, sums, tables: [table.clone(), table] }
+        Layer { patches, values_lx: sums.clone(), sums, tables: [table.clone(), table] }
     }
 
-    fn tabulate(&mut self, flux_per_chain_lm: f64) {
+    /// Turns deposits into illuminances; slopes only where deposits are dense enough.
+    fn value(&mut self, flux_per_chain_lm: f64) {
         let deposits: f64 = self.sums.iter().flatten().map(|sum| sum[0]).sum();
         let area_m2: f64 = (0..self.patches.len() as u32).map(|patch| self.patches.area_m2(patch)).sum();
         let density_m2 = deposits / REPLICAS as f64 / area_m2;
-        let (patches, sums) = (&self.patches, &self.sums);
+        let patches = &self.patches;
+        self.values_lx.par_iter_mut().zip(&self.sums).for_each(|(values_lx, sums)| {
+            for (patch, (value_lx, sum)) in values_lx.iter_mut().zip(sums).enumerate() {
+                let area_m2 = patches.area_m2(patch as u32);
+                let slopes = density_m2 * area_m2 >= DEPOSITS_FOR_SLOPES;
+                *value_lx = projected(*sum, flux_per_chain_lm / area_m2, slopes);
+            }
+        });
+    }
+
+    fn tabulate(&mut self) {
+        let values_lx = &self.values_lx;
         for (parity, table) in self.tables.iter_mut().enumerate() {
             table.par_iter_mut().enumerate().for_each(|(patch, remembered)| {
-                let area_m2 = patches.area_m2(patch as u32);
-                let unit_lx = flux_per_chain_lm / area_m2;
-                let slope_lx = if density_m2 * area_m2 < DEPOSITS_FOR_SLOPES { 0.0 } else { unit_lx };
-                for memory in 0..HALF {
-                    let [count, a, b] = sums[2 * memory + parity][patch];
-                    // The inverse of the offsets' covariances, 1/18 each and −1/36 between them.
-                    remembered[0][memory] = count * unit_lx;
-                    remembered[1][memory] = (24.0 * a + 12.0 * b) * slope_lx;
-                    remembered[2][memory] = (12.0 * a + 24.0 * b) * slope_lx;
+                for (coefficient, memories) in remembered.iter_mut().enumerate() {
+                    *memories = std::array::from_fn(|memory| values_lx[2 * memory + parity][patch][coefficient]);
                 }
             });
         }
+    }
+
+    /// What a single replica remembers of a place, in lx.
+    #[inline]
+    fn recall_of(&self, replica: usize, hit: &SurfaceHit) -> Option<f64> {
+        let PatchPlace { patch, offset } = self.patches.place(hit.triangle, hit.barycentric, hit.side)?;
+        let [middle, along_a, along_b] = self.values_lx[replica][patch as usize];
+        Some(middle + along_a * offset[0] + along_b * offset[1])
     }
 
     #[inline]
@@ -82,6 +102,13 @@ impl Layer {
         let [middle, along_a, along_b] = &self.tables[parity][patch as usize];
         Some(std::array::from_fn(|memory| middle[memory] + along_a[memory] * offset[0] + along_b[memory] * offset[1]))
     }
+}
+
+/// Mean and slopes of a linear function from the sums of samples and of samples times offsets: the inverse of the
+/// offsets' covariances, 1/18 each and −1/36 between them.
+fn projected([sum, a, b]: [f64; 3], unit: f64, slopes: bool) -> [f64; 3] {
+    let slope_unit = if slopes { unit } else { 0.0 };
+    [sum * unit, (24.0 * a + 12.0 * b) * slope_unit, (12.0 * a + 24.0 * b) * slope_unit]
 }
 
 impl Forward {
@@ -124,11 +151,71 @@ impl Forward {
         })
     }
 
-    /// Turns the sums into what gathering rays look up.
-    pub fn tabulate(&mut self, context: &Context) {
+    /// Turns the deposits into what gathering rays look up: smooths them by a gathering of the patches themselves, where
+    /// that is worth its rays.
+    ///
+    /// Deposits scatter from patch to patch; what a patch gathers is the mean over all that it sees. Each replica gathers
+    /// with its own rays from its own deposits, so that replicas stay independent.
+    pub fn settle(&mut self, context: &Context) {
         let flux_per_chain_lm = context.stage.emitters.luminous_flux_lm() / self.chains as f64;
-        self.fine.tabulate(flux_per_chain_lm);
-        self.coarse.tabulate(flux_per_chain_lm);
+        self.fine.value(flux_per_chain_lm);
+        self.coarse.value(flux_per_chain_lm);
+        let rays_per_sample = 2.0 * self.fine.patches.len() as f64;
+        let samples = (REFINING_SHARE * self.rays_per_chain() * self.chains as f64 / rays_per_sample) as u64;
+        if samples >= FEWEST_SAMPLES {
+            self.refine(context, samples);
+        }
+        self.fine.tabulate();
+        self.coarse.tabulate();
+    }
+
+    fn refine(&mut self, context: &Context, samples: u64) {
+        let refined = (0..REPLICAS).into_par_iter().map(|replica| {
+            let mut stream = Stream::new(context.seed, Purpose::Gathering, FORWARD, replica as u32);
+            let mut memory = Deposits { layer: &self.fine, replica };
+            let mut cut = Cut::default();
+            let mut rays = 0;
+            let (fine, coarse) = (&self.fine.patches, &self.coarse.patches);
+            let mut fine_sums = vec![[0.0; 3]; fine.len()];
+            let mut coarse_sums = vec![([0.0; 3], 0u64); coarse.len()];
+            for patch in 0..fine.len() as u32 {
+                for number in 0..samples {
+                    stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
+                    let choice = stream.fine_unit();
+                    let (triangle, barycentric, side) = fine.point(patch, uniform_triangle(stream.pair()), choice);
+                    let origin = context.stage.tracer.surface_origin(triangle, barycentric, side);
+                    let receiver = Receiver {
+                        point_m: context.stage.tracer.position_m(&origin),
+                        normal: context.stage.normal(triangle, side),
+                        origin: &origin,
+                    };
+                    let (lx, sample_rays) =
+                        gather_indirect_lx(context.stage, &receiver, &mut memory, &mut cut, &mut stream);
+                    rays += sample_rays;
+                    if let Some(place) = fine.place(triangle, barycentric, side) {
+                        add(&mut fine_sums[place.patch as usize], lx, place.offset);
+                    }
+                    if let Some(place) = coarse.place(triangle, barycentric, side) {
+                        let (sum, count) = &mut coarse_sums[place.patch as usize];
+                        add(sum, lx, place.offset);
+                        *count += 1;
+                    }
+                }
+            }
+            let fine: Vec<[f64; 3]> =
+                fine_sums.into_iter().map(|sum| projected(sum, 1.0 / samples as f64, true)).collect();
+            let coarse: Vec<[f64; 3]> = coarse_sums
+                .into_iter()
+                .map(|(sum, count)| projected(sum, 1.0 / count.max(1) as f64, true))
+                .collect();
+            (fine, coarse, rays)
+        });
+        let refined: Vec<_> = refined.collect();
+        for (replica, (fine, coarse, rays)) in refined.into_iter().enumerate() {
+            self.fine.values_lx[replica] = fine;
+            self.coarse.values_lx[replica] = coarse;
+            self.rays += rays;
+        }
     }
 
     /// Traces chains up to a number in each replica.
@@ -187,6 +274,25 @@ fn trace_chains(
         rays += chain_rays;
     }
     (rays, ends)
+}
+
+fn add(sum: &mut [f64; 3], lx: f64, offset: [f64; 2]) {
+    sum[0] += lx;
+    sum[1] += lx * offset[0];
+    sum[2] += lx * offset[1];
+}
+
+/// What one replica's chains left, for its own patches to gather.
+struct Deposits<'a> {
+    layer: &'a Layer,
+    replica: usize,
+}
+
+impl Memory for Deposits<'_> {
+    #[inline]
+    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        (self.layer.recall_of(self.replica, hit).map_or(Recall::Nothing, Recall::End), 0)
+    }
 }
 
 /// The memory of a half, which now and then checks what it says by a walk.

@@ -73,7 +73,7 @@ pub struct GatherPlan {
 pub fn pilot_chains(context: &Context) -> Forward {
     let mut forward = Forward::new(context, patch_edge_m(context, FEWEST_PATCHES));
     forward.trace_pilot(context, CHAINS);
-    forward.tabulate(context);
+    forward.settle(context);
     forward
 }
 

@@ -154,7 +154,7 @@ impl Run<'_> {
         let until = stages.slice(RAYS_PER_SLICE);
         stages.forward.trace_to(self.context, until);
         if until == stages.goal_chains {
-            stages.forward.tabulate(self.context);
+            stages.forward.settle(self.context);
         }
         true
     }
@@ -262,7 +262,7 @@ impl Run<'_> {
         if let Some(stages) = &mut self.stages
             && stages.forward.chains > 0
         {
-            stages.forward.tabulate(self.context);
+            stages.forward.settle(self.context);
         }
         let forward = self.stages.as_ref().map(|stages| &stages.forward);
         for job in self.jobs.iter_mut().filter(|job| !job.has_started() && !job.map.is_empty()) {
