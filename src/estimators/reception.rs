@@ -44,6 +44,36 @@ pub fn sample_direct_lx(
     (sum_lx / f64::from(PLANES), rays)
 }
 
+/// A look at direct light from one place, made ready for any number of samples.
+pub struct DirectLook<'a> {
+    quantity: Quantity,
+    receiver: Receiver<'a>,
+    pass: &'a mut DirectPass,
+}
+
+impl<'a> DirectLook<'a> {
+    /// Weighs the emitters for a place; the turned planes of a cylinder are weighed one by one.
+    pub fn prepare(
+        stage: &Stage,
+        quantity: Quantity,
+        receiver: &Receiver<'a>,
+        pass: &'a mut DirectPass,
+    ) -> DirectLook<'a> {
+        if quantity == Quantity::Perpendicular {
+            pass.prepare(stage, receiver);
+        }
+        DirectLook { quantity, receiver: *receiver, pass }
+    }
+
+    /// One unbiased sample of the direct part in lx, and the rays it took.
+    pub fn sample(&mut self, stage: &Stage, stream: &mut Stream) -> (f64, u64) {
+        if self.quantity == Quantity::Perpendicular {
+            return self.pass.at_prepared(stage, &self.receiver, stream);
+        }
+        sample_direct_lx(stage, self.quantity, &self.receiver, self.pass, stream)
+    }
+}
+
 /// One unbiased sample of the indirect part in lx, and the rays it took.
 pub fn sample_reflected_lx(
     stage: &Stage,

@@ -135,12 +135,18 @@ impl ReplicaMap {
         (rows / weight_sum, columns / weight_sum)
     }
 
-    /// Estimated bias in lx of look-ups, root mean square over weighted entries: patches of twice the edge change so
-    /// much more, as the bias falls at least with the square of the edge.
+    /// Estimated bias in lx of look-ups, root mean square over weighted entries.
     pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> f64 {
         let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
-        let squared = self.crossing.as_ref().map_or(0.0, |crossing| crossing.coarsening_squared(entries, inverse));
-        squared.max(0.0).sqrt() / 3.0
+        self.crossing.as_ref().map_or(0.0, |crossing| crossing.bias_lx(entries, inverse))
+    }
+
+    /// Makes ready what gathering adds; to be called before values are read.
+    pub fn settle(&mut self, weights: &[f64]) {
+        let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
+        if let Some(crossing) = &mut self.crossing {
+            crossing.settle(weights, inverse);
+        }
     }
 
     /// Indirect scores of one entry over all replicas (packets, where packets are counted).

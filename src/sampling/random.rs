@@ -76,6 +76,15 @@ impl Stream {
         self.quasi = Some(QuasiPoint::new(splitmix64(self.quasi_key ^ splitmix64(sequence)), number));
     }
 
+    /// A quasi-random stream goes to the same point of another sequence: what is decided next gets the first, best spread
+    /// dimensions again. Other streams go on as they are.
+    #[inline]
+    pub fn turn_to(&mut self, sequence: u64) {
+        if let Some(point) = &mut self.quasi {
+            *point = point.of_sequence(sequence);
+        }
+    }
+
     /// A variate in [0, 1) with 32 bits.
     #[inline]
     pub fn unit(&mut self) -> f64 {

@@ -370,10 +370,8 @@ impl Job {
     /// Judges the error as it stands.
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
-        if let Some(crossing) = &mut self.map.crossing {
-            crossing.settle();
-            (self.row_variance, self.column_variance) = self.map.row_and_column_variance(&self.weights);
-        }
+        self.map.settle(&self.weights);
+        (self.row_variance, self.column_variance) = self.map.row_and_column_variance(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.

@@ -14,6 +14,9 @@ use crate::sampling::random::{Purpose, Stream};
 
 /// Coefficients that a patch holds: its mean and two slopes.
 const COEFFICIENTS: f64 = 3.0;
+/// Chains that a run starts with, over those with which deposits alone would be right: the patches' own gathering takes
+/// most of their chance, and a look soon tells whether more are needed.
+const CHAINS_SHARE: f64 = 0.75;
 /// Chains of each replica in the pilot.
 const CHAINS: u64 = 256;
 /// Entries that the pilot looks at, at most, and at least rays from all of them together.
@@ -24,9 +27,11 @@ const CHECKED_SHARE: f64 = 0.25;
 /// Bounds of the share of look-ups that a run checks.
 const LEAST_CHECKED: f64 = 1.0 / 256.0;
 const MOST_CHECKED: f64 = 0.5;
+/// Patches of the pilot.
+const PATCHES_OF_PILOT: f64 = 96.0;
 /// Patches for an error of 1%; at least and at most.
-const PATCHES_AT_ONE_PERCENT: f64 = 600.0;
-const FEWEST_PATCHES: f64 = 96.0;
+const PATCHES_AT_ONE_PERCENT: f64 = 50.0;
+const FEWEST_PATCHES: f64 = 32.0;
 const MOST_PATCHES: f64 = 400_000.0;
 
 /// What the pilot found out of one map; variances are those of one sample in one replica, weighted means over the entries.
@@ -71,7 +76,7 @@ pub struct GatherPlan {
 
 /// The forward stage of the pilot.
 pub fn pilot_chains(context: &Context) -> Forward {
-    let mut forward = Forward::new(context, patch_edge_m(context, FEWEST_PATCHES));
+    let mut forward = Forward::new(context, patch_edge_m(context, PATCHES_OF_PILOT));
     forward.trace_pilot(context, CHAINS);
     forward.settle(context);
     forward
@@ -91,8 +96,7 @@ pub fn patch_edge_m(context: &Context, patches: f64) -> f64 {
 
 /// Patches that a target error asks for: the look-up's bias falls as their area.
 pub fn patches_for(error: f64) -> f64 {
-    let p: f64 = std::env::var("LUX_P").ok().and_then(|t| t.parse().ok()).unwrap_or(PATCHES_AT_ONE_PERCENT);
-    (p * 0.01 / error).clamp(24.0, MOST_PATCHES)
+    (PATCHES_AT_ONE_PERCENT * 0.01 / error).clamp(FEWEST_PATCHES, MOST_PATCHES)
 }
 
 /// Measures a map's variances and costs with the pilot's chains.
@@ -207,7 +211,7 @@ impl GatherCosts {
     pub fn plan(&self, chain: ChainCosts, error_lx: f64) -> GatherPlan {
         // All sixteen replicas together have a sixteenth of a replica's variance.
         let squared = error_lx * error_lx * REPLICAS as f64;
-        let chains = 3.0 * COEFFICIENTS * self.deposit_variance / chain.deposits / squared;
+        let chains = CHAINS_SHARE * COEFFICIENTS * self.deposit_variance / chain.deposits / squared;
         let checks = self.check_variance / (self.checked_share() * self.entries);
         let samples = (3.0 * self.ray_variance / squared).powf(2.0 / 3.0).max(3.0 * checks / squared).max(1.0);
         let rays_per_sample = self.rays_per_sample + self.checked_share() * self.rays_per_check;
@@ -217,7 +221,7 @@ impl GatherCosts {
 
     /// The plan in which so many chains are right.
     pub fn plan_for_chains(&self, chain: ChainCosts, chains: f64) -> GatherPlan {
-        let squared = 3.0 * COEFFICIENTS * self.deposit_variance / chain.deposits / chains;
+        let squared = CHAINS_SHARE * COEFFICIENTS * self.deposit_variance / chain.deposits / chains;
         self.plan(chain, (squared / REPLICAS as f64).sqrt())
     }
 }

@@ -168,12 +168,25 @@ impl Run<'_> {
         if job.met || !job.bound || self.settings.chains.is_some() {
             return;
         }
-        if self.settings.time_limit_s.is_none() {
-            stages.deepen_for(job);
-        } else if stages.is_overdrawn(job) {
-            stages.plan_next(self.context, &mut self.jobs);
-            let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
+        if self.settings.time_limit_s.is_some() {
+            if stages.is_overdrawn(job) {
+                stages.plan_next(self.context, &mut self.jobs);
+                let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
+                restarted.for_each(|job| job.next_judgement = job.first_samples());
+            }
+        } else if let Some(target) = self.target_error
+            && job.engine == Engine::Gathering
+        {
+            stages.replan(self.context, &mut self.jobs, index, target);
+            let restarted = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gathering && job.samples == 0);
             restarted.for_each(|job| job.next_judgement = job.first_samples());
+            let job = &mut self.jobs[index];
+            if job.samples > 0 {
+                // Far from the goal a look at half the way; near it at least a twentieth further.
+                let far = job.planned_samples > 3 * job.samples;
+                let goal = if far { 2 * job.samples } else { job.planned_samples };
+                job.next_judgement = goal.max(job.samples + job.samples.div_ceil(20));
+            }
         }
     }
 
@@ -238,7 +251,6 @@ impl Run<'_> {
         let needed = self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement));
         job.met = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
         job.next_judgement = next_judgement(samples, needed);
-        eprintln!("DBG judged n {} rays {} exp {:.5} halves {:.5} bias {:.6} k {:.1} rowsd {:.4} colsd {:.4} s {:.3} fwd {:?}", job.samples, job.rays, job.judgement.expected_error, job.judgement.halves_error, job.judgement.bias, job.judgement.degrees_of_freedom, (job.row_variance/16.0).sqrt()/job.judgement.mean_lx, (job.column_variance/16.0).sqrt()/job.judgement.mean_lx, job.seconds, self.stages.as_ref().map(|s| (s.forward.chains, s.forward.rays)));
         if job.bound {
             let row = self.convergence_row();
             self.convergence.extend(row);
@@ -339,6 +351,7 @@ impl Run<'_> {
         let done = job.samples as f64;
         let to_target = match self.target_error {
             Some(_) if job.met => 0.0,
+            Some(_) if job.engine == Engine::Gathering => job.planned_samples as f64 - done,
             Some(target) if job.judgement.mean_lx > 0.0 => {
                 // The judgement is of the last look; samples have been added since.
                 (needed_work(target, &job.judgement) * job.judged_samples() as f64 - done).max(0.0)

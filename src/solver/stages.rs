@@ -4,7 +4,7 @@ use super::forward::Forward;
 use super::job::{Context, Engine, Job};
 use super::plan::{ChainCosts, GatherCosts, gather_costs, patch_edge_m, patches_for, pilot_chains};
 use super::{Method, Settings};
-use crate::control::margin;
+use crate::control::{GatherState, gather_need, margin};
 use crate::maps::REPLICAS;
 
 /// Error at which methods are weighed against each other where no target is set.
@@ -13,6 +13,10 @@ const USUAL_ERROR: f64 = 0.01;
 const USUAL_DEGREES: f64 = 100.0;
 /// Where only a limit ends the run, every stage does so many times the work of the one before.
 const GROWTH: f64 = 4.0;
+/// Bias of look-ups over the target above which patches are made smaller, by how much, and to how many at most.
+const MOST_BIAS: f64 = 0.5;
+const MORE_PATCHES: f64 = 4.0;
+const MOST_PATCHES: f64 = 400_000.0;
 /// Chains of a replica in the first of such stages.
 const FIRST_CHAINS: f64 = 1024.0;
 
@@ -90,7 +94,6 @@ impl Stages {
 
     /// Patches for so many chains, and gathering rays in proportion.
     fn start(&mut self, context: &Context, jobs: &mut [Job], chains: f64) {
-        let chains = std::env::var("LUX_N").ok().and_then(|t| t.parse().ok()).unwrap_or(chains);
         self.goal_chains = (chains.ceil() as u64).max(1);
         self.forward = Forward::new(context, patch_edge_m(context, self.patches));
         for (job, costs) in jobs.iter_mut().zip(&self.costs) {
@@ -98,22 +101,43 @@ impl Stages {
                 && !job.met
             {
                 let plan = costs.plan_for_chains(self.chain, chains);
-                eprintln!("DBG {costs:?} {plan:?} chains {} checked {} patches {}", self.goal_chains, costs.checked_share(), self.forward.patch_count());
                 job.start_gathering(context, costs, plan.samples);
             }
         }
     }
 
-    /// More chains on the same patches, where the columns hold up a map's error more than its rows do: both parts fall as
-    /// their work grows, so that a ray is best spent where variance over work is the larger.
-    pub fn deepen_for(&mut self, job: &Job) -> bool {
-        let columns = job.column_variance / self.forward.rays as f64;
-        let rows = job.row_variance / job.rays as f64;
-        if job.engine != Engine::Gathering || columns <= rows {
-            return false;
+    /// Decides after a look how a map that gathers goes on to its target: with more rays, or with more chains and its
+    /// rays anew.
+    pub fn replan(&mut self, context: &Context, jobs: &mut [Job], index: usize, target: f64) {
+        if jobs[index].judgement.bias > MOST_BIAS * target && self.patches < MOST_PATCHES {
+            self.patches *= MORE_PATCHES;
+            let chains = self.goal_chains as f64;
+            self.start(context, jobs, chains);
+            return;
         }
-        self.goal_chains *= 2;
-        true
+        let job = &mut jobs[index];
+        let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
+        let state = GatherState {
+            rows: job.row_variance / mean_squared,
+            columns: job.column_variance / mean_squared,
+            gather_rays: job.rays as f64,
+            chain_rays: self.forward.rays as f64,
+        };
+        let need = gather_need(target, &job.judgement, &state);
+        job.planned_samples = ((job.samples as f64 * need.samples).ceil() as u64).max(job.samples + 1);
+        if need.chains == 1.0 {
+            return;
+        }
+        self.goal_chains = (self.forward.chains as f64 * need.chains).ceil() as u64;
+        let planned = ((job.samples as f64 * need.samples).ceil() as u64).max(1);
+        for (number, (job, costs)) in jobs.iter_mut().zip(&self.costs).enumerate() {
+            if let Some(costs) = costs
+                && !job.met
+            {
+                let samples = if number == index { planned } else { job.planned_samples };
+                job.start_gathering(context, costs, samples as f64);
+            }
+        }
     }
 
     /// Chains up to which the next slice traces, about so many rays long.
