@@ -19,7 +19,7 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 0, 0),
 ];
 
-const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured.";
+const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured. Where the truth is a long run, its own error is taken off in the mean of squares, and a ladder ends where a method is as exact as the truth.";
 
 /// Ladders on one map, which belong into one picture.
 fn by_map(ladders: &[Ladder]) -> Vec<(String, Vec<&Ladder>)> {
