@@ -293,8 +293,8 @@ impl Report<'_> {
         let power = Power::of(self.scene);
         let floor_m2 = floor_area_m2(self.scene);
         if power.known_w == 0.0 || floor_m2 <= 0.0 {
-            return "<p class=\"soft small\">No file of a luminaire tells its electric power, so that no specific power can be \
-                    given.</p>\n"
+            return "<p class=\"soft small\">The electric power of the luminaires is unknown, so that no specific power can be given: \
+                    the scene's luminaires take \"power_w\".</p>\n"
                 .to_owned();
         }
         let per_m2 = power.known_w / floor_m2;

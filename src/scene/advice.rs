@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::advice_openings::advise_on_openings;
 use super::model::{Emission, Luminaire, Scene};
 use super::names::listed;
 use super::shells::{Shell, bounds_m, is_inside_solid};
@@ -13,7 +14,7 @@ const TOO_NEAR_M: f64 = 0.1;
 /// An aim with a greater z looks upward.
 const UPWARD: f64 = 0.5;
 /// A starting point this near to a surface in m lies on it.
-const ON_SURFACE_M: f64 = 1e-6;
+pub(super) const ON_SURFACE_M: f64 = 1e-6;
 /// Beyond so many triangles times luminaires it is not looked where luminaires aim: a second's work.
 const MOST_LOOKS: usize = 200_000_000;
 /// A scene in another unit than metres that is smaller than this in m was likely drawn in metres.
@@ -33,7 +34,7 @@ pub(super) fn advise(scene: &mut Scene, unit: &str, shells: &[Shell]) {
 }
 
 /// Names of luminaires, or their number and the first of them.
-fn names<'a>(luminaires: impl IntoIterator<Item = &'a Luminaire>) -> String {
+pub(super) fn names<'a>(luminaires: impl IntoIterator<Item = &'a Luminaire>) -> String {
     let names: Vec<&str> = luminaires.into_iter().map(|luminaire| luminaire.name.as_str()).collect();
     match names.len() {
         0..=MOST_NAMES => names.join(", "),
@@ -125,6 +126,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     if scene.luminaires.len() * scene.triangles.len() > MOST_LOOKS {
         return;
     }
+    advise_on_openings(scene, advice);
     let mut at_ceiling = Vec::new();
     let mut at_backs = Vec::new();
     for luminaire in &scene.luminaires {
