@@ -150,7 +150,7 @@ pub fn climb(
         let mut asked = FIRST_CHAINS;
         let mut target_error = FIRST_TARGET;
         let mut at_the_end = false;
-        let mut truth_error = 0.0;
+        let (mut truth_error, mut truth_variance) = (0.0, 0.0);
         loop {
             let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
             while rung.runs < REPEATS {
@@ -166,7 +166,9 @@ pub fn climb(
                 at_the_end |= solution.target_met == Some(false);
                 let set = exact.beside(&solution)?;
                 let statistics = set.statistics();
-                truth_error = set.truth_average_error_lx.map_or(0.0, |_| statistics.truth);
+                truth_error = statistics.truth;
+                let is_random = set.truth_average_error_lx.is_some();
+                truth_variance = if is_random { truth_error * truth_error } else { 0.0 };
                 let seconds = solution.build_s + solution.compute_s;
                 spent_s += seconds;
                 rung.runs += 1;
@@ -185,9 +187,10 @@ pub fn climb(
             let runs = rung.runs as f64;
             rung.rays = (rung.rays as f64 / runs) as u64;
             rung.seconds /= runs;
-            // A stored run's own chance stands in every deviation: it is taken off in the mean of squares.
-            rung.true_error = (rung.true_error / runs - truth_error * truth_error).max(0.0).sqrt();
-            let as_exact_as_the_truth = truth_error > 0.0 && rung.true_error < truth_error;
+            // A stored run's own chance stands in every deviation: it is taken off in the mean of squares. Below the
+            // truth's own error there is nothing left to tell.
+            rung.true_error = (rung.true_error / runs - truth_variance).max(0.0).sqrt();
+            let as_exact_as_the_truth = rung.true_error < truth_error;
             rung.stated_error = (rung.stated_error / runs).sqrt();
 
             // A map without chance has but one rung; chains that filling the replicas rounds up to make no new one.
