@@ -232,17 +232,22 @@ fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, 
         rules.push("target 1 %".to_owned());
     }
     format!(
-        "luxmc {}: {}: {} triangles, {} element sides, {} luminaires of {} lm, {} receiver sets; {}; {} threads",
+        "luxmc {}: {}: {} triangles, {} element sides, {} of {} lm, {}; {}; {}",
         env!("CARGO_PKG_VERSION"),
         arguments.scene.display(),
         scene.triangles.len(),
         Elements::of(scene).len(),
-        scene.luminaires.len(),
+        counted(scene.luminaires.len(), "luminaire"),
         significant(scene.luminous_flux_lm(), 5),
-        scene.receivers.len(),
+        counted(scene.receivers.len(), "receiver set"),
         rules.join(", "),
-        threads
+        counted(threads, "thread")
     )
+}
+
+/// A number of things: `1 thread`, `2 threads`.
+fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
@@ -268,8 +273,19 @@ fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
         ),
         Err(note) => format!("flux: no balance, since {note}"),
     };
+    let unbound: Vec<String> = solution
+        .maps
+        .iter()
+        .filter(|map| !map.bound && solution.target_error.is_some_and(|target| map.error.estimated > target))
+        .map(|map| format!("{} {}", map.name, percent(map.error.estimated)))
+        .collect();
+    let unbound = if unbound.is_empty() {
+        String::new()
+    } else {
+        format!("\nnot bound by the target: {} (--maps all binds every map)", unbound.join(", "))
+    };
     format!(
-        "{end}; stated error {} after {} chains in {}\n{balance}\nresults in {directory}",
+        "{end}; stated error {} after {} chains in {}{unbound}\n{balance}\nresults in {directory}",
         percent(solution.estimated_error),
         solution.chains,
         time(wall_s)

@@ -65,5 +65,6 @@ pub(super) fn row(name: &str, kind: TableKind, area_m2: f64, values: &Values) ->
         uniformity_ud: ratio(minimum_lx.value, maximum_lx),
         area_m2,
         estimated_error: values.relative_error(),
+        replica_averages_lx: Vec::new(),
     }
 }

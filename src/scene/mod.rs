@@ -1,6 +1,7 @@
 //! From the scene file as written to one always-valid [`Scene`] in SI units.
 
 mod advice;
+mod advice_openings;
 mod arrays;
 pub mod elements;
 mod error;

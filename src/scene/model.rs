@@ -171,7 +171,7 @@ pub struct Luminaire {
     pub dimming: f64,
     /// Maintenance factor, 0 to 1.
     pub maintenance_factor: f64,
-    /// Electric power in W, where the photometric file tells it (not dimmed).
+    /// Electric power in W, not dimmed, where the scene or the photometric file tells it.
     pub power_w: Option<f64>,
     /// How and where it emits.
     pub emission: Emission,

@@ -78,17 +78,16 @@ pub(super) fn finish(
 
 fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResult {
     let judgement = job.judgement;
-    let dark = judgement.dark && !job.is_black() && !job.map.is_empty();
-    let samples = (job.map.indirect_samples.complete.max(1) * REPLICAS as u64) as f64;
     let weight_sum: f64 = job.weights.iter().sum();
+    let dark = judgement.dark && !job.is_black() && weight_sum > 0.0;
+    let samples = (job.map.indirect_samples.complete.max(1) * REPLICAS as u64) as f64;
     let error = MapError {
         random: judgement.halves_error,
         bias: judgement.bias,
         estimated: judgement.stated_error(),
         degrees_of_freedom: judgement.degrees_of_freedom,
-        dark_upper_bound_lx: dark.then(|| {
-            PACKETS_OF_A_BOUND * context.stage.emitters.luminous_flux_lm() / (samples * weight_sum.max(1e-300))
-        }),
+        dark_upper_bound_lx: dark
+            .then(|| PACKETS_OF_A_BOUND * context.stage.emitters.luminous_flux_lm() / (samples * weight_sum)),
     };
     MapResult {
         name: job.name.clone(),

@@ -4,6 +4,7 @@
 //! [`run_case`] runs one, [`report_html`], [`report_md`] and [`case_csv`] tell what came out.
 
 mod case;
+mod case_of_run;
 mod error;
 mod exact_side;
 mod fields;
@@ -20,6 +21,7 @@ mod report;
 mod report_html;
 mod report_md;
 mod statistics;
+mod stored_run;
 mod truth;
 mod truth_enclosure;
 mod truth_room;
@@ -28,6 +30,7 @@ mod verdict;
 mod words;
 
 pub use case::{Case, Comparison, Criterion, Light, Run, What};
+pub use case_of_run::case_of_stored_run;
 pub use error::CaseError;
 pub use find::{Found, find_cases};
 pub use ladder::{Ladder, Rung, climb};
