@@ -30,6 +30,8 @@ pub struct GatherNeed {
     pub chains: f64,
     /// Samples in all; anew where there are more chains.
     pub samples: f64,
+    /// Rays that it still takes.
+    pub rays: f64,
 }
 
 /// The cheapest way on to a target error.
@@ -43,16 +45,19 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
         (left > 0.0).then(|| samples_for(left, state.rows, rest))
     };
     let as_it_is = samples(state.columns).map(|samples| {
-        (state.gather_rays * (samples - 1.0).max(0.0), GatherNeed { chains: 1.0, samples: samples.max(1.0) })
+        GatherNeed { chains: 1.0, samples: samples.max(1.0), rays: state.gather_rays * (samples - 1.0).max(0.0) }
     });
     let with_more = (1..=STEPS).filter_map(|step| {
         let chains = STEP.powi(step);
         let samples = samples(state.columns / chains)?;
         let rays = state.chain_rays * (chains - 1.0) + state.gather_rays * samples;
-        Some((rays, GatherNeed { chains, samples }))
+        Some(GatherNeed { chains, samples, rays })
     });
-    let best = as_it_is.into_iter().chain(with_more).min_by(|one, other| one.0.total_cmp(&other.0));
-    best.map_or(GatherNeed { chains: STEP.powi(STEPS), samples: 1.0 }, |(_, need)| need)
+    let best = as_it_is.into_iter().chain(with_more).min_by(|one, other| one.rays.total_cmp(&other.rays));
+    best.unwrap_or_else(|| {
+        let chains = STEP.powi(STEPS);
+        GatherNeed { chains, samples: 1.0, rays: state.chain_rays * chains + state.gather_rays }
+    })
 }
 
 /// Factor f on the samples for which rows/f^1.5 + rest/f comes down to `left`.

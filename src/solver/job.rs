@@ -87,6 +87,14 @@ pub enum Engine {
 }
 
 impl Engine {
+    /// The unbiased one of a map.
+    fn unbiased(kind: MapKind) -> Engine {
+        match kind {
+            MapKind::Elements => Engine::Counting,
+            MapKind::Receivers(_) => Engine::Walking,
+        }
+    }
+
     /// Name as results tell it.
     pub fn name(self) -> &'static str {
         match self {
@@ -131,6 +139,8 @@ pub struct Job {
     pub column_variance: f64,
     /// Gathering rays an entry that the plan gives it.
     pub planned_samples: u64,
+    /// What a count is worth, kept while the map gathers.
+    counting_unit: Option<Unit>,
     judged_samples: u64,
     direct: PartCost,
     indirect: PartCost,
@@ -183,10 +193,8 @@ impl Job {
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
-            engine: match kind {
-                MapKind::Elements => Engine::Counting,
-                MapKind::Receivers(_) => Engine::Walking,
-            },
+            engine: Engine::unbiased(kind),
+            counting_unit: None,
             row_variance: 0.0,
             column_variance: 0.0,
             planned_samples: 0,
@@ -226,10 +234,26 @@ impl Job {
         self.share = DirectShare::of(self.direct, gathered, self.map.len());
         self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
         self.map.indirect_samples = Tally::default();
-        self.map.indirect_unit_lx = Unit::Lux;
+        let unit = std::mem::replace(&mut self.map.indirect_unit_lx, Unit::Lux);
+        if matches!(unit, Unit::Packets { .. }) {
+            self.counting_unit = Some(unit);
+        }
         self.map.crossing = Some(Crossing::new(self.map.len()));
         self.samples = 0;
         self.engine = Engine::Gathering;
+    }
+
+    /// Goes over to walks or counting; direct light stays as far as it is.
+    pub fn stop_gathering(&mut self) {
+        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.map.indirect_samples = Tally::default();
+        self.map.crossing = None;
+        if let Some(unit) = self.counting_unit.take() {
+            self.map.indirect_unit_lx = unit;
+        }
+        self.engine = Engine::unbiased(self.kind);
+        self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
+        self.samples = 0;
     }
 
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.

@@ -6,7 +6,7 @@ use super::finish::finish;
 use super::job::{Context, Engine, Job, RAYS_PER_SLICE};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
-use super::{ConvergenceRow, MapSelection, Settings, Solution, StopReason};
+use super::{ConvergenceRow, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::Stage;
 use crate::control::{accepts, needed_work, next_judgement};
 use crate::maps::{MapKind, REPLICAS};
@@ -177,8 +177,9 @@ impl Run<'_> {
         } else if let Some(target) = self.target_error
             && job.engine == Engine::Gathering
         {
-            stages.replan(self.context, &mut self.jobs, index, target);
-            let restarted = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gathering && job.samples == 0);
+            let may_leave = self.settings.method == Method::Auto;
+            stages.replan(self.context, &mut self.jobs, index, target, may_leave);
+            let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
             restarted.for_each(|job| job.next_judgement = job.first_samples());
             let job = &mut self.jobs[index];
             if job.samples > 0 {

@@ -108,7 +108,9 @@ impl Stages {
 
     /// Decides after a look how a map that gathers goes on to its target: with more rays, or with more chains and its
     /// rays anew.
-    pub fn replan(&mut self, context: &Context, jobs: &mut [Job], index: usize, target: f64) {
+    ///
+    /// Where `may_leave` and walks or counting would be done with fewer rays than it still takes, the map goes over to them.
+    pub fn replan(&mut self, context: &Context, jobs: &mut [Job], index: usize, target: f64, may_leave: bool) {
         if jobs[index].judgement.bias > MOST_BIAS * target && self.patches < MOST_PATCHES {
             self.patches *= MORE_PATCHES;
             let chains = self.goal_chains as f64;
@@ -124,6 +126,12 @@ impl Stages {
             chain_rays: self.forward.rays as f64,
         };
         let need = gather_need(target, &job.judgement, &state);
+        let error_lx = target * job.judgement.mean_lx / margin(job.judgement.degrees_of_freedom);
+        if may_leave && need.rays > job.rays_without_gathering(error_lx) {
+            job.stop_gathering();
+            self.costs[index] = None;
+            return;
+        }
         job.planned_samples = ((job.samples as f64 * need.samples).ceil() as u64).max(job.samples + 1);
         if need.chains == 1.0 {
             return;
