@@ -42,9 +42,22 @@ struct LobeRay {
 
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
 pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    let mut origin = *receiver.origin;
-    let mut direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (mut illuminance_lx, mut rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let direction = cosine_hemisphere(receiver.normal, stream.pair());
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let (arriving_lx, rays) = sample_arriving_lx(stage, *receiver.origin, direction, cut, stream);
+    (mirrored_lx + arriving_lx, mirrored_rays + rays)
+}
+
+/// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the rays it took:
+/// the illuminance of a surface that sees nothing else. Points in mirrors that stand there are not in it.
+pub fn sample_arriving_lx(
+    stage: &Stage,
+    mut origin: Origin,
+    mut direction: DVec3,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let (mut illuminance_lx, mut rays) = (0.0, 0);
     let mut departure = Departure::Seen;
     loop {
         rays += 1;

@@ -13,6 +13,8 @@ pub enum Purpose {
     Walks,
     /// Pilot runs, whose numbers enter no result.
     Pilot,
+    /// Points of light meshes, and what they are checked against.
+    LightMesh,
 }
 
 /// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.

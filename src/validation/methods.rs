@@ -1,5 +1,6 @@
 //! The methods that `luxmc compare` climbs its ladder with.
 
+use super::light_mesh::{MeshChoice, check_requests, solve_by_light_mesh};
 use super::radiosity::solve_by_radiosity;
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
@@ -44,6 +45,15 @@ pub const METHODS: &[Method] = &[
         climbs: Climb::Targets,
         solve: |scene, settings, observer| {
             solve_by_radiosity(scene, settings, observer).map_err(|error| error.to_string())
+        },
+    },
+    Method {
+        name: "light-mesh",
+        description: "visibility of the luminaires averaged over the points of a regular mesh near each place, indirect light gathered at them",
+        applies: |scene, settings| check_requests(scene, settings).map_err(|error| error.to_string()),
+        climbs: Climb::Targets,
+        solve: |scene, settings, observer| {
+            solve_by_light_mesh(scene, settings, &MeshChoice::default(), observer).map_err(|error| error.to_string())
         },
     },
 ];
