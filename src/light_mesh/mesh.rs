@@ -23,6 +23,9 @@ const FREE: u8 = 2;
 /// It lies inside of a solid.
 const INSIDE: u8 = 3;
 
+/// Points within this many steps are a place's nearest: one straight above any place is among them.
+const NEAREST: f64 = 1.25;
+
 /// Points of a leaf: what state each is in, and its words.
 struct BitLeaf {
     states: [AtomicU8; LEAF_POINTS],
@@ -212,8 +215,8 @@ impl<'a> LightMesh<'a> {
 
     /// Points of the set D of a place, without their values: for tests and for what they cost.
     pub fn set_of(&self, receiver: &Receiver, room: &mut Workroom) -> Vec<Index> {
-        self.list_candidates(receiver, room);
-        self.sift(receiver, room);
+        self.gather(receiver, room);
+        room.candidates.retain(|candidate| self.is_free(candidate.index, &mut room.words, &mut room.counts));
         room.candidates.iter().map(|candidate| candidate.index).collect()
     }
 
@@ -230,22 +233,19 @@ impl<'a> LightMesh<'a> {
         found.retain(|candidate| self.lattice.contains(candidate.index));
     }
 
-    /// Whether the set of a place is all candidates in free space: nothing near can hide one.
-    fn is_open_around(&self, receiver: &Receiver) -> bool {
-        self.walls.as_ref().is_some_and(|walls| {
+    /// Whether a thin wall near a place may hide points of its set.
+    fn has_walls_near(&self, receiver: &Receiver) -> bool {
+        self.walls.as_ref().is_none_or(|walls| {
             let (cell, _) = self.lattice.cell_of(receiver.point_m);
-            !walls.may_hide(&self.lattice, cell, receiver.point_m, receiver.normal, self.least_height_m)
+            walls.may_hide(&self.lattice, cell, receiver.point_m, receiver.normal, self.least_height_m)
         })
     }
 
-    /// Leaves of the candidates those that the place sees.
-    fn sift(&self, receiver: &Receiver, room: &mut Workroom) {
+    /// Leaves of the candidates those that the place sees, by rays of their own.
+    fn test_each(&self, receiver: &Receiver, room: &mut Workroom) {
         let Workroom { candidates, counts, words, .. } = room;
         if self.walls.is_some() {
             candidates.retain(|candidate| self.is_free(candidate.index, words, counts));
-        }
-        if self.is_open_around(receiver) {
-            return;
         }
         let Options { step_m, radius_m, accelerations } = self.options;
         let mut sees = |candidate: &Candidate| {
@@ -267,21 +267,37 @@ impl<'a> LightMesh<'a> {
     }
 
     /// Fills `members` with the words of all points of a place's set.
+    ///
+    /// With flags, points inside of solids are left out, and where neither a thin wall is near nor one of the nearest
+    /// points is inside, that is all. Where one is, the place may lie under a solid or in a crack beside it.
     fn gather(&self, receiver: &Receiver, room: &mut Workroom) {
         self.list_candidates(receiver, room);
-        if !self.is_open_around(receiver) {
-            self.sift(receiver, room);
+        if self.has_walls_near(receiver) {
+            self.test_each(receiver, room);
+            self.take_all(room);
+        } else if !self.take_all(room) {
+            self.test_each(receiver, room);
+            self.take_all(room);
         }
+    }
+
+    /// Takes the words of all candidates that are free; whether none of the nearest is inside of a solid.
+    fn take_all(&self, room: &mut Workroom) -> bool {
         let Workroom { candidates, members, words, counts, .. } = room;
         members.clear();
         let count = self.around.samples.words;
+        let near_squared = (NEAREST * self.options.step_m).powi(2);
+        let mut open = true;
         for candidate in candidates.iter() {
             let (leaf, place) = self.tree.leaf(candidate.index, || BitLeaf::new(count));
             if self.ensure(leaf, place, candidate.index, words, counts) == FREE {
                 let first = place * count;
                 members.extend(leaf.words[first..first + count].iter().map(|word| word.load(Ordering::Relaxed)));
+            } else {
+                open &= candidate.offset_m.length_squared() > near_squared;
             }
         }
+        open
     }
 
     fn is_free(&self, index: Index, words: &mut Vec<u64>, counts: &mut Counts) -> bool {

@@ -32,7 +32,7 @@ const PLANNING: u32 = 1 << 16;
 pub struct Wishes {
     /// Step in m; `None`: found by refining.
     pub step_m: Option<f64>,
-    /// Radius in m; `None`: 2.1 steps.
+    /// Radius in m; `None`: 1.25 steps.
     pub radius_m: Option<f64>,
     /// What mesh points keep of indirect light.
     pub form: IndirectForm,

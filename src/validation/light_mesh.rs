@@ -18,7 +18,7 @@ use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 pub struct MeshChoice {
     /// Step in m; `None`: found by refining.
     pub step_m: Option<f64>,
-    /// Radius in m; `None`: 2.1 steps.
+    /// Radius in m; `None`: 1.25 steps.
     pub radius_m: Option<f64>,
     /// What mesh points keep of indirect light.
     pub form: IndirectForm,
