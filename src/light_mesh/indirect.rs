@@ -7,11 +7,12 @@ use std::sync::OnceLock;
 use glam::DVec3;
 
 use super::lattice::{Index, Lattice};
-use super::mesh::Surroundings;
+use super::mesh::{NEAREST, Surroundings};
 use super::options::IndirectForm;
 use super::solids::Walls;
 use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates};
+use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx};
 use crate::sampling::emitter_tree::Cut;
@@ -106,7 +107,8 @@ impl std::ops::AddAssign for GatherCounts {
 #[derive(Default)]
 pub struct GatherRoom {
     candidates: Vec<Candidate>,
-    cut: Cut,
+    /// For choosing luminaires on walks.
+    pub cut: Cut,
     /// What has been counted since it was made.
     pub counts: GatherCounts,
 }
@@ -153,32 +155,44 @@ impl<'a> IndirectMesh<'a> {
         let (place_m, normal) = (receiver.point_m, receiver.normal);
         self.templates.candidates(&self.lattice, place_m, normal, self.least_height_m, candidates);
         let (cell, _) = self.lattice.cell_of(place_m);
-        let tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
+        let near_squared = (NEAREST * self.gathering.step_m).powi(2);
         let tracer = &self.around.stage.tracer;
-        let mut sum = [[0.0; COEFFICIENTS]; HALVES];
-        let mut members = 0u32;
-        for candidate in candidates.iter().filter(|candidate| self.lattice.contains(candidate.index)) {
-            if tests {
-                counts.other_rays += 1;
-                let point_m = self.lattice.position_m(candidate.index);
-                if tracer.is_occluded(receiver.origin, &tracer.free_origin(point_m)) {
+        let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
+        loop {
+            let mut sum = [[0.0; COEFFICIENTS]; HALVES];
+            let (mut members, mut open) = (0u32, true);
+            for candidate in candidates.iter().filter(|candidate| self.lattice.contains(candidate.index)) {
+                let (leaf, place) = self.tree.leaf(candidate.index, || std::array::from_fn(|_| OnceLock::new()));
+                let Some(field) = leaf[place].get_or_init(|| self.field_at(candidate.index, cut, counts)) else {
+                    open &= candidate.offset_m.length_squared() > near_squared;
                     continue;
+                };
+                if tests {
+                    counts.other_rays += 1;
+                    let point_m = self.lattice.position_m(candidate.index);
+                    if tracer.is_occluded(receiver.origin, &tracer.free_origin(point_m)) {
+                        continue;
+                    }
+                }
+                members += 1;
+                for half in 0..HALVES {
+                    (0..COEFFICIENTS).for_each(|i| sum[half][i] += field[half][i]);
                 }
             }
-            let (leaf, place) = self.tree.leaf(candidate.index, || std::array::from_fn(|_| OnceLock::new()));
-            let Some(field) = leaf[place].get_or_init(|| self.field_at(candidate.index, cut, counts)) else {
+            // With one of the nearest points inside of a solid, the place may lie under it: each point is tested.
+            if !open && !tests {
+                tests = true;
                 continue;
-            };
-            members += 1;
-            for half in 0..HALVES {
-                (0..COEFFICIENTS).for_each(|i| sum[half][i] += field[half][i]);
             }
+            if members == 0 {
+                counts.places_without_set += 1;
+                let (lx, rays) =
+                    walks_at_place_lx(self.around.stage, receiver, place_number, self.gathering.walks, self.seed, cut);
+                counts.walk_rays += rays;
+                return lx;
+            }
+            return sum.map(|half| illuminance(&half, normal, self.gathering.form) / f64::from(members));
         }
-        if members == 0 {
-            counts.places_without_set += 1;
-            return self.at_place_lx(receiver, place_number, cut, counts);
-        }
-        sum.map(|half| illuminance(&half, normal, self.gathering.form) / f64::from(members))
     }
 
     /// Light that arrives at a mesh point from all sides; `None` inside of a solid.
@@ -215,25 +229,26 @@ impl<'a> IndirectMesh<'a> {
         field.iter_mut().flatten().for_each(|coefficient| *coefficient *= scale);
         Some(field)
     }
+}
 
-    /// Walks from the place itself, where no mesh point is in sight.
-    fn at_place_lx(
-        &self,
-        receiver: &Receiver,
-        place_number: u64,
-        cut: &mut Cut,
-        counts: &mut GatherCounts,
-    ) -> [f64; HALVES] {
-        let mut stream = Stream::new(self.seed, Purpose::LightMesh, GATHERING - 1, 0);
-        let mut sum_lx = [0.0; HALVES];
-        for walk in 0..self.gathering.walks {
-            stream.seek((place_number << 32) | u64::from(walk));
-            let (lx, rays) = sample_indirect_lx(self.around.stage, receiver, cut, &mut stream);
-            counts.walk_rays += rays;
-            sum_lx[walk as usize % HALVES] += lx;
-        }
-        sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(self.gathering.walks))
+/// Indirect illuminance by walks from the place itself, in two halves, and the rays they took.
+pub fn walks_at_place_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    place_number: u64,
+    walks: u32,
+    seed: u64,
+    cut: &mut Cut,
+) -> ([f64; HALVES], u64) {
+    let mut stream = Stream::new(seed, Purpose::LightMesh, GATHERING - 1, 0);
+    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
+    for walk in 0..walks {
+        stream.seek((place_number << 32) | u64::from(walk));
+        let (lx, walk_rays) = sample_indirect_lx(stage, receiver, cut, &mut stream);
+        rays += walk_rays;
+        sum_lx[walk as usize % HALVES] += lx;
     }
+    (sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(walks)), rays)
 }
 
 #[cfg(test)]

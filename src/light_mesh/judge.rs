@@ -19,7 +19,7 @@ const LOOKS: u64 = 32;
 /// Bits of a stream's index that count samples.
 const SAMPLE_BITS: u32 = 32;
 /// Quantile of the normal distribution of which one in twenty is above.
-const ONE_IN_TWENTY: f64 = 1.645;
+pub const ONE_IN_TWENTY: f64 = 1.645;
 
 /// A mean of squares, in lx², with its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

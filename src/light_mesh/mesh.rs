@@ -24,7 +24,7 @@ const FREE: u8 = 2;
 const INSIDE: u8 = 3;
 
 /// Points within this many steps are a place's nearest: one straight above any place is among them.
-const NEAREST: f64 = 1.25;
+pub const NEAREST: f64 = 1.25;
 
 /// Points of a leaf: what state each is in, and its words.
 struct BitLeaf {

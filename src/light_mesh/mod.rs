@@ -25,7 +25,7 @@ pub use mesh::{Counts, LightMesh, MeshLight, Surroundings, Workroom};
 pub use options::{
     Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP,
 };
-pub use plan::{DirectPlan, Plan, Planner, Why, Wishes};
+pub use plan::{DirectPlan, IndirectPlan, Plan, Planner, Why, Wishes};
 pub use result::{MeshFacts, TracedMap};
 pub use samples::{Placing, Samples};
 pub use solids::{Solids, Walls};

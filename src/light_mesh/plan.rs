@@ -6,7 +6,7 @@ use super::indirect::{Gathering, IndirectMesh};
 use super::judge::{DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, choose, measure_direct, measure_indirect};
 use super::mesh::{LightMesh, Surroundings};
 use super::options::{Accelerations, IndirectForm, Options, RADIUS_PER_STEP};
-use super::tracing::{DirectBy, Effort, Entries, EntryLight, light_of};
+use super::tracing::{DirectBy, Effort, Entries, EntryLight, IndirectBy, light_of};
 
 /// Steps along the side of a map's area on the first mesh tried.
 const FIRST_STEPS: f64 = 16.0;
@@ -63,12 +63,33 @@ pub enum Why {
     Dark,
 }
 
+/// How indirect light of a map is computed.
+pub enum IndirectPlan<'a> {
+    /// Nothing reflects.
+    Nothing,
+    /// Gathered at the points of a mesh.
+    Mesh(Box<IndirectMesh<'a>>),
+    /// By walks from every place, this many at first: a finer mesh would have more points than there are places.
+    Walks(u32),
+}
+
+impl<'a> IndirectPlan<'a> {
+    /// The same for computing.
+    pub fn by(&self) -> IndirectBy<'_, 'a> {
+        match self {
+            IndirectPlan::Nothing => IndirectBy::Nothing,
+            IndirectPlan::Mesh(mesh) => IndirectBy::Mesh(mesh),
+            IndirectPlan::Walks(walks) => IndirectBy::Walks(*walks),
+        }
+    }
+}
+
 /// A plan for one map.
 pub struct Plan<'a> {
     /// Direct light.
     pub direct: DirectPlan<'a>,
-    /// Indirect light, where anything reflects.
-    pub indirect: Option<IndirectMesh<'a>>,
+    /// Indirect light.
+    pub indirect: IndirectPlan<'a>,
     /// Walks of each half that the last check of indirect light needs.
     pub check_walks: u64,
     /// Work so far.
@@ -92,7 +113,7 @@ impl<'a> Planner<'_, 'a> {
     pub fn plan(&self, entries: &Entries, map: u32, refines: bool) -> Plan<'a> {
         let mut plan = Plan {
             direct: DirectPlan::Rays(Why::Dark),
-            indirect: None,
+            indirect: IndirectPlan::Nothing,
             check_walks: CHECK_WALKS[0],
             effort: Effort::default(),
             check_rays: 0,
@@ -124,7 +145,8 @@ impl<'a> Planner<'_, 'a> {
         indirect_lx: f64,
         plan: &mut Plan<'a>,
     ) {
-        let share = if plan.indirect.is_some() { SHARE_OF_BOTH } else { SHARE_ALONE };
+        let alone = matches!(plan.indirect, IndirectPlan::Nothing);
+        let share = if alone { SHARE_ALONE } else { SHARE_OF_BOTH };
         let of_radius = self.wishes.radius_m.map(|radius_m| radius_m / RADIUS_PER_STEP);
         let asked_m = self.wishes.step_m.or(of_radius);
         let mut step_m = asked_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS);
@@ -144,7 +166,7 @@ impl<'a> Planner<'_, 'a> {
             let chosen = choose(entries, DIRECT_PLACES, self.wishes.seed, PLANNING + map);
             let by_mesh = DirectBy::Mesh(&mesh);
             let (lights, effort) =
-                light_of(&self.around, entries, &chosen, &by_mesh, None, self.wishes.seed, PLANNING + map);
+                light_of(&self.around, entries, &chosen, &by_mesh, &IndirectBy::Nothing, self.wishes.seed, PLANNING + map);
             plan.effort += effort;
             let mean_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean_lx));
             let pairs: Vec<(usize, EntryLight)> = chosen.into_iter().zip(lights).collect();
@@ -182,25 +204,31 @@ impl<'a> Planner<'_, 'a> {
             let Some(mesh) = IndirectMesh::new(self.around, entries.bounds_m, gathering, self.wishes.seed) else {
                 break;
             };
+            let by_mesh = IndirectBy::Mesh(&mesh);
             let (lights, effort) =
-                light_of(&self.around, entries, &chosen, &no_direct, Some(&mesh), self.wishes.seed, PLANNING + map);
+                light_of(&self.around, entries, &chosen, &no_direct, &by_mesh, self.wishes.seed, PLANNING + map);
             plan.effort += effort;
-            plan.indirect = Some(mesh);
+            plan.indirect = IndirectPlan::Mesh(Box::new(mesh));
             indirect_lx = mean(lights.iter().map(EntryLight::indirect_mean_lx));
             let Some(target_error) = target_error else { break };
             // Direct light only adds to the mean that errors are relative to: without it the plan is on the safe side.
             let allowed = (SHARE_OF_BOTH * target_error * indirect_lx).powi(2);
-            let random = mean(lights.iter().map(|light| 0.25 * light.difference_lx().powi(2)));
+            let random =
+                mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
             let pairs: Vec<(usize, EntryLight)> = chosen.iter().copied().zip(lights).collect();
             let measured = self.checked(entries, &pairs, map, allowed, plan);
             let refines_to_no_end = refinement == MOST_REFINEMENTS || (walks >= MOST_WALKS && asked_m.is_some());
             if measured.upper_root_lx().powi(2) <= allowed || refines_to_no_end || (self.stop)() {
                 break;
             }
+            // Walks from the places themselves would need this many for the same chance: a set shares those of its points.
+            let set = half_ball(self.radius_per_step());
+            let place_walks = random * f64::from(walks) * set / (0.5 * allowed).max(f64::MIN_POSITIVE);
+            let next = points_needed(entries, 0.5 * step_m, self.radius_per_step() * 0.5 * step_m);
             if walks < MOST_WALKS && (random > 0.5 * measured.mean || asked_m.is_some()) {
                 walks *= 2;
-            } else if points_needed(entries, 0.5 * step_m, self.radius_per_step() * 0.5 * step_m) > entries.places() as f64 {
-                // A finer mesh would have more points than the map has places: it would not pay.
+            } else if next * f64::from(walks) > place_walks * entries.places() as f64 {
+                plan.indirect = IndirectPlan::Walks(walks);
                 break;
             } else {
                 step_m *= 0.5;
@@ -250,8 +278,12 @@ fn area_m2(entries: &Entries) -> f64 {
 /// About how many mesh points a map uses: a layer as thick as the radius over its area, or a half ball for each place.
 fn points_needed(entries: &Entries, step_m: f64, radius_m: f64) -> f64 {
     let layer = area_m2(entries) / (step_m * step_m) * (radius_m / step_m + 1.0);
-    let half_balls = 2.0 / 3.0 * PI * (radius_m / step_m).powi(3) * entries.places() as f64;
-    layer.min(half_balls)
+    layer.min(half_ball(radius_m / step_m) * entries.places() as f64)
+}
+
+/// Points of half a ball, by its volume.
+fn half_ball(radius_per_step: f64) -> f64 {
+    2.0 / 3.0 * PI * radius_per_step.powi(3)
 }
 
 fn mean(numbers: impl ExactSizeIterator<Item = f64>) -> f64 {

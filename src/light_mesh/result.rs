@@ -1,8 +1,8 @@
 //! From computed places to a map with the error it states.
 
-use super::judge::{DIRECT_PLACES, INDIRECT_PLACES, Measured, choose, measure_direct, measure_indirect};
-use super::plan::{DirectPlan, Plan, Planner};
-use super::tracing::{DirectBy, Effort, Entries, EntryLight, light_of};
+use super::judge::{DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct, measure_indirect};
+use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
+use super::tracing::{DirectBy, Effort, Entries, EntryLight, light_of, IndirectBy};
 use crate::maps::{
     MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row,
 };
@@ -10,6 +10,8 @@ use crate::scene::{Elements, ReceiverLayout, Scene, Side};
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
 const MOST_PASSES: u64 = 64;
+/// Walks from a place at most.
+const MOST_PLACE_WALKS: u32 = 1 << 20;
 /// Part of the target that chance in shadow rays may use.
 const SHARE_OF_CHANCE: f64 = 0.5;
 
@@ -29,6 +31,8 @@ pub struct TracedMap {
     pub mesh: Option<MeshFacts>,
     /// Step and walks of the mesh that gathered indirect light.
     pub gathering: Option<super::indirect::Gathering>,
+    /// Walks from every place, where those gave indirect light.
+    pub place_walks: u32,
 }
 
 /// What is to be told of a mesh.
@@ -50,27 +54,39 @@ impl Planner<'_, '_> {
         let seed = self.wishes.seed;
         let all: Vec<usize> = (0..entries.weights.len()).collect();
         let (mut effort, mut check_rays) = (plan.effort, plan.check_rays);
-        let mut compute = |direct: &DirectBy| {
-            let (lights, more) = light_of(&self.around, entries, &all, direct, plan.indirect.as_ref(), seed, map);
+        let mut compute = |direct: &DirectBy, indirect: &IndirectBy| {
+            let (lights, more) = light_of(&self.around, entries, &all, direct, indirect, seed, map);
             effort += more;
             lights
         };
-        let lights = match &plan.direct {
-            DirectPlan::Mesh(mesh) => compute(&DirectBy::Mesh(mesh)),
-            DirectPlan::Rays(_) => {
-                let mut passes = 1;
-                loop {
-                    let lights = compute(&DirectBy::Rays { passes });
-                    let enough = self.wishes.target_error.is_some_and(|target| {
-                        direct_random_lx(entries, &lights) <= SHARE_OF_CHANCE * target * mean_lx(entries, &lights)
-                    });
-                    if enough || self.wishes.target_error.is_none() || passes >= MOST_PASSES || (self.stop)() {
-                        break lights;
-                    }
-                    passes *= 2;
-                }
-            }
+        // What has chance in it is repeated with twice as much until chance takes no more than its share of the target.
+        let goes_on = |random_lx: f64, mean_lx: f64| {
+            self.wishes.target_error.is_some_and(|target| random_lx > SHARE_OF_CHANCE * target * mean_lx)
+                && !(self.stop)()
         };
+        let (mut passes, mut walks) = (1, 0);
+        let mut lights = match &plan.direct {
+            DirectPlan::Mesh(mesh) => compute(&DirectBy::Mesh(mesh), &plan.indirect.by()),
+            DirectPlan::Rays(_) => compute(&DirectBy::Rays { passes }, &plan.indirect.by()),
+        };
+        while matches!(plan.direct, DirectPlan::Rays(_))
+            && passes < MOST_PASSES
+            && goes_on(random_lx(entries, &lights, |light| light.direct_lx), mean_lx(entries, &lights))
+        {
+            passes *= 2;
+            let more = compute(&DirectBy::Rays { passes }, &IndirectBy::Nothing);
+            lights.iter_mut().zip(more).for_each(|(light, more)| light.direct_lx = more.direct_lx);
+        }
+        if let IndirectPlan::Walks(first) = &plan.indirect {
+            walks = *first;
+            while walks < MOST_PLACE_WALKS
+                && goes_on(random_lx(entries, &lights, |light| light.indirect_lx), mean_lx(entries, &lights))
+            {
+                walks *= 2;
+                let more = compute(&DirectBy::Rays { passes: 0 }, &IndirectBy::Walks(walks));
+                lights.iter_mut().zip(more).for_each(|(light, more)| light.indirect_lx = more.indirect_lx);
+            }
+        }
 
         // What is stated is checked at places and with numbers that no choice has seen.
         let mut measured = Measured::default();
@@ -80,7 +96,7 @@ impl Planner<'_, '_> {
         if matches!(plan.direct, DirectPlan::Mesh(_)) {
             measured = measure_direct(&self.around, entries, &chosen(DIRECT_PLACES), seed, map);
         }
-        if plan.indirect.is_some() {
+        if let IndirectPlan::Mesh(_) = plan.indirect {
             let (indirect, rays) =
                 measure_indirect(&self.around, entries, &chosen(INDIRECT_PLACES), plan.check_walks, seed, map);
             measured.indirect = indirect;
@@ -97,8 +113,11 @@ impl Planner<'_, '_> {
             DirectPlan::Rays(_) => None,
         };
         let (map, upper_error) = self.map_of(entries, &lights, &measured, mesh.is_some());
-        let gathering = plan.indirect.as_ref().map(|mesh| mesh.gathering);
-        TracedMap { map, measured, upper_error, effort, check_rays, mesh, gathering }
+        let gathering = match &plan.indirect {
+            IndirectPlan::Mesh(mesh) => Some(mesh.gathering),
+            _ => None,
+        };
+        TracedMap { map, measured, upper_error, effort, check_rays, mesh, gathering, place_walks: walks }
     }
 
     fn map_of(
@@ -109,18 +128,26 @@ impl Planner<'_, '_> {
         by_mesh: bool,
     ) -> (MapResult, f64) {
         let mean_lx = mean_lx(entries, lights);
-        let random_lx = 0.5 * weighted(entries, lights, |light| light.difference_lx().powi(2)).sqrt();
-        let direct_random_lx = direct_random_lx(entries, lights);
-        // The noise of indirect light is in what was measured too; that of shadow rays from the places is not.
-        let squares = measured.total().mean.max(0.0) + direct_random_lx.powi(2);
+        let random_lx = random_lx(entries, lights, EntryLight::halves_lx);
+        // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places.
+        let of_places_lx = if measured.indirect == MeanSquare::default() {
+            random_lx
+        } else {
+            self::random_lx(entries, lights, |light| light.direct_lx)
+        };
+        let squares = measured.total().mean.max(0.0) + of_places_lx.powi(2);
         let estimated_lx = squares.max(random_lx.powi(2)).sqrt();
         let bias_lx = (estimated_lx.powi(2) - random_lx.powi(2)).max(0.0).sqrt();
-        let upper_lx = measured.total().upper_root_lx().hypot(direct_random_lx).max(estimated_lx);
+        // Of k places' own noise, each a number of its own, the error's estimate is short by this much in one case in twenty.
+        let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
+        let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
+        let upper_lx = measured.total().upper_root_lx().hypot(short * of_places_lx).max(estimated_lx);
         let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
         let error_of = |light: &EntryLight| {
             let direct = if light.mixed { measured.direct_mixed } else { measured.direct_agreed };
-            let direct = if by_mesh { direct.mean.max(0.0) } else { direct_random_lx.powi(2) };
-            (direct + measured.indirect.mean.max(0.0)).sqrt()
+            // An error that chance hides is as large as chance could hide: 0 would mean exact.
+            let known = |square: MeanSquare| square.mean.max(square.standard_error);
+            (known(direct) + known(measured.indirect) + of_places_lx.powi(2)).sqrt()
         };
         let is_counted = |entry: usize| entries.weights[entry] > 0.0;
         let entry_values = || lights.iter().enumerate();
@@ -154,7 +181,7 @@ impl Planner<'_, '_> {
                 (set.name.clone(), vec![stated_row(&set.name, kind, Side::Front.name(), area_m2, &all)])
             }
         };
-        let method = if by_mesh || measured.indirect.standard_error > 0.0 { "light-mesh" } else { "shadow-rays" };
+        let method = if by_mesh || measured.indirect != MeanSquare::default() { "light-mesh" } else { "shadow-rays" };
         let map = MapResult {
             name,
             kind: entries.kind,
@@ -180,9 +207,13 @@ fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
     weighted(entries, lights, |light| light.direct_mean_lx() + light.indirect_mean_lx())
 }
 
-/// Random error of direct light from its halves, in lx.
-fn direct_random_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
-    0.5 * weighted(entries, lights, |light| (light.direct_lx[0] - light.direct_lx[1]).powi(2)).sqrt()
+/// Random error in lx of what its two halves differ in.
+fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
+    let square = |light: &EntryLight| {
+        let [even_lx, odd_lx] = halves(light);
+        (even_lx - odd_lx).powi(2)
+    };
+    0.5 * weighted(entries, lights, square).sqrt()
 }
 
 fn element_tables(scene: &Scene, elements: &Elements, values: &MapValues, weights: &[f64]) -> Vec<TableRow> {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::exact::{Spot, look_at_all, looks_are_exact};
-use super::indirect::{GatherCounts, GatherRoom, IndirectMesh};
+use super::indirect::{GatherCounts, GatherRoom, IndirectMesh, walks_at_place_lx};
 use super::mesh::{Counts, LightMesh, Surroundings, Workroom};
 use crate::maps::MapKind;
 use crate::sampling::random::{Purpose, Stream};
@@ -105,6 +105,16 @@ pub enum DirectBy<'m, 'a> {
     },
 }
 
+/// How indirect light is computed.
+pub enum IndirectBy<'m, 'a> {
+    /// Nothing reflects.
+    Nothing,
+    /// Gathered at the points of a mesh.
+    Mesh(&'m IndirectMesh<'a>),
+    /// By so many walks from every place.
+    Walks(u32),
+}
+
 /// What one entry of a map receives, in lx.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EntryLight {
@@ -127,9 +137,9 @@ impl EntryLight {
         0.5 * (self.indirect_lx[0] + self.indirect_lx[1])
     }
 
-    /// Even half less odd half.
-    pub fn difference_lx(&self) -> f64 {
-        self.direct_lx[0] + self.indirect_lx[0] - self.direct_lx[1] - self.indirect_lx[1]
+    /// Both parts by each half.
+    pub fn halves_lx(&self) -> [f64; 2] {
+        [0, 1].map(|half| self.direct_lx[half] + self.indirect_lx[half])
     }
 }
 
@@ -165,7 +175,7 @@ pub fn light_of(
     entries: &Entries,
     asked: &[usize],
     direct: &DirectBy,
-    indirect: Option<&IndirectMesh>,
+    indirect: &IndirectBy,
     seed: u64,
     map: u32,
 ) -> (Vec<EntryLight>, Effort) {
@@ -192,11 +202,18 @@ pub fn light_of(
                             light.direct_lx = light.direct_lx.map(|lx| lx + here.illuminance_lx);
                             light.mixed |= here.mixed;
                         }
-                        if let Some(mesh) = indirect {
-                            let place = (*entry * PLACES_OF_ELEMENT.len() + number) as u64;
-                            let here_lx = mesh.indirect_lx(receiver, place, &mut gather);
-                            light.indirect_lx = [0, 1].map(|half| light.indirect_lx[half] + here_lx[half]);
-                        }
+                        let place = (*entry * PLACES_OF_ELEMENT.len() + number) as u64;
+                        let here_lx = match indirect {
+                            IndirectBy::Nothing => [0.0; 2],
+                            IndirectBy::Mesh(mesh) => mesh.indirect_lx(receiver, place, &mut gather),
+                            IndirectBy::Walks(walks) => {
+                                let (lx, rays) =
+                                    walks_at_place_lx(around.stage, receiver, place, *walks, seed, &mut gather.cut);
+                                gather.counts.walk_rays += rays;
+                                lx
+                            }
+                        };
+                        light.indirect_lx = [0, 1].map(|half| light.indirect_lx[half] + here_lx[half]);
                         number += 1;
                     });
                 });
@@ -242,7 +259,7 @@ fn by_rays(
             sum_lx += lx;
             rays += pass_rays;
         }
-        sum_lx / passes as f64
+        sum_lx / passes.max(1) as f64
     };
     let first_lx = half_lx(0);
     let second_lx = if one_half { first_lx } else { half_lx(1) };

@@ -224,5 +224,11 @@ fn said(map: &TracedMap, direct: &DirectPlan, points_of_luminaires: usize, place
             map.effort.gather.points, gathering.step_m, gathering.walks
         ));
     }
+    if map.place_walks > 0 {
+        said.push(format!(
+            "light mesh: \"{name}\": {} walks from every place completed indirect light: a finer mesh would have more points than there are places",
+            map.place_walks
+        ));
+    }
     said
 }
