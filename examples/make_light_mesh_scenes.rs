@@ -165,7 +165,7 @@ fn playground() -> Solids {
     // Trees: a trunk, and balls of leaves.
     for (x, y) in [(40.0, 40.0), (370.0, 40.0), (250.0, 300.0), (340.0, 300.0), (150.0, 30.0)] {
         all.turned("wood", [x, y, 0.0], [0.0, 0.0, 1.0], &[(0.0, 8.0), (50.0, 6.0), (70.0, 4.0)], 16);
-        for _ in 0..14 {
+        for _ in 0..16 {
             let offset = [0, 1, 2].map(|_| 40.0 * wheel.turn() - 20.0);
             let radius = 9.0 + 6.0 * wheel.turn();
             all.ball("leaves", [x + offset[0], y + offset[1], 85.0 + offset[2]], radius, 18);

@@ -2,6 +2,7 @@
 
 use super::judge::{DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct, measure_indirect};
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
+use super::samples::Samples;
 use super::tracing::{DirectBy, Effort, Entries, EntryLight, light_of, IndirectBy};
 use crate::maps::{
     MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row,
@@ -118,6 +119,21 @@ impl Planner<'_, '_> {
             _ => None,
         };
         TracedMap { map, measured, upper_error, effort, check_rays, mesh, gathering, place_walks: walks }
+    }
+
+    /// Computes direct light with a shadow ray to every one of some points, each a point source, and measures its error.
+    pub fn trace_points(&self, entries: &Entries, map: u32, points: &Samples) -> TracedMap {
+        let seed = self.wishes.seed;
+        let all: Vec<usize> = (0..entries.weights.len()).collect();
+        let (direct, indirect) = (DirectBy::Points(points), IndirectBy::Nothing);
+        let (lights, effort) = light_of(&self.around, entries, &all, &direct, &indirect, seed, map);
+        let chosen = choose(entries, DIRECT_PLACES, seed, map).into_iter().map(|entry| (entry, lights[entry]));
+        let chosen: Vec<(usize, EntryLight)> = chosen.collect();
+        let measured = measure_direct(&self.around, entries, &chosen, seed, map);
+        let (map, upper_error) = self.map_of(entries, &lights, &measured, true);
+        let map = MapResult { method: "points".to_owned(), ..map };
+        let check_rays = measured.rays;
+        TracedMap { map, measured, upper_error, effort, check_rays, mesh: None, gathering: None, place_walks: 0 }
     }
 
     fn map_of(

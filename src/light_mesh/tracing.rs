@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::exact::{Spot, look_at_all, looks_are_exact};
 use super::indirect::{GatherCounts, GatherRoom, IndirectMesh, walks_at_place_lx};
 use super::mesh::{Counts, LightMesh, Surroundings, Workroom};
+use super::samples::Samples;
 use crate::maps::MapKind;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::ReceiverLayout;
@@ -103,6 +104,8 @@ pub enum DirectBy<'m, 'a> {
         /// Passes of each half.
         passes: u64,
     },
+    /// By a shadow ray to every one of these points, each a point source of its own.
+    Points(&'m Samples),
 }
 
 /// How indirect light is computed.
@@ -197,10 +200,18 @@ pub fn light_of(
                 let mut number = 0;
                 let places = entries.each_spot(around, *entry, |spot| {
                     spot.ask(around.stage, |receiver| {
-                        if let DirectBy::Mesh(mesh) = direct {
-                            let here = mesh.direct(receiver, &mut room);
-                            light.direct_lx = light.direct_lx.map(|lx| lx + here.illuminance_lx);
-                            light.mixed |= here.mixed;
+                        match direct {
+                            DirectBy::Mesh(mesh) => {
+                                let here = mesh.direct(receiver, &mut room);
+                                light.direct_lx = light.direct_lx.map(|lx| lx + here.illuminance_lx);
+                                light.mixed |= here.mixed;
+                            }
+                            DirectBy::Points(points) => {
+                                let (here_lx, rays) = points.as_point_sources_lx(around.stage, receiver);
+                                light.direct_lx = light.direct_lx.map(|lx| lx + here_lx);
+                                exact_rays += rays;
+                            }
+                            DirectBy::Rays { .. } => {}
                         }
                         let place = (*entry * PLACES_OF_ELEMENT.len() + number) as u64;
                         let here_lx = match indirect {
@@ -217,7 +228,7 @@ pub fn light_of(
                         number += 1;
                     });
                 });
-                if matches!(direct, DirectBy::Mesh(_)) {
+                if !matches!(direct, DirectBy::Rays { .. }) {
                     light.direct_lx = light.direct_lx.map(|lx| lx / places);
                     // Between its places an element may hold a shadow's edge that none of them is near.
                     light.mixed |= entries.are_means();

@@ -20,6 +20,7 @@ mod reference;
 mod report;
 mod report_html;
 mod report_md;
+mod rivals;
 mod statistics;
 mod truth;
 mod truth_enclosure;
