@@ -14,9 +14,7 @@ use glam::DVec3;
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
 use luxmc::light_mesh::exact::look_at_all;
-use luxmc::light_mesh::{
-    Accelerations, Counts, LightMesh, Options, Placing, Samples, Solids, Surroundings, Workroom,
-};
+use luxmc::light_mesh::{Accelerations, Counts, LightMesh, Options, Placing, Samples, Solids, Surroundings, Workroom};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::{Scene, read_scene, scene_from_json};
 use plotters::prelude::*;
@@ -164,16 +162,16 @@ fn hall(edge: usize) -> Outcome<Scene> {
 /// Times and rays against the number of luminaires and of receivers.
 fn study_a(out: &Path) -> Outcome<()> {
     const STEP_M: f64 = 0.1;
-    let options =
-        Options { step_m: STEP_M, radius_m: 1.25 * STEP_M, accelerations: Accelerations::ALL };
+    let options = Options { step_m: STEP_M, radius_m: 1.25 * STEP_M, accelerations: Accelerations::ALL };
     let mut table = String::from(
         "| luminaires | receivers | rays: shadow rays | rays: mesh | rays saved by | time: shadow rays / s | time: mesh / s | faster by | RMS error |\n| --: | --: | --: | --: | --: | --: | --: | --: | --: |\n",
     );
     let mut by_luminaires = [Vec::new(), Vec::new()];
     let mut by_receivers = [Vec::new(), Vec::new()];
-    let cases = [1, 3, 5, 7, 8, 10, 15].map(|edge| (edge, 500)).into_iter().chain(
-        [50, 125, 250, 1000, 2000].map(|count| (8, count)),
-    );
+    let cases = [1, 3, 5, 7, 8, 10, 15]
+        .map(|edge| (edge, 500))
+        .into_iter()
+        .chain([50, 125, 250, 1000, 2000].map(|count| (8, count)));
     for (edge, count) in cases {
         let world = World::of(hall(edge)?);
         let points_m = grid(DVec3::ZERO, [20.0, 20.0], count);
@@ -235,7 +233,8 @@ fn study_b(out: &Path) -> Outcome<()> {
                     let options = Options { step_m, radius_m: ratio * step_m, accelerations };
                     runs.push(by_mesh(&world, &points_m, options)?);
                 }
-                let saved = |of: &dyn Fn(&Run) -> f64, from: usize, to: usize| 100.0 * (1.0 - of(&runs[to]) / of(&runs[from]));
+                let saved =
+                    |of: &dyn Fn(&Run) -> f64, from: usize, to: usize| 100.0 * (1.0 - of(&runs[to]) / of(&runs[from]));
                 let seconds = |run: &Run| run.seconds;
                 let rays = |run: &Run| run.rays as f64;
                 for (what, of) in [("time / s", &seconds as &dyn Fn(&Run) -> f64), ("rays / 10⁶", &rays)] {
@@ -311,7 +310,9 @@ fn study_e(out: &Path) -> Outcome<()> {
         Ok(World::of(scene_from_json(&text, None, Path::new("."))?))
     };
     let ball = |radius_m: f64| {
-        format!(r#"{{ "name": "ball", "type": "sphere", "center": [0,0,4.4], "radius": {radius_m}, "luminous_flux_lm": 1000 }}"#)
+        format!(
+            r#"{{ "name": "ball", "type": "sphere", "center": [0,0,4.4], "radius": {radius_m}, "luminous_flux_lm": 1000 }}"#
+        )
     };
     let point = r#"{ "name": "point", "type": "point", "position": [0,0,4.4], "luminous_flux_lm": 1000 }"#;
     let line_m: Vec<DVec3> = (0..=2000).map(|i| DVec3::new(-1.0 + f64::from(i) / 1000.0, 0.0137, 0.0)).collect();
@@ -321,7 +322,8 @@ fn study_e(out: &Path) -> Outcome<()> {
         let first = |share: f64| lx.iter().position(|lx| *lx >= share * full).unwrap_or(0);
         (first(0.9) - first(0.1)) as f64 / 1000.0
     };
-    let mut table = String::from("| source | how | step / m | R/h | width 10–90 % / m |\n| --- | --- | --: | --: | --: |\n");
+    let mut table =
+        String::from("| source | how | step / m | R/h | width 10–90 % / m |\n| --- | --- | --: | --: | --: |\n");
     let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut names = Vec::new();
     let mut add = |name: &str, lx: &[f64]| {
@@ -348,7 +350,11 @@ fn study_e(out: &Path) -> Outcome<()> {
     };
     for (step_m, ratio) in [(0.02, 1.25), (0.1, 1.25), (0.1, 2.1), (0.2, 2.1)] {
         let run = mesh(&world, step_m, ratio)?;
-        writeln!(table, "| ball of 0.2 m | mesh, 64 points of the ball | {step_m} | {ratio} | {:.3} |", width(&run.lx))?;
+        writeln!(
+            table,
+            "| ball of 0.2 m | mesh, 64 points of the ball | {step_m} | {ratio} | {:.3} |",
+            width(&run.lx)
+        )?;
         if step_m == 0.1 && ratio == 2.1 {
             add("ball, mesh of 0.1 m, R = 2.1 h", &run.lx);
         }
@@ -406,7 +412,7 @@ fn profile(path: &Path, names: &[&str], lines: &[Vec<(f64, f64)>]) -> Outcome<()
     let root = SVGBackend::new(path, (760, 420)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
-        .caption("Shadow of an edge 2 m above the floor, source 4.4 m above it", ("sans-serif", 18))
+        .caption("Shadow of an edge 2 m above the floor, source at 4.4 m", ("sans-serif", 18))
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(64)

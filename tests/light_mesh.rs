@@ -146,7 +146,8 @@ fn meshes_converge_to_exact_shadows() {
 fn no_light_leaks_through_walls() {
     let lamp = r#"{ "name": "lamp", "type": "point", "position": [1,2,2], "intensity_cd": 100 }"#;
     let grid = r#"{ "name": "floor", "type": "grid", "origin": [2.52,0.05,0], "u": [1.4,0,0], "v": [0,3.9,0], "columns": 40, "rows": 40 }"#;
-    let room = r#"{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "black" }"#;
+    let room =
+        r#"{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "black" }"#;
     let solid = |thick_m: f64| {
         format!(
             r#"{room}, {{ "name": "wall", "type": "box", "min": [{},0,0], "max": [2.5,4,3], "material": "black" }}"#,
@@ -233,14 +234,7 @@ impl Observer for Quiet {
 }
 
 fn settings(target_error: Option<f64>, seed: u64) -> Settings {
-    Settings {
-        seed,
-        target_error,
-        chains: None,
-        time_limit_s: None,
-        maps: MapSelection::Receivers,
-        threads: None,
-    }
+    Settings { seed, target_error, chains: None, time_limit_s: None, maps: MapSelection::Receivers, threads: None }
 }
 
 /// The stated error against the true one for 12 seeds: the mesh is the same in all of them, the places that judge it are
@@ -289,7 +283,8 @@ fn a_reflecting_room_agrees_with_chains() {
     let room = r#"
         { "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "grey", "max_element_edge": 0.7 },
         { "name": "table", "type": "box", "min": [1,1,0], "max": [2,3,0.8], "material": "grey", "max_element_edge": 0.7 }"#;
-    let lamps = r#"{ "name": "panel", "type": "sphere", "center": [3,2,2.4], "radius": 0.2, "luminous_flux_lm": 3000 }"#;
+    let lamps =
+        r#"{ "name": "panel", "type": "sphere", "center": [3,2,2.4], "radius": 0.2, "luminous_flux_lm": 3000 }"#;
     let grid = r#"{ "name": "plane", "type": "grid", "origin": [0.2,0.2,1.2], "u": [3.6,0,0], "v": [0,3.6,0], "columns": 12, "rows": 12 }"#;
     let scene = scene(room, lamps, grid);
     let all = |target: f64| Settings { maps: MapSelection::All, ..settings(Some(target), 3) };

@@ -4,9 +4,7 @@ use clap::{Args, ValueEnum};
 
 use super::exit::Failure;
 use super::method::Method;
-use crate::light_mesh::{
-    Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, RADIUS_PER_STEP,
-};
+use crate::light_mesh::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, RADIUS_PER_STEP};
 use crate::validation::MeshChoice;
 
 /// Options of the light mesh.

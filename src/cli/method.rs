@@ -15,8 +15,7 @@ pub enum Method {
 
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<Method, String> {
-    const THERE: &str =
-        "this version has auto, collision (every scene), radiosity (closed diffuse rooms of rectangles) and light-mesh (scenes without mirrors and glass)";
+    const THERE: &str = "this version has auto, collision (every scene), radiosity (closed diffuse rooms of rectangles) and light-mesh (scenes without mirrors and glass)";
     match text {
         "auto" => Ok(Method::Auto),
         "collision" => Ok(Method::Collision),

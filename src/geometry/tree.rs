@@ -131,8 +131,7 @@ impl Tree {
         (0..self.tree.primitive_indices.len()).any(|slot| {
             ray.cross(self.slots.slot(slot)).is_some_and(|crossing| {
                 let plain = crossing.t > near && crossing.t < 1.0 - near;
-                !(crossing.t > last || crossing.t < first)
-                    && (plain || self.parts(ray, from, to, slot, &crossing))
+                !(crossing.t > last || crossing.t < first) && (plain || self.parts(ray, from, to, slot, &crossing))
             })
         })
     }

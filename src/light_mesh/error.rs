@@ -6,7 +6,9 @@ use crate::scene::{Quantity, ReflectionLaw, Scene};
 
 /// What of a scene light meshes cannot compute.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("--method light-mesh cannot compute {what}\n  got:      {got}\n  expected: {expected}\n  remedy:   use --method collision, which computes every scene")]
+#[error(
+    "--method light-mesh cannot compute {what}\n  got:      {got}\n  expected: {expected}\n  remedy:   use --method collision, which computes every scene"
+)]
 pub struct NotForLightMesh {
     /// What it cannot compute, in words.
     pub what: String,

@@ -261,7 +261,8 @@ mod tests {
         const N: u32 = 20_000;
         let mut products = [[0.0; COEFFICIENTS]; COEFFICIENTS];
         for step in 0..N {
-            let direction = uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
+            let direction =
+                uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
             let y = harmonics(direction);
             for (row, left) in products.iter_mut().zip(y) {
                 row.iter_mut().zip(y).for_each(|(sum, right)| *sum += left * right * 4.0 * PI / f64::from(N));
@@ -281,7 +282,8 @@ mod tests {
         const N: u32 = 200_000;
         let mut field = [0.0; COEFFICIENTS];
         for step in 0..N {
-            let direction = uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
+            let direction =
+                uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
             if direction.z > 0.0 {
                 let y = harmonics(direction);
                 (0..COEFFICIENTS).for_each(|i| field[i] += y[i] * 4.0 * PI / f64::from(N));

@@ -73,8 +73,8 @@ mod tests {
 
     #[test]
     fn a_place_lies_in_its_cell_and_all_within_reach_are_points_of_the_mesh() {
-        let lattice = Lattice::over([DVec3::new(-1.0, 0.0, 2.0), DVec3::new(3.0, 5.0, 2.0)], 0.25, 0.8)
-            .expect("a small mesh");
+        let lattice =
+            Lattice::over([DVec3::new(-1.0, 0.0, 2.0), DVec3::new(3.0, 5.0, 2.0)], 0.25, 0.8).expect("a small mesh");
         for place_m in [DVec3::new(-1.0, 0.0, 2.0), DVec3::new(3.0, 5.0, 2.0), DVec3::new(0.3, 4.1, 2.0)] {
             let (cell, rest) = lattice.cell_of(place_m);
             assert!((lattice.position_m(cell) + 0.25 * rest).distance(place_m) < 1e-12);

@@ -175,6 +175,9 @@ impl<'a> LightMesh<'a> {
         if members.is_empty() {
             look.resize(words, 0);
             counts.places_without_set += 1;
+            if self.lies_under_solid(receiver, counts) {
+                return MeshLight { illuminance_lx: 0.0, mixed: false };
+            }
             counts.fallback_rays +=
                 self.around.samples.look(self.around.stage, self.sees, receiver.origin, receiver.point_m, look);
             seen.any.clone_from(look);
@@ -211,6 +214,18 @@ impl<'a> LightMesh<'a> {
             }
         }
         MeshLight { illuminance_lx: self.around.samples.illuminance_lx(self.around.stage, receiver, seen), mixed }
+    }
+
+    /// Whether a solid is pressed onto a place, so that no light gets there: just over it the parity says inside.
+    fn lies_under_solid(&self, receiver: &Receiver, counts: &mut Counts) -> bool {
+        if !self.options.accelerations.inside_flags {
+            return false;
+        }
+        // Twice the height that rounding may take: gaps wider than that are sounded by rays.
+        let over_m = receiver.point_m + 2.0 * self.least_height_m * receiver.normal;
+        let (inside, rays) = self.around.solids.holds(&self.around.stage.tracer, over_m);
+        counts.parity_rays += rays;
+        inside
     }
 
     /// Points of the set D of a place, without their values: for tests and for what they cost.
@@ -272,10 +287,7 @@ impl<'a> LightMesh<'a> {
     /// points is inside, that is all. Where one is, the place may lie under a solid or in a crack beside it.
     fn gather(&self, receiver: &Receiver, room: &mut Workroom) {
         self.list_candidates(receiver, room);
-        if self.has_walls_near(receiver) {
-            self.test_each(receiver, room);
-            self.take_all(room);
-        } else if !self.take_all(room) {
+        if self.has_walls_near(receiver) || !self.take_all(room) {
             self.test_each(receiver, room);
             self.take_all(room);
         }

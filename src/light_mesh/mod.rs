@@ -6,8 +6,8 @@
 mod error;
 pub mod exact;
 mod indirect;
-mod lattice;
 pub mod judge;
+mod lattice;
 mod mesh;
 mod options;
 mod plan;
@@ -22,9 +22,7 @@ pub use error::{NotForLightMesh, check};
 pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh};
 pub use lattice::{Index, Lattice};
 pub use mesh::{Counts, LightMesh, MeshLight, Surroundings, Workroom};
-pub use options::{
-    Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP,
-};
+pub use options::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP};
 pub use plan::{DirectPlan, IndirectPlan, Plan, Planner, Why, Wishes};
 pub use result::{MeshFacts, TracedMap};
 pub use samples::{Placing, Samples};

@@ -17,8 +17,7 @@ pub struct Accelerations {
 
 impl Accelerations {
     /// All of them.
-    pub const ALL: Accelerations =
-        Accelerations { tree: true, templates: true, outer_first: true, inside_flags: true };
+    pub const ALL: Accelerations = Accelerations { tree: true, templates: true, outer_first: true, inside_flags: true };
     /// The tree alone, which the papers' comparisons start from.
     pub const TREE_ALONE: Accelerations =
         Accelerations { tree: true, templates: false, outer_first: false, inside_flags: false };

@@ -165,8 +165,15 @@ impl<'a> Planner<'_, 'a> {
             };
             let chosen = choose(entries, DIRECT_PLACES, self.wishes.seed, PLANNING + map);
             let by_mesh = DirectBy::Mesh(&mesh);
-            let (lights, effort) =
-                light_of(&self.around, entries, &chosen, &by_mesh, &IndirectBy::Nothing, self.wishes.seed, PLANNING + map);
+            let (lights, effort) = light_of(
+                &self.around,
+                entries,
+                &chosen,
+                &by_mesh,
+                &IndirectBy::Nothing,
+                self.wishes.seed,
+                PLANNING + map,
+            );
             plan.effort += effort;
             let mean_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean_lx));
             let pairs: Vec<(usize, EntryLight)> = chosen.into_iter().zip(lights).collect();
@@ -195,12 +202,8 @@ impl<'a> Planner<'_, 'a> {
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
         let no_direct = DirectBy::Rays { passes: 0 };
         for refinement in 0..=MOST_REFINEMENTS {
-            let gathering = Gathering {
-                step_m,
-                radius_m: self.radius_per_step() * step_m,
-                walks,
-                form: self.wishes.form,
-            };
+            let gathering =
+                Gathering { step_m, radius_m: self.radius_per_step() * step_m, walks, form: self.wishes.form };
             let Some(mesh) = IndirectMesh::new(self.around, entries.bounds_m, gathering, self.wishes.seed) else {
                 break;
             };
@@ -213,8 +216,7 @@ impl<'a> Planner<'_, 'a> {
             let Some(target_error) = target_error else { break };
             // Direct light only adds to the mean that errors are relative to: without it the plan is on the safe side.
             let allowed = (SHARE_OF_BOTH * target_error * indirect_lx).powi(2);
-            let random =
-                mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
+            let random = mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
             let pairs: Vec<(usize, EntryLight)> = chosen.iter().copied().zip(lights).collect();
             let measured = self.checked(entries, &pairs, map, allowed, plan);
             let refines_to_no_end = refinement == MOST_REFINEMENTS || (walks >= MOST_WALKS && asked_m.is_some());

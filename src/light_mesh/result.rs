@@ -1,12 +1,12 @@
 //! From computed places to a map with the error it states.
 
-use super::judge::{DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct, measure_indirect};
+use super::judge::{
+    DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct, measure_indirect,
+};
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
 use super::samples::Samples;
-use super::tracing::{DirectBy, Effort, Entries, EntryLight, light_of, IndirectBy};
-use crate::maps::{
-    MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row,
-};
+use super::tracing::{DirectBy, Effort, Entries, EntryLight, IndirectBy, light_of};
+use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
 use crate::scene::{Elements, ReceiverLayout, Scene, Side};
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
@@ -136,13 +136,7 @@ impl Planner<'_, '_> {
         TracedMap { map, measured, upper_error, effort, check_rays, mesh: None, gathering: None, place_walks: 0 }
     }
 
-    fn map_of(
-        &self,
-        entries: &Entries,
-        lights: &[EntryLight],
-        measured: &Measured,
-        by_mesh: bool,
-    ) -> (MapResult, f64) {
+    fn map_of(&self, entries: &Entries, lights: &[EntryLight], measured: &Measured, by_mesh: bool) -> (MapResult, f64) {
         let mean_lx = mean_lx(entries, lights);
         let random_lx = random_lx(entries, lights, EntryLight::halves_lx);
         // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places.

@@ -43,7 +43,10 @@ struct Group {
 
 #[derive(Clone, Copy)]
 enum Point {
-    Fixed { origin: Origin, position_m: DVec3 },
+    Fixed {
+        origin: Origin,
+        position_m: DVec3,
+    },
     /// On the disk that a place sees of a ball.
     OnBall([f64; 2]),
 }
@@ -319,7 +322,8 @@ mod tests {
     fn bits_are_counted_as_numbers_are() {
         let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
         stream.seek(0);
-        let mut seen = Seen { any: vec![0; 2], all: vec![0; 2], planes: vec![0; 2 * DIGITS], members: 0, digits: DIGITS };
+        let mut seen =
+            Seen { any: vec![0; 2], all: vec![0; 2], planes: vec![0; 2 * DIGITS], members: 0, digits: DIGITS };
         let mut counts = [0u64; 64];
         for _ in 0..4000 {
             let bits = (stream.fine_unit() * (1u64 << 53) as f64) as u64;

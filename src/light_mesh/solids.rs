@@ -189,10 +189,8 @@ impl Walls {
         near.iter().any(|triangle| {
             let corners_m = self.corners_m[triangle];
             let rises = corners_m.iter().any(|corner_m| normal.dot(*corner_m - place_m) > least_height_m);
-            let [low_m, high_m] = [
-                corners_m[0].min(corners_m[1]).min(corners_m[2]),
-                corners_m[0].max(corners_m[1]).max(corners_m[2]),
-            ];
+            let [low_m, high_m] =
+                [corners_m[0].min(corners_m[1]).min(corners_m[2]), corners_m[0].max(corners_m[1]).max(corners_m[2])];
             rises && place_m.clamp(low_m, high_m).distance(place_m) < self.radius_m
         })
     }

@@ -148,9 +148,11 @@ mod tests {
                     numbers
                 };
                 assert_eq!(sorted(&quick), sorted(&slow), "{place_m} {normal} {ratio}");
-                assert!(quick.iter().all(|one| {
-                    (lattice.position_m(one.index) - place_m).distance(one.offset_m) < 1e-12
-                }));
+                assert!(
+                    quick
+                        .iter()
+                        .all(|one| { (lattice.position_m(one.index) - place_m).distance(one.offset_m) < 1e-12 })
+                );
                 count += quick.len() as f64;
                 wide_count += wide.len() as f64;
             }

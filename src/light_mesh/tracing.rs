@@ -73,9 +73,7 @@ impl Entries {
     pub fn drawn_spot(&self, around: &Surroundings, entry: usize, stream: &mut Stream) -> Spot {
         match self.kind {
             MapKind::Receivers(set) => Spot::of_point(&around.scene.receivers[set].points[entry]),
-            MapKind::Elements => {
-                Spot::drawn_in_cell(around, around.stage.elements.cell(entry as u32), stream)
-            }
+            MapKind::Elements => Spot::drawn_in_cell(around, around.stage.elements.cell(entry as u32), stream),
         }
     }
 

@@ -28,12 +28,7 @@ pub struct MeshChoice {
 
 impl Default for MeshChoice {
     fn default() -> MeshChoice {
-        MeshChoice {
-            step_m: None,
-            radius_m: None,
-            form: IndirectForm::Directional,
-            accelerations: Accelerations::ALL,
-        }
+        MeshChoice { step_m: None, radius_m: None, form: IndirectForm::Directional, accelerations: Accelerations::ALL }
     }
 }
 
@@ -76,23 +71,24 @@ pub fn solve_by_light_mesh(
     let mut convergence = Vec::new();
     let mut warnings = Vec::new();
     let mut rays = 0;
+    let mut finest_m = None;
     // Maps that the target binds go first.
     let mut order: Vec<usize> = (0..requests.len()).collect();
     order.sort_by_key(|index| !requests[*index].1);
     for (done, index) in order.into_iter().enumerate() {
         let (kind, bound) = requests[index];
+        if !bound && choice.step_m.is_none() {
+            // What the target does not bind is not refined: it takes the finest step of what is bound.
+            planner.wishes.step_m = finest_m;
+        }
         let entries = Entries::of(&planner.around, kind);
         let number = index as u32;
         let plan = planner.plan(&entries, number, bound);
         let map = planner.trace(&entries, number, &plan);
         rays += map.effort.rays() + map.check_rays;
         warnings.extend(said(&map, &plan.direct, samples.len(), entries.places()));
-        if choice.step_m.is_none()
-            && let Some(facts) = &map.mesh
-        {
-            // What the target does not bind is not refined: it takes the finest step so far.
-            let finest_m = planner.wishes.step_m.unwrap_or(f64::INFINITY).min(facts.step_m);
-            planner.wishes.step_m = (!bound).then_some(finest_m).or(planner.wishes.step_m);
+        if bound && let Some(facts) = &map.mesh {
+            finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
         let estimated_error = traced
             .iter()
@@ -132,8 +128,7 @@ pub fn solve_by_light_mesh(
         ));
     }
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
-    let estimated_error =
-        maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
+    let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     let target_met = target_error.map(|_| maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true)));
     let is_exact = maps.iter().all(|map| map.error.estimated == 0.0);
     let stop_reason = match (is_exact, target_met) {
@@ -204,7 +199,9 @@ fn said(map: &TracedMap, direct: &DirectPlan, points_of_luminaires: usize, place
         (DirectPlan::Rays(why @ (Why::Cheaper(_) | Why::StepMisses(_))), _) => {
             let reason = match why {
                 Why::Cheaper(step_m) => {
-                    format!("the target needs a step of {step_m:.4} m or less, with more mesh points than there are places")
+                    format!(
+                        "the target needs a step of {step_m:.4} m or less, with more mesh points than there are places"
+                    )
                 }
                 Why::StepMisses(error) => {
                     format!("the step that was given leaves an error of {:.2} % in direct light", 100.0 * error)
