@@ -14,7 +14,9 @@ use glam::DVec3;
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
 use luxmc::light_mesh::exact::look_at_all;
-use luxmc::light_mesh::{Accelerations, Counts, LightMesh, Options, Placing, Samples, Solids, Surroundings, Workroom};
+use luxmc::light_mesh::{
+    Accelerations, Counts, Lattice, LightMesh, Options, Placing, Samples, Solids, Surroundings, Workroom,
+};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::{Scene, read_scene, scene_from_json};
 use plotters::prelude::*;
@@ -92,8 +94,10 @@ fn by_mesh(world: &World, points_m: &[DVec3], options: Options) -> Outcome<Run> 
     for vertex_m in &world.scene.vertices_m {
         (low_m, high_m) = (low_m.min(*vertex_m), high_m.max(*vertex_m));
     }
-    let whole = LightMesh::new(world.around(), [low_m, high_m], options).ok_or("the mesh is out of proportion")?;
-    Ok(Run { lx, counts, rays: counts.rays(), seconds, bytes: mesh.bytes(), dense_bytes: whole.dense_bytes() })
+    let whole = Lattice::over([low_m, high_m], options.step_m, options.radius_m);
+    let bytes_per_point = mesh.dense_bytes() / mesh.lattice.points();
+    let dense_bytes = whole.map_or(f64::INFINITY, |whole| whole.points()) * bytes_per_point;
+    Ok(Run { lx, counts, rays: counts.rays(), seconds, bytes: mesh.bytes(), dense_bytes })
 }
 
 /// Shadow rays to every luminaire, from every `every`-th receiver; seconds and rays are of all.

@@ -266,10 +266,10 @@ fn the_step_is_found_for_the_target_or_shadow_rays_complete_the_run() {
         solve_by_light_mesh(&scene, &settings(Some(target), 0), &MeshChoice::default(), &Quiet)
             .expect("it can be computed")
     };
-    let coarse = solved(0.05);
+    let coarse = solved(0.07);
     assert_eq!(coarse.stop_reason, StopReason::TargetMet);
     assert_eq!(coarse.maps[0].method, "light-mesh");
-    assert!(relative_rms(&coarse.maps[0].values.illuminance_lx, &exact) <= 0.05);
+    assert!(relative_rms(&coarse.maps[0].values.illuminance_lx, &exact) <= 0.07);
     assert!(coarse.rays < 9 * 300 * 300 / 2, "{}", coarse.rays);
     let fine = solved(0.001);
     assert_eq!((fine.stop_reason, fine.maps[0].method.as_str()), (StopReason::Exact, "shadow-rays"));

@@ -104,6 +104,8 @@ pub struct Planner<'s, 'a> {
     pub around: Surroundings<'a>,
     /// What is asked for.
     pub wishes: Wishes,
+    /// Part of the target that plans aim at, 1 or less: a map whose last check missed it is planned again with less.
+    pub caution: f64,
     /// Whether a limit or the user has ended the run.
     pub stop: &'s dyn Fn() -> bool,
 }
@@ -121,7 +123,7 @@ impl<'a> Planner<'_, 'a> {
         if entries.places() == 0 || self.around.samples.is_empty() {
             return plan;
         }
-        let target_error = self.wishes.target_error.filter(|_| refines);
+        let target_error = self.wishes.target_error.filter(|_| refines).map(|target| self.caution * target);
         let mut indirect_lx = 0.0;
         if self.around.stage.reflects() {
             indirect_lx = self.plan_indirect(entries, map, target_error, &mut plan);

@@ -13,6 +13,13 @@ use crate::scene::Scene;
 use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
+/// Plans of a map after the first whose last check missed the target.
+const MOST_ATTEMPTS: u32 = 4;
+/// Part of the target that the next plan aims at, over that of the one before.
+const NEXT_CAUTION: f64 = 0.7;
+/// Step between the maps' numbers of one plan and the next: each checks at places of its own.
+const ATTEMPT: u32 = 1 << 8;
+
 /// How the light mesh of a run is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshChoice {
@@ -64,6 +71,7 @@ pub fn solve_by_light_mesh(
             target_error: target_error.or_else(|| settings.time_limit_s.map(|_| DEFAULT_TARGET_ERROR)),
             seed: settings.seed,
         },
+        caution: 1.0,
         stop: &stop,
     };
 
@@ -82,10 +90,19 @@ pub fn solve_by_light_mesh(
             planner.wishes.step_m = finest_m;
         }
         let entries = Entries::of(&planner.around, kind);
-        let number = index as u32;
-        let plan = planner.plan(&entries, number, bound);
-        let map = planner.trace(&entries, number, &plan);
-        rays += map.effort.rays() + map.check_rays;
+        let (number, mut attempt) = (index as u32, 0);
+        planner.caution = 1.0;
+        let (plan, map) = loop {
+            let plan = planner.plan(&entries, number + attempt * ATTEMPT, bound);
+            let map = planner.trace(&entries, number + attempt * ATTEMPT, &plan);
+            rays += map.effort.rays() + map.check_rays;
+            let missed = bound && target_error.is_some_and(|target| map.upper_error > target);
+            if !missed || attempt == MOST_ATTEMPTS || stop() {
+                break (plan, map);
+            }
+            attempt += 1;
+            planner.caution *= NEXT_CAUTION;
+        };
         warnings.extend(said(&map, &plan.direct, samples.len(), entries.places()));
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));

@@ -45,6 +45,7 @@ pub fn solve_by_points(
             target_error: settings.target_error,
             seed: settings.seed,
         },
+        caution: 1.0,
         stop: &stop,
     };
     let (mut maps, mut rays, mut estimated_error, mut check_s) = (Vec::new(), 0, 0.0f64, 0.0);
