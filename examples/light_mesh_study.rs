@@ -396,7 +396,14 @@ fn chart(path: &Path, title: &str, axes: [&str; 2], names: &[&str], lines: &[Vec
         .x_label_area_size(44)
         .y_label_area_size(64)
         .build_cartesian_2d((x.0 / 1.2..x.1 * 1.2).log_scale(), (y.0 / 1.5..y.1 * 1.5).log_scale())?;
-    chart.configure_mesh().x_desc(axes[0]).y_desc(axes[1]).light_line_style(RGBColor(236, 236, 236)).draw()?;
+    chart
+        .configure_mesh()
+        .x_desc(axes[0])
+        .y_desc(axes[1])
+        .x_label_formatter(&|number| format!("{number}"))
+        .y_label_formatter(&|number| format!("{number}"))
+        .light_line_style(RGBColor(236, 236, 236))
+        .draw()?;
     for (index, (name, line)) in names.iter().zip(lines).enumerate() {
         let colour = COLOURS[index % COLOURS.len()];
         let drawn: Vec<(f64, f64)> = line.iter().copied().filter(|place| place.1 > 0.0).collect();
