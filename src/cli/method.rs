@@ -11,18 +11,20 @@ pub enum Method {
     Collision,
     /// Finite elements with exact form factors, on closed rooms of rectangles.
     Radiosity,
+    /// Visibility averaged over the points of a regular mesh.
+    LightMesh,
 }
 
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<Method, String> {
-    const THERE: &str =
-        "this version has auto, gather and collision (every scene), and radiosity (closed diffuse rooms of rectangles)";
+    const THERE: &str = "this version has auto, gather and collision (every scene), radiosity (closed diffuse rooms of rectangles) and light-mesh (scenes without mirrors and glass)";
     match text {
         "auto" => Ok(Method::Auto),
         "collision" => Ok(Method::Collision),
         "gather" => Ok(Method::Gather),
         "radiosity" => Ok(Method::Radiosity),
-        "local" | "light-mesh" => Err(format!("not in this version yet; {THERE}")),
+        "light-mesh" => Ok(Method::LightMesh),
+        "local" => Err(format!("not in this version yet; {THERE}")),
         _ => Err(format!("no such method; {THERE}")),
     }
 }

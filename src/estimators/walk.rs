@@ -89,9 +89,33 @@ pub fn gather_indirect_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let mut origin = *receiver.origin;
-    let mut direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (mut illuminance_lx, mut rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let direction = cosine_hemisphere(receiver.normal, stream.pair());
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let (arriving_lx, rays) = follow_lx(stage, *receiver.origin, direction, memory, cut, stream);
+    (mirrored_lx + arriving_lx, mirrored_rays + rays)
+}
+
+/// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the rays it took:
+/// the illuminance of a surface that sees nothing else. Points in mirrors that stand there are not in it.
+pub fn sample_arriving_lx(
+    stage: &Stage,
+    origin: Origin,
+    direction: DVec3,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    follow_lx(stage, origin, direction, &mut Blank, cut, stream)
+}
+
+fn follow_lx(
+    stage: &Stage,
+    mut origin: Origin,
+    mut direction: DVec3,
+    memory: &mut impl Memory,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let (mut illuminance_lx, mut rays) = (0.0, 0);
     let mut departure = Departure::Seen;
     loop {
         rays += 1;

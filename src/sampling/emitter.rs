@@ -16,7 +16,7 @@ use super::importance::{Beacon, Profile};
 use super::opening::Aperture;
 use super::random::Stream;
 use super::triangle::SeenTriangle;
-use super::warp::{cosine_hemisphere, uniform_sphere, uniform_triangle};
+use super::warp::{cosine_hemisphere, uniform_cone, uniform_sphere, uniform_triangle};
 use super::web::WebSampler;
 use crate::base::ball::ball_illuminance_factor;
 use crate::base::polygon::triangle_illuminance_factor;
@@ -139,6 +139,24 @@ impl Emitter {
         !matches!(self.shape, Shape::Triangle(_) | Shape::Ball { .. })
     }
 
+    /// Whether it is a ball.
+    pub fn is_ball(&self) -> bool {
+        matches!(self.shape, Shape::Ball { .. })
+    }
+
+    /// Cosine between a triangle's emitting side and a unit direction, 0 behind it; 0 for the others.
+    pub fn cosine_towards(&self, direction: DVec3) -> f64 {
+        match &self.shape {
+            Shape::Triangle(triangle) => triangle.normal.dot(direction).max(0.0),
+            _ => 0.0,
+        }
+    }
+
+    /// Whether it is a photometric luminaire whose opening has an extent.
+    pub fn has_opening(&self) -> bool {
+        matches!(&self.shape, Shape::Web(web) if web.aperture.is_some())
+    }
+
     /// A point of a point-like emitter in m, its only one or one of its opening; `None` for the others.
     #[inline]
     pub fn draw_point(&self, stream: &mut Stream) -> Option<DVec3> {
@@ -193,6 +211,29 @@ impl Emitter {
                 let place = Place::Ball { luminaire: self.luminaire, position_m: *center_m + outward * *radius_m };
                 Emitted { place, direction: cosine_hemisphere(outward, stream.pair()) }
             }
+        }
+    }
+
+    /// A point of a triangle by two variates in [0, 1), of a ball on the disk that a place sees of it; `None` for
+    /// point-like emitters, and for a ball with the place inside.
+    pub fn point_seen_from(&self, place_m: DVec3, variates: [f64; 2]) -> Option<Place> {
+        match &self.shape {
+            Shape::Triangle(triangle) => Some(triangle.place(uniform_triangle(variates))),
+            Shape::Ball { center_m, radius_m, .. } => {
+                let offset_m = *center_m - place_m;
+                let sine = radius_m / offset_m.length();
+                if sine >= 1.0 {
+                    return None;
+                }
+                // 1 − cos without the cancellation that a far ball would bring.
+                let one_minus_cos = sine * sine / (1.0 + (1.0 - sine * sine).sqrt());
+                let direction = uniform_cone(offset_m.normalize(), one_minus_cos, variates);
+                let along_m = direction.dot(offset_m);
+                let miss_squared = (offset_m - along_m * direction).length_squared();
+                let reach_m = along_m - (radius_m * radius_m - miss_squared).max(0.0).sqrt();
+                Some(Place::Ball { luminaire: self.luminaire, position_m: place_m + direction * reach_m })
+            }
+            _ => None,
         }
     }
 

@@ -17,6 +17,8 @@ pub enum Purpose {
     Pilot,
     /// Gathering rays from receivers and elements.
     Gathering,
+    /// Points of light meshes, and what they are checked against.
+    LightMesh,
 }
 
 /// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.

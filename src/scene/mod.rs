@@ -37,3 +37,4 @@ pub use inspect::{
 };
 pub use model::*;
 pub use schema::scene_schema;
+pub use shells::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene};

@@ -206,7 +206,7 @@ mod tests {
                         && let Some(place) = patches.place(triangle, at, Side::Front)
                     {
                         counts[place.patch as usize] += 1;
-                        [0, 1].map(|k| sums[place.patch as usize][k] += place.offset[k]);
+                        (0..2).for_each(|k| sums[place.patch as usize][k] += place.offset[k]);
                     }
                 }
             }
