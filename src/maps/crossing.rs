@@ -9,9 +9,9 @@ use super::replicas::REPLICAS;
 
 /// Entries whose corrections are summed up together.
 pub const ENTRIES_PER_BLOCK: usize = 16;
-/// Share of what coarser patches change that the finer ones are still wrong by: the bias falls at least with the square of
-/// the edge, and theirs is twice as long.
-const BIAS_SHARE: f64 = 1.0 / 3.0;
+/// Share of what patches of twice the edge change that the finer ones are still wrong by: a third where the bias falls with
+/// the square of the edge, as on smooth surfaces, all of it where it falls with the edge itself, as along shadows.
+const BIAS_SHARE: f64 = 0.5;
 /// Replicas of a half.
 pub const HALF: usize = REPLICAS / 2;
 
@@ -88,31 +88,14 @@ impl Crossing {
         self.samples[block] += samples as f64;
     }
 
-    /// Pools the corrections over entries with weights; to be called before values are read.
-    ///
-    /// A correction takes away what all memories have wrong together, bias and the chance of their level alike, and brings
-    /// the chance of its checks. Each half weighs it by what the other half says of both: σ²/(σ² + σ_check²).
-    pub fn settle(&mut self, weights: &[f64], inverse_samples: f64) {
+    /// Pools the corrections of every replica; to be called before values are read. They take away what all memories have
+    /// wrong together, their bias and the chance of their level alike, and bring the chance of their checks.
+    pub fn settle(&mut self) {
         let samples = self.samples.iter().sum::<f64>().max(1.0);
-        let weight_sum = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        let mut levels_lx = [0.0; REPLICAS];
-        for (replica, blocks) in self.corrections.iter().enumerate() {
+        for (pooled_lx, blocks) in self.pooled_lx.iter_mut().zip(&self.corrections) {
             let [row_lx, column_lx] =
                 blocks.iter().fold([0.0; 2], |[row, column], block| [row + block[0], column + block[1]]);
-            self.pooled_lx[replica] = [row_lx / samples, column_lx / (HALF as f64 * samples)];
-            let sum_lx: f64 = self.columns[replica].iter().zip(weights).map(|(lx, weight)| weight * lx).sum();
-            levels_lx[replica] = sum_lx * inverse_samples / (HALF as f64 * weight_sum);
-        }
-        let counted = weights.iter().copied().enumerate();
-        let bias_squared = self.coarsening_squared(counted, inverse_samples).max(0.0) * BIAS_SHARE * BIAS_SHARE;
-        let shares = [1, 0].map(|other| {
-            let of_half = |value: &dyn Fn(usize) -> f64| -> [f64; HALF] { std::array::from_fn(|j| value(2 * j + other)) };
-            let level_squared = variance_of_mean(&of_half(&|replica| levels_lx[replica])) + bias_squared;
-            let check_squared = variance_of_mean(&of_half(&|replica| self.pooled_lx[replica][0]));
-            if level_squared > 0.0 { level_squared / (level_squared + check_squared) } else { 0.0 }
-        });
-        for (replica, pooled_lx) in self.pooled_lx.iter_mut().enumerate() {
-            *pooled_lx = pooled_lx.map(|lx| lx * shares[replica % 2]);
+            *pooled_lx = [row_lx / samples, column_lx / (HALF as f64 * samples)];
         }
     }
 
@@ -133,7 +116,8 @@ impl Crossing {
         self.pooled_lx.iter().map(|pooled| pooled[0]).sum::<f64>() / REPLICAS as f64
     }
 
-    /// Estimated bias of look-ups in lx, root mean square over weighted entries of so many samples.
+    /// Estimated bias of look-ups in lx, root mean square over weighted entries of so many samples: what differs from entry
+    /// to entry, since the corrections take away what is common.
     pub fn bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>, inverse_samples: f64) -> f64 {
         BIAS_SHARE * self.coarsening_squared(entries, inverse_samples).max(0.0).sqrt()
     }
@@ -148,10 +132,4 @@ impl Crossing {
         }
         (inverse_samples / HALF as f64).powi(2) * sum / weight_sum.max(f64::MIN_POSITIVE)
     }
-}
-
-/// Variance of the mean of a half's replicas.
-fn variance_of_mean(values: &[f64; HALF]) -> f64 {
-    let mean = values.iter().sum::<f64>() / HALF as f64;
-    values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (HALF * (HALF - 1)) as f64
 }

@@ -142,10 +142,9 @@ impl ReplicaMap {
     }
 
     /// Makes ready what gathering adds; to be called before values are read.
-    pub fn settle(&mut self, weights: &[f64]) {
-        let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
+    pub fn settle(&mut self) {
         if let Some(crossing) = &mut self.crossing {
-            crossing.settle(weights, inverse);
+            crossing.settle();
         }
     }
 

@@ -57,7 +57,7 @@ impl Patches {
     /// Patches with edges of about `edge_m`.
     pub fn of(scene: &Scene, edge_m: f64) -> Patches {
         let mut patches = Patches::default();
-        let mut joined: HashMap<([i64; 3], [i8; 3]), u32> = HashMap::new();
+        let mut joined: HashMap<Group, u32> = HashMap::new();
         for triangle in 0..scene.triangles.len() as u32 {
             let two_sided = scene.surface_of(triangle).two_sided;
             let area_m2 = scene.triangle_area_m2(triangle);
@@ -164,13 +164,17 @@ fn longest_edge_m(scene: &Scene, triangle: u32) -> f64 {
     a.distance(b).max(b.distance(c)).max(c.distance(a))
 }
 
-/// Small triangles are joined where their middles lie in one cube of a lattice and they face about one way.
-fn group_of(scene: &Scene, triangle: u32, side: Side, edge_m: f64) -> ([i64; 3], [i8; 3]) {
+/// Surface, cube of the lattice, and facing of triangles that are joined.
+type Group = (u32, [i64; 3], [i8; 3]);
+
+/// Small triangles of a surface are joined where their middles lie in one cube of a lattice and they face about one way.
+fn group_of(scene: &Scene, triangle: u32, side: Side, edge_m: f64) -> Group {
     let [a, b, c] = scene.corners_m(triangle);
     let turned = if side == Side::Front { 1.0 } else { -1.0 };
     let normal: DVec3 = scene.triangle_normal(triangle) * turned;
     let cube = ((a + b + c) / (3.0 * edge_m)).floor();
-    (cube.to_array().map(|step| step as i64), (normal * NORMAL_STEPS).round().to_array().map(|step| step as i8))
+    let facing = (normal * NORMAL_STEPS).round().to_array().map(|step| step as i8);
+    (scene.surface_id_of(triangle), cube.to_array().map(|step| step as i64), facing)
 }
 
 #[cfg(test)]

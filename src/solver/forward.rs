@@ -6,16 +6,18 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::job::{Context, Ends};
 use crate::estimators::direct::Receiver;
 use crate::estimators::walk::{Memory, Recall, gather_indirect_lx};
-use crate::geometry::SurfaceHit;
+use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::warp::uniform_triangle;
+use crate::sampling::warp::{cosine_hemisphere, uniform_triangle};
+use crate::scene::Side;
 use crate::scene::patches::{PatchPlace, Patches};
 
 /// Number of the forward stage among the maps, for its streams.
@@ -24,6 +26,9 @@ const FORWARD: u32 = u32::MAX;
 const DEPOSITS_FOR_SLOPES: f64 = 4.0;
 /// Rays of the patches' own gathering over those of the chains.
 const REFINING_SHARE: f64 = 1.0;
+/// Points of a patch that tell how much of it shows, and rays from each that must all meet backs where it does not.
+const EXPOSURE_POINTS: u64 = 16;
+const HIDING_RAYS: u32 = 3;
 /// Below so many samples a patch the deposits stay as they are.
 const FEWEST_SAMPLES: u64 = 4;
 
@@ -43,6 +48,8 @@ pub struct Forward {
 /// Patches of one size and what was left in them.
 struct Layer {
     patches: Patches,
+    /// Share of each patch that is not hidden inside of a solid that stands on it: all that rays can meet.
+    exposed: Vec<f64>,
     /// Deposits of each replica on each patch: their number and the sums of their offsets.
     sums: Vec<Vec<[f64; 3]>>,
     /// Illuminance in lx at the middle of each patch, and its slopes, replica by replica.
@@ -56,10 +63,12 @@ struct Layer {
 type Remembered = [[f64; HALF]; 3];
 
 impl Layer {
-    fn new(patches: Patches) -> Layer {
+    fn new(context: &Context, patches: Patches) -> Layer {
+        let exposed = (0..patches.len() as u32).into_par_iter().map(|patch| exposed_share(context, &patches, patch));
+        let exposed = exposed.collect();
         let sums = vec![vec![[0.0; 3]; patches.len()]; REPLICAS];
         let table = vec![[[0.0; HALF]; 3]; patches.len()];
-        Layer { patches, values_lx: sums.clone(), sums, tables: [table.clone(), table] }
+        Layer { patches, exposed, values_lx: sums.clone(), sums, tables: [table.clone(), table] }
     }
 
     /// Turns deposits into illuminances; slopes only where deposits are dense enough.
@@ -67,11 +76,12 @@ impl Layer {
         let deposits: f64 = self.sums.iter().flatten().map(|sum| sum[0]).sum();
         let area_m2: f64 = (0..self.patches.len() as u32).map(|patch| self.patches.area_m2(patch)).sum();
         let density_m2 = deposits / REPLICAS as f64 / area_m2;
-        let patches = &self.patches;
+        let (patches, exposed) = (&self.patches, &self.exposed);
         self.values_lx.par_iter_mut().zip(&self.sums).for_each(|(values_lx, sums)| {
             for (patch, (value_lx, sum)) in values_lx.iter_mut().zip(sums).enumerate() {
-                let area_m2 = patches.area_m2(patch as u32);
-                let slopes = density_m2 * area_m2 >= DEPOSITS_FOR_SLOPES;
+                // A patch of which nothing is known to show still takes what reaches it.
+                let area_m2 = patches.area_m2(patch as u32) * exposed[patch].max(1.0 / EXPOSURE_POINTS as f64);
+                let slopes = exposed[patch] == 1.0 && density_m2 * area_m2 >= DEPOSITS_FOR_SLOPES;
                 *value_lx = projected(*sum, flux_per_chain_lm / area_m2, slopes);
             }
         });
@@ -114,7 +124,7 @@ fn projected([sum, a, b]: [f64; 3], unit: f64, slopes: bool) -> [f64; 3] {
 impl Forward {
     /// A stage without chains on patches with edges of about `edge_m`.
     pub fn new(context: &Context, edge_m: f64) -> Forward {
-        let layer = |edge_m: f64| Layer::new(Patches::of(context.scene, edge_m));
+        let layer = |edge_m: f64| Layer::new(context, Patches::of(context.scene, edge_m));
         Forward {
             fine: layer(edge_m),
             coarse: layer(2.0 * edge_m),
@@ -175,40 +185,32 @@ impl Forward {
             let mut memory = Deposits { layer: &self.fine, replica };
             let mut cut = Cut::default();
             let mut rays = 0;
-            let (fine, coarse) = (&self.fine.patches, &self.coarse.patches);
-            let mut fine_sums = vec![[0.0; 3]; fine.len()];
-            let mut coarse_sums = vec![([0.0; 3], 0u64); coarse.len()];
-            for patch in 0..fine.len() as u32 {
+            let mut sums = [&self.fine, &self.coarse].map(|layer| vec![PatchMean::default(); layer.patches.len()]);
+            for patch in 0..self.fine.patches.len() as u32 {
+                let exposed = self.fine.exposed[patch as usize];
                 for number in 0..samples {
                     stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
-                    let choice = stream.fine_unit();
-                    let (triangle, barycentric, side) = fine.point(patch, uniform_triangle(stream.pair()), choice);
-                    let origin = context.stage.tracer.surface_origin(triangle, barycentric, side);
-                    let receiver = Receiver {
-                        point_m: context.stage.tracer.position_m(&origin),
-                        normal: context.stage.normal(triangle, side),
-                        origin: &origin,
-                    };
+                    let (point, origin, normal) = point_of_patch(context, &self.fine.patches, patch, &mut stream);
+                    if exposed < 1.0 && is_hidden(context, &origin, normal, &mut stream) {
+                        continue;
+                    }
+                    let point_m = context.stage.tracer.position_m(&origin);
+                    let receiver = Receiver { point_m, normal, origin: &origin };
                     let (lx, sample_rays) =
                         gather_indirect_lx(context.stage, &receiver, &mut memory, &mut cut, &mut stream);
                     rays += sample_rays;
-                    if let Some(place) = fine.place(triangle, barycentric, side) {
-                        add(&mut fine_sums[place.patch as usize], lx, place.offset);
-                    }
-                    if let Some(place) = coarse.place(triangle, barycentric, side) {
-                        let (sum, count) = &mut coarse_sums[place.patch as usize];
-                        add(sum, lx, place.offset);
-                        *count += 1;
+                    for (layer, sums) in [&self.fine, &self.coarse].into_iter().zip(&mut sums) {
+                        if let Some(place) = layer.patches.place(point.0, point.1, point.2) {
+                            sums[place.patch as usize].add(lx, place.offset);
+                        }
                     }
                 }
             }
-            let fine: Vec<[f64; 3]> =
-                fine_sums.into_iter().map(|sum| projected(sum, 1.0 / samples as f64, true)).collect();
-            let coarse: Vec<[f64; 3]> = coarse_sums
-                .into_iter()
-                .map(|(sum, count)| projected(sum, 1.0 / count.max(1) as f64, true))
-                .collect();
-            (fine, coarse, rays)
+            let [fine, coarse] = &sums;
+            let values = |layer: &Layer, sums: &[PatchMean]| -> Vec<[f64; 3]> {
+                sums.iter().zip(&layer.exposed).map(|(sum, exposed)| sum.value(*exposed == 1.0)).collect()
+            };
+            (values(&self.fine, fine), values(&self.coarse, coarse), rays)
         });
         let refined: Vec<_> = refined.collect();
         for (replica, (fine, coarse, rays)) in refined.into_iter().enumerate() {
@@ -276,10 +278,58 @@ fn trace_chains(
     (rays, ends)
 }
 
-fn add(sum: &mut [f64; 3], lx: f64, offset: [f64; 2]) {
-    sum[0] += lx;
-    sum[1] += lx * offset[0];
-    sum[2] += lx * offset[1];
+/// Samples of a patch: their number, their sum and that of samples times offsets.
+#[derive(Clone, Copy, Debug, Default)]
+struct PatchMean {
+    count: u64,
+    sums: [f64; 3],
+}
+
+impl PatchMean {
+    fn add(&mut self, lx: f64, offset: [f64; 2]) {
+        self.count += 1;
+        self.sums[0] += lx;
+        self.sums[1] += lx * offset[0];
+        self.sums[2] += lx * offset[1];
+    }
+
+    fn value(&self, slopes: bool) -> [f64; 3] {
+        projected(self.sums, 1.0 / self.count.max(1) as f64, slopes)
+    }
+}
+
+/// A random point of a patch: triangle, barycentric coordinates and side; where rays leave it, and its normal.
+fn point_of_patch(
+    context: &Context,
+    patches: &Patches,
+    patch: u32,
+    stream: &mut Stream,
+) -> ((u32, [f64; 2], Side), Origin, DVec3) {
+    let choice = stream.fine_unit();
+    let point = patches.point(patch, uniform_triangle(stream.pair()), choice);
+    let (triangle, barycentric, side) = point;
+    let origin = context.stage.tracer.surface_origin(triangle, barycentric, side);
+    (point, origin, context.stage.normal(triangle, side))
+}
+
+/// Whether a point lies inside of a solid that stands on its surface: all it sees is the backs of one-sided surfaces.
+/// Its illuminance is 0, nobody sees it, and what is seen of its patch must not suffer from it.
+fn is_hidden(context: &Context, origin: &Origin, normal: DVec3, stream: &mut Stream) -> bool {
+    let stage = context.stage;
+    (0..HIDING_RAYS).all(|_| {
+        let direction = cosine_hemisphere(normal, stream.pair());
+        matches!(stage.tracer.first_hit(origin, direction), Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side))
+    })
+}
+
+fn exposed_share(context: &Context, patches: &Patches, patch: u32) -> f64 {
+    let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32);
+    let exposed = (0..EXPOSURE_POINTS).filter(|number| {
+        stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), *number);
+        let (_, origin, normal) = point_of_patch(context, patches, patch, &mut stream);
+        !is_hidden(context, &origin, normal, &mut stream)
+    });
+    exposed.count() as f64 / EXPOSURE_POINTS as f64
 }
 
 /// What one replica's chains left, for its own patches to gather.

@@ -226,8 +226,8 @@ impl Job {
     }
 
     /// Starts (again) with gathering, from costs and a plan; direct light stays as far as it is.
-    pub fn start_gathering(&mut self, context: &Context, costs: &GatherCosts, samples: f64) {
-        self.checked_share = if context.stage.paths_not_found.is_empty() { costs.checked_share() } else { 0.0 };
+    pub fn start_gathering(&mut self, context: &Context, costs: &GatherCosts, samples: f64, checked_share: f64) {
+        self.checked_share = if context.stage.paths_not_found.is_empty() { checked_share } else { 0.0 };
         self.planned_samples = (samples.ceil() as u64).max(1);
         let rays = costs.rays_per_sample + self.checked_share * costs.rays_per_check;
         let gathered = PartCost { variance: costs.ray_variance, rays, mean_lx: costs.mean_lx };
@@ -394,7 +394,7 @@ impl Job {
     /// Judges the error as it stands.
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
-        self.map.settle(&self.weights);
+        self.map.settle();
         (self.row_variance, self.column_variance) = self.map.row_and_column_variance(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {

@@ -24,13 +24,16 @@ const MOST_SITES: usize = 128;
 const LEAST_RAYS: usize = 32;
 /// Share of the pilot's look-ups that are checked.
 const CHECKED_SHARE: f64 = 0.25;
-/// Bounds of the share of look-ups that a run checks.
-const LEAST_CHECKED: f64 = 1.0 / 256.0;
-const MOST_CHECKED: f64 = 0.5;
+/// A run checks at least this share of its look-ups.
+const LEAST_CHECKED: f64 = 1.0 / 128.0;
+/// Squared error over that of the pooled checks.
+const CHECK_PRECISION: f64 = 16.0;
+/// Rays of the checks over those of gathering, at most.
+const CHECK_RAYS: f64 = 0.4;
 /// Patches of the pilot.
 const PATCHES_OF_PILOT: f64 = 96.0;
 /// Patches for an error of 1%; at least and at most.
-const PATCHES_AT_ONE_PERCENT: f64 = 50.0;
+const PATCHES_AT_ONE_PERCENT: f64 = 200.0;
 const FEWEST_PATCHES: f64 = 32.0;
 const MOST_PATCHES: f64 = 400_000.0;
 
@@ -70,6 +73,8 @@ pub struct GatherPlan {
     pub chains: f64,
     /// Gathering rays of each entry in each replica.
     pub samples: f64,
+    /// Share of the look-ups that are checked.
+    pub checked_share: f64,
     /// Rays of all that, all replicas.
     pub rays: f64,
 }
@@ -196,12 +201,12 @@ fn sample_site(
 }
 
 impl GatherCosts {
-    /// Share of look-ups that is best checked.
-    pub fn checked_share(&self) -> f64 {
-        let best = (self.check_variance / (self.entries * self.ray_variance) * self.rays_per_sample
-            / self.rays_per_check)
-            .sqrt();
-        if best.is_finite() { best.clamp(LEAST_CHECKED, MOST_CHECKED) } else { LEAST_CHECKED }
+    /// Share of look-ups that is checked by a run to an error in lx: as many as bring the chance of the pooled checks down
+    /// to a fourth of it, if they take no more than a share of the rays.
+    pub fn checked_share(&self, samples: f64, error_lx: f64) -> f64 {
+        let wanted = self.check_variance * CHECK_PRECISION / (samples * self.entries * REPLICAS as f64 * error_lx * error_lx);
+        let most = CHECK_RAYS * self.rays_per_sample / self.rays_per_check;
+        wanted.clamp(LEAST_CHECKED, most.max(LEAST_CHECKED))
     }
 
     /// About the least work that brings the random error to `error_lx`.
@@ -212,11 +217,11 @@ impl GatherCosts {
         // All sixteen replicas together have a sixteenth of a replica's variance.
         let squared = error_lx * error_lx * REPLICAS as f64;
         let chains = CHAINS_SHARE * COEFFICIENTS * self.deposit_variance / chain.deposits / squared;
-        let checks = self.check_variance / (self.checked_share() * self.entries);
-        let samples = (3.0 * self.ray_variance / squared).powf(2.0 / 3.0).max(3.0 * checks / squared).max(1.0);
-        let rays_per_sample = self.rays_per_sample + self.checked_share() * self.rays_per_check;
+        let samples = (3.0 * self.ray_variance / squared).powf(2.0 / 3.0).max(1.0);
+        let checked_share = self.checked_share(samples, error_lx);
+        let rays_per_sample = self.rays_per_sample + checked_share * self.rays_per_check;
         let rays = REPLICAS as f64 * (chains * chain.rays + samples * self.entries * rays_per_sample);
-        GatherPlan { chains, samples, rays }
+        GatherPlan { chains, samples, checked_share, rays }
     }
 
     /// The plan in which so many chains are right.

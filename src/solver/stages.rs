@@ -13,10 +13,10 @@ const USUAL_ERROR: f64 = 0.01;
 const USUAL_DEGREES: f64 = 100.0;
 /// Where only a limit ends the run, every stage does so many times the work of the one before.
 const GROWTH: f64 = 4.0;
-/// Bias of look-ups over the target above which patches are made smaller, by how much, and to how many at most.
+/// Bias of look-ups over the target above which patches are made smaller, by how much, and how often at most.
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
-const MOST_PATCHES: f64 = 400_000.0;
+const MOST_REFINEMENTS: u32 = 2;
 /// Chains of a replica in the first of such stages.
 const FIRST_CHAINS: f64 = 1024.0;
 
@@ -27,6 +27,8 @@ pub struct Stages {
     chain: ChainCosts,
     /// Patches that the target asks for.
     patches: f64,
+    /// How often patches were made smaller.
+    refinements: u32,
     /// For every job what gathering costs it, if it gathers.
     costs: Vec<Option<GatherCosts>>,
     /// Chains of each replica at the end of the present stage.
@@ -61,6 +63,7 @@ impl Stages {
             forward,
             chain,
             patches,
+            refinements: 0,
             costs,
             goal_chains: 0,
         })
@@ -101,7 +104,7 @@ impl Stages {
                 && !job.met
             {
                 let plan = costs.plan_for_chains(self.chain, chains);
-                job.start_gathering(context, costs, plan.samples);
+                job.start_gathering(context, costs, plan.samples, plan.checked_share);
             }
         }
     }
@@ -111,7 +114,8 @@ impl Stages {
     ///
     /// Where `may_leave` and walks or counting would be done with fewer rays than it still takes, the map goes over to them.
     pub fn replan(&mut self, context: &Context, jobs: &mut [Job], index: usize, target: f64, may_leave: bool) {
-        if jobs[index].judgement.bias > MOST_BIAS * target && self.patches < MOST_PATCHES {
+        if jobs[index].judgement.bias > MOST_BIAS * target && self.refinements < MOST_REFINEMENTS {
+            self.refinements += 1;
             self.patches *= MORE_PATCHES;
             let chains = self.goal_chains as f64;
             self.start(context, jobs, chains);
@@ -143,7 +147,9 @@ impl Stages {
                 && !job.met
             {
                 let samples = if number == index { planned } else { job.planned_samples };
-                job.start_gathering(context, costs, samples as f64);
+                let error_lx = target * (costs.mean_lx + job.direct_mean_lx());
+                let checked_share = costs.checked_share(samples as f64, error_lx);
+                job.start_gathering(context, costs, samples as f64, checked_share);
             }
         }
     }
