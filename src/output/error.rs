@@ -41,6 +41,7 @@ impl OutputError {
             ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
                 "make room, or name a directory on another disk with --out"
             }
+            ErrorKind::ResourceBusy => "wait until the other run has ended, or name another directory with --out",
             ErrorKind::ReadOnlyFilesystem => "name a directory on a disk that can be written, with --out",
             _ => "name another directory with --out",
         };

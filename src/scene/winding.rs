@@ -1,7 +1,5 @@
 //! Winding numbers of closed shells in a time that grows with the root of their triangles' number.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 
 /// Triangles that are looked at one by one.
@@ -47,14 +45,21 @@ impl WindingTree {
     }
 
     fn build(&mut self, items: &mut [([u32; 3], DVec3)], place_m: &impl Fn(u32) -> DVec3) -> Rim {
-        let corners = || items.iter().flat_map(|(triangle, _)| triangle.map(place_m));
-        let low_m = corners().fold(DVec3::INFINITY, DVec3::min);
-        let high_m = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
         let own = self.nodes.len();
         let (first, count) = (self.triangles.len(), if items.len() <= LEAF { items.len() } else { 0 });
-        self.nodes.push(Node { low_m, high_m, rim: Vec::new(), first, count, second: 0 });
+        self.nodes.push(Node {
+            low_m: DVec3::INFINITY,
+            high_m: DVec3::NEG_INFINITY,
+            rim: Vec::new(),
+            first,
+            count,
+            second: 0,
+        });
         let rim = if count > 0 {
             self.triangles.extend(items.iter().map(|(triangle, _)| triangle.map(place_m)));
+            let corners = || self.triangles[first..].iter().flatten().copied();
+            self.nodes[own].low_m = corners().fold(DVec3::INFINITY, DVec3::min);
+            self.nodes[own].high_m = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
             let edges = items.iter().flat_map(|([a, b, c], _)| [(*a, *b), (*b, *c), (*c, *a)]);
             netted(edges.map(|(from, to)| if from < to { (from, to, 1) } else { (to, from, -1) }).collect())
         } else {
@@ -65,8 +70,11 @@ impl WindingTree {
             items.select_nth_unstable_by(half, |one, other| one.1[axis].total_cmp(&other.1[axis]));
             let (left, right) = items.split_at_mut(half);
             let mut rim = self.build(left, place_m);
-            self.nodes[own].second = self.nodes.len();
+            let second = self.nodes.len();
             rim.extend(self.build(right, place_m));
+            self.nodes[own].second = second;
+            self.nodes[own].low_m = self.nodes[own + 1].low_m.min(self.nodes[second].low_m);
+            self.nodes[own].high_m = self.nodes[own + 1].high_m.max(self.nodes[second].high_m);
             netted(rim)
         };
         let edge = |(from, to, times): &(u32, u32, i32)| {
@@ -129,15 +137,11 @@ fn triangle_sr(corners: [DVec3; 3], point_m: DVec3) -> f64 {
 }
 
 /// Edges that are passed one way more often than the other.
-fn netted(edges: Rim) -> Rim {
-    let mut sums: HashMap<(u32, u32), i32> = HashMap::with_capacity(edges.len());
-    for (from, to, times) in edges {
-        *sums.entry((from, to)).or_insert(0) += times;
-    }
-    let mut rim: Rim =
-        sums.into_iter().filter(|(_, times)| *times != 0).map(|((from, to), times)| (from, to, times)).collect();
-    rim.sort_unstable();
-    rim
+fn netted(mut edges: Rim) -> Rim {
+    edges.sort_unstable();
+    let sums = edges.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1));
+    let net = sums.map(|same| (same[0].0, same[0].1, same.iter().map(|edge| edge.2).sum()));
+    net.filter(|edge| edge.2 != 0).collect()
 }
 
 #[cfg(test)]
