@@ -106,7 +106,13 @@ pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) ->
     for triangle in 0..scene.triangles.len() as u32 {
         let [a, b, c] = corners(triangle);
         // Turned so that the lowest number comes first, which keeps the way round: two rooms back to back share a wall.
-        let turned = if a < b && a < c { [a, b, c] } else if b < c { [b, c, a] } else { [c, a, b] };
+        let turned = if a < b && a < c {
+            [a, b, c]
+        } else if b < c {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        };
         if !seen.insert(turned) {
             faults.duplicate_triangles.add((place_m(a) + place_m(b) + place_m(c)) / 3.0, name(triangle));
             continue;
