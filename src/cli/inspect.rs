@@ -12,7 +12,7 @@ use super::text_table::text_table;
 use super::{Outcome, console};
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
-use crate::scene::{InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, inspect, read_scene};
+use crate::scene::{InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, inspect, read_scene};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -80,6 +80,7 @@ fn scene_text(inspection: &Inspection) -> String {
     let [low, high] = [inspection.bounds_min_m, inspection.bounds_max_m];
     let closed = if inspection.closed { "closed" } else { "open: light can leave it" };
     text += &format!("from {} to {} m; {closed}\n", place(low), place(high));
+    text += &mesh_text(&inspection.mesh);
 
     text += &format!("\nSurfaces: {}, {} m²\n", totals.surfaces, plain(totals.area_m2, 4));
     text += &surface_table(&inspection.surfaces);
@@ -100,6 +101,48 @@ fn scene_text(inspection: &Inspection) -> String {
 
 fn place([x, y, z]: [f64; 3]) -> String {
     format!("({}, {}, {})", plain(x, 4), plain(y, 4), plain(z, 4))
+}
+
+/// Lines on the faults of meshes; none where there is none.
+fn mesh_text(mesh: &MeshFaults) -> String {
+    /// Holes that are told one by one.
+    const MOST_HOLES: usize = 6;
+    let mut text = String::new();
+    for hole in mesh.holes.iter().take(MOST_HOLES) {
+        text += &format!(
+            "hole: {} m around, {} edges, between {} and {} m, along {}\n",
+            plain(hole.length_m, 4),
+            hole.edges,
+            place(hole.min_m),
+            place(hole.max_m),
+            names(&hole.surfaces)
+        );
+    }
+    if mesh.holes.len() > MOST_HOLES {
+        text += &format!("{} more holes (see --json)\n", mesh.holes.len() - MOST_HOLES);
+    }
+    for (faults, what) in [
+        (&mesh.duplicate_triangles, "triangles lie on others"),
+        (&mesh.turned_edges, "edges have neighbours that face opposite ways"),
+        (&mesh.odd_edges, "edges have three triangles, or another odd number"),
+        (&mesh.t_junctions, "T-junctions: vertices in the middle of another triangle's edge"),
+    ] {
+        if let Some(first) = faults.places_m.first() {
+            let (count, surfaces) = (faults.count, names(&faults.surfaces));
+            text += &format!("{count} {what}; the first at {} m, on {surfaces}\n", place(*first));
+        }
+    }
+    if !mesh.t_junctions_looked_for {
+        text += "T-junctions were not looked for: the mesh has too many open edges\n";
+    }
+    text
+}
+
+/// The first few of some names.
+fn names(surfaces: &[String]) -> String {
+    const MOST: usize = 4;
+    let more = if surfaces.len() > MOST { ", …" } else { "" };
+    format!("{}{more}", surfaces[..surfaces.len().min(MOST)].join(", "))
 }
 
 fn surface_table(surfaces: &[InspectedSurface]) -> String {

@@ -30,6 +30,8 @@ const SUMMARY: &str = "summary.json";
 #[derive(Debug)]
 pub struct ResultDirectory {
     path: PathBuf,
+    /// Held as long as the run lasts, where the system can lock a directory; the system lets go of it with the process.
+    _lock: Option<std::fs::File>,
     staged: Vec<(String, NamedTempFile)>,
 }
 
@@ -38,10 +40,11 @@ impl ResultDirectory {
     ///
     /// # Errors
     ///
-    /// A path that is no directory, cannot be made, or cannot be written to.
+    /// A path that is no directory, cannot be made, cannot be written to, or is being written to by another run.
     pub fn open(path: &Path) -> Result<ResultDirectory, OutputError> {
         std::fs::create_dir_all(path)
             .map_err(|error| OutputError::unwritable(path, "the directory cannot be made", &error))?;
+        let lock = locked(path)?;
         let mut probe = temporary(path)?;
         probe
             .write_all(b"luxmc")
@@ -51,7 +54,7 @@ impl ResultDirectory {
         for name in OWN_NAMES.iter().chain([&SUMMARY]) {
             refuse_directory(&path.join(name))?;
         }
-        Ok(ResultDirectory { path: path.to_path_buf(), staged: Vec::new() })
+        Ok(ResultDirectory { path: path.to_path_buf(), _lock: lock, staged: Vec::new() })
     }
 
     /// Where the results go.
@@ -134,6 +137,19 @@ pub fn write_files(directory: &Path, files: &[ResultFile]) -> Result<(), OutputE
             .map_err(|error| OutputError::unwritable(&path, "the file cannot be renamed", &error.error))?;
     }
     Ok(())
+}
+
+/// Keeps a second run out of the directory; systems that cannot lock one let it be.
+fn locked(path: &Path) -> Result<Option<std::fs::File>, OutputError> {
+    let Ok(directory) = std::fs::File::open(path) else { return Ok(None) };
+    match directory.try_lock() {
+        Ok(()) => Ok(Some(directory)),
+        Err(std::fs::TryLockError::WouldBlock) => {
+            let error = std::io::Error::from(std::io::ErrorKind::ResourceBusy);
+            Err(OutputError::unwritable(path, "another run writes its results there", &error))
+        }
+        Err(std::fs::TryLockError::Error(_)) => Ok(None),
+    }
 }
 
 fn temporary(directory: &Path) -> Result<NamedTempFile, OutputError> {
@@ -232,6 +248,17 @@ mod tests {
         run(path, &[file("tables.csv", "2"), file(SUMMARY, "{}")]);
         assert_eq!(listing(path), ["notes.txt", "report.html", SUMMARY, "tables.csv"]);
         assert_eq!(std::fs::read_to_string(path.join("tables.csv")).expect("there"), "2");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_directory_in_use_is_refused_and_free_again_after_it() {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        let first = ResultDirectory::open(home.path()).expect("writable");
+        let error = ResultDirectory::open(home.path()).expect_err("in use").to_string();
+        assert!(error.contains("another run") && error.contains("wait"), "{error}");
+        drop(first);
+        assert!(ResultDirectory::open(home.path()).is_ok());
     }
 
     #[test]

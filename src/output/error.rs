@@ -38,9 +38,10 @@ impl OutputError {
         use std::io::ErrorKind;
         let remedy = match error.kind() {
             ErrorKind::PermissionDenied => "allow writing there, or name another directory with --out",
-            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
                 "make room, or name a directory on another disk with --out"
             }
+            ErrorKind::ResourceBusy => "wait until the other run has ended, or name another directory with --out",
             ErrorKind::ReadOnlyFilesystem => "name a directory on a disk that can be written, with --out",
             _ => "name another directory with --out",
         };

@@ -107,7 +107,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
         Emission::Area { .. } => None,
     };
     let is_buried = |luminaire: &&Luminaire| {
-        place_m(&luminaire.emission).is_some_and(|point_m| is_inside_solid(scene, shells, point_m, size_m))
+        place_m(&luminaire.emission).is_some_and(|point_m| is_inside_solid(shells, point_m, size_m))
     };
     let buried: Vec<&Luminaire> = scene.luminaires.iter().filter(is_buried).collect();
     if !buried.is_empty() {

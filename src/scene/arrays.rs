@@ -11,8 +11,8 @@ use super::units::LengthUnit;
 
 /// Keys of an array.
 pub(super) const KEYS: [&str; 4] = ["columns", "rows", "u", "v"];
-/// Most luminaires of an array.
-const MOST_LUMINAIRES: u64 = 1_000_000;
+/// Most luminaires of an array, and of all arrays of a scene together.
+pub(super) const MOST_LUMINAIRES: u64 = 1_000_000;
 
 /// Where the copies of a luminaire stand.
 pub(super) struct Array {
@@ -50,6 +50,11 @@ pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<Array>, S
 }
 
 impl Array {
+    /// Number of luminaires.
+    pub fn len(&self) -> u64 {
+        u64::from(self.columns) * u64::from(self.rows)
+    }
+
     /// Adds the copies, row by row: "NAME 1", "NAME 2", …
     pub fn fill(
         &self,

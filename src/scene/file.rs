@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use rayon::prelude::*;
 
-use super::advice::advise;
+use super::advice::{advise, names};
 use super::error::SceneError;
-use super::model::{Emission, Scene};
+use super::model::{Emission, Luminaire, Scene};
 use super::names::listed;
 use super::reader::{Node, Source};
 use super::shells::{self, Shell, bounds_m, closed_shells_of_geometries, shells_of_scene};
@@ -131,7 +132,7 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
     let mut receivers = std::mem::take(&mut scene.receivers);
     for set in &mut receivers {
         set.points.par_iter_mut().for_each(|point| {
-            point.inside = shells::is_inside_solid(scene, shells, point.position_m, size_m);
+            point.inside = shells::is_inside_solid(shells, point.position_m, size_m);
         });
         let inside = set.points.iter().filter(|point| point.inside).count();
         if inside > 0 {
@@ -156,6 +157,7 @@ fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
             unit.name
         ));
     }
+    let mut outside: Vec<(&Luminaire, DVec3)> = Vec::new();
     for luminaire in &scene.luminaires {
         let place_m = match luminaire.emission {
             Emission::Isotropic { position_m, .. }
@@ -165,11 +167,20 @@ fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
             Emission::Area { .. } => continue,
         };
         if place_m.cmplt(low_m).any() || place_m.cmpgt(high_m).any() {
-            scene.warnings.push(format!(
-                "{}: this luminaire is outside of the scene's bounding box ({place_m} m; the box goes from {low_m} to {high_m} m)",
-                luminaire.name
-            ));
+            outside.push((luminaire, place_m));
         }
+    }
+    let box_m = format!("the box goes from {low_m} to {high_m} m");
+    match outside.as_slice() {
+        [] => {}
+        [(luminaire, place_m)] => scene.warnings.push(format!(
+            "{}: this luminaire is outside of the scene's bounding box ({place_m} m; {box_m})",
+            luminaire.name
+        )),
+        [(_, place_m), ..] => scene.warnings.push(format!(
+            "{}: these luminaires are outside of the scene's bounding box (the first at {place_m} m; {box_m})",
+            names(outside.iter().map(|(luminaire, _)| *luminaire))
+        )),
     }
 
     // Names that the command line uses for itself, or cannot tell from a list of names.

@@ -5,8 +5,9 @@ use serde::Serialize;
 use crate::base::pane::pane_shares;
 
 use super::elements::{Elements, Side};
+use super::mesh_faults::{MeshFaults, mesh_faults};
 use super::model::{Emission, Luminaire, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
-use super::shells::{bounds_m, is_shut_in, shells_of_scene};
+use super::shells::{bounds_m, is_shut_in, one_vertex_a_place, shells_over};
 
 /// The plain facts of a scene; everything in SI and photometric units.
 #[derive(Clone, Debug, Serialize)]
@@ -26,6 +27,8 @@ pub struct Inspection {
     pub closed: bool,
     /// Connected pieces of surface.
     pub shells: Vec<InspectedShell>,
+    /// Holes, T-junctions, doubled and turned triangles.
+    pub mesh: MeshFaults,
     /// All surfaces.
     pub surfaces: Vec<InspectedSurface>,
     /// All luminaires.
@@ -168,7 +171,8 @@ pub struct InspectedTotals {
 pub fn inspect(scene: &Scene) -> Inspection {
     let elements = Elements::of(scene);
     let [low_m, high_m] = bounds_m(scene);
-    let shells = shells_of_scene(scene);
+    let vertex_of = one_vertex_a_place(scene);
+    let shells = shells_over(scene, &vertex_of);
     let surfaces: Vec<InspectedSurface> =
         (0..scene.surfaces.len() as SurfaceId).map(|id| inspect_surface(scene, &elements, id)).collect();
     let inspected_shells = shells
@@ -196,6 +200,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
         bounds_max_m: high_m.to_array(),
         closed: scene.luminaires.iter().all(|luminaire| is_shut_in(scene, &shells, &luminaire.emission)),
         shells: inspected_shells,
+        mesh: mesh_faults(scene, &shells, &vertex_of),
         totals: InspectedTotals {
             surfaces: surfaces.len(),
             triangles: scene.triangles.len(),

@@ -63,6 +63,10 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
         maintained |= fields.get("maintenance_factor").is_some();
         let luminaire = read_one(&item, around, &mut names, warnings)?;
         match arrays::read(&fields, around.unit)? {
+            Some(array) if luminaires.len() as u64 + array.len() > arrays::MOST_LUMINAIRES => {
+                let expected = format!("at most {} luminaires in a scene with arrays", arrays::MOST_LUMINAIRES);
+                return Err(item.refuse("the arrays have too many luminaires", expected, "ask for fewer"));
+            }
             Some(array) => array.fill(&fields, &luminaire, &mut names, &mut luminaires)?,
             None => luminaires.push(luminaire),
         }

@@ -9,6 +9,7 @@ mod file;
 mod inspect;
 mod luminaires;
 mod materials;
+mod mesh_faults;
 mod model;
 mod names;
 mod obj;
@@ -25,8 +26,10 @@ mod shapes;
 mod shells;
 mod surface_grid;
 mod surfaces;
+mod texts;
 mod units;
 mod vectors;
+mod winding;
 
 pub use elements::{Cell, Elements, Side};
 pub use error::{Place, Refusal, SceneError};
@@ -35,6 +38,8 @@ pub use inspect::{
     InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,
     Inspection, inspect,
 };
+pub use mesh_faults::{Faults, Hole, MeshFaults};
 pub use model::*;
 pub use schema::scene_schema;
 pub use shells::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene};
+pub use texts::{Mesh, mesh_from_obj, receiver_points_from_csv};

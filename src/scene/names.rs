@@ -2,9 +2,15 @@
 
 /// The allowed name that a mistyped one most likely stands for.
 pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    /// Longer names, in bytes, are no slips of the pen; the time for each pair grows with its square.
+    const LONGEST: usize = 200;
+    if typed.len() > LONGEST {
+        return None;
+    }
     let lower = typed.to_lowercase();
     allowed
         .into_iter()
+        .filter(|name| name.len() <= LONGEST)
         .map(|name| (edits(&lower, &name.to_lowercase()), name))
         .filter(|(edits, name)| *edits <= 1 + name.chars().count() / 3)
         .min_by_key(|(edits, _)| *edits)

@@ -21,14 +21,23 @@ const PASSED_OVER: [&str; 10] = ["vt", "vn", "vp", "o", "g", "s", "mtllib", "use
 /// Statements of shapes without an area.
 const WITHOUT_AREA: [&str; 2] = ["l", "p"];
 
+/// Most corners of a face: the time to cut it into triangles grows with the cube of their number.
+const MOST_CORNERS: usize = 1024;
+
 /// Reads a mesh. Warnings say what was passed over and matters.
 ///
 /// # Errors
 ///
 /// Malformed vertices and faces, corners that do not exist, and files without a face, with their places.
 pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
-    let mut reader =
-        ObjReader { source, vertices: Vec::new(), numbers: HashMap::new(), shape: Shape::default(), part: None };
+    let mut reader = ObjReader {
+        source,
+        vertices: Vec::new(),
+        numbers: HashMap::new(),
+        shape: Shape::default(),
+        part: None,
+        places: HashMap::new(),
+    };
     let mut strange: Vec<(usize, &str)> = Vec::new();
     let mut lines = Words { text: source.text, next: 0, line: 0 };
     while let Some(words) = lines.statement() {
@@ -71,6 +80,8 @@ struct ObjReader<'a> {
     numbers: HashMap<[u64; 3], u32>,
     shape: Shape,
     part: Option<String>,
+    /// Where each part is in the shape.
+    places: HashMap<Option<String>, usize>,
 }
 
 impl ObjReader<'_> {
@@ -114,13 +125,25 @@ impl ObjReader<'_> {
             let line = keyword.start..arguments.last().unwrap_or(keyword).end;
             return Err(self.refuse(&line, "a face needs three corners", "f a b c …", "complete the line"));
         }
+        if arguments.len() > MOST_CORNERS {
+            let line = keyword.start..arguments.last().unwrap_or(keyword).end;
+            let expected = format!("at most {MOST_CORNERS} corners");
+            return Err(self.refuse(
+                &line,
+                "a face has too many corners",
+                &expected,
+                "cut it up in the program that drew it",
+            ));
+        }
         let numbers = arguments.iter().map(|corner| self.corner(corner)).collect::<Result<Vec<u32>, _>>()?;
         let points: Vec<DVec3> = numbers.iter().map(|number| self.shape.vertices[*number as usize]).collect();
         let triangles = triangulate(&points).into_iter().map(|triangle| triangle.map(|corner| numbers[corner]));
-        match self.shape.parts.iter_mut().find(|part| part.name == self.part) {
-            Some(part) => part.triangles.extend(triangles),
-            None => self.shape.parts.push(ShapePart { name: self.part.clone(), triangles: triangles.collect() }),
-        }
+        let parts = &mut self.shape.parts;
+        let place = *self.places.entry(self.part.clone()).or_insert_with(|| {
+            parts.push(ShapePart { name: self.part.clone(), triangles: Vec::new() });
+            parts.len() - 1
+        });
+        parts[place].triangles.extend(triangles);
         Ok(())
     }
 

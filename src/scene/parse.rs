@@ -1,5 +1,6 @@
 //! Strict JSON: the text of a scene file to a syntax tree with places.
 
+use std::io::Read;
 use std::path::Path;
 
 use jsonc_parser::ast::Value;
@@ -10,13 +11,16 @@ use serde::de::IgnoredAny;
 use super::error::SceneError;
 use super::reader::{Source, shortened};
 
+/// Largest file that is read: vertices and faces of some ten million triangles.
+const LARGEST_FILE_BYTES: u64 = 2 << 30;
+
 /// Reads a file as UTF-8 text.
 ///
 /// # Errors
 ///
-/// A file that is missing, cannot be read or is not UTF-8.
+/// A file that is missing, cannot be read, is no plain file, is too large or is not UTF-8.
 pub(super) fn read_text(path: &Path, kind: &str) -> Result<String, SceneError> {
-    let bytes = std::fs::read(path).map_err(|error| unreadable(path, kind, &error))?;
+    let bytes = read_plain_file(path).map_err(|error| unreadable(path, kind, &error))?;
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
@@ -29,6 +33,24 @@ pub(super) fn read_text(path: &Path, kind: &str) -> Result<String, SceneError> {
             "save the file as UTF-8",
         )
     })
+}
+
+/// Bytes of a plain file of at most [`LARGEST_FILE_BYTES`]: a device has no end, and a pipe may never begin.
+fn read_plain_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    let metadata = std::fs::metadata(path)?;
+    if metadata.is_dir() {
+        return Err(std::io::Error::from(std::io::ErrorKind::IsADirectory));
+    }
+    if !metadata.is_file() {
+        return Err(std::io::Error::other("this is a device or a pipe, not a plain file"));
+    }
+    if metadata.len() > LARGEST_FILE_BYTES {
+        let what = format!("{} bytes are more than the {LARGEST_FILE_BYTES} that are read", metadata.len());
+        return Err(std::io::Error::other(what));
+    }
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    std::fs::File::open(path)?.take(LARGEST_FILE_BYTES).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 fn unreadable(path: &Path, kind: &str, error: &std::io::Error) -> SceneError {

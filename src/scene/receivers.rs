@@ -49,8 +49,8 @@ pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertic
 /// The rule that `spacing` can name.
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
 
-/// Most points of a grid: some gigabytes.
-const MOST_POINTS: u64 = 1 << 26;
+/// Most points of all grids of a scene together: the sums of a run take some hundred bytes for each.
+const MOST_POINTS: u64 = 4_000_000;
 
 /// What receivers refer to.
 pub(super) struct Around<'a> {
@@ -62,18 +62,32 @@ pub(super) struct Around<'a> {
 /// Reads all receivers; whether points lie inside of solids is told later.
 pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, SceneError> {
     let mut names = HashMap::new();
-    node.items("receivers")?.iter().map(|item| read_one(item, around, &mut names)).collect()
+    let mut sets: Vec<ReceiverSet> = Vec::new();
+    let mut left = MOST_POINTS;
+    for item in node.items("receivers")? {
+        let set = read_one(&item, around, &mut names, left)?;
+        if let ReceiverLayout::Grid { .. } = set.layout {
+            left -= set.points.len() as u64;
+        }
+        sets.push(set);
+    }
+    Ok(sets)
 }
 
-fn read_one(node: &Node, around: &Around, names: &mut HashMap<String, String>) -> Result<ReceiverSet, SceneError> {
+fn read_one(
+    node: &Node,
+    around: &Around,
+    names: &mut HashMap<String, String>,
+    most: u64,
+) -> Result<ReceiverSet, SceneError> {
     let kind = node.fields("a receiver")?.need("type", "\"grid\"")?.choice(&TYPES)?;
     let what = format!("a {} receiver", TYPES[kind]);
     let fields = node.fields(&what)?;
     fields.only(KEYS[kind])?;
     let name = unique_name(&fields, names)?;
     let (layout, mut points) = match TYPES[kind] {
-        "grid" if fields.get("surface").is_some() => read_surface_grid(node, around)?,
-        "grid" => read_corner_grid(node, around.unit)?,
+        "grid" if fields.get("surface").is_some() => read_surface_grid(node, around, most)?,
+        "grid" => read_corner_grid(node, around.unit, most)?,
         "points" => read_points(&fields, around)?,
         _ => return Err(refuse_later(&fields, &what)?),
     };
@@ -137,7 +151,7 @@ fn refuse_later(fields: &Fields, what: &str) -> Result<SceneError, SceneError> {
 }
 
 fn refuse_too_many(node: &Node, points: u64) -> SceneError {
-    let expected = format!("at most {MOST_POINTS} points in a grid");
+    let expected = format!("at most {MOST_POINTS} points of all grids together");
     node.refuse_as("the grid has too many points", format!("{points} points"), expected, "ask for fewer")
 }
 
@@ -181,7 +195,11 @@ impl GridFrame {
     }
 }
 
-fn read_corner_grid(node: &Node, unit: LengthUnit) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
+fn read_corner_grid(
+    node: &Node,
+    unit: LengthUnit,
+    most: u64,
+) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
     let fields = node.fields("a grid given by its corner")?;
     fields.only(&CORNER_KEYS)?;
     let origin = fields.need("origin", "[0.25, 0.25, 0.8], or \"surface\": \"room/floor\"")?.vector()?;
@@ -196,7 +214,7 @@ fn read_corner_grid(node: &Node, unit: LengthUnit) -> Result<(ReceiverLayout, Ve
         let got = "\"u\" and \"v\" that are parallel or 0";
         return Err(v_node.refuse_as("the grid has no normal", got, expected, "correct \"u\" or \"v\""));
     }
-    if u64::from(columns) * u64::from(rows) > MOST_POINTS {
+    if u64::from(columns) * u64::from(rows) > most {
         return Err(refuse_too_many(&columns_node, u64::from(columns) * u64::from(rows)));
     }
     let frame = GridFrame { columns, rows, origin_m: unit.point_m(origin), u_m: unit.point_m(u), v_m: unit.point_m(v) };
@@ -207,7 +225,11 @@ fn read_corner_grid(node: &Node, unit: LengthUnit) -> Result<(ReceiverLayout, Ve
     Ok(frame.points())
 }
 
-fn read_surface_grid(node: &Node, around: &Around) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
+fn read_surface_grid(
+    node: &Node,
+    around: &Around,
+    most: u64,
+) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
     let fields = node.fields("a grid on a surface")?;
     fields.only(&SURFACE_KEYS)?;
     let surface_node = fields.need("surface", "\"room/floor\"")?;
@@ -242,7 +264,7 @@ fn read_surface_grid(node: &Node, around: &Around) -> Result<(ReceiverLayout, Ve
         return Err(blamed.refuse("the margin leaves nothing of the surface", expected, "give a smaller margin"));
     };
     let [columns, rows] = field.counts(spacing);
-    if columns * rows > MOST_POINTS as f64 {
+    if columns * rows > most as f64 {
         return Err(refuse_too_many(&spacing_node.unwrap_or(surface_node), (columns * rows) as u64));
     }
     Ok(field.grid(columns as u32, rows as u32, height_m).points())

@@ -23,8 +23,8 @@ pub(super) const BOX_FACES: [&str; 6] = ["floor", "ceiling", "x_min", "x_max", "
 
 /// Divisions of an icosahedron's edge, where nothing asks for finer ones: 5120 triangles.
 pub(super) const SPHERE_FREQUENCY: u32 = 16;
-/// Finest sphere: some 10 million triangles.
-pub(super) const MOST_SPHERE_FREQUENCY: u32 = 700;
+/// Finest sphere: some 2 million triangles.
+pub(super) const MOST_SPHERE_FREQUENCY: u32 = 316;
 
 /// An axis-parallel box whose faces share its eight vertices.
 pub(super) fn cuboid(min: DVec3, max: DVec3, inward: bool) -> Shape {

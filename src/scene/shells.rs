@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::model::{Emission, Scene};
+use super::winding::WindingTree;
 
 /// A connected piece of surface.
 #[derive(Clone, Debug)]
@@ -18,6 +19,8 @@ pub struct Shell {
     pub volume_m3: f64,
     low_m: DVec3,
     high_m: DVec3,
+    /// Of a closed shell.
+    tree: Option<WindingTree>,
 }
 
 /// A point this near to a shell, as a fraction of the scene's size, lies on it and not inside: far above the rounding
@@ -31,32 +34,19 @@ impl Shell {
     /// Around how many times, and which way, the shell lies about a point: +1 inside of one that faces outward, −1 of
     /// one that faces inward, 0 outside. Only meaningful for a closed shell and off its surface.
     ///
-    /// Source: solid angle of a triangle, Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle" (1983).
-    pub fn winding(&self, scene: &Scene, point_m: DVec3) -> f64 {
+    /// 0 of a shell with a boundary.
+    pub fn winding(&self, point_m: DVec3) -> f64 {
         if point_m.cmplt(self.low_m).any() || point_m.cmpgt(self.high_m).any() {
             return 0.0;
         }
-        let solid_angle_sr: f64 = self
-            .triangles
-            .iter()
-            .map(|triangle| {
-                let [a, b, c] = scene.corners_m(*triangle).map(|corner| corner - point_m);
-                let [length_a, length_b, length_c] = [a, b, c].map(DVec3::length);
-                let volume = a.dot(b.cross(c));
-                let cosine =
-                    length_a * length_b * length_c + a.dot(b) * length_c + b.dot(c) * length_a + c.dot(a) * length_b;
-                2.0 * volume.atan2(cosine)
-            })
-            .sum();
-        solid_angle_sr / (4.0 * PI)
+        self.tree.as_ref().map_or(0.0, |tree| tree.solid_angle_sr(point_m) / (4.0 * PI))
     }
 
-    fn encloses(&self, scene: &Scene, point_m: DVec3, tolerance_m: f64) -> bool {
-        self.winding(scene, point_m).abs() > 0.5
-            && self
-                .triangles
-                .iter()
-                .all(|triangle| distance_to_triangle(point_m, scene.corners_m(*triangle)) > tolerance_m)
+    fn encloses(&self, point_m: DVec3, tolerance_m: f64) -> bool {
+        let is_near = |tree: &WindingTree| {
+            tree.any_near(point_m, tolerance_m, |triangle| distance_to_triangle(point_m, triangle))
+        };
+        self.winding(point_m).abs() > 0.5 && !self.tree.as_ref().is_some_and(is_near)
     }
 }
 
@@ -85,6 +75,7 @@ fn shells(scene: &Scene, triangles: std::ops::Range<u32>, vertex_of: impl Fn(u32
                 volume_m3: 0.0,
                 low_m: DVec3::INFINITY,
                 high_m: DVec3::NEG_INFINITY,
+                tree: None,
             });
             shells.len() - 1
         });
@@ -125,6 +116,10 @@ impl Shell {
         self.closed = edges
             .chunk_by(|one, other| (one.0, one.1) == (other.0, other.1))
             .all(|same| same.iter().map(|edge| edge.2).sum::<i32>() == 0);
+        if self.closed {
+            let triangles = self.triangles.iter().map(|triangle| corners(*triangle)).collect();
+            self.tree = Some(WindingTree::of(triangles, |vertex| scene.vertices_m[vertex as usize]));
+        }
 
         // Measured from a corner of its own, so that a small shell far from the origin keeps its digits.
         self.volume_m3 = self
@@ -153,23 +148,32 @@ pub fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
 /// The shells of the scene as a whole: here vertices of different geometries that coincide exactly are one, so that a
 /// room made of rectangles is closed.
 pub fn shells_of_scene(scene: &Scene) -> Vec<Shell> {
+    shells_over(scene, &one_vertex_a_place(scene))
+}
+
+/// The first of the vertices at each vertex's place.
+pub(super) fn one_vertex_a_place(scene: &Scene) -> Vec<u32> {
     let mut first: HashMap<[u64; 3], u32> = HashMap::new();
-    let vertex_of: Vec<u32> = (0u32..)
+    (0u32..)
         .zip(&scene.vertices_m)
         .map(|(number, vertex)| *first.entry((*vertex + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(number))
-        .collect();
+        .collect()
+}
+
+/// As [`shells_of_scene`], with [`one_vertex_a_place`].
+pub(super) fn shells_over(scene: &Scene, vertex_of: &[u32]) -> Vec<Shell> {
     shells(scene, 0..scene.triangles.len() as u32, |vertex| vertex_of[vertex as usize])
 }
 
 /// Whether a point lies inside of a closed solid: the smallest closed shell around it faces outward.
 ///
 /// So a point in a room is not inside, even where a larger solid stands around the room; one in a table is.
-pub(super) fn is_inside_solid(scene: &Scene, shells: &[Shell], point_m: DVec3, scene_size_m: f64) -> bool {
+pub(super) fn is_inside_solid(shells: &[Shell], point_m: DVec3, scene_size_m: f64) -> bool {
     let tolerance_m = ON_SURFACE * scene_size_m;
     let smallest = |outward: bool| {
         shells
             .iter()
-            .filter(|shell| (shell.volume_m3 > 0.0) == outward && shell.encloses(scene, point_m, tolerance_m))
+            .filter(|shell| (shell.volume_m3 > 0.0) == outward && shell.encloses(point_m, tolerance_m))
             .map(|shell| shell.volume_m3.abs())
             .min_by(f64::total_cmp)
     };
@@ -200,7 +204,7 @@ pub(super) fn is_shut_in(scene: &Scene, shells: &[Shell], emission: &Emission) -
     };
     starts_m.iter().all(|start_m| {
         shells.iter().filter(|shell| shell.closed && !lets_light_through(scene, shell)).any(|shell| {
-            let winding = shell.winding(scene, *start_m);
+            let winding = shell.winding(*start_m);
             winding < -0.5 || winding > 0.5 && reflects_on_both_sides(scene, shell)
         })
     })

@@ -30,8 +30,8 @@ pub(super) const BOX_MATERIALS: [&str; 7] = ["floor", "ceiling", "walls", "x_min
 /// Values of `facing`.
 pub(super) const FACINGS: [&str; 2] = ["outward", "inward"];
 
-/// Most element sides of a scene, so that their numbers fit 32 bits with room to spare.
-const MOST_CELLS: f64 = 2_147_483_648.0;
+/// Most element sides of a scene: the sums of a run take some hundred bytes for each.
+const MOST_CELLS: f64 = 33_554_432.0;
 /// Largest coordinate in m, so that volumes and squared areas stay finite.
 const LARGEST_COORDINATE_M: f64 = 1e15;
 /// A triangle whose height is less than this fraction of its longest edge has no normal worth the name: the rounding
@@ -39,6 +39,8 @@ const LARGEST_COORDINATE_M: f64 = 1e15;
 const SMALLEST_RELATIVE_HEIGHT: f64 = 1e-12;
 /// An edge may be longer than asked by this fraction, so that 3 m in pieces of 0.3 m are ten and not eleven.
 const EDGE_ROUNDING: f64 = 1e-12;
+/// Most triangles of all spheres of a scene together, of which a few bytes of text can ask for any number.
+const MOST_SPHERE_TRIANGLES: f64 = 2e6;
 
 /// All triangles of a scene so far.
 #[derive(Default)]
@@ -51,6 +53,8 @@ pub(super) struct Surfaces {
     /// Names of geometries and parts, with the way to what gave them.
     names: HashMap<String, String>,
     cells: f64,
+    /// Triangles of all spheres.
+    sphere_triangles: f64,
 }
 
 /// What geometry refers to.
@@ -123,7 +127,7 @@ impl Surfaces {
             "box" => read_box(&fields)?,
             "rectangle" => read_rectangle(&fields, name, warnings)?,
             "mesh" => read_mesh(&fields, around, warnings)?,
-            _ => read_sphere(&fields, name, &placing, longest_edge, warnings)?,
+            _ => self.read_sphere(&fields, name, &placing, longest_edge, warnings)?,
         };
         let part_names: Vec<Option<&str>> = shape.parts.iter().map(|part| part.name.as_deref()).collect();
         let materials = part_materials(&fields, TYPES[kind], &part_names, around.materials)?;
@@ -144,7 +148,7 @@ impl Surfaces {
             self.vertices_m.push(place_m);
         }
         let longest_edge_m = longest_edge.map(|edge| around.unit.length_m(edge));
-        let mut dropped = 0usize;
+        let mut dropped: Vec<[u32; 3]> = Vec::new();
         for (part, material) in shape.parts.iter().zip(materials) {
             let surface_name = match &part.name {
                 Some(part) => format!("{name}/{part}"),
@@ -159,7 +163,7 @@ impl Surfaces {
                 let triangle = triangle.map(|vertex| first_vertex as u32 + vertex);
                 match self.divisions_of(triangle, longest_edge_m) {
                     Some(divisions) => self.push(triangle, divisions, two_sided),
-                    None => dropped += 1,
+                    None => dropped.push(triangle),
                 }
                 if self.cells > MOST_CELLS || self.vertices_m.len() > u32::MAX as usize {
                     let blamed = fields.get("max_element_edge").unwrap_or_else(|| node.clone());
@@ -179,14 +183,59 @@ impl Surfaces {
                 triangles: first..self.triangles.len() as u32,
             });
         }
-        if dropped > 0 {
-            warnings.push(format!("{name}: {dropped} triangles without an area were dropped"));
+        if let Some([first, ..]) = dropped.first() {
+            let place_m = self.vertices_m[*first as usize];
+            let (count, which) = (dropped.len(), if dropped.len() == 1 { "at" } else { "the first at" });
+            warnings.push(format!("{name}: {count} triangles without an area were dropped ({which} {place_m} m)"));
         }
         if self.surfaces.last().is_none_or(|surface| surface.geometry != name) {
             let expected = "at least one triangle with an area";
             return Err(node.refuse(format!("{name:?} has no area"), expected, "check its coordinates"));
         }
         Ok(())
+    }
+
+    fn read_sphere(
+        &mut self,
+        fields: &Fields,
+        name: &str,
+        placing: &Placing,
+        longest_edge: Option<f64>,
+        warnings: &mut Vec<String>,
+    ) -> Result<Shape, SceneError> {
+        let center = fields.need("center", "[0, 0, 1]")?.vector()?;
+        let radius = fields.need("radius", "0.3")?.above_zero("the radius")?;
+        let inward = faces_inward(fields)?;
+        let frequency = shapes::sphere_frequency(radius * placing.scale, longest_edge);
+        if let (Some(node), true) =
+            (fields.get("max_element_edge"), frequency > f64::from(shapes::MOST_SPHERE_FREQUENCY))
+        {
+            let finest = 2.0 * radius * placing.scale / f64::from(shapes::MOST_SPHERE_FREQUENCY);
+            let expected = format!("an edge of at least {finest:.3e}");
+            return Err(node.refuse("the sphere would become too many triangles", expected, "ask for longer edges"));
+        }
+        self.sphere_triangles += 20.0 * frequency * frequency;
+        if self.sphere_triangles > MOST_SPHERE_TRIANGLES {
+            let blamed = fields.get("max_element_edge").unwrap_or_else(|| fields.node().clone());
+            let expected = format!("at most {MOST_SPHERE_TRIANGLES:e} triangles of all spheres together");
+            return Err(blamed.refuse("the spheres would become too many triangles", expected, "ask for longer edges"));
+        }
+        let shape = shapes::icosphere(center, radius, inward, frequency as u32);
+        let exact = 4.0 * std::f64::consts::PI * radius * radius;
+        let area: f64 = shape.parts[0]
+            .triangles
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = triangle.map(|vertex| shape.vertices[vertex as usize]);
+                0.5 * (b - a).cross(c - a).length()
+            })
+            .sum();
+        warnings.push(format!(
+            "{name}: the sphere is {} triangles inscribed in it; their area is {:.3}% too small",
+            shape.parts[0].triangles.len(),
+            100.0 * (1.0 - area / exact)
+        ));
+        Ok(shape)
     }
 
     fn claim(&mut self, node: &Node, name: &str) -> Result<(), SceneError> {
@@ -274,40 +323,6 @@ fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Re
             part.name.get_or_insert_with(|| obj::UNNAMED_PART.into());
         }
     }
-    Ok(shape)
-}
-
-fn read_sphere(
-    fields: &Fields,
-    name: &str,
-    placing: &Placing,
-    longest_edge: Option<f64>,
-    warnings: &mut Vec<String>,
-) -> Result<Shape, SceneError> {
-    let center = fields.need("center", "[0, 0, 1]")?.vector()?;
-    let radius = fields.need("radius", "0.3")?.above_zero("the radius")?;
-    let inward = faces_inward(fields)?;
-    let frequency = shapes::sphere_frequency(radius * placing.scale, longest_edge);
-    if let (Some(node), true) = (fields.get("max_element_edge"), frequency > f64::from(shapes::MOST_SPHERE_FREQUENCY)) {
-        let finest = 2.0 * radius * placing.scale / f64::from(shapes::MOST_SPHERE_FREQUENCY);
-        let expected = format!("an edge of at least {finest:.3e}");
-        return Err(node.refuse("the sphere would become too many triangles", expected, "ask for longer edges"));
-    }
-    let shape = shapes::icosphere(center, radius, inward, frequency as u32);
-    let exact = 4.0 * std::f64::consts::PI * radius * radius;
-    let area: f64 = shape.parts[0]
-        .triangles
-        .iter()
-        .map(|triangle| {
-            let [a, b, c] = triangle.map(|vertex| shape.vertices[vertex as usize]);
-            0.5 * (b - a).cross(c - a).length()
-        })
-        .sum();
-    warnings.push(format!(
-        "{name}: the sphere is {} triangles inscribed in it; their area is {:.3}% too small",
-        shape.parts[0].triangles.len(),
-        100.0 * (1.0 - area / exact)
-    ));
     Ok(shape)
 }
 

@@ -1,0 +1,19 @@
+//! Any text as a scene file: read, and inspected where it is valid.
+#![no_main]
+
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use luxmc::scene::{inspect, scene_from_json};
+
+fuzz_target!(|text: &str| {
+    // No file that the scene names is there, so that only the scene itself is looked at.
+    match scene_from_json(text, None, Path::new("/nowhere")) {
+        Ok(scene) => {
+            std::hint::black_box(inspect(&scene));
+        }
+        Err(error) => {
+            std::hint::black_box(error.to_string());
+        }
+    }
+});

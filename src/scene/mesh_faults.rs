@@ -1,0 +1,345 @@
+//! Faults of meshes as programs write them: holes, T-junctions, doubled and turned triangles, each with its place.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::model::Scene;
+use super::shells::{Shell, size_m};
+
+/// Vertices nearer to an edge than this fraction of the scene's size lie on it: far above the rounding of
+/// coordinates, far below what a drawing means.
+const ON_EDGE: f64 = 1e-7;
+/// A piece of surface is flat where no corner leaves its plane by more than this fraction of its size.
+const FLAT: f64 = 1e-6;
+/// Places that are listed of each fault.
+const MOST_PLACES: usize = 8;
+/// Corners of a hole that are listed.
+const MOST_CORNERS: usize = 32;
+/// Beyond so many edges times vertices of rims it is not looked for T-junctions: some seconds' work.
+const MOST_LOOKS: usize = 1_000_000_000;
+
+/// What a scene's triangles do that closed rooms and solids don't.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct MeshFaults {
+    /// Rims of pieces of surface that are not flat, longest first: a room that should be closed has none. Rims that
+    /// meet along T-junctions are closed.
+    pub holes: Vec<Hole>,
+    /// Vertices that lie in the middle of another triangle's edge. Light may not pass there, yet the triangles share no
+    /// edge.
+    pub t_junctions: Faults,
+    /// Triangles with the very corners of an earlier one, facing the same way: both are hit by half of the rays, at random.
+    pub duplicate_triangles: Faults,
+    /// Edges that two neighbours pass the same way: one of them has its normal turned over.
+    pub turned_edges: Faults,
+    /// Edges of three, five, … triangles.
+    pub odd_edges: Faults,
+    /// Whether T-junctions were looked for; in very large open meshes they are not.
+    pub t_junctions_looked_for: bool,
+}
+
+/// How often a fault was found, and where.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Faults {
+    /// How often.
+    pub count: usize,
+    /// The first few places in m (middles of edges and triangles).
+    pub places_m: Vec<[f64; 3]>,
+    /// Surfaces concerned.
+    pub surfaces: Vec<String>,
+}
+
+/// A closed or open line of edges that only one triangle has.
+#[derive(Clone, Debug, Serialize)]
+pub struct Hole {
+    /// Length of the line in m.
+    pub length_m: f64,
+    /// Edges in it.
+    pub edges: usize,
+    /// Lowest coordinates in m.
+    pub min_m: [f64; 3],
+    /// Highest coordinates in m.
+    pub max_m: [f64; 3],
+    /// Its first corners in m, in order.
+    pub corners_m: Vec<[f64; 3]>,
+    /// Surfaces along it.
+    pub surfaces: Vec<String>,
+}
+
+impl MeshFaults {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        let faults = [&self.t_junctions, &self.duplicate_triangles, &self.turned_edges, &self.odd_edges];
+        self.holes.is_empty() && faults.iter().all(|faults| faults.count == 0)
+    }
+}
+
+impl Faults {
+    fn add(&mut self, place_m: DVec3, surface: &str) {
+        self.count += 1;
+        if self.places_m.len() < MOST_PLACES {
+            self.places_m.push(place_m.to_array());
+        }
+        if self.surfaces.len() < MOST_PLACES && !self.surfaces.iter().any(|name| name == surface) {
+            self.surfaces.push(surface.to_string());
+        }
+    }
+}
+
+/// An edge of the rim: its ends and the triangle that it belongs to.
+#[derive(Clone, Copy, Debug)]
+struct RimEdge {
+    ends: [u32; 2],
+    triangle: u32,
+}
+
+/// Looks at all triangles of a scene. `vertex_of` makes vertices at one place one; `shells` are those of the scene.
+pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) -> MeshFaults {
+    let mut faults = MeshFaults { t_junctions_looked_for: true, ..MeshFaults::default() };
+    let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
+    let name = |triangle: u32| scene.surface_of(triangle).name.as_str();
+    let corners = |triangle: u32| scene.triangles[triangle as usize].map(|vertex| vertex_of[vertex as usize]);
+
+    let mut seen: HashSet<[u32; 3]> = HashSet::with_capacity(scene.triangles.len());
+    let mut edges: Vec<([u32; 2], bool, u32)> = Vec::with_capacity(3 * scene.triangles.len());
+    for triangle in 0..scene.triangles.len() as u32 {
+        let [a, b, c] = corners(triangle);
+        // Turned so that the lowest number comes first, which keeps the way round: two rooms back to back share a wall.
+        let turned = if a < b && a < c {
+            [a, b, c]
+        } else if b < c {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        };
+        if !seen.insert(turned) {
+            faults.duplicate_triangles.add((place_m(a) + place_m(b) + place_m(c)) / 3.0, name(triangle));
+            continue;
+        }
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            edges.push(([from.min(to), from.max(to)], from < to, triangle));
+        }
+    }
+    edges.sort_unstable();
+    let mut rim: Vec<RimEdge> = Vec::new();
+    for same in edges.chunk_by(|one, other| one.0 == other.0) {
+        let ([from, to], _, triangle) = same[0];
+        let forward = same.iter().filter(|edge| edge.1).count();
+        let middle_m = 0.5 * (place_m(from) + place_m(to));
+        if same.len() % 2 == 1 {
+            rim.push(RimEdge { ends: [from, to], triangle });
+            if same.len() > 1 {
+                faults.odd_edges.add(middle_m, name(triangle));
+            }
+        } else if 2 * forward != same.len() {
+            faults.turned_edges.add(middle_m, name(triangle));
+        }
+    }
+
+    let mut is_flat = vec![false; scene.triangles.len()];
+    for shell in shells.iter().filter(|shell| !shell.closed && lies_in_a_plane(scene, shell)) {
+        shell.triangles.iter().for_each(|triangle| is_flat[*triangle as usize] = true);
+    }
+    let rim = closed_at_t_junctions(scene, rim, &mut faults);
+    faults.holes = holes(scene, &rim, &is_flat);
+    faults
+}
+
+fn lies_in_a_plane(scene: &Scene, shell: &Shell) -> bool {
+    let [a, b, c] = scene.corners_m(shell.triangles[0]);
+    let normal = (b - a).cross(c - a).normalize();
+    let offsets = || shell.triangles.iter().flat_map(|triangle| scene.corners_m(*triangle)).map(|corner| corner - a);
+    let reach_m = offsets().map(DVec3::length).fold(0.0, f64::max);
+    offsets().all(|offset_m| offset_m.dot(normal).abs() <= FLAT * reach_m)
+}
+
+/// Cuts the edges of rims where vertices of rims lie on them, and drops pieces that then lie on each other.
+fn closed_at_t_junctions(scene: &Scene, rim: Vec<RimEdge>, faults: &mut MeshFaults) -> Vec<RimEdge> {
+    let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
+    let mut vertices: Vec<u32> = rim.iter().flat_map(|edge| edge.ends).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    if vertices.len() * rim.len() > MOST_LOOKS {
+        faults.t_junctions_looked_for = false;
+        return rim;
+    }
+    vertices.sort_by(|one, other| place_m(*one).x.total_cmp(&place_m(*other).x));
+    let tolerance_m = ON_EDGE * size_m(scene);
+
+    // Where a vertex lies at the end of an edge, it and the end are one: pieces then have the same ends.
+    let mut stands_for: HashMap<u32, u32> = HashMap::new();
+    for (index, vertex) in vertices.iter().enumerate() {
+        let near = vertices[..index]
+            .iter()
+            .rev()
+            .take_while(|other| place_m(*vertex).x - place_m(**other).x <= tolerance_m)
+            .find(|other| place_m(*vertex).distance(place_m(**other)) <= tolerance_m);
+        let first = near.map_or(*vertex, |other| stands_for[other]);
+        stands_for.insert(*vertex, first);
+    }
+    let mut told: HashSet<u32> = HashSet::new();
+    let mut pieces: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
+    for RimEdge { ends, triangle } in rim {
+        let [from, to] = ends.map(|end| stands_for[&end]);
+        let [a, b] = [place_m(from), place_m(to)];
+        let (low_x, high_x) = (a.x.min(b.x) - tolerance_m, a.x.max(b.x) + tolerance_m);
+        let start = vertices.partition_point(|vertex| place_m(*vertex).x < low_x);
+        let mut stops: Vec<(f64, u32)> = vertices[start..]
+            .iter()
+            .take_while(|vertex| place_m(**vertex).x <= high_x)
+            .filter(|vertex| stands_for[vertex] == **vertex && ![from, to].contains(vertex))
+            .filter_map(|vertex| {
+                let share = (place_m(*vertex) - a).dot(b - a) / a.distance_squared(b);
+                let is_on = (0.0..=1.0).contains(&share) && place_m(*vertex).distance(a.lerp(b, share)) <= tolerance_m;
+                is_on.then_some((share, *vertex))
+            })
+            .collect();
+        stops.sort_by(|one, other| one.0.total_cmp(&other.0));
+        for (_, vertex) in &stops {
+            if told.insert(*vertex) {
+                faults.t_junctions.add(place_m(*vertex), scene.surface_of(triangle).name.as_str());
+            }
+        }
+        let mut before = from;
+        for next in stops.into_iter().map(|(_, vertex)| vertex).chain([to]) {
+            if before != next {
+                pieces.entry([before.min(next), before.max(next)]).or_default().push(triangle);
+            }
+            before = next;
+        }
+    }
+    let open = pieces.into_iter().filter(|(_, triangles)| triangles.len() % 2 == 1);
+    open.map(|(ends, triangles)| RimEdge { ends, triangle: triangles[0] }).collect()
+}
+
+/// Lines of edges, one after the other; lines of flat pieces alone are none.
+fn holes(scene: &Scene, rim: &[RimEdge], is_flat: &[bool]) -> Vec<Hole> {
+    let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
+    let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::new();
+    for (index, edge) in rim.iter().enumerate() {
+        edge.ends.iter().for_each(|end| at_vertex.entry(*end).or_default().push(index));
+    }
+    let mut used = vec![false; rim.len()];
+    let mut found: Vec<Hole> = Vec::new();
+    for start in 0..rim.len() {
+        if used[start] {
+            continue;
+        }
+        // Along the line from the first end of its first edge, as long as there is an edge left to go on.
+        let mut vertices = vec![rim[start].ends[0]];
+        let mut line: Vec<usize> = Vec::new();
+        let mut next = Some(start);
+        while let Some(index) = next {
+            used[index] = true;
+            line.push(index);
+            let last = vertices[vertices.len() - 1];
+            let end = if rim[index].ends[0] == last { rim[index].ends[1] } else { rim[index].ends[0] };
+            vertices.push(end);
+            next = at_vertex.get_mut(&end).and_then(|around| {
+                while around.last().is_some_and(|index| used[*index]) {
+                    around.pop();
+                }
+                around.last().copied()
+            });
+        }
+        if line.iter().all(|index| is_flat[rim[*index].triangle as usize]) {
+            continue;
+        }
+        let mut surfaces: Vec<String> =
+            line.iter().map(|index| scene.surface_of(rim[*index].triangle).name.clone()).collect();
+        surfaces.sort_unstable();
+        surfaces.dedup();
+        let places = || vertices.iter().map(|vertex| place_m(*vertex));
+        let distinct = if vertices.first() == vertices.last() { vertices.len() - 1 } else { vertices.len() };
+        found.push(Hole {
+            length_m: line
+                .iter()
+                .map(|index| place_m(rim[*index].ends[0]).distance(place_m(rim[*index].ends[1])))
+                .sum(),
+            edges: line.len(),
+            min_m: places().fold(DVec3::INFINITY, DVec3::min).to_array(),
+            max_m: places().fold(DVec3::NEG_INFINITY, DVec3::max).to_array(),
+            corners_m: places().take(distinct.min(MOST_CORNERS)).map(|place| place.to_array()).collect(),
+            surfaces,
+        });
+    }
+    found.sort_by(|one, other| other.length_m.total_cmp(&one.length_m));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::{inspect, scene_from_json};
+
+    /// Faults of a room of rectangles 4 m × 3 m × 2 m without its ceiling, with more geometry.
+    fn faults(more: &str) -> MeshFaults {
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [
+              {{ "name": "floor", "type": "rectangle", "origin": [0,0,0], "u": [4,0,0], "v": [0,3,0], "material": "m" }},
+              {{ "name": "south", "type": "rectangle", "origin": [0,0,0], "u": [0,0,2], "v": [4,0,0], "material": "m" }},
+              {{ "name": "north", "type": "rectangle", "origin": [0,3,0], "u": [4,0,0], "v": [0,0,2], "material": "m" }},
+              {{ "name": "west", "type": "rectangle", "origin": [0,0,0], "u": [0,3,0], "v": [0,0,2], "material": "m" }},
+              {{ "name": "east", "type": "rectangle", "origin": [4,0,0], "u": [0,0,2], "v": [0,3,0], "material": "m" }}
+              {more} ],
+            "luminaires": [ {{ "name": "a", "type": "point", "position": [2,1,1], "intensity_cd": 1 }} ] }}"#
+        );
+        inspect(&scene_from_json(&text, None, Path::new(".")).expect("valid")).mesh
+    }
+
+    /// A rectangle in the ceiling's plane that faces down.
+    fn ceiling(name: &str, x: f64, width: f64) -> String {
+        format!(
+            r#", {{ "name": "{name}", "type": "rectangle", "origin": [{x},0,2], "u": [0,3,0], "v": [{width},0,0], "material": "m" }}"#
+        )
+    }
+
+    #[test]
+    fn a_missing_ceiling_is_a_hole_with_its_place_and_length() {
+        let found = faults("");
+        assert_eq!(found.holes.len(), 1, "{found:?}");
+        let hole = &found.holes[0];
+        assert_eq!((hole.length_m, hole.edges, hole.min_m, hole.max_m), (14.0, 4, [0.0, 0.0, 2.0], [4.0, 3.0, 2.0]));
+        assert_eq!(hole.surfaces, ["east", "north", "south", "west"]);
+        assert!(faults(&ceiling("c", 0.0, 4.0)).is_empty());
+    }
+
+    #[test]
+    fn a_ceiling_in_two_parts_closes_with_t_junctions_and_one_with_a_slit_does_not() {
+        let found = faults(&format!("{}{}", ceiling("c1", 0.0, 1.0), ceiling("c2", 1.0, 3.0)));
+        assert!(found.holes.is_empty(), "{found:?}");
+        assert_eq!(found.t_junctions.count, 2);
+        assert!(found.t_junctions.places_m.contains(&[1.0, 3.0, 2.0]));
+
+        let found = faults(&format!("{}{}", ceiling("c1", 0.0, 1.0), ceiling("c2", 1.01, 2.99)));
+        assert_eq!(found.holes.len(), 1, "{found:?}");
+        assert!((found.holes[0].length_m - 6.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn doubled_and_turned_triangles_are_counted_and_placed() {
+        let found = faults(&format!("{}{}", ceiling("c", 0.0, 4.0), ceiling("again", 0.0, 4.0)));
+        assert_eq!((found.duplicate_triangles.count, found.holes.len()), (2, 0), "{found:?}");
+        assert_eq!(found.duplicate_triangles.surfaces, ["again"]);
+
+        let turned =
+            r#", { "name": "c", "type": "rectangle", "origin": [0,0,2], "u": [4,0,0], "v": [0,3,0], "material": "m" }"#;
+        let found = faults(turned);
+        assert_eq!((found.turned_edges.count, found.holes.len()), (4, 0), "{found:?}");
+        assert!(found.turned_edges.places_m.contains(&[2.0, 0.0, 2.0]));
+    }
+
+    #[test]
+    fn a_panel_in_a_closed_room_is_no_hole_and_a_fin_on_an_edge_is_told() {
+        let panel =
+            r#", { "name": "p", "type": "rectangle", "origin": [1,1,1], "u": [1,0,0], "v": [0,1,0], "material": "m" }"#;
+        assert!(faults(&format!("{}{panel}", ceiling("c", 0.0, 4.0))).is_empty());
+        let fin = r#", { "name": "fin", "type": "rectangle", "origin": [0,0,0], "u": [4,0,0], "v": [0,0,-1], "material": "m" }"#;
+        let found = faults(&format!("{}{fin}", ceiling("c", 0.0, 4.0)));
+        assert_eq!(found.odd_edges.count, 1, "{found:?}");
+    }
+}
