@@ -117,7 +117,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     directory.stage(&summary_file(&scene, &solution, &record))?;
     directory.commit()?;
 
-    console::result(&result_table(&solution))?;
+    console::result(&result_table(&scene, &solution))?;
     for warning in scene.warnings.iter().chain(&solution.warnings) {
         console::message(&format!("warning: {warning}"));
     }

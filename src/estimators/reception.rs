@@ -1,4 +1,5 @@
-//! What a receiver makes of the light around it: illuminance on its own plane, or on an upright cylinder.
+//! What a receiver makes of the light around it: illuminance on its own plane or on an upright cylinder, or the
+//! luminance that an eye sees.
 //!
 //! Cylindrical illuminance is the mean of the illuminances on all upright planes, E_z = 1/2π ∫ E_v(φ) dφ. So a plane
 //! turned at random gives an unbiased sample of it. Semi-cylindrical illuminance weighs the same planes,
@@ -11,6 +12,7 @@ use glam::DVec3;
 
 use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::luminance::{sample_interreflected_cd_m2, sample_seen_cd_m2};
 use crate::estimators::walk::sample_indirect_lx;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
@@ -20,7 +22,7 @@ use crate::scene::Quantity;
 /// planes leave but its fourteenth: 1% of a single source on a cylinder, some 4% on half a one.
 const PLANES: u32 = 7;
 
-/// One unbiased sample of the direct part in lx, and the rays it took.
+/// One unbiased sample of the direct part in lx (cd/m² for luminance), and the rays it took.
 pub fn sample_direct_lx(
     stage: &Stage,
     quantity: Quantity,
@@ -28,8 +30,12 @@ pub fn sample_direct_lx(
     pass: &mut DirectPass,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    if quantity == Quantity::Perpendicular {
-        return pass.at_point(stage, receiver, stream);
+    match quantity {
+        Quantity::Perpendicular => return pass.at_point(stage, receiver, stream),
+        Quantity::Luminance => return sample_seen_cd_m2(stage, receiver, pass, stream),
+        // What an observer sees of luminaires glares; it is no background.
+        Quantity::Glare => return (0.0, 0),
+        Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {}
     }
     let shift = stream.unit();
     let mut sum_lx = 0.0;
@@ -44,7 +50,7 @@ pub fn sample_direct_lx(
     (sum_lx / f64::from(PLANES), rays)
 }
 
-/// One unbiased sample of the indirect part in lx, and the rays it took.
+/// One unbiased sample of the indirect part in lx (cd/m² for luminance), and the rays it took.
 pub fn sample_reflected_lx(
     stage: &Stage,
     quantity: Quantity,
@@ -52,8 +58,10 @@ pub fn sample_reflected_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    if quantity == Quantity::Perpendicular {
-        return sample_indirect_lx(stage, receiver, cut, stream);
+    match quantity {
+        Quantity::Perpendicular | Quantity::Glare => return sample_indirect_lx(stage, receiver, cut, stream),
+        Quantity::Luminance => return sample_interreflected_cd_m2(stage, receiver, cut, stream),
+        Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {}
     }
     let (normal, weight) = turned_plane(quantity, TAU * stream.unit());
     let (lx, rays) = sample_indirect_lx(stage, &Receiver { normal, ..*receiver }, cut, stream);

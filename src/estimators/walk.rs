@@ -24,7 +24,7 @@ use crate::sampling::reflection::{Law, Pair, Phong, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// How a walk left the last vertex at which it looked for luminaires.
-enum Departure {
+pub(super) enum Departure {
     /// Looks have found all luminaires that the ray can meet.
     Seen,
     /// Along a lobe: looks have found them too, and both are weighed.
@@ -34,7 +34,7 @@ enum Departure {
 }
 
 /// A ray drawn from a lobe, and where from.
-struct LobeRay {
+pub(super) struct LobeRay {
     lobe_per_sr: f64,
     point_m: DVec3,
     normal: DVec3,
@@ -42,45 +42,88 @@ struct LobeRay {
 
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
 pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    let mut origin = *receiver.origin;
-    let mut direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (mut illuminance_lx, mut rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
-    let mut departure = Departure::Seen;
+    sample_share_lx(stage, receiver, |_, _| 1.0, cut, stream)
+}
+
+/// The same for a part of the light: what the first surface that scatters spreads to the receiver counts with a share
+/// that its place (in m) and its unit normal give; what comes by a lobe or a mirror counts in full.
+pub fn sample_share_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    share_of: impl Fn(DVec3, DVec3) -> f64,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let direction = cosine_hemisphere(receiver.normal, stream.pair());
+    let (mirrored_lx, rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen };
+    let (lx, walk_rays) = follow_lm_m2(stage, start, share_of, cut, stream);
+    (mirrored_lx + lx, rays + walk_rays)
+}
+
+/// The first ray of a walk.
+pub(super) struct Start {
+    /// Where it starts.
+    pub origin: Origin,
+    /// Its unit direction.
+    pub direction: DVec3,
+    /// Which luminaires it may meet without their having been looked at.
+    pub departure: Departure,
+}
+
+/// One unbiased sample of π times the luminance that comes along a ray, without the emitters that `departure` has
+/// looked at, and the rays it took. What the first surface spreads counts with the share of its place and normal.
+pub(super) fn follow_lm_m2(
+    stage: &Stage,
+    start: Start,
+    share_of: impl Fn(DVec3, DVec3) -> f64,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let Start { mut origin, mut direction, mut departure } = start;
+    let (mut sum_lm_m2, mut rays) = (0.0, 0);
+    let mut is_first = true;
+    let mut weight = 1.0;
     loop {
         rays += 1;
         let hit = match stage.tracer.first_hit(&origin, direction) {
             Meeting::Surface(hit) => hit,
             Meeting::Ball(luminaire) => {
                 let met = stage.emitters.of_ball(luminaire);
-                return (illuminance_lx + met_lm_m2(stage, &departure, met.into_iter(), cut), rays);
+                return (sum_lm_m2 + weight * met_lm_m2(stage, &departure, met.into_iter(), cut), rays);
             }
-            Meeting::Nothing => return (illuminance_lx, rays),
+            Meeting::Nothing => return (sum_lm_m2, rays),
         };
         if !matches!(departure, Departure::Seen) {
             let met = stage.emitters.on_surface(hit.triangle, hit.side);
-            illuminance_lx += met_lm_m2(stage, &departure, met, cut);
+            sum_lm_m2 += weight * met_lm_m2(stage, &departure, met, cut);
         }
         let law = stage.law(hit.triangle);
         if law.is_black() || !stage.receives(hit.triangle, hit.side) {
-            return (illuminance_lx, rays);
+            return (sum_lm_m2, rays);
         }
         let normal = stage.normal(hit.triangle, hit.side);
         origin = stage.leave(&hit, Way::Spread);
+        let share = if is_first { share_of(stage.tracer.position_m(&origin), normal) } else { 1.0 };
+        if share <= 0.0 && matches!(law, Law::Diffuse(_) | Law::Translucent(_)) {
+            return (sum_lm_m2, rays);
+        }
         let vertex = Vertex { stage, hit: &hit, direction, normal, origin: &origin };
         let (direct_lm_m2, direct_rays) = match law {
-            Law::Diffuse(law) => vertex.spread_lm_m2(law.reflectance, cut, stream),
-            Law::Phong(law) => vertex.phong_lm_m2(law, cut, stream),
-            Law::Translucent(law) => vertex.translucent_lm_m2(law, cut, stream),
+            Law::Diffuse(law) => vertex.spread_lm_m2(share * law.reflectance, cut, stream),
+            Law::Phong(law) => vertex.phong_lm_m2(law, share, cut, stream),
+            Law::Translucent(law) => vertex.translucent_lm_m2(law, share, cut, stream),
             Law::Mirror(_) | Law::Glass(_) => (0.0, 0),
         };
-        illuminance_lx += direct_lm_m2;
+        sum_lm_m2 += weight * direct_lm_m2;
         rays += direct_rays;
         let Some(scattered) = law.sample(direction, normal, stream) else {
-            return (illuminance_lx, rays);
+            return (sum_lm_m2, rays);
         };
         if scattered.way.leads_through() {
             origin = stage.leave(&hit, scattered.way);
         }
+        is_first &= scattered.way == Way::Passed;
         departure = match (scattered.way, law) {
             (Way::Lobe, Law::Phong(law)) => Departure::Lobe(LobeRay {
                 lobe_per_sr: law.lobe_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
@@ -89,8 +132,14 @@ pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, str
             }),
             (Way::Mirrored, _) => Departure::Mirrored,
             (Way::Passed, _) => departure,
-            _ => Departure::Seen,
+            _ => {
+                weight *= share;
+                Departure::Seen
+            }
         };
+        if weight <= 0.0 {
+            return (sum_lm_m2, rays);
+        }
         direction = scattered.direction;
     }
 }
@@ -146,20 +195,24 @@ impl Vertex<'_> {
     }
 
     /// The same from either side of a translucent sheet, chosen by its share.
-    fn translucent_lm_m2(&self, law: &Translucent, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    fn translucent_lm_m2(&self, law: &Translucent, share: f64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         if stream.unit() * law.total() < law.reflectance {
-            return self.spread_lm_m2(law.total(), cut, stream);
+            return self.spread_lm_m2(share * law.total(), cut, stream);
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
-        Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(law.total(), cut, stream)
+        Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(share * law.total(), cut, stream)
     }
 
-    /// Direct light that a glossy surface sends back along the walk, π times its luminance.
-    fn phong_lm_m2(&self, law: &Phong, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
+    /// lobe a share.
+    fn phong_lm_m2(&self, law: &Phong, share: f64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         let receiver = self.receiver();
         let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
-        let (mirrored_lm_m2, rays) =
-            in_mirrors_lx(self.stage, &receiver, |towards| PI * law.eval_per_sr(&pair(towards)), cut, stream);
+        let response = |towards: DVec3| {
+            let pair = pair(towards);
+            PI * (law.lobe_per_sr(&pair) + share * law.spread_per_sr(&pair))
+        };
+        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, response, cut, stream);
         let Some(sight) = one_look(self.stage, &receiver, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
@@ -171,14 +224,14 @@ impl Vertex<'_> {
             Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
             None => lobe,
         };
-        let looked_lm_m2 = PI * (law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
+        let looked_lm_m2 = PI * (share * law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
         (mirrored_lm_m2 + looked_lm_m2, rays + 1)
     }
 }
 
 /// What a place receives from images in mirrors, if there can be any: see [`look_into_mirrors`].
 #[inline]
-fn in_mirrors_lx(
+pub(super) fn in_mirrors_lx(
     stage: &Stage,
     receiver: &Receiver,
     response: impl Fn(DVec3) -> f64,

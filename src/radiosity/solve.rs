@@ -191,7 +191,7 @@ impl<'a> Radiosity<'a> {
         let weights: Vec<f64> = receivers.points.iter().map(|p| if p.inside { 0.0 } else { p.weight }).collect();
         let (kind, area_m2) = match receivers.layout {
             ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
-            ReceiverLayout::Points => (TableKind::Points, 0.0),
+            _ => (TableKind::Points, 0.0),
         };
         let all = Values::of(&values, &weights, 0..points.len());
         let (error, tables) = (map_error(&all), vec![row(&receivers.name, kind, area_m2, &all)]);

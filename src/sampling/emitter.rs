@@ -4,6 +4,8 @@
 //! the point of it that a receiver sees in proportion to what it brings there, `unshadowed_lx` is the exact value of
 //! what it brings where nothing stands between, and `luminous_flux_lm` its total.
 
+mod seen;
+
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -1,5 +1,6 @@
 //! Settings of a run and what comes out of it.
 
+use super::glare::GlareRating;
 use crate::maps::MapResult;
 
 /// What a run is asked to do.
@@ -123,6 +124,8 @@ pub struct Solution {
     pub replicas: usize,
     /// One entry a computed map: elements first, then receivers in file order.
     pub maps: Vec<MapResult>,
+    /// Glare ratings of observers, in the order of their maps.
+    pub glare: Vec<GlareRating>,
     /// Worst stated error of the bound maps.
     pub estimated_error: f64,
     /// Whether the rule accepted all bound maps; `None` without a target.
