@@ -2,6 +2,8 @@
 
 use rand_philox::{Philox, splitmix64};
 
+use super::sobol::QuasiPoint;
+
 /// What a stream of random numbers is used for; no two purposes share a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -13,6 +15,8 @@ pub enum Purpose {
     Walks,
     /// Pilot runs, whose numbers enter no result.
     Pilot,
+    /// Gathering rays from receivers and elements.
+    Gathering,
 }
 
 /// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.
@@ -23,6 +27,9 @@ pub enum Purpose {
 pub struct Stream {
     philox: Philox,
     replica: u32,
+    /// Scrambles quasi-random points: another key for every seed, purpose, map and replica.
+    quasi_key: u64,
+    quasi: Option<QuasiPoint>,
 }
 
 /// 2⁻³², the spacing of a 32-bit variate.
@@ -36,25 +43,44 @@ impl Stream {
         let purpose_and_map = ((purpose as u64) << 32) | u64::from(map);
         // Two rounds of the mixer keep neighbouring seeds and purposes apart.
         let key = splitmix64(splitmix64(seed.wrapping_add(0x9E37_79B9_7F4A_7C15)) ^ splitmix64(!purpose_and_map));
-        Stream { philox: Philox::new([key as u32, (key >> 32) as u32], u128::from(replica) << 96), replica }
+        let quasi_key = splitmix64(key ^ splitmix64(u64::from(replica)));
+        let philox = Philox::new([key as u32, (key >> 32) as u32], u128::from(replica) << 96);
+        Stream { philox, replica, quasi_key, quasi: None }
     }
 
     /// Goes to the start of the numbers that belong to an index (a chain, a walk, a sample).
     #[inline]
     pub fn seek(&mut self, index: u64) {
+        self.quasi = None;
         self.philox.seek((u128::from(self.replica) << 96) | (u128::from(index) << 32));
+    }
+
+    /// The same, but the first numbers are the coordinates of a scrambled Sobol point: point `number` of the sequence
+    /// that belongs to `sequence`. Every sequence has a scramble of its own, independent of all others.
+    #[inline]
+    pub fn seek_quasi(&mut self, index: u64, sequence: u64, number: u64) {
+        self.seek(index);
+        self.quasi = Some(QuasiPoint::new(splitmix64(self.quasi_key ^ splitmix64(sequence)), number));
     }
 
     /// A variate in [0, 1) with 32 bits.
     #[inline]
     pub fn unit(&mut self) -> f64 {
-        f64::from(self.philox.next_u32()) * SPACING_32
+        f64::from(self.next_u32()) * SPACING_32
+    }
+
+    #[inline]
+    fn next_u32(&mut self) -> u32 {
+        self.quasi.as_mut().and_then(QuasiPoint::next).unwrap_or_else(|| self.philox.next_u32())
     }
 
     /// A variate in [0, 1) with 53 bits, for choices among many.
     #[inline]
     pub fn fine_unit(&mut self) -> f64 {
-        (self.philox.next_u64() >> 11) as f64 * SPACING_53
+        match self.quasi.as_mut().and_then(QuasiPoint::next) {
+            Some(high) => ((u64::from(high) << 21) | (self.philox.next_u64() >> 43)) as f64 * SPACING_53,
+            None => (self.philox.next_u64() >> 11) as f64 * SPACING_53,
+        }
     }
 
     /// Two variates in [0, 1).
