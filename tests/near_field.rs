@@ -30,6 +30,7 @@ fn read(json: &str) -> Result<Scene, String> {
 
 fn solved(json: &str, target_error: f64) -> Solution {
     let settings = Settings {
+        method: luxmc::solver::Method::Collision,
         seed: 1,
         target_error: Some(target_error),
         chains: None,
@@ -103,6 +104,7 @@ fn chains_and_looks_see_the_same_opening() {
         "geometry": [ { "name": "box", "type": "box", "min": [-1,-1,0], "max": [1,1,1], "facing": "inward", "material": "grey", "max_element_edge": 1 } ],
         "luminaires": [ { "name": "disk", "type": "photometric", "file": "disk.ies", "position": [0.1,0,0.3] } ] }"#;
     let settings = Settings {
+        method: luxmc::solver::Method::Collision,
         seed: 1,
         target_error: None,
         chains: Some(400_000),

@@ -36,6 +36,7 @@ fn corridor_and_gallery_give_the_expected_averages() {
         let scene = read_scene(&path).unwrap_or_else(|error| panic!("{error}"));
         assert!(inspect(&scene).closed, "{name} is closed");
         let settings = Settings {
+            method: luxmc::solver::Method::Collision,
             seed: 0,
             target_error: None,
             chains: Some(60_000),

@@ -7,6 +7,10 @@ pub enum Method {
     Auto,
     /// Forward chains counted on elements, walks from receivers.
     Collision,
+    /// Receivers by local estimation.
+    Local,
+    /// The same with the plain kernel, to show its failure.
+    LocalNaive,
     /// Finite elements with exact form factors, on closed rooms of rectangles.
     Radiosity,
 }
@@ -14,12 +18,14 @@ pub enum Method {
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<Method, String> {
     const THERE: &str =
-        "this version has auto, collision (every scene) and radiosity (closed diffuse rooms of rectangles)";
+        "this version has auto, collision and local (every scene), local-naive (to show why local is not so simple) and radiosity (closed diffuse rooms of rectangles)";
     match text {
         "auto" => Ok(Method::Auto),
         "collision" => Ok(Method::Collision),
         "radiosity" => Ok(Method::Radiosity),
-        "local" | "gather" | "light-mesh" => Err(format!("not in this version yet; {THERE}")),
+        "local" => Ok(Method::Local),
+        "local-naive" => Ok(Method::LocalNaive),
+        "gather" | "light-mesh" => Err(format!("not in this version yet; {THERE}")),
         _ => Err(format!("no such method; {THERE}")),
     }
 }

@@ -18,6 +18,7 @@ use crate::output::{
 };
 use crate::radiosity::Radiosity;
 use crate::scene::{Elements, Scene, read_scene};
+use crate::solver;
 use crate::solver::{Settings, Solution, StopReason, solve};
 use crate::validation::solve_by_radiosity;
 
@@ -61,7 +62,7 @@ pub struct SolveArguments {
     /// commas between [default: all are computed; the target binds the receiver sets, if any]
     #[arg(long, value_name = "MAPS")]
     maps: Option<String>,
-    /// Method: auto, collision (every scene), or radiosity (closed diffuse rooms of rectangles along the axes)
+    /// Method: auto, collision or local (every scene), local-naive, or radiosity (closed diffuse rooms of rectangles along the axes)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     method: Method,
     /// Plots: svg, png, both with a comma between, or none [default: svg]
@@ -95,7 +96,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     let watcher = Watcher::new(started, quiet);
     let solution = pool.install(|| match arguments.method {
         Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher),
-        Method::Auto | Method::Collision => Ok(solve(&scene, &settings, &watcher)),
+        _ => Ok(solve(&scene, &settings, &watcher)),
     })?;
     watcher.finish();
 
@@ -198,6 +199,11 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
         });
     }
     Ok(Settings {
+        method: match arguments.method {
+            Method::Local => solver::Method::Local,
+            Method::LocalNaive => solver::Method::LocalNaive,
+            Method::Auto | Method::Collision | Method::Radiosity => solver::Method::Auto,
+        },
         seed: arguments.seed,
         target_error: arguments.target_error,
         chains: arguments.chains,

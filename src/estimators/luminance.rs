@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::direct::{DirectPass, Receiver};
 use super::images::look_into_mirrors;
-use super::sight::{Seen, SubPoint, look_along};
+use super::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
 use super::walk::{Departure, Start, follow_lm_m2};
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
@@ -33,7 +33,7 @@ pub fn sample_seen_cd_m2(
 ) -> (f64, u64) {
     let mut ends = Vec::new();
     let mut sum_cd_m2 = 0.0;
-    let mut rays = look_along(stage, eye.origin, eye.normal, stream, |seen| match seen {
+    let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| match seen {
         Seen::Luminaire(luminance_cd_m2) => sum_cd_m2 += luminance_cd_m2,
         Seen::Surface(end) => ends.push(end),
     });
@@ -62,14 +62,14 @@ pub fn sample_seen_cd_m2(
 /// eye sees, and the rays it took.
 pub fn sample_interreflected_cd_m2(stage: &Stage, eye: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
-    let mut rays = look_along(stage, eye.origin, eye.normal, stream, |seen| {
+    let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
         if let Seen::Surface(end) = seen {
             ends.push(end);
         }
     });
     let mut sum_cd_m2 = 0.0;
     for end in &ends {
-        let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, |_, _| 1.0, cut, stream);
+        let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, |_, _, _| 1.0, cut, stream);
         sum_cd_m2 += end.share * luminance_cd_m2;
         rays += end_rays;
     }
@@ -93,11 +93,12 @@ impl SubPoint {
     }
 
     /// One walk from the sub-point: luminance in cd/m² of light that reaches it by reflections, and the rays it took.
-    /// What the first surface spreads towards it counts with a share that its place and normal give.
+    /// What the first surface spreads towards it counts with a share that its place and normal give, and the way by which
+    /// the walk leaves the sub-point.
     pub fn sample_rest_cd_m2(
         &self,
         stage: &Stage,
-        share_of: impl Fn(DVec3, DVec3) -> f64,
+        share_of: impl Fn(Way, DVec3, DVec3) -> f64,
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {
@@ -124,6 +125,7 @@ impl SubPoint {
         };
         let origin = stage.leave(&self.hit, scattered.way);
         let start = Start { origin, direction: scattered.direction, departure: Departure::Seen };
+        let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.way, point_m, normal);
         let (lm_m2, walk_rays) = follow_lm_m2(stage, start, share_of, cut, stream);
         (sum_cd_m2 + lm_m2 / PI, rays + walk_rays)
     }

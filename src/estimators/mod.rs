@@ -3,6 +3,7 @@
 pub mod direct;
 pub mod glare;
 pub mod images;
+pub mod local;
 pub mod luminance;
 pub mod reception;
 pub mod sight;

@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::luminance::{sample_interreflected_cd_m2, sample_seen_cd_m2};
-use crate::estimators::walk::sample_indirect_lx;
+use crate::estimators::walk::sample_share_lx;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::scene::Quantity;
@@ -58,13 +58,26 @@ pub fn sample_reflected_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    match quantity {
-        Quantity::Perpendicular | Quantity::Glare => return sample_indirect_lx(stage, receiver, cut, stream),
-        Quantity::Luminance => return sample_interreflected_cd_m2(stage, receiver, cut, stream),
-        Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {}
+    if quantity == Quantity::Luminance {
+        return sample_interreflected_cd_m2(stage, receiver, cut, stream);
+    }
+    sample_share_of_reflected_lx(stage, quantity, receiver, |_, _| 1.0, cut, stream)
+}
+
+/// The same for illuminances and a part of the light: see [`sample_share_lx`].
+pub fn sample_share_of_reflected_lx(
+    stage: &Stage,
+    quantity: Quantity,
+    receiver: &Receiver,
+    share_of: impl Fn(DVec3, DVec3) -> f64,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    if !matches!(quantity, Quantity::Cylindrical | Quantity::SemiCylindrical { .. }) {
+        return sample_share_lx(stage, receiver, share_of, cut, stream);
     }
     let (normal, weight) = turned_plane(quantity, TAU * stream.unit());
-    let (lx, rays) = sample_indirect_lx(stage, &Receiver { normal, ..*receiver }, cut, stream);
+    let (lx, rays) = sample_share_lx(stage, &Receiver { normal, ..*receiver }, share_of, cut, stream);
     (weight * lx, rays)
 }
 

@@ -11,7 +11,7 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Way, mirrored};
 
 /// A branch of a line of sight (mirrored or passed by a pane) that carries less than this share goes on by chance only.
-const SMALL_SHARE: f64 = 0.1;
+pub const SMALL_SHARE: f64 = 0.1;
 /// An opening may lie this many times the tracer's accuracy behind a surface and still be seen: it is mounted on it.
 const MOUNTING: f64 = 8.0;
 
@@ -41,23 +41,24 @@ pub enum Seen {
 
 /// Follows a line of sight and shows what is on it; returns the number of rays.
 ///
-/// At panes it goes both ways, weighed by their shares. Branches of a small share go on by chance, with a weight that
+/// At panes it goes both ways, weighed by their shares. Branches below a small share go on by chance, with a weight that
 /// makes up for it.
 pub fn look_along(
     stage: &Stage,
     eye: &Origin,
     direction: DVec3,
+    small_share: f64,
     stream: &mut Stream,
     mut show: impl FnMut(Seen),
 ) -> u64 {
     let mut rays = 0;
     let mut branches = vec![(*eye, direction, 1.0)];
     while let Some((origin, direction, mut share)) = branches.pop() {
-        if share < SMALL_SHARE {
-            if stream.unit() * SMALL_SHARE >= share {
+        if share < small_share {
+            if stream.unit() * small_share >= share {
                 continue;
             }
-            share = SMALL_SHARE;
+            share = small_share;
         }
         rays += 1;
         let meeting = stage.tracer.first_hit(&origin, direction);

@@ -2,7 +2,7 @@
 
 use super::glare::{GlareRating, rate};
 use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
-use super::{ConvergenceRow, FluxBalance, MapCheck, Settings, Solution, StopReason};
+use super::{ConvergenceRow, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
 use crate::maps::{
     MapError, MapKind, MapResult, REPLICAS, TableKind, TableRow, TableSubject, standard_error, table_row,
 };
@@ -53,7 +53,12 @@ pub(super) fn finish(
     }
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     Solution {
-        method: "collision".to_owned(),
+        method: match settings.method {
+            Method::Auto | Method::Collision => "collision",
+            Method::Local => "local",
+            Method::LocalNaive => "local-naive",
+        }
+        .to_owned(),
         seed: settings.seed,
         target_error,
         chains,
@@ -91,11 +96,7 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
     MapResult {
         name: job.name.clone(),
         kind: job.kind,
-        method: match job.kind {
-            MapKind::Elements => "collision",
-            MapKind::Receivers(_) => "walk",
-        }
-        .to_owned(),
+        method: job.method(context).to_owned(),
         chains: job.chains(),
         values: job.map.values(),
         error,

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use super::Method;
+use super::local::{Kernel, LocalPlan, chains_of};
 use super::pilot::DirectShare;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
@@ -17,6 +19,9 @@ pub const PACKETS_OF_A_BOUND: f64 = 3.0;
 /// A map that is dark after this many chains, over the target error, is left dark.
 const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
 
+/// Chains of a replica at which local estimation is judged for the first time.
+const FIRST_LOCAL_CHAINS: u64 = 64;
+
 /// Relative errors below this one are the rounding of sums, not chance.
 const ROUNDING: f64 = 1e-12;
 
@@ -28,6 +33,8 @@ pub struct Context<'a> {
     pub stage: &'a Stage,
     /// Seed of the run.
     pub seed: u64,
+    /// How maps are estimated.
+    pub method: Method,
 }
 
 /// How the packets of forward chains ended, counted.
@@ -100,6 +107,8 @@ pub struct Job {
     pub judgement: Judgement,
     judged_samples: u64,
     share: DirectShare,
+    /// Rounds of local estimation in place of walks.
+    local: Option<LocalPlan>,
     black: bool,
 }
 
@@ -132,6 +141,17 @@ impl Job {
         weights: Vec<f64>,
         bound: bool,
     ) -> Job {
+        let kernel = match context.method {
+            Method::Local => Some(Kernel::Bounded),
+            Method::LocalNaive => Some(Kernel::Naive),
+            Method::Auto | Method::Collision => None,
+        };
+        let local = match (kind, kernel) {
+            (MapKind::Receivers(set), Some(kernel)) if context.stage.reflects() => {
+                Some((set, LocalPlan::of(context, set, kernel)))
+            }
+            _ => None,
+        };
         Job {
             name,
             kind,
@@ -146,13 +166,32 @@ impl Job {
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
             judged_samples: 0,
-            share: DirectShare::of(context, kind, number),
+            share: local.as_ref().map_or_else(
+                || DirectShare::of(context, kind, number),
+                |(set, plan)| {
+                    DirectShare::beside(context, *set, number, plan.variance_per_round, plan.rays_per_round)
+                },
+            ),
+            local: local.map(|(_, plan)| plan),
             black: !context.stage.reflects(),
+        }
+    }
+
+    /// Name of the estimator that gives it.
+    pub fn method(&self, context: &Context) -> &'static str {
+        match (self.kind, &self.local, context.method) {
+            (MapKind::Elements, ..) => "collision",
+            (MapKind::Receivers(_), None, _) => "walk",
+            (MapKind::Receivers(_), Some(_), Method::LocalNaive) => "local-naive",
+            (MapKind::Receivers(_), Some(_), _) => "local",
         }
     }
 
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
     pub fn chains(&self) -> u64 {
+        if let Some(plan) = &self.local {
+            return chains_of(plan, self.samples);
+        }
         let per_sample = match self.kind {
             MapKind::Elements => 1,
             MapKind::Receivers(_) => self.map.len() as u64,
@@ -162,6 +201,9 @@ impl Job {
 
     /// Samples a replica that fill at least `chains` chains.
     pub fn samples_for(&self, chains: u64) -> u64 {
+        if let Some(plan) = &self.local {
+            return chains.div_ceil(chains_of(plan, 1)).max(1);
+        }
         let per_sample = match self.kind {
             MapKind::Elements => REPLICAS as u64,
             MapKind::Receivers(_) => (REPLICAS * self.map.len().max(1)) as u64,
@@ -173,6 +215,9 @@ impl Job {
     pub fn first_samples(&self) -> u64 {
         match self.kind {
             _ if self.black => 1,
+            MapKind::Receivers(_) if self.local.is_some() => {
+                self.local.as_ref().map_or(1, |plan| (FIRST_LOCAL_CHAINS / plan.chains_per_round).max(1))
+            }
             MapKind::Elements => 256,
             MapKind::Receivers(_) => 4,
         }
@@ -244,6 +289,15 @@ impl Job {
                 let most = (RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64)).ceil() as u64;
                 let until = goal.min(done + most);
                 self.chains_until(context, until, Deposits::IndirectOnly);
+            }
+            MapKind::Receivers(set) if self.local.is_some() => {
+                let done = self.map.indirect_samples.complete;
+                let most = (RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64)).ceil() as u64;
+                let until = goal.min(done + most);
+                if let Some(plan) = &self.local {
+                    self.rays += plan.rounds(context, set, &mut self.map, done..until);
+                }
+                self.map.indirect_samples.complete = until;
             }
             MapKind::Receivers(set) => {
                 let rays = self.share.rays_per_indirect;

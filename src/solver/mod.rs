@@ -3,6 +3,7 @@
 mod finish;
 mod glare;
 mod job;
+mod local;
 mod pilot;
 mod run;
 mod solution;

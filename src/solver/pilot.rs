@@ -45,6 +45,21 @@ impl DirectShare {
             MapKind::Receivers(set) => of_receivers(context, set, number),
         }
     }
+
+    /// The share beside samples of indirect light that serve a whole set at once: their weighted variance, summed over
+    /// the set, and their rays.
+    pub fn beside(
+        context: &Context,
+        set: usize,
+        number: u32,
+        indirect_variance: f64,
+        rays_per_indirect: f64,
+    ) -> DirectShare {
+        let (direct, _) = costs_at_points(context, set, number, false);
+        let points = context.scene.receivers[set].points.len() as f64;
+        let scaled = Cost { variance: direct.variance * points / direct.sites.max(1.0), ..direct };
+        share(&scaled, indirect_variance, rays_per_indirect / points, points)
+    }
 }
 
 /// Sum and sum of squares of the scores at one site.
@@ -67,7 +82,9 @@ impl Spread {
     }
 }
 
-fn of_receivers(context: &Context, set: usize, number: u32) -> DirectShare {
+/// Weighted variance and cost of direct and of indirect light at some of a set's points; a walk's indirect light only
+/// where asked for.
+fn costs_at_points(context: &Context, set: usize, number: u32, walk: bool) -> (Cost, Cost) {
     let (stage, points) = (context.stage, &context.scene.receivers[set].points);
     let quantity = context.scene.receivers[set].quantity;
     let stride = points.len().div_ceil(MOST_SITES).max(1);
@@ -79,12 +96,18 @@ fn of_receivers(context: &Context, set: usize, number: u32) -> DirectShare {
         let origin = stage.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
         direct.site(point.weight, PASSES, || sample_direct_lx(stage, quantity, &receiver, &mut room, &mut stream));
-        if stage.reflects() {
+        if walk {
             indirect
                 .site(point.weight, WALKS, || sample_reflected_lx(stage, quantity, &receiver, &mut cut, &mut stream));
         }
     }
-    share(&direct, indirect.variance, indirect.rays_per_sample(), points.len() as f64)
+    (direct, indirect)
+}
+
+fn of_receivers(context: &Context, set: usize, number: u32) -> DirectShare {
+    let (direct, indirect) = costs_at_points(context, set, number, context.stage.reflects());
+    let points = context.scene.receivers[set].points.len() as f64;
+    share(&direct, indirect.variance, indirect.rays_per_sample(), points)
 }
 
 fn of_elements(context: &Context, number: u32) -> DirectShare {

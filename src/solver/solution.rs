@@ -3,9 +3,25 @@
 use super::glare::GlareRating;
 use crate::maps::MapResult;
 
+/// How maps are estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// What is best for each map.
+    #[default]
+    Auto,
+    /// Elements by counting the packets of chains, receivers by walks: unbiased.
+    Collision,
+    /// Receivers by local estimation: the vertices of chains score at all of them.
+    Local,
+    /// The same with the plain kernel, whose variance has no bound in corners: to show just that.
+    LocalNaive,
+}
+
 /// What a run is asked to do.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Settings {
+    /// How maps are estimated.
+    pub method: Method,
     /// Seed of all random streams.
     pub seed: u64,
     /// Target of the stated error as a fraction, if one is set.
@@ -21,9 +37,10 @@ pub struct Settings {
 }
 
 /// The maps that a run computes and, where named, binds to the target.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum MapSelection {
     /// No `--maps`: all are computed; the target binds the receiver sets if there are any, else the element map.
+    #[default]
     Default,
     /// All maps, all bound.
     All,

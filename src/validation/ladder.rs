@@ -131,6 +131,7 @@ pub fn climb(
     let mut ladders: Vec<Ladder> = Vec::new();
     'comparisons: for comparison in run.comparisons.iter().filter(|comparison| comparison.what != What::Average) {
         let settings = |chains: u64, target_error: f64, seed: u64| Settings {
+            method: crate::solver::Method::Collision,
             seed,
             target_error: (method.climbs == Climb::Targets).then_some(target_error),
             chains: (method.climbs == Climb::Chains).then_some(chains),

@@ -30,7 +30,7 @@ pub fn with_chains(scene: &Scene, seed: u64, maps: MapSelection, chains: u64) ->
 }
 
 fn settings(seed: u64, maps: MapSelection) -> Settings {
-    Settings { seed, target_error: None, chains: None, time_limit_s: None, maps, threads: None }
+    Settings { method: luxmc::solver::Method::Collision, seed, target_error: None, chains: None, time_limit_s: None, maps, threads: None }
 }
 
 /// A scene of the project's `scenes` folder.
