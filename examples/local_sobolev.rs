@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => Method::Collision,
     };
     let chains: u64 = std::env::args().nth(2).map_or(Ok(2048), |text| text.parse())?;
-    let scene = scene_from_json(SCENE, std::path::Path::new("."), None)?;
+    let scene = scene_from_json(SCENE, None, std::path::Path::new("."))?;
     let radii: Vec<f64> = (0..31).map(|point| 0.1 * f64::from(point)).collect();
     let problem = SobolevProblem { h1: 0.5, rho1: 0.5, rho2: 0.5 };
     let exact = sobolev_at_radii(&problem, SobolevPlane::One, &radii)?;

@@ -3,7 +3,9 @@
 //!
 //! K has no bound: 1/d² in corners. So chains score min(K, c) only, and what that cuts off, the near field, comes from
 //! walks that start at the receiver and count what they meet with the share (1 − c/K)⁺ (equations 15 and 16 of
-//! docs/methods.md). Both parts have finite variance wherever the receiver lies, and their sum is exact.
+//! docs/methods.md). Both parts have finite variance wherever the receiver lies, and their sum is exact whatever c is.
+//! It may depend on the vertex: c = β E_c, with E_c about the illuminance there, since chains come often where it is bright
+//! and walks do better where it is not.
 
 use std::f64::consts::PI;
 
@@ -22,6 +24,11 @@ use crate::scene::{Quantity, ReceiverSet};
 /// Branches of a line of sight below this share of it are followed by chance, once and for all: no sample draws them
 /// anew, so that they must be nothing to speak of.
 const FAINT_BRANCH: f64 = 1e-4;
+
+/// With more emitters the level of a place is taken for the same everywhere.
+const MOST_EMITTERS: usize = 32;
+/// Direct levels reach this far above indirect ones: near a luminaire the kernel must still be bounded.
+const MOST_LEVELS: f64 = 1e3;
 
 /// What an anchor makes of light from a direction.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +61,8 @@ pub struct Anchors {
     of_entry: Vec<std::ops::Range<u32>>,
     sub_points: Vec<Vec<SubPoint>>,
     planes: bool,
+    /// About the indirect illuminance of what receivers see, in lx.
+    pub indirect_level_lx: f64,
     points: [Vec<f64>; 3],
     normals: [Vec<f64>; 3],
     scales: Vec<f64>,
@@ -67,13 +76,15 @@ pub struct ChainVertex {
     /// Unit normal of the side that it arrived at.
     pub normal: DVec3,
     point_m: DVec3,
+    /// About the illuminance of the place in lx by light that has met as much as this.
+    level_lx: f64,
 }
 
 /// How connections are made.
 #[derive(Clone, Copy, Debug)]
 pub struct Connecting {
-    /// Bound c of the kernel in 1/m²; infinite for the naive kernel.
-    pub bound_per_m2: f64,
+    /// Bound β of the kernel over the level, in 1/(m²·lx); infinite for the naive kernel.
+    pub bound: f64,
     /// Scores below this one (in units of the map for one lm) are left to chance, stratified; 0: none is.
     pub threshold: f64,
 }
@@ -86,6 +97,7 @@ impl Anchors {
             of_entry: Vec::new(),
             sub_points: Vec::new(),
             planes: true,
+            indirect_level_lx: 1.0,
             points: [Vec::new(), Vec::new(), Vec::new()],
             normals: [Vec::new(), Vec::new(), Vec::new()],
             scales: Vec::new(),
@@ -172,6 +184,11 @@ impl Anchors {
         self.list[anchor].entry as usize
     }
 
+    /// Mean over the anchors of what a full response is worth.
+    pub fn mean_scale(&self) -> f64 {
+        self.scales.iter().sum::<f64>() / self.scales.len().max(1) as f64
+    }
+
     /// Place and normal of an anchor.
     pub fn place(&self, anchor: usize) -> (DVec3, DVec3) {
         (self.list[anchor].point_m, self.list[anchor].normal)
@@ -183,18 +200,32 @@ impl Anchors {
     }
 
     /// A vertex for an arrival of a chain; `None` where the surface scatters nothing that connections could find.
-    pub fn vertex(stage: &Stage, arrival: &Arrival) -> Option<ChainVertex> {
+    pub fn vertex(&self, stage: &Stage, arrival: &Arrival) -> Option<ChainVertex> {
         let law = stage.law(arrival.hit.triangle);
         if law.is_black() || matches!(law, Law::Mirror(_) | Law::Glass(_)) {
             return None;
         }
         let point_m = stage.tracer.position_m(&stage.leave(&arrival.hit, Way::Spread));
         let normal = stage.normal(arrival.hit.triangle, arrival.hit.side);
-        Some(ChainVertex { arrival: *arrival, normal, point_m })
+        let [direct_lx, indirect_lx] = self.levels_lx(stage, point_m, normal);
+        let level_lx = if arrival.bounces == 0 { direct_lx } else { indirect_lx };
+        Some(ChainVertex { arrival: *arrival, normal, point_m, level_lx })
+    }
+
+    /// About the illuminances of a place in lx, by luminaires and by reflections: any function of the place is right, a
+    /// good one saves work.
+    fn levels_lx(&self, stage: &Stage, point_m: DVec3, normal: DVec3) -> [f64; 2] {
+        let emitters = stage.emitters.list();
+        if emitters.len() > MOST_EMITTERS {
+            return [self.indirect_level_lx; 2];
+        }
+        let direct_lx: f64 = emitters.iter().map(|emitter| emitter.importance(point_m, normal)).sum();
+        [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), self.indirect_level_lx]
     }
 
     /// What every anchor would score for one lm at a vertex if nothing stood between, with the kernel bounded.
-    pub fn scores(&self, stage: &Stage, vertex: &ChainVertex, bound_per_m2: f64, scores: &mut Vec<f64>) {
+    pub fn scores(&self, stage: &Stage, vertex: &ChainVertex, bound: f64, scores: &mut Vec<f64>) {
+        let bound_per_m2 = bound * vertex.level_lx;
         let law = stage.law(vertex.arrival.hit.triangle);
         scores.clear();
         if let (Law::Diffuse(law), true) = (law, self.planes) {
@@ -243,7 +274,7 @@ impl Anchors {
         scores: &mut Vec<f64>,
         mut add: impl FnMut(usize, f64),
     ) -> u64 {
-        self.scores(stage, vertex, connecting.bound_per_m2, scores);
+        self.scores(stage, vertex, connecting.bound, scores);
         let hit = &vertex.arrival.hit;
         let sides = [stage.leave(hit, Way::Spread), stage.leave(hit, Way::SpreadThrough)];
         let threshold = connecting.threshold;
@@ -279,13 +310,16 @@ impl Anchors {
         stage: &Stage,
         receivers: &ReceiverSet,
         entry: usize,
-        bound_per_m2: f64,
+        bound: f64,
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {
         let share_at = |anchor: &Anchor, point_m: DVec3, normal: DVec3| {
-            let kernel = self.kernel_per_m2(stage, anchor, point_m, normal);
-            if kernel > bound_per_m2 { 1.0 - bound_per_m2 / kernel } else { 0.0 }
+            let kernel_per_m2 = self.kernel_per_m2(stage, anchor, point_m, normal);
+            self.levels_lx(stage, point_m, normal).map(|level_lx| {
+                let bound_per_m2 = bound * level_lx;
+                if kernel_per_m2 > bound_per_m2 { 1.0 - bound_per_m2 / kernel_per_m2 } else { 0.0 }
+            })
         };
         let anchors = &self.list[self.of_entry[entry].start as usize..self.of_entry[entry].end as usize];
         if receivers.quantity != Quantity::Luminance {
@@ -304,7 +338,7 @@ impl Anchors {
                 break;
             };
             let share_of = |way: Way, point_m: DVec3, normal: DVec3| match way {
-                Way::Lobe => 1.0,
+                Way::Lobe => [1.0; 2],
                 Way::SpreadThrough => share_at(behind.unwrap_or(front), point_m, normal),
                 _ => share_at(front, point_m, normal),
             };

@@ -69,7 +69,7 @@ pub fn sample_interreflected_cd_m2(stage: &Stage, eye: &Receiver, cut: &mut Cut,
     });
     let mut sum_cd_m2 = 0.0;
     for end in &ends {
-        let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, |_, _, _| 1.0, cut, stream);
+        let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, |_, _, _| [1.0; 2], cut, stream);
         sum_cd_m2 += end.share * luminance_cd_m2;
         rays += end_rays;
     }
@@ -98,7 +98,7 @@ impl SubPoint {
     pub fn sample_rest_cd_m2(
         &self,
         stage: &Stage,
-        share_of: impl Fn(Way, DVec3, DVec3) -> f64,
+        share_of: impl Fn(Way, DVec3, DVec3) -> [f64; 2],
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {

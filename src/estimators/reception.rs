@@ -61,7 +61,7 @@ pub fn sample_reflected_lx(
     if quantity == Quantity::Luminance {
         return sample_interreflected_cd_m2(stage, receiver, cut, stream);
     }
-    sample_share_of_reflected_lx(stage, quantity, receiver, |_, _| 1.0, cut, stream)
+    sample_share_of_reflected_lx(stage, quantity, receiver, |_, _| [1.0; 2], cut, stream)
 }
 
 /// The same for illuminances and a part of the light: see [`sample_share_lx`].
@@ -69,7 +69,7 @@ pub fn sample_share_of_reflected_lx(
     stage: &Stage,
     quantity: Quantity,
     receiver: &Receiver,
-    share_of: impl Fn(DVec3, DVec3) -> f64,
+    share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {

@@ -42,15 +42,16 @@ pub(super) struct LobeRay {
 
 /// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
 pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    sample_share_lx(stage, receiver, |_, _| 1.0, cut, stream)
+    sample_share_lx(stage, receiver, |_, _| [1.0; 2], cut, stream)
 }
 
-/// The same for a part of the light: what the first surface that scatters spreads to the receiver counts with a share
-/// that its place (in m) and its unit normal give; what comes by a lobe or a mirror counts in full.
+/// The same for a part of the light: what the first surface that scatters spreads to the receiver counts with shares that
+/// its place (in m) and its unit normal give, one for light straight from luminaires and one for light reflected before;
+/// what comes by a lobe or a mirror counts in full.
 pub fn sample_share_lx(
     stage: &Stage,
     receiver: &Receiver,
-    share_of: impl Fn(DVec3, DVec3) -> f64,
+    share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
@@ -72,11 +73,11 @@ pub(super) struct Start {
 }
 
 /// One unbiased sample of π times the luminance that comes along a ray, without the emitters that `departure` has
-/// looked at, and the rays it took. What the first surface spreads counts with the share of its place and normal.
+/// looked at, and the rays it took. What the first surface spreads counts with the shares of its place and normal.
 pub(super) fn follow_lm_m2(
     stage: &Stage,
     start: Start,
-    share_of: impl Fn(DVec3, DVec3) -> f64,
+    share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
@@ -104,15 +105,15 @@ pub(super) fn follow_lm_m2(
         }
         let normal = stage.normal(hit.triangle, hit.side);
         origin = stage.leave(&hit, Way::Spread);
-        let share = if is_first { share_of(stage.tracer.position_m(&origin), normal) } else { 1.0 };
-        if share <= 0.0 && matches!(law, Law::Diffuse(_) | Law::Translucent(_)) {
+        let shares = if is_first { share_of(stage.tracer.position_m(&origin), normal) } else { [1.0; 2] };
+        if shares == [0.0; 2] && matches!(law, Law::Diffuse(_) | Law::Translucent(_)) {
             return (sum_lm_m2, rays);
         }
         let vertex = Vertex { stage, hit: &hit, direction, normal, origin: &origin };
         let (direct_lm_m2, direct_rays) = match law {
-            Law::Diffuse(law) => vertex.spread_lm_m2(share * law.reflectance, cut, stream),
-            Law::Phong(law) => vertex.phong_lm_m2(law, share, cut, stream),
-            Law::Translucent(law) => vertex.translucent_lm_m2(law, share, cut, stream),
+            Law::Diffuse(law) => vertex.spread_lm_m2(shares.map(|share| share * law.reflectance), cut, stream),
+            Law::Phong(law) => vertex.phong_lm_m2(law, shares, cut, stream),
+            Law::Translucent(law) => vertex.translucent_lm_m2(law, shares, cut, stream),
             Law::Mirror(_) | Law::Glass(_) => (0.0, 0),
         };
         sum_lm_m2 += weight * direct_lm_m2;
@@ -133,7 +134,7 @@ pub(super) fn follow_lm_m2(
             (Way::Mirrored, _) => Departure::Mirrored,
             (Way::Passed, _) => departure,
             _ => {
-                weight *= share;
+                weight *= shares[1];
                 Departure::Seen
             }
         };
@@ -185,32 +186,39 @@ impl Vertex<'_> {
         Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
 
-    /// Direct light of which a share leaves in all directions.
+    /// Direct light of which a share leaves in all directions, and another of light from images in mirrors.
     #[inline]
-    fn spread_lm_m2(&self, share: f64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-        let sight = one_look(self.stage, &self.receiver(), cut, stream);
-        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (share * sight.direct_lx(), 1));
-        let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| share, cut, stream);
+    fn spread_lm_m2(&self, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+        let sight = if direct > 0.0 { one_look(self.stage, &self.receiver(), cut, stream) } else { None };
+        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * sight.direct_lx(), 1));
+        let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| mirrored, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
     }
 
     /// The same from either side of a translucent sheet, chosen by its share.
-    fn translucent_lm_m2(&self, law: &Translucent, share: f64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    fn translucent_lm_m2(
+        &self,
+        law: &Translucent,
+        shares: [f64; 2],
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
+        let shares = shares.map(|share| share * law.total());
         if stream.unit() * law.total() < law.reflectance {
-            return self.spread_lm_m2(share * law.total(), cut, stream);
+            return self.spread_lm_m2(shares, cut, stream);
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
-        Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(share * law.total(), cut, stream)
+        Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(shares, cut, stream)
     }
 
     /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
-    /// lobe a share.
-    fn phong_lm_m2(&self, law: &Phong, share: f64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    /// lobe shares, of luminaires and of images in mirrors.
+    fn phong_lm_m2(&self, law: &Phong, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         let receiver = self.receiver();
         let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
         let response = |towards: DVec3| {
             let pair = pair(towards);
-            PI * (law.lobe_per_sr(&pair) + share * law.spread_per_sr(&pair))
+            PI * (law.lobe_per_sr(&pair) + mirrored * law.spread_per_sr(&pair))
         };
         let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, response, cut, stream);
         let Some(sight) = one_look(self.stage, &receiver, cut, stream) else {
@@ -224,7 +232,7 @@ impl Vertex<'_> {
             Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
             None => lobe,
         };
-        let looked_lm_m2 = PI * (share * law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
+        let looked_lm_m2 = PI * (direct * law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
         (mirrored_lm_m2 + looked_lm_m2, rays + 1)
     }
 }

@@ -1,8 +1,8 @@
 //! Local estimation of receiver sets: rounds of chains that serve all receivers of a set, and of walks for what the
 //! bounded kernel leaves out.
 //!
-//! A round is B chains, whose vertices score at every receiver, and W walks from every receiver that has a near field.
-//! The bound c, B to W and the thinning of connections are chosen from a pilot by counted rays.
+//! A round is B chains, whose vertices score at every receiver, and W walks from every receiver. B to W, the bound that
+//! follows from it and the thinning of connections are chosen from a pilot by counted rays.
 
 use rayon::prelude::*;
 
@@ -13,9 +13,7 @@ use crate::estimators::local::{Anchors, ChainVertex, Connecting};
 use crate::maps::{REPLICAS, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::reflection::Law;
 
-mod near;
 mod plan;
 
 /// What a set's rounds are made of.
@@ -25,12 +23,11 @@ pub struct LocalPlan {
     connecting: Connecting,
     /// Chains of a round.
     pub chains_per_round: u64,
+    /// Walks of a round from every entry.
     walks_per_round: u64,
-    /// Entries from which walks start.
-    walkers: Vec<u32>,
     /// Rays of a round in one replica, as the pilot counted them.
     pub rays_per_round: f64,
-    /// Weighted variance of the set that one round leaves, as the pilot saw it.
+    /// Weighted variance that one round leaves, summed over the set.
     pub variance_per_round: f64,
     /// Whether chains start from scrambled Sobol points.
     quasi: bool,
@@ -91,7 +88,7 @@ impl LocalPlan {
                 stream.seek(chain);
                 spread_choice(chain, shift)
             };
-            rays += trace(stage, choice, &mut stream, &mut vertices);
+            rays += trace(&self.anchors, stage, choice, &mut stream, &mut vertices);
             for vertex in &vertices {
                 let variate = stream.unit();
                 rays += self.anchors.connect(stage, vertex, &self.connecting, variate, &mut scores, |entry, score| {
@@ -114,14 +111,13 @@ impl LocalPlan {
         let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
-        for entry in &self.walkers {
+        for (entry, sum) in sums.iter_mut().enumerate() {
             for walk in walks.clone() {
-                stream.seek((u64::from(*entry) << 32) | walk);
-                let bound = self.connecting.bound_per_m2;
-                let entry = *entry as usize;
+                stream.seek_quasi((entry as u64) << 32 | walk, entry as u64, walk);
+                let bound = self.connecting.bound;
                 let (value, walk_rays) =
                     self.anchors.sample_rest(context.stage, receivers, entry, bound, &mut cut, &mut stream);
-                sums[entry] += value / self.walks_per_round as f64;
+                *sum += value / self.walks_per_round as f64;
                 rays += walk_rays;
             }
         }
@@ -130,15 +126,9 @@ impl LocalPlan {
 }
 
 /// Traces a chain and lists its vertices; returns the rays.
-fn trace(stage: &Stage, choice: f64, stream: &mut Stream, vertices: &mut Vec<ChainVertex>) -> u64 {
+fn trace(anchors: &Anchors, stage: &Stage, choice: f64, stream: &mut Stream, vertices: &mut Vec<ChainVertex>) -> u64 {
     vertices.clear();
-    stage.trace_chain(choice, stream, |arrival| vertices.extend(Anchors::vertex(stage, arrival))).1
-}
-
-/// Whether connections leave out something besides the near field: lobes, mirrors, panes that reflect.
-fn has_other_paths(stage: &Stage, triangles: usize, anchors: &Anchors) -> bool {
-    let is_special = |law: &Law| matches!(law, Law::Phong(_) | Law::Mirror(_) | Law::Glass(_));
-    anchors.has_gloss() || (0..triangles as u32).any(|triangle| is_special(stage.law(triangle)))
+    stage.trace_chain(choice, stream, |arrival| vertices.extend(anchors.vertex(stage, arrival))).1
 }
 
 /// Chains so far of all replicas after some rounds.
