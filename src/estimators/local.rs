@@ -62,10 +62,12 @@ pub struct Anchors {
     sub_points: Vec<Vec<SubPoint>>,
     planes: bool,
     /// About the indirect illuminance of what receivers see, in lx.
-    pub indirect_level_lx: f64,
+    indirect_level_lx: f64,
     points: [Vec<f64>; 3],
     normals: [Vec<f64>; 3],
     scales: Vec<f64>,
+    /// About what every anchor receives, in units of the map.
+    own_levels_lx: Vec<f64>,
 }
 
 /// A vertex of a chain: a surface that a packet met.
@@ -85,7 +87,7 @@ pub struct ChainVertex {
 pub struct Connecting {
     /// Bound β of the kernel over the level, in 1/(m²·lx); infinite for the naive kernel.
     pub bound: f64,
-    /// Scores below this one (in units of the map for one lm) are left to chance, stratified; 0: none is.
+    /// Scores for one lm below this share of the anchor's own level are left to chance, stratified; 0: none is.
     pub threshold: f64,
 }
 
@@ -101,6 +103,7 @@ impl Anchors {
             points: [Vec::new(), Vec::new(), Vec::new()],
             normals: [Vec::new(), Vec::new(), Vec::new()],
             scales: Vec::new(),
+            own_levels_lx: Vec::new(),
         };
         let mut stream = Stream::new(seed, Purpose::Pilot, number, 2);
         for (entry, point) in receivers.points.iter().enumerate() {
@@ -169,6 +172,21 @@ impl Anchors {
         }
     }
 
+    /// Sets what [`Anchors::indirect_level_lx`] is and what follows from it.
+    pub fn set_levels(&mut self, stage: &Stage, indirect_level_lx: f64) {
+        self.indirect_level_lx = indirect_level_lx.max(f64::MIN_POSITIVE);
+        let levels = self.list.iter().map(|anchor| {
+            let [direct_lx, indirect_lx] = self.levels_lx(stage, anchor.point_m, anchor.normal);
+            anchor.scale * (direct_lx + indirect_lx)
+        });
+        self.own_levels_lx = levels.collect();
+    }
+
+    /// Level of an anchor itself, in units of the map.
+    pub fn own_level_lx(&self, anchor: usize) -> f64 {
+        self.own_levels_lx[anchor]
+    }
+
     /// Number of anchors.
     pub fn len(&self) -> usize {
         self.list.len()
@@ -187,16 +205,6 @@ impl Anchors {
     /// Mean over the anchors of what a full response is worth.
     pub fn mean_scale(&self) -> f64 {
         self.scales.iter().sum::<f64>() / self.scales.len().max(1) as f64
-    }
-
-    /// Place and normal of an anchor.
-    pub fn place(&self, anchor: usize) -> (DVec3, DVec3) {
-        (self.list[anchor].point_m, self.list[anchor].normal)
-    }
-
-    /// Whether some of the light that it scores for comes by a lobe at the sub-point, which connections leave out.
-    pub fn has_gloss(&self) -> bool {
-        self.list.iter().any(|anchor| matches!(anchor.response, Response::Gloss { .. }))
     }
 
     /// A vertex for an arrival of a chain; `None` where the surface scatters nothing that connections could find.
@@ -263,8 +271,9 @@ impl Anchors {
 
     /// Lets a vertex score: `add(entry, score)` for one lm, what is seen of it; returns the rays.
     ///
-    /// Scores above the threshold t count in full. The others are chosen in proportion, by equal steps of t through
-    /// their running sum, and then count t: each is unbiased, and as many rays are traced as their sum holds t.
+    /// Scores above the threshold t, over the anchor's own level, count in full. The others are chosen in proportion, by
+    /// equal steps of t through their running sum, and then count t: each is unbiased, and as many rays are traced as
+    /// their sum holds t.
     pub fn connect(
         &self,
         stage: &Stage,
@@ -280,18 +289,18 @@ impl Anchors {
         let threshold = connecting.threshold;
         let mut until_next = variate * threshold;
         let mut rays = 0;
-        for (score, anchor) in scores.iter().zip(&self.list) {
+        for ((score, anchor), level_lx) in scores.iter().zip(&self.list).zip(&self.own_levels_lx) {
             let mut counted = *score;
             if counted <= 0.0 {
                 continue;
             }
-            if counted < threshold {
-                until_next -= counted;
+            if counted < threshold * level_lx {
+                until_next -= counted / level_lx;
                 if until_next >= 0.0 {
                     continue;
                 }
                 until_next += threshold;
-                counted = threshold;
+                counted = threshold * level_lx;
             }
             let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
             rays += 1;
