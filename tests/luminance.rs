@@ -101,7 +101,7 @@ fn local_estimation_holds_its_error_bars_in_corners() {
 }
 
 /// Local estimation finds what walks find where surfaces shine, mirror and let through: same means within 4.5 standard
-/// errors of their difference, and 3% more light (the planted fault) is rejected.
+/// errors of their difference, and 5% more light (the planted fault) is rejected.
 #[test]
 fn local_estimation_agrees_with_walks_on_every_material() {
     let scene = from_text(
@@ -130,7 +130,7 @@ fn local_estimation_agrees_with_walks_on_every_material() {
             &Settings {
                 method,
                 seed: 9,
-                target_error: Some(0.006),
+                target_error: Some(0.01),
                 maps: MapSelection::Receivers,
                 ..Settings::default()
             },
@@ -143,13 +143,13 @@ fn local_estimation_agrees_with_walks_on_every_material() {
         let error = averages[0].standard_error.hypot(averages[1].standard_error);
         let off = averages[1].value - averages[0].value;
         assert!(off.abs() < 4.5 * error, "{}: {averages:?}", walks.maps[map].name);
-        assert!(0.03 * averages[0].value - off.abs() > 4.5 * error, "{}: the fault passed", walks.maps[map].name);
+        assert!(0.05 * averages[0].value - off.abs() > 4.5 * error, "{}: the fault passed", walks.maps[map].name);
     }
 }
 
 /// A glossy plane under a bright ball, seen along a fan: what luxmc finds by looks, lobes and walks combined against
-/// plain backward paths that count the ball's luminance where they happen to hit it. Five directions, 400,000 paths each;
-/// within 4.9 standard errors of the difference; 12% less light (the planted fault) is rejected.
+/// plain backward paths that count the ball's luminance where they happen to hit it. Five directions, 2,000,000 paths each;
+/// within 4.9 standard errors of the difference; 8% less light (the planted fault) is rejected.
 #[test]
 fn glossy_planes_shine_as_plain_paths_say() {
     let scene = from_text(
@@ -162,7 +162,7 @@ fn glossy_planes_shine_as_plain_paths_say() {
       "receivers": [ { "name": "fan", "type": "luminance", "position": [0.9, 0, 0.3],
         "fan": { "direction": [0, 0, -1], "axis": [0, 1, 0], "from_deg": -50, "to_deg": 70, "count": 5 } } ] }"#,
     );
-    const PATHS: u64 = 400_000;
+    const PATHS: u64 = 2_000_000;
     let solution = with_chains(&scene, 1, MapSelection::Receivers, 5 * 40_000);
     let stage = Stage::new(&scene);
     let ball_cd_m2 = stage.emitters.list()[0].exitance_lm_m2().expect("a ball") / PI;
@@ -197,7 +197,7 @@ fn glossy_planes_shine_as_plain_paths_say() {
         let error = plain_error.hypot(values.standard_error_lx[index]);
         let off = values.illuminance_lx[index] - plain;
         assert!(off.abs() < 4.9 * error, "{index}: {} against {plain} ± {error}", values.illuminance_lx[index]);
-        assert!(0.12 * plain - off.abs() > 4.9 * error, "{index}: the planted fault passed, ± {}", error / plain);
+        assert!(0.08 * plain - off.abs() > 4.9 * error, "{index}: the planted fault passed, ± {}", error / plain);
     }
 }
 

@@ -46,7 +46,8 @@ pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, str
 }
 
 /// The same for a part of the light: what the first surface that scatters spreads to the receiver counts with shares that
-/// its place (in m) and its unit normal give, one for light straight from luminaires and one for light reflected before;
+/// its place (in m) and the unit normal of its lit side give, one for light straight from luminaires and one for light
+/// reflected before;
 /// what comes by a lobe or a mirror counts in full.
 pub fn sample_share_lx(
     stage: &Stage,
@@ -105,15 +106,18 @@ pub(super) fn follow_lm_m2(
         }
         let normal = stage.normal(hit.triangle, hit.side);
         origin = stage.leave(&hit, Way::Spread);
-        let shares = if is_first { share_of(stage.tracer.position_m(&origin), normal) } else { [1.0; 2] };
-        if shares == [0.0; 2] && matches!(law, Law::Diffuse(_) | Law::Translucent(_)) {
+        let shares_of = |lit: DVec3| if is_first { share_of(stage.tracer.position_m(&origin), lit) } else { [1.0; 2] };
+        let shares = shares_of(normal);
+        if shares == [0.0; 2] && matches!(law, Law::Diffuse(_)) {
             return (sum_lm_m2, rays);
         }
+        // Light that a sheet lets through has arrived at its other side.
+        let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
         let vertex = Vertex { stage, hit: &hit, direction, normal, origin: &origin };
         let (direct_lm_m2, direct_rays) = match law {
             Law::Diffuse(law) => vertex.spread_lm_m2(shares.map(|share| share * law.reflectance), cut, stream),
             Law::Phong(law) => vertex.phong_lm_m2(law, shares, cut, stream),
-            Law::Translucent(law) => vertex.translucent_lm_m2(law, shares, cut, stream),
+            Law::Translucent(law) => vertex.translucent_lm_m2(law, [shares, shares_behind], cut, stream),
             Law::Mirror(_) | Law::Glass(_) => (0.0, 0),
         };
         sum_lm_m2 += weight * direct_lm_m2;
@@ -134,7 +138,7 @@ pub(super) fn follow_lm_m2(
             (Way::Mirrored, _) => Departure::Mirrored,
             (Way::Passed, _) => departure,
             _ => {
-                weight *= shares[1];
+                weight *= if scattered.way == Way::SpreadThrough { shares_behind[1] } else { shares[1] };
                 Departure::Seen
             }
         };
@@ -199,15 +203,15 @@ impl Vertex<'_> {
     fn translucent_lm_m2(
         &self,
         law: &Translucent,
-        shares: [f64; 2],
+        [shares, shares_behind]: [[f64; 2]; 2],
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {
-        let shares = shares.map(|share| share * law.total());
         if stream.unit() * law.total() < law.reflectance {
-            return self.spread_lm_m2(shares, cut, stream);
+            return self.spread_lm_m2(shares.map(|share| share * law.total()), cut, stream);
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
+        let shares = shares_behind.map(|share| share * law.total());
         Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(shares, cut, stream)
     }
 

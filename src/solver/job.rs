@@ -216,7 +216,10 @@ impl Job {
         match self.kind {
             _ if self.black => 1,
             MapKind::Receivers(_) if self.local.is_some() => {
-                self.local.as_ref().map_or(1, |plan| (FIRST_LOCAL_CHAINS / plan.chains_per_round).max(1))
+                self.local.as_ref().map_or(1, |plan| {
+                    let affordable = RAYS_PER_SLICE / (plan.rays_per_round.max(1.0) * REPLICAS as f64);
+                    (FIRST_LOCAL_CHAINS / plan.chains_per_round).min(affordable as u64).max(1)
+                })
             }
             MapKind::Elements => 256,
             MapKind::Receivers(_) => 4,

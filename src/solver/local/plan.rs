@@ -24,9 +24,8 @@ const WALKS: u64 = 8;
 /// Thresholds that are tried, each a quarter of the one before.
 const THRESHOLDS: u32 = 8;
 const STEP: f64 = 4.0;
-/// By this share of the chains' variance the thinning of connections may add to it: chains from quasi-random points vary
-/// less than the pilot's, and what thinning adds must not drown that.
-const MOST_THINNING: f64 = 0.02;
+/// Chains from quasi-random points may vary by so much less than the pilot's, and what thinning adds must not drown that.
+const QUASI_GAIN: f64 = 16.0;
 /// Working out a score takes this many rays' time.
 const RAYS_PER_SCORE: f64 = 0.02;
 /// Bounds are set higher than the balance says: chains of many vertices and from quasi-random points vary less than single
@@ -69,24 +68,15 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
             anchors,
         };
     }
+    // The bound follows from the ratio, the thinning from the bound, and the ratio from the rays that thinning leaves.
     let chain_rays = pilot.chains(&Connecting { bound: 1.0, threshold: 0.0 }).rays;
-    let ratio = (whole.rays / (WALKS_PER_CHAIN * chain_rays)).clamp(1.0 / MOST_PER_ROUND, MOST_PER_ROUND);
+    let [_, bound] = ratio_and_bound(context, whole.rays, chain_rays);
+    let (_, thinned) = pilot.thin(bound);
+    let [ratio, bound] = ratio_and_bound(context, whole.rays, thinned.rays);
+    let (connecting, chains) = pilot.thin(bound);
     let (chains_per_round, walks_per_round) =
         if ratio >= 1.0 { (ratio.round() as u64, 1) } else { (1, (1.0 / ratio).round() as u64) };
     let (b, w) = (chains_per_round as f64, walks_per_round as f64);
-    let bound = IN_FAVOUR_OF_CHAINS * PI * b / (w * context.stage.emitters.luminous_flux_lm());
-
-    let mut connecting = Connecting { bound, threshold: 0.0 };
-    let mut chains = pilot.chains(&connecting);
-    let largest = pilot.largest_score(bound);
-    for step in 0..THRESHOLDS {
-        let tried = Connecting { bound, threshold: largest * STEP.powi(-(step as i32)) };
-        let part = pilot.chains(&tried);
-        if part.variance <= (1.0 + MOST_THINNING) * chains.variance {
-            (connecting, chains) = (tried, part);
-            break;
-        }
-    }
     let walks = walks(context, set, &anchors, bound).0;
     LocalPlan {
         connecting,
@@ -97,6 +87,14 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
         quasi: true,
         anchors,
     }
+}
+
+/// Chains a walk, by the rays of one each, and the bound that balances them.
+fn ratio_and_bound(context: &Context, walk_rays: f64, chain_rays: f64) -> [f64; 2] {
+    let ratio = walk_rays / (WALKS_PER_CHAIN * chain_rays);
+    let ratio = ratio.clamp(1.0 / MOST_PER_ROUND, MOST_PER_ROUND);
+    let ratio = if ratio >= 1.0 { ratio.round() } else { 1.0 / (1.0 / ratio).round() };
+    [ratio, IN_FAVOUR_OF_CHAINS * PI * ratio / context.stage.emitters.luminous_flux_lm()]
 }
 
 impl Pilot<'_> {
@@ -114,6 +112,26 @@ impl Pilot<'_> {
             })
             .collect();
         Pilot { context, set, anchors, chains, path_rays: path_rays as f64 / count as f64 }
+    }
+
+    /// The thinning that makes variance times rays least, under a bound.
+    fn thin(&self, bound: f64) -> (Connecting, Part) {
+        let mut best = Connecting { bound, threshold: 0.0 };
+        let unthinned = self.chains(&best);
+        let mut chains = unthinned;
+        let cost = |part: &Part| {
+            let variance = part.variance - (1.0 - 1.0 / QUASI_GAIN) * unthinned.variance;
+            variance * part.rays
+        };
+        let largest = self.largest_score(bound);
+        for step in 0..THRESHOLDS {
+            let tried = Connecting { bound, threshold: largest * STEP.powi(-(step as i32)) };
+            let part = self.chains(&tried);
+            if cost(&part) < cost(&chains) {
+                (best, chains) = (tried, part);
+            }
+        }
+        (best, chains)
     }
 
     fn largest_score(&self, bound: f64) -> f64 {
