@@ -52,13 +52,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let (mut rms, mut worst, mut times_ms, mut rays) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for seed in 0..SEEDS {
-        let settings = Settings {
-            method,
-            seed,
-            chains: Some(chains),
-            maps: MapSelection::Receivers,
-            ..Settings::default()
-        };
+        let settings =
+            Settings { method, seed, chains: Some(chains), maps: MapSelection::Receivers, ..Settings::default() };
         let started = Instant::now();
         let solution = pool.install(|| solve(&scene, &settings, &Silent));
         times_ms.push(1e3 * started.elapsed().as_secs_f64());

@@ -122,10 +122,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("RMS deviation {:.2} %, of which chance explains {:.2} %", root(squares), root(expected));
 
     let mut picture = Picture::new(820.0, 500.0, "Luminance of a glossy plane over the angle");
-    picture.words(Words::new("Glossy plane under a bright ball: luminance over the angle of view", [60.0, 28.0], 16.0).bold());
     picture.words(
-        Words::new("line: luxmc; dots: plain backward paths. ρ = 0.3 + 0.4, exponent 20, point 0.9 from the ball's foot", [60.0, 48.0], 12.0)
-            .ink(SOFT),
+        Words::new("Glossy plane under a bright ball: luminance over the angle of view", [60.0, 28.0], 16.0).bold(),
+    );
+    picture.words(
+        Words::new(
+            "line: luxmc; dots: plain backward paths. ρ = 0.3 + 0.4, exponent 20, point 0.9 from the ball's foot",
+            [60.0, 48.0],
+            12.0,
+        )
+        .ink(SOFT),
     );
     let frame = Frame {
         left: 80.0,

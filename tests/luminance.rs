@@ -163,7 +163,7 @@ fn glossy_planes_shine_as_plain_paths_say() {
         "fan": { "direction": [0, 0, -1], "axis": [0, 1, 0], "from_deg": -50, "to_deg": 70, "count": 5 } } ] }"#,
     );
     const PATHS: u64 = 2_000_000;
-    let solution = with_chains(&scene, 1, MapSelection::Receivers, 5 * 40_000);
+    let solution = with_chains(&scene, 1, MapSelection::Receivers, 5 * 1_000_000);
     let stage = Stage::new(&scene);
     let ball_cd_m2 = stage.emitters.list()[0].exitance_lm_m2().expect("a ball") / PI;
     for (index, point) in scene.receivers[0].points.iter().enumerate() {

@@ -8,8 +8,7 @@ use glam::DVec3;
 const LARGEST_INDEX_BELOW: f64 = 16.0;
 
 /// The variant of the position index, in words.
-pub const POSITION_INDEX: &str =
-    "Guth's formula above the line of sight (not the table of CIE 117, which differs by up to 10%), Iwata and Tokura below it";
+pub const POSITION_INDEX: &str = "Guth's formula above the line of sight (not the table of CIE 117, which differs by up to 10%), Iwata and Tokura below it";
 
 /// Position index of a source: how much brighter than one on the line of sight it must be to disturb as much.
 ///

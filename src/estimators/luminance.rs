@@ -25,12 +25,7 @@ const MOST_EACH: usize = 24;
 
 /// One unbiased sample of the luminance in cd/m² of what an eye sees of luminaires and of their light reflected once,
 /// and the rays it took; the receiver's normal is the direction of view.
-pub fn sample_seen_cd_m2(
-    stage: &Stage,
-    eye: &Receiver,
-    pass: &mut DirectPass,
-    stream: &mut Stream,
-) -> (f64, u64) {
+pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
     let mut sum_cd_m2 = 0.0;
     let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| match seen {
@@ -104,7 +99,8 @@ impl SubPoint {
     ) -> (f64, u64) {
         let receiver = self.receiver();
         let law = stage.law(self.hit.triangle);
-        let response = |towards: DVec3| law.eval_per_sr(&Pair { normal: self.normal, towards, leaving: -self.direction });
+        let response =
+            |towards: DVec3| law.eval_per_sr(&Pair { normal: self.normal, towards, leaving: -self.direction });
         let (mut sum_cd_m2, mut rays) = (0.0, 0);
         if let Some(mirrors) = &stage.mirrors {
             let (images_cd_m2, image_rays) = look_into_mirrors(stage, mirrors, &receiver, response, cut, stream);
@@ -160,7 +156,8 @@ fn glossy_cd_m2(stage: &Stage, end: &SubPoint, law: &Phong, stream: &mut Stream)
         let pair = Pair { normal: end.normal, towards, leaving: -end.direction };
         let brought_lx = found.unshadowed_lx / looks_per_emitter;
         let lobe_cd_m2 = law.lobe_per_sr(&pair) * brought_lx;
-        let lobe_cd_m2 = lobe_cd_m2 * look_share(emitter, law.lobe_per_sr(&pair), found.unshadowed_lx, looks_per_emitter);
+        let lobe_cd_m2 =
+            lobe_cd_m2 * look_share(emitter, law.lobe_per_sr(&pair), found.unshadowed_lx, looks_per_emitter);
         sum_cd_m2 += transmittance * (law.spread_per_sr(&pair) * brought_lx + lobe_cd_m2);
     }
     let Some(scattered) = law.sample(end.direction, end.normal, stream) else {

@@ -129,7 +129,8 @@ fn draw_legend(picture: &mut Picture, [left, top]: [f64; 2], height: f64, scale:
 fn fan_picture(set: &ReceiverSet, map: &MapResult, [from_deg, to_deg]: [f64; 2], note: &str) -> Picture {
     const WIDTH: f64 = 720.0;
     const HEIGHT: f64 = 380.0;
-    let mut picture = Picture::new(LEFT + 50.0 + WIDTH + 30.0, TOP + HEIGHT + 84.0, format!("Luminance fan {}", set.name));
+    let mut picture =
+        Picture::new(LEFT + 50.0 + WIDTH + 30.0, TOP + HEIGHT + 84.0, format!("Luminance fan {}", set.name));
     head(&mut picture, set, map, &format!("{} directions", set.points.len()));
     let (values, errors) = (&map.values.illuminance_lx, &map.values.standard_error_lx);
     let (low, high) = values
@@ -159,6 +160,8 @@ fn fan_picture(set: &ReceiverSet, map: &MapResult, [from_deg, to_deg]: [f64; 2],
     let line = values.iter().enumerate().map(|(index, value)| frame.spot(angle(index), bottom(*value))).collect();
     picture.line(line, Pen::new(BLUE, 1.6));
     let note_spot = [LEFT, TOP + HEIGHT + 68.0];
-    picture.words(Words::new(format!("Bars: one standard error. {note}"), note_spot, TYPE).ink(SOFT).anchored(Anchor::Start));
+    picture.words(
+        Words::new(format!("Bars: one standard error. {note}"), note_spot, TYPE).ink(SOFT).anchored(Anchor::Start),
+    );
     picture
 }

@@ -35,10 +35,8 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
         page += &format!("<h2>Luminance</h2>\n{}", table.markup());
     }
     if !solution.glare.is_empty() {
-        let mut table = Table::new(
-            "",
-            &[("Observer", true), ("UGR", false), ("Background luminance<small>cd/m²</small>", false)],
-        );
+        let mut table =
+            Table::new("", &[("Observer", true), ("UGR", false), ("Background luminance<small>cd/m²</small>", false)]);
         for rating in &solution.glare {
             let background = rating.background_cd_m2;
             table.row(vec![

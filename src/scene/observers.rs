@@ -37,8 +37,7 @@ pub(super) fn read(
         let direction = fields.need("view_direction", "[1, 0, 0]")?.direction()?;
         return Ok(Some((Quantity::Glare, ReceiverLayout::Points, looking(vec![direction]))));
     }
-    let given: Vec<&str> =
-        ["directions", "fan", "view"].into_iter().filter(|key| fields.get(key).is_some()).collect();
+    let given: Vec<&str> = ["directions", "fan", "view"].into_iter().filter(|key| fields.get(key).is_some()).collect();
     let (layout, directions) = match given[..] {
         ["fan"] => read_fan(&fields.need("fan", "{}")?)?,
         ["view"] => read_view(&fields.need("view", "{}")?)?,
@@ -102,7 +101,11 @@ fn read_view(node: &Node) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
         let angle_deg = node.above_zero("an angle of view")?;
         if angle_deg > WIDEST_FIELD_DEG {
             let expected = format!("at most {WIDEST_FIELD_DEG}°");
-            return Err(node.refuse("the field is too wide for a flat picture", expected, "use several views, or a fan"));
+            return Err(node.refuse(
+                "the field is too wide for a flat picture",
+                expected,
+                "use several views, or a fan",
+            ));
         }
         Ok(angle_deg)
     };

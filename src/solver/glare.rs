@@ -60,9 +60,8 @@ pub(super) fn rate(context: &Context, job: &Job) -> Option<GlareRating> {
         .collect();
     let backgrounds: Vec<f64> = (0..REPLICAS).map(|replica| job.map.illuminance_lx(replica, 0) / PI).collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / REPLICAS as f64;
-    let without = |values: &[f64], replica: usize| {
-        (mean(values) * REPLICAS as f64 - values[replica]) / (REPLICAS - 1) as f64
-    };
+    let without =
+        |values: &[f64], replica: usize| (mean(values) * REPLICAS as f64 - values[replica]) / (REPLICAS - 1) as f64;
     let estimate =
         |values: &[f64]| Estimate { value: mean(values), standard_error: standard_error(|replica| values[replica]) };
     let ugr = unified_glare_rating(mean(&backgrounds), mean(&sums)).map(|value| {

@@ -99,14 +99,7 @@ impl LocalPlan {
         rays
     }
 
-    fn walks(
-        &self,
-        context: &Context,
-        set: usize,
-        replica: u32,
-        walks: std::ops::Range<u64>,
-        sums: &mut [f64],
-    ) -> u64 {
+    fn walks(&self, context: &Context, set: usize, replica: u32, walks: std::ops::Range<u64>, sums: &mut [f64]) -> u64 {
         let receivers = &context.scene.receivers[set];
         let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, replica);
         let mut cut = Cut::default();

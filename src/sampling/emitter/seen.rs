@@ -65,16 +65,17 @@ impl Emitter {
                 }
                 let luminance = triangle.exitance_lm_m2 / PI;
                 let nearest_m = nearest_m(&corners);
-                let longest_m =
-                    (0..3).map(|k| corners[k].distance(corners[(k + 1) % 3])).fold(0.0, f64::max);
+                let longest_m = (0..3).map(|k| corners[k].distance(corners[(k + 1) % 3])).fold(0.0, f64::max);
                 let divisions = ((longest_m / nearest_m.max(1e-3 * longest_m) / WIDEST_PART).ceil() as u32)
                     .clamp(1, MOST_DIVISIONS);
                 for part in 0..divisions * divisions {
                     let inner = part_corners(part, divisions);
-                    let at = |[u, v]: [f64; 2]| corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
+                    let at =
+                        |[u, v]: [f64; 2]| corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
                     let [a, b, c] = inner.map(at);
                     let [s, t] = uniform_triangle(stream.pair());
-                    let mixed = |k: usize| inner[0][k] + s * (inner[1][k] - inner[0][k]) + t * (inner[2][k] - inner[0][k]);
+                    let mixed =
+                        |k: usize| inner[0][k] + s * (inner[1][k] - inner[0][k]) + t * (inner[2][k] - inner[0][k]);
                     show(SeenPart {
                         towards: ((a + b + c) / 3.0).normalize_or(triangle.normal),
                         squared_luminance_sr: luminance * luminance * triangle_solid_angle_sr(a, b, c),
@@ -96,7 +97,10 @@ impl Emitter {
                 show(SeenPart {
                     towards,
                     squared_luminance_sr: luminance * luminance * TAU * one_minus_cos,
-                    place: Place::Ball { luminaire: self.luminaire, position_m: eye_m + direction * self.ball_at_m(eye_m, direction) },
+                    place: Place::Ball {
+                        luminaire: self.luminaire,
+                        position_m: eye_m + direction * self.ball_at_m(eye_m, direction),
+                    },
                 });
             }
             Shape::Isotropic { position_m, .. } | Shape::Lambertian { position_m, .. } => {
@@ -133,7 +137,13 @@ fn show_point(
 /// Barycentric corners of one of `divisions`² like parts of a triangle.
 fn part_corners(part: u32, divisions: u32) -> [[f64; 2]; 3] {
     let row = f64::from(part).sqrt() as u32;
-    let row = if row * row > part { row - 1 } else if (row + 1) * (row + 1) <= part { row + 1 } else { row };
+    let row = if row * row > part {
+        row - 1
+    } else if (row + 1) * (row + 1) <= part {
+        row + 1
+    } else {
+        row
+    };
     let within = part - row * row;
     let (column, turned) = (within / 2, within % 2 == 1);
     // Rows run from the first corner; row r holds r + 1 upright parts and r turned ones.

@@ -52,9 +52,7 @@ impl Aperture {
             Shape::Flat([a, b]) => 4.0 * face(a, b),
             Shape::Ellipse([a, b]) => PI * face(a, b),
             Shape::Box([a, b, c]) => 4.0 * (face(a, b) + face(b, c) + face(c, a)),
-            Shape::Ellipsoid([a, b, c]) => {
-                PI * (face(a, b).powi(2) + face(b, c).powi(2) + face(c, a).powi(2)).sqrt()
-            }
+            Shape::Ellipsoid([a, b, c]) => PI * (face(a, b).powi(2) + face(b, c).powi(2) + face(c, a).powi(2)).sqrt(),
             Shape::Cylinder { half_axes_m: [a, b, along], .. } => {
                 // The barrel's outline is a parallelogram as wide as the rim reaches across the line of sight.
                 PI * face(a, b) + 4.0 * (face(a, along).powi(2) + face(b, along).powi(2)).sqrt()

@@ -175,8 +175,7 @@ impl Pilot<'_> {
             }
         }
         let count = self.chains.len() as f64;
-        let mean_squares: f64 =
-            sums.iter().zip(points).map(|(sum, point)| point.weight * (sum / count).powi(2)).sum();
+        let mean_squares: f64 = sums.iter().zip(points).map(|(sum, point)| point.weight * (sum / count).powi(2)).sum();
         let flux_lm = self.context.stage.emitters.luminous_flux_lm();
         let variance = ((squares + thinning) / count - mean_squares).max(0.0) * flux_lm * flux_lm;
         Part { variance, rays: self.path_rays + rays / count }
