@@ -18,6 +18,7 @@ pub mod maps;
 
 pub mod control;
 
+pub mod light_mesh;
 pub mod radiosity;
 pub mod solver;
 

@@ -88,7 +88,7 @@ fn plots_come_in_the_formats_asked_for_and_are_taken_away_again() {
         "map-floor-values",
         "map-corridor-floor",
         "map-corridor-x_min",
-        "luminaire-luminaire-1",
+        "luminaire-wall-washer-1",
     ] {
         for ending in ["svg", "png"] {
             assert!(both.contains(&format!("{stem}.{ending}")), "{stem}.{ending} is missing in {both:?}");
@@ -123,6 +123,7 @@ fn the_report_tells_the_numbers_of_the_tables_and_stands_by_itself() {
         "target of 5.0",
         "--target-error 0.05",
         "troffer 1 … troffer 6",
+        "Electric power 195 W",
         "W/m² for every 100 lx",
     ] {
         assert!(report.contains(words), "{words}");

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::error::{AnalyticError, require, require_length, require_light, require_reflectance};
+use crate::base::ball::ball_illuminance_factor;
 use crate::base::sum::CompensatedSum;
 
 /// Illuminance from a luminous disk, on a plane parallel to it at distance `height_m`, `offset_m` off its axis.
@@ -51,19 +52,7 @@ pub fn sphere_illuminance_lx(
     let outside = distance_m > radius_m && distance_m.is_finite();
     require(outside, "the distance from the centre", distance_m, "more than the radius", "stay outside the sphere")?;
     require((-1.0..=1.0).contains(&cosine), "the cosine", cosine, "−1 to 1", "give the cosine of an angle")?;
-    let h = distance_m / radius_m;
-    let scaled = h * cosine;
-    let factor = if scaled >= 1.0 {
-        cosine / (h * h)
-    } else if scaled <= -1.0 {
-        0.0
-    } else {
-        let over = (h - 1.0) * (h + 1.0);
-        let cut = (1.0 - scaled) * (1.0 + scaled);
-        let angle = (-cosine * (over / (1.0 - cosine * cosine)).sqrt()).clamp(-1.0, 1.0).acos();
-        (cosine * angle - (cut * over).sqrt()) / (PI * h * h) + (cut / over).sqrt().atan() / PI
-    };
-    Ok(PI * luminance_cd_m2 * factor.max(0.0))
+    Ok(PI * luminance_cd_m2 * ball_illuminance_factor(cosine, distance_m / radius_m))
 }
 
 /// Illuminance from a straight line source whose intensity falls with the cosine of the angle off its normal, on a

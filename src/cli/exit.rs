@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use crate::analytic::AnalyticError;
+use crate::light_mesh::NotForLightMesh;
 use crate::output::OutputError;
 use crate::radiosity::NotARoom;
 use crate::scene::SceneError;
@@ -63,6 +64,9 @@ pub enum Failure {
     /// A scene that radiosity cannot compute.
     #[error(transparent)]
     NotARoom(#[from] NotARoom),
+    /// A scene that light meshes cannot compute.
+    #[error(transparent)]
+    NotForLightMesh(#[from] NotForLightMesh),
     /// Options that do not go together, or not with the scene.
     #[error("{what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
     Usage {
@@ -92,6 +96,7 @@ impl Failure {
             | Failure::Photometric(_)
             | Failure::Analytic(_)
             | Failure::NotARoom(_)
+            | Failure::NotForLightMesh(_)
             | Failure::Usage { .. } => Exit::Refused,
             Failure::Output(_) | Failure::StandardOutput(_) => Exit::Unwritten,
         }

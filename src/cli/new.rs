@@ -33,7 +33,7 @@ pub struct NewArguments {
 enum Kind {
     /// An open-plan office with desks, a partition, six troffers and two downlights
     Office,
-    /// A corridor with doors and five troffers
+    /// A corridor with a glass door, a polished floor and four wall washers
     Corridor,
     /// A storage hall with racks and 120 luminaires
     Hall,
@@ -49,8 +49,8 @@ const OFFICE: &[Template] = &[
     ("README.txt", include_str!("projects/office.txt")),
 ];
 const CORRIDOR: &[Template] = &[
-    ("corridor.json", include_str!("projects/corridor.json")),
-    ("luminaires/troffer.ies", include_str!("../../scenes/luminaires/troffer.ies")),
+    ("corridor.json", include_str!("../../scenes/corridor.json")),
+    ("luminaires/wall_washer.ldt", include_str!("../../scenes/luminaires/wall_washer.ldt")),
     ("README.txt", include_str!("projects/corridor.txt")),
 ];
 const HALL: &[Template] = &[

@@ -6,6 +6,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::mesh::MeshArguments;
 use super::method::{self, Method, Plots, method};
 use super::number_text::{percent, significant, time};
 use super::progress::{Watcher, heed_interruptions};
@@ -18,9 +19,8 @@ use crate::output::{
 };
 use crate::radiosity::Radiosity;
 use crate::scene::{Elements, Scene, read_scene};
-use crate::solver;
 use crate::solver::{Settings, Solution, StopReason, solve};
-use crate::validation::solve_by_radiosity;
+use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -62,9 +62,12 @@ pub struct SolveArguments {
     /// commas between [default: all are computed; the target binds the receiver sets, if any]
     #[arg(long, value_name = "MAPS")]
     maps: Option<String>,
-    /// Method: auto, collision or local (every scene), local-naive, or radiosity (closed diffuse rooms of rectangles along the axes)
+    /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
+    /// light-mesh (scenes without mirrors and glass; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     method: Method,
+    #[command(flatten)]
+    mesh: MeshArguments,
     /// Plots: svg, png, both with a comma between, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     plots: Option<Plots>,
@@ -82,6 +85,10 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     if arguments.method == Method::Radiosity {
         Radiosity::check(&scene)?;
     }
+    let mesh: MeshChoice = arguments.mesh.choice(arguments.method)?;
+    if arguments.method == Method::LightMesh {
+        check_light_mesh(&scene, &settings)?;
+    }
     let pool = thread_pool(arguments.threads)?;
     let mut directory = ResultDirectory::open(&arguments.out)?;
 
@@ -95,7 +102,8 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
 
     let watcher = Watcher::new(started, quiet);
     let solution = pool.install(|| match arguments.method {
-        Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher),
+        Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
+        Method::LightMesh => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
         _ => Ok(solve(&scene, &settings, &watcher)),
     })?;
     watcher.finish();
@@ -173,6 +181,7 @@ fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
     if arguments.method != Method::Auto {
         command += &format!(" --method {}", solution.method);
     }
+    command += &arguments.mesh.again();
     if let Some(limit_s) = arguments.time_limit {
         command += &format!(" --time-limit {limit_s}s");
     }
@@ -190,19 +199,26 @@ fn quoted(name: &Path) -> String {
 }
 
 fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failure> {
-    if let (Method::Radiosity, Some(chains)) = (arguments.method, arguments.chains) {
+    let without_chains = match arguments.method {
+        Method::Radiosity => Some("radiosity"),
+        Method::LightMesh => Some("light-mesh"),
+        Method::Auto | Method::Gather | Method::Collision | Method::Local | Method::LocalNaive => None,
+    };
+    if let (Some(method), Some(chains)) = (without_chains, arguments.chains) {
         return Err(Failure::Usage {
-            what: "radiosity traces no chains".to_owned(),
-            got: format!("--chains {chains} with --method radiosity"),
+            what: format!("{method} traces no chains"),
+            got: format!("--chains {chains} with --method {method}"),
             expected: "--target-error, --time-limit, or neither".to_owned(),
             remedy: "leave out --chains, or use --method collision, which traces them".to_owned(),
         });
     }
     Ok(Settings {
         method: match arguments.method {
-            Method::Local => solver::Method::Local,
-            Method::LocalNaive => solver::Method::LocalNaive,
-            Method::Auto | Method::Collision | Method::Radiosity => solver::Method::Auto,
+            Method::Auto => crate::solver::Method::Auto,
+            Method::Gather => crate::solver::Method::Gather,
+            Method::Local => crate::solver::Method::Local,
+            Method::LocalNaive => crate::solver::Method::LocalNaive,
+            Method::Collision | Method::Radiosity | Method::LightMesh => crate::solver::Method::Collision,
         },
         seed: arguments.seed,
         target_error: arguments.target_error,
@@ -233,17 +249,22 @@ fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, 
         rules.push("target 1 %".to_owned());
     }
     format!(
-        "luxmc {}: {}: {} triangles, {} element sides, {} luminaires of {} lm, {} receiver sets; {}; {} threads",
+        "luxmc {}: {}: {} triangles, {} element sides, {} of {} lm, {}; {}; {}",
         env!("CARGO_PKG_VERSION"),
         arguments.scene.display(),
         scene.triangles.len(),
         Elements::of(scene).len(),
-        scene.luminaires.len(),
+        counted(scene.luminaires.len(), "luminaire"),
         significant(scene.luminous_flux_lm(), 5),
-        scene.receivers.len(),
+        counted(scene.receivers.len(), "receiver set"),
         rules.join(", "),
-        threads
+        counted(threads, "thread")
     )
+}
+
+/// A number of things: `1 thread`, `2 threads`.
+fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
@@ -269,8 +290,19 @@ fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
         ),
         Err(note) => format!("flux: no balance, since {note}"),
     };
+    let unbound: Vec<String> = solution
+        .maps
+        .iter()
+        .filter(|map| !map.bound && solution.target_error.is_some_and(|target| map.error.estimated > target))
+        .map(|map| format!("{} {}", map.name, percent(map.error.estimated)))
+        .collect();
+    let unbound = if unbound.is_empty() {
+        String::new()
+    } else {
+        format!("\nnot bound by the target: {} (--maps all binds every map)", unbound.join(", "))
+    };
     format!(
-        "{end}; stated error {} after {} chains in {}\n{balance}\nresults in {directory}",
+        "{end}; stated error {} after {} chains in {}{unbound}\n{balance}\nresults in {directory}",
         percent(solution.estimated_error),
         solution.chains,
         time(wall_s)

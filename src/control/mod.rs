@@ -1,7 +1,9 @@
 //! Pure decisions: when a map is right enough, how much work that takes, and when to look again.
 
+mod gather;
 mod schedule;
 mod stop;
 
+pub use gather::{GatherNeed, GatherState, gather_need};
 pub use schedule::next_judgement;
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};

@@ -40,16 +40,17 @@ pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
         return false;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
-    safe_error <= target_error && judgement.halves_error <= target_error
+    safe_error.hypot(judgement.bias) <= target_error && judgement.stated_error() <= target_error
 }
 
-/// How many times the present work a map will have taken when the rule accepts it, by error ∝ work^(−½).
+/// How many times the present work a map will have taken when the rule accepts it, by random error ∝ work^(−½): infinite
+/// where the bias alone is too large.
 pub fn needed_work(target_error: f64, judgement: &Judgement) -> f64 {
-    if judgement.dark || judgement.unseen {
+    if judgement.dark || judgement.unseen || judgement.bias >= target_error {
         return f64::INFINITY;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
-    (safe_error / target_error).powi(2)
+    safe_error.powi(2) / (target_error * target_error - judgement.bias * judgement.bias)
 }
 
 #[cfg(test)]
@@ -57,7 +58,7 @@ mod tests {
     use super::*;
 
     fn judged(expected_error: f64, halves_error: f64, degrees_of_freedom: f64) -> Judgement {
-        Judgement { mean_lx: 100.0, halves_error, expected_error, degrees_of_freedom, dark: false, unseen: false }
+        Judgement { mean_lx: 100.0, halves_error, expected_error, degrees_of_freedom, ..Judgement::default() }
     }
 
     #[test]

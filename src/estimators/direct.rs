@@ -13,8 +13,10 @@ use crate::scene::{Cell, Scene, Side};
 
 /// Up to this many emitters are each looked at in every pass; of more, a stratified choice stands for all.
 const MOST_EACH: usize = 24;
-/// Looks of one pass at a receiver where emitters are chosen.
-const LOOKS_AT_POINT: usize = 24;
+/// Of more, each that brings at least this share of all to a receiver is looked at in every pass.
+const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
+/// Share of the bound of what an emitter brings that is added to what it brings unshadowed.
+const SHARE_OF_BOUND: f64 = 0.05;
 /// Looks of one pass at an element where emitters are chosen: elements are many.
 const LOOKS_OVER_CELL: usize = 6;
 
@@ -22,6 +24,7 @@ const LOOKS_OVER_CELL: usize = 6;
 #[derive(Clone, Debug, Default)]
 pub struct DirectPass {
     importance: Vec<f64>,
+    total: f64,
 }
 
 /// A point that receives light.
@@ -41,12 +44,34 @@ impl DirectPass {
     /// Every emitter brings its exact unshadowed illuminance times the visibility of one point of it, drawn in
     /// proportion to what it brings.
     pub fn at_point(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+        self.prepare(stage, receiver);
+        self.at_prepared(stage, receiver, stream)
+    }
+
+    /// Weighs the emitters for a point, for any number of samples there.
+    ///
+    /// Many emitters are weighed by what each brings unshadowed. An opening counts as its centre there, which may lie
+    /// below the horizon while parts of it do not: a share of the bound keeps it possible.
+    pub fn prepare(&mut self, stage: &Stage, receiver: &Receiver) {
+        if stage.emitters.list().len() <= MOST_EACH {
+            return;
+        }
+        let (point_m, normal) = (receiver.point_m, receiver.normal);
+        self.weigh(stage, |emitter| {
+            let bound = emitter.importance(point_m, normal);
+            if bound > 0.0 { emitter.unshadowed_lx(point_m, normal) + SHARE_OF_BOUND * bound } else { 0.0 }
+        });
+    }
+
+    /// One unbiased sample at the point that was prepared, and the rays it took.
+    pub fn at_prepared(&self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
         if stage.emitters.list().len() > MOST_EACH {
-            return self.looks(stage, receiver, LOOKS_AT_POINT, stream);
+            return self.look_at_most(stage, receiver, stream);
         }
         let mut sum_lx = 0.0;
         let mut rays = 0;
-        for emitter in stage.emitters.list() {
+        for (number, emitter) in stage.emitters.list().iter().enumerate() {
+            stream.turn_to(number as u64);
             if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
                 sum_lx += look.unshadowed_lx * seen_share(stage, &look, receiver);
                 rays += 1;
@@ -55,27 +80,64 @@ impl DirectPass {
         (sum_lx, rays)
     }
 
-    /// One unbiased sample of the direct illuminance at a point from `count` looks: equal steps through the emitters'
-    /// cumulative importance, so that strong ones are looked at several times and none is ever left out.
+    /// One unbiased sample of the direct illuminance at a point in lx from `count` looks, at emitters weighed by a cheap
+    /// bound of what they bring.
     pub fn looks(&mut self, stage: &Stage, receiver: &Receiver, count: usize, stream: &mut Stream) -> (f64, u64) {
+        self.weigh(stage, |emitter| emitter.importance(receiver.point_m, receiver.normal));
+        self.choose_looks(stage, receiver, count, stream)
+    }
+
+    fn weigh(&mut self, stage: &Stage, weight: impl Fn(&Emitter) -> f64) {
         self.importance.clear();
-        let mut total = 0.0;
-        for emitter in stage.emitters.list() {
-            let importance = emitter.importance(receiver.point_m, receiver.normal);
-            total += importance;
-            self.importance.push(importance);
-        }
-        if total <= 0.0 {
-            return (0.0, 0);
-        }
-        let step = total / count as f64;
+        self.importance.extend(stage.emitters.list().iter().map(weight));
+        self.total = self.importance.iter().sum();
+    }
+
+    /// One look at every emitter that brings a share worth it; equal steps through the cumulative importance of the
+    /// others, so that none is ever left out. What stands in full light or full shade of all that matter has no chance.
+    fn look_at_most(&self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+        let step = self.total * SHARE_FOR_A_LOOK;
         let mut next = stream.fine_unit() * step;
         let mut before = 0.0;
         let mut sum_lx = 0.0;
         let mut rays = 0;
-        for (emitter, importance) in stage.emitters.list().iter().zip(&self.importance) {
+        for (number, (emitter, importance)) in stage.emitters.list().iter().zip(&self.importance).enumerate() {
+            let weight = if *importance >= step {
+                1.0
+            } else {
+                before += importance;
+                if next >= before {
+                    continue;
+                }
+                next += step;
+                step / importance
+            };
+            stream.turn_to(number as u64);
+            if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
+                sum_lx += look.unshadowed_lx * weight * seen_share(stage, &look, receiver);
+                rays += 1;
+            }
+        }
+        (sum_lx, rays)
+    }
+
+    /// Equal steps through the emitters' cumulative importance, so that strong ones are looked at several times and none
+    /// is ever left out.
+    fn choose_looks(&self, stage: &Stage, receiver: &Receiver, count: usize, stream: &mut Stream) -> (f64, u64) {
+        if self.total <= 0.0 {
+            return (0.0, 0);
+        }
+        let step = self.total / count as f64;
+        let mut next = stream.fine_unit() * step;
+        let mut before = 0.0;
+        let mut sum_lx = 0.0;
+        let mut rays = 0;
+        for (number, (emitter, importance)) in stage.emitters.list().iter().zip(&self.importance).enumerate() {
+            let mut looks = 0;
             while next < before + importance {
                 next += step;
+                stream.turn_to(((number as u64) << 32) | looks);
+                looks += 1;
                 if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
                     sum_lx += look.unshadowed_lx * (step / importance) * seen_share(stage, &look, receiver);
                     rays += 1;

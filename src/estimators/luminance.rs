@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::direct::{DirectPass, Receiver};
 use super::images::look_into_mirrors;
 use super::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
-use super::walk::{Departure, Start, follow_lm_m2};
+use super::walk::sample_arriving_share_lx;
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter::Emitter;
@@ -120,9 +120,8 @@ impl SubPoint {
             return (sum_cd_m2, rays);
         };
         let origin = stage.leave(&self.hit, scattered.way);
-        let start = Start { origin, direction: scattered.direction, departure: Departure::Seen };
         let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.way, point_m, normal);
-        let (lm_m2, walk_rays) = follow_lm_m2(stage, start, share_of, cut, stream);
+        let (lm_m2, walk_rays) = sample_arriving_share_lx(stage, origin, scattered.direction, share_of, cut, stream);
         (sum_cd_m2 + lm_m2 / PI, rays + walk_rays)
     }
 }

@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::luminance::{sample_interreflected_cd_m2, sample_seen_cd_m2};
-use crate::estimators::walk::sample_share_lx;
+use crate::estimators::walk::{sample_indirect_lx, sample_share_lx};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::scene::Quantity;
@@ -50,6 +50,36 @@ pub fn sample_direct_lx(
     (sum_lx / f64::from(PLANES), rays)
 }
 
+/// A look at direct light from one place, made ready for any number of samples.
+pub struct DirectLook<'a> {
+    quantity: Quantity,
+    receiver: Receiver<'a>,
+    pass: &'a mut DirectPass,
+}
+
+impl<'a> DirectLook<'a> {
+    /// Weighs the emitters for a place; the turned planes of a cylinder are weighed one by one.
+    pub fn prepare(
+        stage: &Stage,
+        quantity: Quantity,
+        receiver: &Receiver<'a>,
+        pass: &'a mut DirectPass,
+    ) -> DirectLook<'a> {
+        if quantity == Quantity::Perpendicular {
+            pass.prepare(stage, receiver);
+        }
+        DirectLook { quantity, receiver: *receiver, pass }
+    }
+
+    /// One unbiased sample of the direct part in lx, and the rays it took.
+    pub fn sample(&mut self, stage: &Stage, stream: &mut Stream) -> (f64, u64) {
+        if self.quantity == Quantity::Perpendicular {
+            return self.pass.at_prepared(stage, &self.receiver, stream);
+        }
+        sample_direct_lx(stage, self.quantity, &self.receiver, self.pass, stream)
+    }
+}
+
 /// One unbiased sample of the indirect part in lx (cd/m² for luminance), and the rays it took.
 pub fn sample_reflected_lx(
     stage: &Stage,
@@ -61,7 +91,9 @@ pub fn sample_reflected_lx(
     if quantity == Quantity::Luminance {
         return sample_interreflected_cd_m2(stage, receiver, cut, stream);
     }
-    sample_share_of_reflected_lx(stage, quantity, receiver, |_, _| [1.0; 2], cut, stream)
+    let (plane, weight) = one_plane(quantity, receiver, stream);
+    let (lx, rays) = sample_indirect_lx(stage, &plane, cut, stream);
+    (weight * lx, rays)
 }
 
 /// The same for illuminances and a part of the light: see [`sample_share_lx`].
@@ -73,12 +105,18 @@ pub fn sample_share_of_reflected_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
+    let (plane, weight) = one_plane(quantity, receiver, stream);
+    let (lx, rays) = sample_share_lx(stage, &plane, share_of, cut, stream);
+    (weight * lx, rays)
+}
+
+/// The plane on which one sample of indirect light is taken, and the sample's weight.
+pub fn one_plane<'a>(quantity: Quantity, receiver: &Receiver<'a>, stream: &mut Stream) -> (Receiver<'a>, f64) {
     if !matches!(quantity, Quantity::Cylindrical | Quantity::SemiCylindrical { .. }) {
-        return sample_share_lx(stage, receiver, share_of, cut, stream);
+        return (*receiver, 1.0);
     }
     let (normal, weight) = turned_plane(quantity, TAU * stream.unit());
-    let (lx, rays) = sample_share_lx(stage, &Receiver { normal, ..*receiver }, share_of, cut, stream);
-    (weight * lx, rays)
+    (Receiver { normal, ..*receiver }, weight)
 }
 
 /// The normal of an upright plane turned by an angle from the cylinder's front, and its weight.

@@ -24,7 +24,7 @@ use crate::sampling::reflection::{Law, Pair, Phong, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// How a walk left the last vertex at which it looked for luminaires.
-pub(super) enum Departure {
+enum Departure {
     /// Looks have found all luminaires that the ray can meet.
     Seen,
     /// Along a lobe: looks have found them too, and both are weighed.
@@ -34,21 +34,71 @@ pub(super) enum Departure {
 }
 
 /// A ray drawn from a lobe, and where from.
-pub(super) struct LobeRay {
+struct LobeRay {
     lobe_per_sr: f64,
     point_m: DVec3,
     normal: DVec3,
 }
 
-/// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
-pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    sample_share_lx(stage, receiver, |_, _| [1.0; 2], cut, stream)
+/// What a walk does with what is known of the indirect light where it meets a diffuse surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Recall {
+    /// Nothing is known: the walk goes on by itself.
+    Nothing,
+    /// The walk ends: this indirect illuminance in lx stands for the rest of it.
+    End(f64),
+    /// The walk goes on, and this indirect illuminance in lx takes the chance out of its survival: with reflectance ρ
+    /// it scores ρ times as much, and loses it again if it survives, which changes no mean.
+    Guide(f64),
 }
 
-/// The same for a part of the light: what the first surface that scatters spreads to the receiver counts with shares that
-/// its place (in m) and the unit normal of its lit side give, one for light straight from luminaires and one for light
-/// reflected before;
-/// what comes by a lobe or a mirror counts in full.
+/// What is known already of the indirect light in a scene.
+pub trait Memory {
+    /// What is known at a vertex that sends a share of its light on, and the rays that asking took.
+    fn recall(
+        &mut self,
+        hit: &SurfaceHit,
+        vertex: &Receiver,
+        reflectance: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (Recall, u64);
+}
+
+/// No memory: walks go on until they are absorbed or leave.
+struct Blank;
+
+impl Memory for Blank {
+    #[inline]
+    fn recall(&mut self, _: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        (Recall::Nothing, 0)
+    }
+}
+
+/// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
+pub fn sample_indirect_lx(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    gather_indirect_lx(stage, receiver, &mut Blank, cut, stream)
+}
+
+/// One sample of the indirect illuminance at a receiver in lx, and the rays it took: the walk ends at the first diffuse
+/// surface whose indirect light the memory knows, and is as right as the memory.
+pub fn gather_indirect_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    memory: &mut impl Memory,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let direction = cosine_hemisphere(receiver.normal, stream.pair());
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen };
+    let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream);
+    (mirrored_lx + arriving_lx, mirrored_rays + rays)
+}
+
+/// One unbiased sample of a part of the indirect illuminance, and the rays it took: what the first surface that scatters
+/// spreads to the receiver counts with shares that its place (in m) and the unit normal of its lit side give, one for
+/// light straight from luminaires and one for light reflected before; what comes by a lobe or a mirror counts in full.
 pub fn sample_share_lx(
     stage: &Stage,
     receiver: &Receiver,
@@ -57,28 +107,55 @@ pub fn sample_share_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (mirrored_lx, rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
     let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen };
-    let (lx, walk_rays) = follow_lm_m2(stage, start, share_of, cut, stream);
-    (mirrored_lx + lx, rays + walk_rays)
+    let (arriving_lx, rays) = follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream);
+    (mirrored_lx + arriving_lx, mirrored_rays + rays)
+}
+
+/// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the rays it took:
+/// the illuminance of a surface that sees nothing else. Points in mirrors that stand there are not in it.
+pub fn sample_arriving_lx(
+    stage: &Stage,
+    origin: Origin,
+    direction: DVec3,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let start = Start { origin, direction, departure: Departure::Seen };
+    follow_lm_m2(stage, start, |_, _| [1.0; 2], &mut Blank, cut, stream)
+}
+
+/// The same of a part of it: see [`sample_share_lx`].
+pub fn sample_arriving_share_lx(
+    stage: &Stage,
+    origin: Origin,
+    direction: DVec3,
+    share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let start = Start { origin, direction, departure: Departure::Seen };
+    follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream)
 }
 
 /// The first ray of a walk.
-pub(super) struct Start {
+struct Start {
     /// Where it starts.
-    pub origin: Origin,
+    origin: Origin,
     /// Its unit direction.
-    pub direction: DVec3,
+    direction: DVec3,
     /// Which luminaires it may meet without their having been looked at.
-    pub departure: Departure,
+    departure: Departure,
 }
 
-/// One unbiased sample of π times the luminance that comes along a ray, without the emitters that `departure` has
-/// looked at, and the rays it took. What the first surface spreads counts with the shares of its place and normal.
-pub(super) fn follow_lm_m2(
+/// One sample of π times the luminance that comes along a ray, without the emitters that `departure` has looked at, and
+/// the rays it took. What the first surface spreads counts with the shares of its place and normal.
+fn follow_lm_m2(
     stage: &Stage,
     start: Start,
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
+    memory: &mut impl Memory,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
@@ -114,6 +191,25 @@ pub(super) fn follow_lm_m2(
         // Light that a sheet lets through has arrived at its other side.
         let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
         let vertex = Vertex { stage, hit: &hit, direction, normal, origin: &origin };
+        let mut guided_lx = 0.0;
+        if let Law::Diffuse(law) = law {
+            let (recall, recall_rays) = memory.recall(&hit, &vertex.receiver(), law.reflectance, cut, stream);
+            rays += recall_rays;
+            match recall {
+                Recall::Nothing => {}
+                Recall::End(known_lx) => {
+                    // What is known holds the images in mirrors.
+                    let sight = one_look(stage, &vertex.receiver(), cut, stream);
+                    let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1));
+                    let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
+                    return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
+                }
+                Recall::Guide(known_lx) => {
+                    guided_lx = weight * shares[1] * known_lx;
+                    sum_lm_m2 += law.reflectance * guided_lx;
+                }
+            }
+        }
         let (direct_lm_m2, direct_rays) = match law {
             Law::Diffuse(law) => vertex.spread_lm_m2(shares.map(|share| share * law.reflectance), cut, stream),
             Law::Phong(law) => vertex.phong_lm_m2(law, shares, cut, stream),
@@ -125,6 +221,7 @@ pub(super) fn follow_lm_m2(
         let Some(scattered) = law.sample(direction, normal, stream) else {
             return (sum_lm_m2, rays);
         };
+        sum_lm_m2 -= guided_lx;
         if scattered.way.leads_through() {
             origin = stage.leave(&hit, scattered.way);
         }
@@ -243,7 +340,7 @@ impl Vertex<'_> {
 
 /// What a place receives from images in mirrors, if there can be any: see [`look_into_mirrors`].
 #[inline]
-pub(super) fn in_mirrors_lx(
+fn in_mirrors_lx(
     stage: &Stage,
     receiver: &Receiver,
     response: impl Fn(DVec3) -> f64,

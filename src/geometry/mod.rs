@@ -17,12 +17,14 @@
 //! What the walk finds is taken as it is, unless it lies on an edge or is the back of a one-sided surface. Such
 //! doubtful crossings (some 4 in 10,000) are settled with all crossings of the ray in hand (`tracer`).
 
+mod crossings;
 mod frame;
 mod origin;
 mod tracer;
 mod tree;
 mod triangle;
 
+pub use crossings::Crossed;
 pub use origin::Origin;
 pub use tracer::{Meeting, SurfaceHit, Tracer, position_accuracy_m};
 

@@ -199,6 +199,11 @@ impl Tracer {
         position_accuracy_in_m(self.frame)
     }
 
+    /// A length of the tracer's coordinates in m.
+    pub(super) fn metres(&self, length: f64) -> f64 {
+        self.frame.metres(length)
+    }
+
     fn surface_origin_pulled(&self, triangle: u32, barycentric: [f64; 2], side: Side, times: f32) -> Origin {
         let footing = &self.footings[triangle as usize];
         let least = (footing.least * times).min(Vec3::splat(LARGEST_PULL as f32));

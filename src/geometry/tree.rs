@@ -123,6 +123,19 @@ impl Tree {
         all
     }
 
+    /// The same as [`Tree::blocks`] by asking every triangle and ball in turn.
+    #[cold]
+    pub fn blocks_one_by_one(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
+        let near = NEAR / ray.direction.length().max(f32::MIN_POSITIVE);
+        let (first, last) = (BEFORE * near / NEAR, 1.0 - BEFORE * near / NEAR);
+        (0..self.tree.primitive_indices.len()).any(|slot| {
+            ray.cross(self.slots.slot(slot)).is_some_and(|crossing| {
+                let plain = crossing.t > near && crossing.t < 1.0 - near;
+                !(crossing.t > last || crossing.t < first) && (plain || self.parts(ray, from, to, slot, &crossing))
+            })
+        })
+    }
+
     /// Fetches the triangles that the walk tests next.
     #[inline(always)]
     fn announce(&self, node: &CwBvhNode, hits: u32) -> u32 {

@@ -11,6 +11,8 @@ pub struct Judgement {
     pub halves_error: f64,
     /// Expected random error from the spread of all replicas: the same quantity, with 15 times the information.
     pub expected_error: f64,
+    /// Estimated bias that even and odd share; 0 for an unbiased estimator.
+    pub bias: f64,
     /// Effective degrees of freedom k = (tr C)²/tr C² of the map's error.
     pub degrees_of_freedom: f64,
     /// Whether every entry is 0.
@@ -19,11 +21,18 @@ pub struct Judgement {
     pub unseen: bool,
 }
 
+impl Judgement {
+    /// The stated error: the random error of the halves and the bias, in quadrature.
+    pub fn stated_error(&self) -> f64 {
+        self.halves_error.hypot(self.bias)
+    }
+}
+
 /// Judges the given entries of a map with their weights (areas; 0 leaves an entry out).
 ///
 /// Replicas 2j are even, 2j + 1 odd. With y_j the difference of pair j, weighted by √A, the y_j are independent with
 /// covariance 2C: tr C² follows from products of different pairs, which no outlier in one pair can inflate alone.
-pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> Judgement {
+pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clone) -> Judgement {
     const PAIRS: usize = REPLICAS / 2;
     let mut weight_sum = 0.0;
     let mut illuminance_sum = 0.0;
@@ -32,7 +41,8 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
     let mut products = [[0.0f64; PAIRS]; PAIRS];
     let mut dark = true;
     let mut unseen = map.indirect_samples.complete > 0;
-    for (entry, weight) in entries.filter(|(_, weight)| *weight > 0.0) {
+    let counted = entries.filter(|(_, weight)| *weight > 0.0);
+    for (entry, weight) in counted.clone() {
         let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
         let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
         dark &= replicas.iter().all(|value| *value == 0.0);
@@ -65,6 +75,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> J
         mean_lx,
         halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
         expected_error: (spread_sum / weight_sum / (REPLICAS * (REPLICAS - 1)) as f64).sqrt() / mean_lx,
+        bias: map.look_up_bias_lx(counted) / mean_lx,
         degrees_of_freedom: if of_squares > 0.0 { (of_traces / of_squares).max(1.0) } else { 1.0 },
         dark,
         unseen,

@@ -1,6 +1,6 @@
 //! The sums of one map, replica by replica.
 
-use super::MapValues;
+use super::{Crossing, HALF, MapValues};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
@@ -21,6 +21,8 @@ pub struct ReplicaMap {
     pub indirect_samples: Tally,
     /// What one unit of the indirect sum is worth at entry `i` for a single sample (1 for lx; Φ/A for packets).
     pub indirect_unit_lx: Unit,
+    /// What gathering adds to the replicas' rows; `None` for other samples.
+    pub crossing: Option<Crossing>,
 }
 
 /// How many samples the entries of a map have: a sweep over all entries may stand in the middle.
@@ -68,6 +70,7 @@ impl ReplicaMap {
             direct_samples: Tally::default(),
             indirect_samples: Tally::default(),
             indirect_unit_lx,
+            crossing: None,
         }
     }
 
@@ -92,8 +95,11 @@ impl ReplicaMap {
     /// Illuminance of one entry in one replica, in lx.
     #[inline]
     pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
+        let inverse = self.indirect_samples.inverse(entry);
+        let crossed_lx = self.crossing.as_ref().map_or(0.0, |crossing| crossing.lx(replica, entry, inverse));
         self.direct[replica][entry] * self.direct_samples.inverse(entry)
             + self.indirect[replica][entry] * self.indirect_scale(entry)
+            + crossed_lx
     }
 
     /// Direct illuminance of one entry, mean over the replicas, in lx.
@@ -104,6 +110,43 @@ impl ReplicaMap {
     /// Indirect illuminance of one entry, mean over the replicas, in lx.
     pub fn indirect_lx(&self, entry: usize) -> f64 {
         mean(self.indirect.iter().map(|slab| slab[entry])) * self.indirect_scale(entry)
+            + self.crossing.as_ref().map_or(0.0, Crossing::correction_lx)
+    }
+
+    /// Variances in lx² of a replica's rows and of its columns, weighted means over the entries: which of rays and chains
+    /// holds up the error of a map that is gathered.
+    pub fn row_and_column_variance(&self, weights: &[f64]) -> (f64, f64) {
+        let Some(crossing) = &self.crossing else {
+            return (0.0, 0.0);
+        };
+        let (mut rows, mut columns, mut weight_sum) = (0.0, 0.0, 0.0);
+        for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+            let inverse = self.indirect_samples.inverse(entry);
+            for parity in 0..2 {
+                let row = |j: usize| self.indirect[2 * j + parity][entry] * inverse;
+                let mean_lx = (0..HALF).map(row).sum::<f64>() / HALF as f64;
+                rows += weight * (0..HALF).map(|j| (row(j) - mean_lx).powi(2)).sum::<f64>();
+                columns += weight
+                    * (0..HALF).map(|j| crossing.column_lx(2 * j + parity, entry, inverse).powi(2)).sum::<f64>();
+            }
+            weight_sum += weight * (2 * (HALF - 1)) as f64;
+        }
+        let weight_sum = weight_sum.max(f64::MIN_POSITIVE);
+        (rows / weight_sum, columns / weight_sum)
+    }
+
+    /// Estimated bias in lx of look-ups, root mean square over weighted entries.
+    pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> f64 {
+        let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
+        self.crossing.as_ref().map_or(0.0, |crossing| crossing.bias_lx(entries, inverse))
+    }
+
+    /// Makes ready what gathering adds; to be called before values are read.
+    pub fn settle(&mut self, weights: &[f64]) {
+        let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
+        if let Some(crossing) = &mut self.crossing {
+            crossing.settle(weights, inverse);
+        }
     }
 
     /// Indirect scores of one entry over all replicas (packets, where packets are counted).

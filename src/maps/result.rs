@@ -128,4 +128,7 @@ pub struct TableRow {
     pub area_m2: f64,
     /// Relative RMS error of the row's own values.
     pub estimated_error: f64,
+    /// Ē of each replica in lx, so that means over several rows get an error that knows how the rows hang together.
+    /// Empty where there are no replicas.
+    pub replica_averages_lx: Vec<f64>,
 }

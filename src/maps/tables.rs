@@ -68,6 +68,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         uniformity_ud: ratio(minimum_lx.value, maximum_lx),
         area_m2: subject.area_m2,
         estimated_error: judgement.halves_error,
+        replica_averages_lx: averages,
     }
 }
 

@@ -68,7 +68,7 @@ impl Report<'_> {
         page += &self.facts();
         page += &self.warnings();
         page += &self.results();
-        page += "<h2>Plan</h2>\n<div class=\"plan\">\n";
+        page += "<div class=\"plan\">\n<h2>Plan</h2>\n";
         page += &figure(
             &plan_picture(self.scene, &self.schedule),
             "Seen from above, to scale. Amber: luminaires, with the letter that the luminaire schedule gives them. \
@@ -79,7 +79,10 @@ impl Report<'_> {
         page += &self.surfaces();
         page += &self.luminaires();
         page += &self.accuracy();
-        page += &format!("<h2>What the words mean</h2>\n{}", terms("words", &explanations()));
+        page += &format!(
+            "<div class=\"together\">\n<h2>What the words mean</h2>\n{}</div>\n",
+            terms("words", &explanations())
+        );
         page += &format!(
             "<footer>luxmc {}; {}. All lengths in metres.</footer>\n</body>\n</html>\n",
             env!("CARGO_PKG_VERSION"),
@@ -278,7 +281,10 @@ impl Report<'_> {
         (total[1], total[3]) = ("Together".to_owned(), self.scene.luminaires.len().to_string());
         total[8] = amount(self.scene.luminous_flux_lm());
         table.total(total);
-        let mut page = format!("<h2 class=\"page\">Luminaire schedule</h2>\n{}{}", table.markup(), self.power_words());
+        // Without plots of surfaces the schedule follows their table on the same page.
+        let has_plots = self.plots.iter().any(|plot| matches!(plot.kind, PlotKind::Surface(_)));
+        let class = if has_plots { " class=\"page\"" } else { "" };
+        let mut page = format!("<h2{class}>Luminaire schedule</h2>\n{}{}", table.markup(), self.power_words());
         let polar: Vec<&Plot> = self.plots.iter().filter(|plot| plot.kind == PlotKind::Luminaire).collect();
         if !polar.is_empty() {
             page.push_str("<div class=\"row\">\n");
@@ -303,8 +309,8 @@ impl Report<'_> {
         let power = Power::of(self.scene);
         let floor_m2 = floor_area_m2(self.scene);
         if power.known_w == 0.0 || floor_m2 <= 0.0 {
-            return "<p class=\"soft small\">No file of a luminaire tells its electric power, so that no specific power can be \
-                    given.</p>\n"
+            return "<p class=\"soft small\">The electric power of the luminaires is unknown, so that no specific power can be given: \
+                    the scene's luminaires take \"power_w\".</p>\n"
                 .to_owned();
         }
         let per_m2 = power.known_w / floor_m2;

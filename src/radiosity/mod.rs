@@ -15,7 +15,6 @@ pub mod mesh;
 mod room;
 mod solve;
 pub mod sources;
-mod tables;
 
 pub use error::NotARoom;
 pub use solve::{AbsorbedFlux, Radiosity};

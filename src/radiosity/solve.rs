@@ -10,8 +10,7 @@ use super::faces::{RoomFace, triangle_rule};
 use super::field::{Field, Line, Nodes};
 use super::mesh::{RoomMesh, extrapolated, graded_edges};
 use super::room::Room;
-use super::tables::{Values, map_error, row};
-use crate::maps::{MapKind, MapResult, MapValues, TableKind};
+use crate::maps::{MapKind, MapResult, MapValues, StatedValues, TableKind, stated_error, stated_row};
 use crate::scene::{Cell, Elements, ReceiverLayout, ReceiverPoint, Scene};
 
 /// Divisions of a face without breaks on the meshes, from the coarsest; each three neighbours are extrapolated.
@@ -138,11 +137,11 @@ impl<'a> Radiosity<'a> {
                 let cells = elements.cells_of_surface(scene, surface);
                 let range = cells.start as usize..cells.end as usize;
                 let area_m2 = weights[range.clone()].iter().sum();
-                let part = Values::of(&values, &weights, range);
-                row(&scene.surfaces[surface as usize].name, TableKind::Surface, area_m2, &part)
+                let part = StatedValues::of(&values, &weights, range);
+                stated_row(&scene.surfaces[surface as usize].name, TableKind::Surface, "front", area_m2, &part)
             })
             .collect();
-        let error = map_error(&Values::of(&values, &weights, 0..cells.len()));
+        let error = stated_error(&StatedValues::of(&values, &weights, 0..cells.len()));
         result("elements", MapKind::Elements, values, error, tables)
     }
 
@@ -193,8 +192,8 @@ impl<'a> Radiosity<'a> {
             ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
             _ => (TableKind::Points, 0.0),
         };
-        let all = Values::of(&values, &weights, 0..points.len());
-        let (error, tables) = (map_error(&all), vec![row(&receivers.name, kind, area_m2, &all)]);
+        let all = StatedValues::of(&values, &weights, 0..points.len());
+        let (error, tables) = (stated_error(&all), vec![stated_row(&receivers.name, kind, "front", area_m2, &all)]);
         result(&receivers.name, MapKind::Receivers(set), values, error, tables)
     }
 

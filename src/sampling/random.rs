@@ -17,6 +17,8 @@ pub enum Purpose {
     Pilot,
     /// Gathering rays from receivers and elements.
     Gathering,
+    /// Points of light meshes, and what they are checked against.
+    LightMesh,
 }
 
 /// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.
@@ -30,7 +32,19 @@ pub struct Stream {
     /// Scrambles quasi-random points: another key for every seed, purpose, map and replica.
     quasi_key: u64,
     quasi: Option<QuasiPoint>,
+    lot: Lot,
 }
+
+/// One variate that decides again and again: what is left of its interval is stretched to [0, 1) after each decision.
+#[derive(Clone, Copy, Debug)]
+struct Lot {
+    value: f64,
+    /// Length of the interval that is left; below [`LEAST_LOT`] another variate is drawn.
+    length: f64,
+}
+
+/// A lot of 53 bits still has 24 of them after as many halvings as this says.
+const LEAST_LOT: f64 = 1.0 / 536_870_912.0;
 
 /// 2⁻³², the spacing of a 32-bit variate.
 const SPACING_32: f64 = 1.0 / 4_294_967_296.0;
@@ -45,7 +59,7 @@ impl Stream {
         let key = splitmix64(splitmix64(seed.wrapping_add(0x9E37_79B9_7F4A_7C15)) ^ splitmix64(!purpose_and_map));
         let quasi_key = splitmix64(key ^ splitmix64(u64::from(replica)));
         let philox = Philox::new([key as u32, (key >> 32) as u32], u128::from(replica) << 96);
-        Stream { philox, replica, quasi_key, quasi: None }
+        Stream { philox, replica, quasi_key, quasi: None, lot: Lot { value: 0.0, length: 0.0 } }
     }
 
     /// Goes to the start of the numbers that belong to an index (a chain, a walk, a sample).
@@ -60,7 +74,17 @@ impl Stream {
     #[inline]
     pub fn seek_quasi(&mut self, index: u64, sequence: u64, number: u64) {
         self.seek(index);
+        self.lot.length = 0.0;
         self.quasi = Some(QuasiPoint::new(splitmix64(self.quasi_key ^ splitmix64(sequence)), number));
+    }
+
+    /// A quasi-random stream goes to the same point of another sequence: what is decided next gets the first, best spread
+    /// dimensions again. Other streams go on as they are.
+    #[inline]
+    pub fn turn_to(&mut self, sequence: u64) {
+        if let Some(point) = &mut self.quasi {
+            *point = point.of_sequence(sequence);
+        }
     }
 
     /// A variate in [0, 1) with 32 bits.
@@ -81,6 +105,26 @@ impl Stream {
             Some(high) => ((u64::from(high) << 21) | (self.philox.next_u64() >> 43)) as f64 * SPACING_53,
             None => (self.philox.next_u64() >> 11) as f64 * SPACING_53,
         }
+    }
+
+    /// Draws whether something of this probability happens.
+    ///
+    /// A quasi-random stream draws one lot for all decisions: whether a chain survives its first, second, third
+    /// reflection is then as evenly spread over the chains as a single variate is.
+    #[inline]
+    pub fn happens(&mut self, probability: f64) -> bool {
+        if self.quasi.is_none() {
+            return self.unit() < probability;
+        }
+        if self.lot.length < LEAST_LOT {
+            self.lot = Lot { value: self.fine_unit(), length: 1.0 };
+        }
+        let happens = self.lot.value < probability;
+        let (start, share) = if happens { (0.0, probability) } else { (probability, 1.0 - probability) };
+        // Division can round up to 1; the lot stays below.
+        self.lot.value = ((self.lot.value - start) / share).min(1.0 - SPACING_53);
+        self.lot.length *= share;
+        happens
     }
 
     /// Two variates in [0, 1).

@@ -104,6 +104,12 @@ impl QuasiPoint {
         QuasiPoint { index: index as u32, key, dimension: 0 }
     }
 
+    /// The same point of a sequence with another scramble.
+    #[inline]
+    pub fn of_sequence(&self, sequence: u64) -> QuasiPoint {
+        QuasiPoint { key: splitmix64(self.key ^ splitmix64(!sequence)), dimension: 0, ..*self }
+    }
+
     /// The next coordinate as 32 bits; `None` after the last dimension.
     #[inline]
     pub fn next(&mut self) -> Option<u32> {

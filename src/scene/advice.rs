@@ -2,38 +2,42 @@
 
 use glam::DVec3;
 
-use super::model::{Emission, Luminaire, Scene};
+use super::advice_openings::advise_on_openings;
+use super::model::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
 use super::names::listed;
 use super::shells::{Shell, bounds_m, is_inside_solid};
 
-/// A lower maintenance factor is seldom meant: outdoor luminaires in dirt without cleaning come down to some 0.5.
-const LOWEST_USUAL_MAINTENANCE: f64 = 0.5;
+/// A lower maintenance factor is seldom meant: 0.67 to 0.8 are usual indoors, and 0.8 entered twice makes 0.64.
+const LOWEST_USUAL_MAINTENANCE: f64 = 0.65;
 /// A luminaire that aims upward at something nearer than this in m lights next to nothing but that.
 const TOO_NEAR_M: f64 = 0.1;
+/// A normal with a greater z than this, either way, belongs to a horizontal plane.
+const HORIZONTAL: f64 = 0.99;
 /// An aim with a greater z looks upward.
 const UPWARD: f64 = 0.5;
 /// A starting point this near to a surface in m lies on it.
-const ON_SURFACE_M: f64 = 1e-6;
+pub(super) const ON_SURFACE_M: f64 = 1e-6;
 /// Beyond so many triangles times luminaires it is not looked where luminaires aim: a second's work.
 const MOST_LOOKS: usize = 200_000_000;
-/// A scene in another unit than metres that is smaller than this in m was likely drawn in metres.
-const SUSPICIOUSLY_SMALL_M: f64 = 0.1;
+/// In a scene that is smaller than this in m, openings of real luminaires reach through everything: its unit is wrong.
+const SMALLEST_WITH_OPENINGS_M: f64 = 0.1;
 /// Names that a warning lists; of more luminaires it tells the number.
 const MOST_NAMES: usize = 4;
 
 /// Adds a warning for each classic mistake that a valid scene shows.
 ///
-/// `unit` is the file's length unit, `shells` the closed shells of its geometries.
-pub(super) fn advise(scene: &mut Scene, unit: &str, shells: &[Shell]) {
+/// `shells` are the closed shells of its geometries.
+pub(super) fn advise(scene: &mut Scene, shells: &[Shell]) {
     let mut advice = Vec::new();
     advise_on_maintenance(&scene.luminaires, &mut advice);
-    advise_on_units(scene, unit, &mut advice);
+    advise_on_units(scene, &mut advice);
     advise_on_places(scene, shells, &mut advice);
+    advise_on_grids(scene, &mut advice);
     scene.warnings.extend(advice);
 }
 
 /// Names of luminaires, or their number and the first of them.
-fn names<'a>(luminaires: impl IntoIterator<Item = &'a Luminaire>) -> String {
+pub(super) fn names<'a>(luminaires: impl IntoIterator<Item = &'a Luminaire>) -> String {
     let names: Vec<&str> = luminaires.into_iter().map(|luminaire| luminaire.name.as_str()).collect();
     match names.len() {
         0..=MOST_NAMES => names.join(", "),
@@ -73,15 +77,8 @@ fn advise_on_maintenance(luminaires: &[Luminaire], advice: &mut Vec<String>) {
     }
 }
 
-fn advise_on_units(scene: &Scene, unit: &str, advice: &mut Vec<String>) {
+fn advise_on_units(scene: &Scene, advice: &mut Vec<String>) {
     let [low_m, high_m] = bounds_m(scene);
-    let size_m = low_m.distance(high_m);
-    if unit != "m" && size_m < SUSPICIOUSLY_SMALL_M {
-        advice.push(format!(
-            "the scene is only {:.4} m across, as its length_unit is \"{unit}\"; were its coordinates written in metres?",
-            size_m
-        ));
-    }
     let outside: Vec<&str> = scene
         .receivers
         .iter()
@@ -116,15 +113,16 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     if !buried.is_empty() {
         let count = buried.len();
         advice.push(format!(
-            "{}: inside of a closed solid, which keeps {} light; move {} out of it",
+            "{}: inside of a closed solid, which keeps {} light; move {} out of it, or, where the solid is a room, let it have \"facing\": \"inward\"",
             names(buried),
             if count == 1 { "its" } else { "their" },
             if count == 1 { "it" } else { "them" }
         ));
     }
-    if scene.luminaires.len() * scene.triangles.len() > MOST_LOOKS {
+    if scene.luminaires.len() * scene.triangles.len() > MOST_LOOKS || size_m < SMALLEST_WITH_OPENINGS_M {
         return;
     }
+    advise_on_openings(scene, advice);
     let mut at_ceiling = Vec::new();
     let mut at_backs = Vec::new();
     for luminaire in &scene.luminaires {
@@ -149,6 +147,24 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
         advice.push(format!(
             "{}: aimed at the back of a one-sided surface, which swallows the light; outside of the room, or is the surface's front turned away?",
             names(at_backs)
+        ));
+    }
+}
+
+/// A horizontal grid in the lower half of a scene that faces down is seldom meant.
+fn advise_on_grids(scene: &Scene, advice: &mut Vec<String>) {
+    let [low_m, high_m] = bounds_m(scene);
+    let middle_m = 0.5 * (low_m.z + high_m.z);
+    let faces_down = |set: &&ReceiverSet| {
+        matches!(set.layout, ReceiverLayout::Grid { .. })
+            && set.quantity == Quantity::Perpendicular
+            && set.points.iter().all(|point| point.normal.z < -HORIZONTAL && point.position_m.z < middle_m)
+    };
+    let grids: Vec<&str> = scene.receivers.iter().filter(faces_down).map(|set| set.name.as_str()).collect();
+    if !grids.is_empty() {
+        advice.push(format!(
+            "{}: faces down, as its normal is u × v; exchange \"u\" and \"v\" if light from above is meant",
+            listed(grids)
         ));
     }
 }
@@ -225,6 +241,7 @@ mod tests {
             (spot("a", "[1.5,1.5,0.5]", r#""maintenance_factor": 0.8"#), "inside of a closed solid"),
             (spot("a", "[2,2,2]", r#""maintenance_factor": 0.8, "dimming": 0.8"#), "entered twice"),
             (spot("a", "[2,2,2]", r#""maintenance_factor": 0.4"#), "applied twice"),
+            (spot("a", "[2,2,2]", r#""maintenance_factor": 0.64"#), "applied twice"),
             (
                 format!(
                     "{}, {}",
@@ -241,13 +258,27 @@ mod tests {
     }
 
     #[test]
+    fn a_grid_that_looks_at_the_floor_is_told() {
+        for (v, count) in [("[0,1,0]", 0), ("[0,-1,0]", 1)] {
+            let text = format!(
+                r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+                "geometry": [ {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "white" }} ],
+                "luminaires": [ {{ "name": "a", "type": "point", "position": [2,2,2], "intensity_cd": 1, "maintenance_factor": 0.8 }} ],
+                "receivers": [ {{ "name": "desk", "type": "grid", "origin": [1,2,0.8], "u": [1,0,0], "v": {v}, "columns": 2, "rows": 2 }} ] }}"#
+            );
+            let warnings = scene_from_json(&text, None, Path::new(".")).expect("a valid scene").warnings;
+            assert_eq!(warnings.iter().filter(|warning| warning.contains("faces down")).count(), count, "{warnings:?}");
+        }
+    }
+
+    #[test]
     fn metres_that_are_called_millimetres_are_told() {
         let text = r#"{ "version": 1, "length_unit": "mm", "materials": { "white": { "type": "diffuse", "reflectance": 0.5 } },
             "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [8,6,3], "facing": "inward", "material": "white" } ],
             "luminaires": [ { "name": "a", "type": "point", "position": [4,3,2], "intensity_cd": 1, "maintenance_factor": 0.8 } ],
             "receivers": [ { "name": "g", "type": "grid", "origin": [1000,1000,800], "u": [1000,0,0], "v": [0,1000,0], "columns": 2, "rows": 2 } ] }"#;
         let warnings = scene_from_json(text, None, Path::new(".")).expect("a valid scene").warnings;
-        assert!(warnings.iter().any(|warning| warning.contains("written in metres")), "{warnings:?}");
+        assert!(warnings.iter().any(|warning| warning.contains("as its length_unit is \"mm\"")), "{warnings:?}");
         assert!(warnings.iter().any(|warning| warning.contains("all points are outside")), "{warnings:?}");
     }
 }

@@ -9,6 +9,8 @@ use super::model::{Emission, Luminaire};
 use super::reader::Fields;
 use super::units::LengthUnit;
 
+/// Keys of an array.
+pub(super) const KEYS: [&str; 4] = ["columns", "rows", "u", "v"];
 /// Most luminaires of an array.
 const MOST_LUMINAIRES: u64 = 1_000_000;
 
@@ -22,7 +24,7 @@ pub(super) struct Array {
 
 /// Reads the array that a luminaire stands for, if its keys give one.
 pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<Array>, SceneError> {
-    let keys = ["columns", "rows", "u", "v"].map(|key| fields.get(key));
+    let keys = KEYS.map(|key| fields.get(key));
     if keys.iter().all(Option::is_none) {
         return Ok(None);
     }

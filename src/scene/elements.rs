@@ -147,7 +147,7 @@ impl Elements {
 
 /// Parts are numbered in rows of constant v: row `j` has `2(n − j) − 1` parts, upright and upside-down in turn.
 #[inline]
-fn part_at(divisions: u32, u: f64, v: f64) -> u32 {
+pub(super) fn part_at(divisions: u32, u: f64, v: f64) -> u32 {
     if divisions == 1 {
         return 0;
     }
@@ -158,7 +158,7 @@ fn part_at(divisions: u32, u: f64, v: f64) -> u32 {
     row * (2 * divisions - row) + 2 * column + u32::from(upside_down)
 }
 
-fn part_corners(divisions: u32, part: u32) -> [[f64; 2]; 3] {
+pub(super) fn part_corners(divisions: u32, part: u32) -> [[f64; 2]; 3] {
     let mut row = 0;
     let mut first = 0;
     while first + 2 * (divisions - row) - 1 <= part {

@@ -25,6 +25,8 @@ pub(super) const VERSION: f64 = 1.0;
 const SUSPICIOUSLY_LARGE_M: f64 = 1000.0;
 /// A lit scene smaller than this, in m, is likely one in other units.
 const SUSPICIOUSLY_SMALL_M: f64 = 0.01;
+/// The same of a scene whose file does not say metres: it may have been drawn in them.
+const SUSPICIOUSLY_SMALL_IN_OTHER_UNITS_M: f64 = 0.1;
 
 /// Reads a scene file and the OBJ, points and photometric files that it names.
 ///
@@ -103,7 +105,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
     let shells = closed_shells_of_geometries(&scene);
     mark_inside_points(&mut scene, &shells);
     warn_of_proportions(&mut scene, unit);
-    advise(&mut scene, unit.name, &shells);
+    advise(&mut scene, &shells);
     Ok(scene)
 }
 
@@ -135,7 +137,9 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
         if inside > 0 {
             let all = set.points.len();
             let what = "lie inside of a closed solid; they are left out of tables and errors";
-            scene.warnings.push(format!("{}: {inside} of {all} points {what}", set.name));
+            let remedy =
+                if inside == all { "; if the solid is a room, let it have \"facing\": \"inward\"" } else { "" };
+            scene.warnings.push(format!("{}: {inside} of {all} points {what}{remedy}", set.name));
         }
     }
     scene.receivers = receivers;
@@ -144,7 +148,8 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
 fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
     let [low_m, high_m] = bounds_m(scene);
     let size_m = low_m.distance(high_m);
-    if !(SUSPICIOUSLY_SMALL_M..=SUSPICIOUSLY_LARGE_M).contains(&size_m) {
+    let least_m = if unit.name == "m" { SUSPICIOUSLY_SMALL_M } else { SUSPICIOUSLY_SMALL_IN_OTHER_UNITS_M };
+    if !(least_m..=SUSPICIOUSLY_LARGE_M).contains(&size_m) {
         let others = listed(UNIT_NAMES.into_iter().filter(|name| *name != unit.name));
         scene.warnings.push(format!(
             "the scene is {size_m:.4} m across, as its length_unit is \"{}\"; is {others} meant?",

@@ -19,53 +19,22 @@ use super::vectors::photometric_frame;
 /// The luminaire types, as files name them.
 pub(super) const TYPES: [&str; 4] = ["point", "sphere", "area", "photometric"];
 
-/// Keys of every luminaire type.
-pub(super) const KEYS: [&[&str]; 4] = [
-    &[
-        "name",
-        "type",
-        "position",
-        "distribution",
-        "aim",
-        "intensity_cd",
-        "luminous_flux_lm",
-        "dimming",
-        "maintenance_factor",
-        "columns",
-        "rows",
-        "u",
-        "v",
-    ],
-    &[
-        "name",
-        "type",
-        "center",
-        "radius",
-        "exitance_lm_m2",
-        "luminous_flux_lm",
-        "dimming",
-        "maintenance_factor",
-        "columns",
-        "rows",
-        "u",
-        "v",
-    ],
-    &["name", "type", "surface", "side", "exitance_lm_m2", "luminous_flux_lm", "dimming", "maintenance_factor"],
-    &[
-        "name",
-        "type",
-        "file",
-        "position",
-        "aim",
-        "rotation_deg",
-        "dimming",
-        "maintenance_factor",
-        "columns",
-        "rows",
-        "u",
-        "v",
-    ],
+/// Keys of each luminaire type alone.
+const OWN_KEYS: [&[&str]; 4] = [
+    &["position", "distribution", "aim", "intensity_cd", "luminous_flux_lm"],
+    &["center", "radius", "exitance_lm_m2", "luminous_flux_lm"],
+    &["surface", "side", "exitance_lm_m2", "luminous_flux_lm"],
+    &["file", "position", "aim", "rotation_deg"],
 ];
+/// Keys that every luminaire type has.
+const COMMON_KEYS: [&str; 5] = ["name", "type", "dimming", "maintenance_factor", "power_w"];
+
+/// Keys of a luminaire type: its place in [`TYPES`].
+pub(super) fn keys(kind: usize) -> Vec<&'static str> {
+    // A luminous surface stands where it stands; all others come in arrays too.
+    let array: &[&str] = if TYPES[kind] == "area" { &[] } else { &arrays::KEYS };
+    [&COMMON_KEYS, OWN_KEYS[kind], array].concat()
+}
 
 /// Values of `distribution`.
 pub(super) const DISTRIBUTIONS: [&str; 2] = ["isotropic", "lambertian"];
@@ -128,21 +97,21 @@ fn read_one(
     let kind = node.fields("a luminaire")?.need("type", "\"point\"")?.choice(&TYPES)?;
     let what = format!("{} {} luminaire", if TYPES[kind] == "area" { "an" } else { "a" }, TYPES[kind]);
     let fields = node.fields(&what)?;
-    fields.only(KEYS[kind])?;
+    fields.only(&keys(kind))?;
     let name = unique_name(&fields, names)?;
     let dimming = fields.get("dimming").map_or(Ok(1.0), |node| node.fraction("dimming"))?;
     let maintenance_factor =
         fields.get("maintenance_factor").map_or(Ok(1.0), |node| node.fraction("the maintenance factor"))?;
     let maintained = dimming * maintenance_factor;
 
-    let mut power_w = None;
+    let mut power_w = fields.get("power_w").map(|node| node.at_least_zero("the electric power")).transpose()?;
     let (luminous_flux_lm, emission) = match TYPES[kind] {
         "point" => read_point(&fields, &name, around.unit, maintained, warnings)?,
         "sphere" => read_sphere(&fields, around.unit, maintained)?,
         "area" => read_area(&fields, around.surfaces, maintained)?,
         _ => {
             let (flux_lm, emission, file_power_w) = read_photometric(&fields, &name, around, maintained, warnings)?;
-            power_w = file_power_w;
+            power_w = power_w.or(file_power_w);
             (flux_lm, emission)
         }
     };

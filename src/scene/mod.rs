@@ -1,6 +1,7 @@
 //! From the scene file as written to one always-valid [`Scene`] in SI units.
 
 mod advice;
+mod advice_openings;
 mod arrays;
 pub mod elements;
 mod error;
@@ -12,6 +13,7 @@ mod model;
 mod names;
 mod obj;
 mod parse;
+pub mod patches;
 pub mod photometry;
 mod placing;
 mod points_file;
@@ -36,3 +38,4 @@ pub use inspect::{
 };
 pub use model::*;
 pub use schema::scene_schema;
+pub use shells::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene};

@@ -171,7 +171,7 @@ pub struct Luminaire {
     pub dimming: f64,
     /// Maintenance factor, 0 to 1.
     pub maintenance_factor: f64,
-    /// Electric power in W, where the photometric file tells it (not dimmed).
+    /// Electric power in W, not dimmed, where the scene or the photometric file tells it.
     pub power_w: Option<f64>,
     /// How and where it emits.
     pub emission: Emission,
@@ -355,6 +355,11 @@ impl Scene {
     /// Surface of a triangle.
     pub fn surface_of(&self, triangle: u32) -> &Surface {
         &self.surfaces[self.triangle_surfaces[triangle as usize] as usize]
+    }
+
+    /// Number of a triangle's surface.
+    pub fn surface_id_of(&self, triangle: u32) -> SurfaceId {
+        self.triangle_surfaces[triangle as usize]
     }
 
     /// Maintained flux of all luminaires in lm.

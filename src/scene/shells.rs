@@ -9,7 +9,7 @@ use super::model::{Emission, Scene};
 
 /// A connected piece of surface.
 #[derive(Clone, Debug)]
-pub(super) struct Shell {
+pub struct Shell {
     /// Its triangles.
     pub triangles: Vec<u32>,
     /// Whether every edge is passed as often one way as the other, so that it has no boundary.
@@ -139,7 +139,7 @@ impl Shell {
 }
 
 /// The closed shells of every geometry by itself.
-pub(super) fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
+pub fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
     let geometries = scene.surfaces.chunk_by(|one, other| one.geometry == other.geometry);
     geometries
         .flat_map(|parts| {
@@ -152,7 +152,7 @@ pub(super) fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
 
 /// The shells of the scene as a whole: here vertices of different geometries that coincide exactly are one, so that a
 /// room made of rectangles is closed.
-pub(super) fn shells_of_scene(scene: &Scene) -> Vec<Shell> {
+pub fn shells_of_scene(scene: &Scene) -> Vec<Shell> {
     let mut first: HashMap<[u64; 3], u32> = HashMap::new();
     let vertex_of: Vec<u32> = (0u32..)
         .zip(&scene.vertices_m)
@@ -204,6 +204,12 @@ pub(super) fn is_shut_in(scene: &Scene, shells: &[Shell], emission: &Emission) -
             winding < -0.5 || winding > 0.5 && reflects_on_both_sides(scene, shell)
         })
     })
+}
+
+/// Whether no light of any luminaire can get out of the scene.
+pub fn all_luminaires_are_shut_in(scene: &Scene) -> bool {
+    let shells = shells_of_scene(scene);
+    scene.luminaires.iter().all(|luminaire| is_shut_in(scene, &shells, &luminaire.emission))
 }
 
 /// Whether light passes any triangle of a shell.

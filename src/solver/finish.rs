@@ -1,7 +1,8 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
+use super::forward::Forward;
 use super::glare::{GlareRating, rate};
-use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
+use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
 use super::{ConvergenceRow, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
 use crate::maps::{
     MapError, MapKind, MapResult, REPLICAS, TableKind, TableRow, TableSubject, standard_error, table_row,
@@ -15,16 +16,19 @@ pub(super) fn finish(
     settings: &Settings,
     target_error: Option<f64>,
     jobs: Vec<Job>,
+    forward: Option<&Forward>,
     convergence: Vec<ConvergenceRow>,
     stop_reason: StopReason,
     build_s: f64,
     compute_s: f64,
 ) -> Solution {
-    let chains = jobs.iter().map(Job::chains).sum();
-    let rays = jobs.iter().map(|job| job.rays).sum();
+    let forward_chains = forward.map_or(0, |forward| forward.chains * REPLICAS as u64);
+    let chains = forward_chains + jobs.iter().map(Job::chains).sum::<u64>();
+    let rays = forward.map_or(0, |forward| forward.rays) + jobs.iter().map(|job| job.rays).sum::<u64>();
     let mut warnings = Vec::new();
-    let flux_balance = flux_balance(context, &jobs);
-    let map_check = map_check(context, &jobs);
+    let ends = ends_of_chains(&jobs, forward);
+    let flux_balance = ends.map(|ends| flux_balance(context, ends));
+    let map_check = ends_of_chains(&jobs, forward).and_then(|ends| map_check(context, &jobs, ends));
     if let Ok(balance) = &flux_balance
         && balance.back_face_lm > 0.0
     {
@@ -54,7 +58,9 @@ pub(super) fn finish(
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     Solution {
         method: match settings.method {
-            Method::Auto | Method::Collision => "collision",
+            Method::Auto => "auto",
+            Method::Collision => "collision",
+            Method::Gather => "gather",
             Method::Local => "local",
             Method::LocalNaive => "local-naive",
         }
@@ -81,22 +87,21 @@ pub(super) fn finish(
 
 fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResult {
     let judgement = job.judgement;
-    let dark = judgement.dark && !job.is_black() && !job.map.is_empty();
-    let samples = (job.map.indirect_samples.complete.max(1) * REPLICAS as u64) as f64;
     let weight_sum: f64 = job.weights.iter().sum();
+    let dark = judgement.dark && !job.is_black() && weight_sum > 0.0;
+    let samples = (job.map.indirect_samples.complete.max(1) * REPLICAS as u64) as f64;
     let error = MapError {
         random: judgement.halves_error,
-        bias: 0.0,
-        estimated: judgement.halves_error,
+        bias: judgement.bias,
+        estimated: judgement.stated_error(),
         degrees_of_freedom: judgement.degrees_of_freedom,
-        dark_upper_bound_lx: dark.then(|| {
-            PACKETS_OF_A_BOUND * context.stage.emitters.luminous_flux_lm() / (samples * weight_sum.max(1e-300))
-        }),
+        dark_upper_bound_lx: dark
+            .then(|| PACKETS_OF_A_BOUND * context.stage.emitters.luminous_flux_lm() / (samples * weight_sum)),
     };
     MapResult {
         name: job.name.clone(),
         kind: job.kind,
-        method: job.method(context).to_owned(),
+        method: job.engine.name().to_owned(),
         chains: job.chains(),
         values: job.map.values(),
         error,
@@ -154,41 +159,43 @@ fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
     table_row(&job.map, &subject)
 }
 
-fn element_job(jobs: &[Job]) -> Result<&Job, String> {
-    let job = jobs
-        .iter()
-        .find(|job| job.kind == MapKind::Elements)
-        .ok_or("the element map was not asked for, so no chains were traced from the luminaires")?;
-    if job.is_black() {
-        return Err("no surface reflects, so no chains were traced".to_owned());
-    }
-    Ok(job)
-}
-
-fn flux_balance(context: &Context, jobs: &[Job]) -> Result<FluxBalance, String> {
-    let job = element_job(jobs)?;
-    let mut ends = Ends::default();
-    for replica in &job.ends {
-        ends += *replica;
-    }
-    let emitted_lm = context.stage.emitters.luminous_flux_lm();
-    let share = |packets: u64| emitted_lm * packets as f64 / ends.packets().max(1) as f64;
-    Ok(FluxBalance {
-        emitted_lm,
-        absorbed_lm: share(ends.absorbed + ends.panes + ends.balls),
-        escaped_lm: share(ends.escaped),
-        back_face_lm: share(ends.back_faces),
-        truncated_lm: 0.0,
+/// How the packets of forward chains ended, replica by replica: those that elements counted, or those that gathering
+/// looks up.
+fn ends_of_chains<'a>(jobs: &'a [Job], forward: Option<&'a Forward>) -> Result<&'a [Ends; REPLICAS], String> {
+    let counting = jobs.iter().find(|job| job.engine == Engine::Counting && job.ends[0].packets() > 0);
+    let ends = counting.map(|job| &job.ends).or(forward.map(|forward| &forward.ends));
+    ends.ok_or_else(|| {
+        if jobs.iter().any(Job::is_black) {
+            "no surface reflects, so no chains were traced".to_owned()
+        } else {
+            "the element map was not asked for, so no chains were traced from the luminaires".to_owned()
+        }
     })
 }
 
+fn flux_balance(context: &Context, ends: &[Ends; REPLICAS]) -> FluxBalance {
+    let mut all = Ends::default();
+    for replica in ends {
+        all += *replica;
+    }
+    let emitted_lm = context.stage.emitters.luminous_flux_lm();
+    let share = |packets: u64| emitted_lm * packets as f64 / all.packets().max(1) as f64;
+    FluxBalance {
+        emitted_lm,
+        absorbed_lm: share(all.absorbed + all.panes + all.balls),
+        escaped_lm: share(all.escaped),
+        back_face_lm: share(all.back_faces),
+        truncated_lm: 0.0,
+    }
+}
+
 /// Σ absorptance·E·A against the emitted flux: sees a wrong map, which the balance of counted packets cannot.
-fn map_check(context: &Context, jobs: &[Job]) -> Result<MapCheck, String> {
-    let job = element_job(jobs)?;
-    if job.ends.iter().any(|ends| ends.escaped > 0) {
+fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result<MapCheck, String> {
+    let job = jobs.iter().find(|job| job.kind == MapKind::Elements).ok_or("the element map was not asked for")?;
+    if ends.iter().any(|ends| ends.escaped > 0) {
         return Err("the scene is open: flux escaped".to_owned());
     }
-    if job.ends.iter().any(|ends| ends.back_faces > 0) {
+    if ends.iter().any(|ends| ends.back_faces > 0) {
         return Err("flux hits the back of one-sided surfaces".to_owned());
     }
     let emitted_lm = context.stage.emitters.luminous_flux_lm();
@@ -201,7 +208,7 @@ fn map_check(context: &Context, jobs: &[Job]) -> Result<MapCheck, String> {
         .collect();
     let absorbed_lm: Vec<f64> = (0..REPLICAS)
         .map(|replica| {
-            let ends = &job.ends[replica];
+            let ends = &ends[replica];
             let counted_lm = emitted_lm * (ends.balls + ends.panes) as f64 / ends.packets().max(1) as f64;
             let cells_lm: f64 = (0..job.map.len())
                 .map(|cell| absorptance[cell] * job.weights[cell] * job.map.illuminance_lx(replica, cell))

@@ -3,16 +3,19 @@
 use std::ops::Range;
 
 use super::Method;
-use super::local::{Kernel, LocalPlan, chains_of};
-use super::pilot::DirectShare;
+use super::forward::Forward;
+use super::gathering::Gatherer;
+use super::local::{Kernel, LocalPlan};
+use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_error};
+use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
-use crate::maps::{Judgement, MapKind, REPLICAS, ReplicaMap, Tally, Unit, judge};
-use crate::scene::Scene;
+use crate::maps::{Crossing, Judgement, MapKind, REPLICAS, ReplicaMap, Tally, Unit, judge};
+use crate::scene::{Quantity, Scene};
 
 /// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
 /// sharing it out over threads costs nothing.
-const RAYS_PER_SLICE: f64 = 400_000.0;
+pub const RAYS_PER_SLICE: f64 = 400_000.0;
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
@@ -79,6 +82,42 @@ impl std::ops::AddAssign for Ends {
     }
 }
 
+/// What estimates the indirect light of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// Packets of chains are counted on elements.
+    Counting,
+    /// Walks from receivers.
+    Walking,
+    /// Gathering rays that look up what the forward stage left.
+    Gathering,
+    /// Vertices of chains score at all receivers.
+    Connecting(Kernel),
+}
+
+impl Engine {
+    /// The unbiased one of a map.
+    fn unbiased(kind: MapKind, method: Method) -> Engine {
+        match (kind, method) {
+            (MapKind::Elements, _) => Engine::Counting,
+            (MapKind::Receivers(_), Method::Local) => Engine::Connecting(Kernel::Bounded),
+            (MapKind::Receivers(_), Method::LocalNaive) => Engine::Connecting(Kernel::Naive),
+            (MapKind::Receivers(_), _) => Engine::Walking,
+        }
+    }
+
+    /// Name as results tell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Engine::Counting => "collision",
+            Engine::Walking => "walk",
+            Engine::Gathering => "gather",
+            Engine::Connecting(Kernel::Bounded) => "local",
+            Engine::Connecting(Kernel::Naive) => "local-naive",
+        }
+    }
+}
+
 /// One map in the making.
 pub struct Job {
     /// `elements` or the receiver set's name.
@@ -105,9 +144,22 @@ pub struct Job {
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
     pub judgement: Judgement,
+    /// What estimates its indirect light.
+    pub engine: Engine,
+    /// Variance in lx² of a replica of what it gathers, by chance of its rays and of its chains; weighted means over the entries.
+    pub row_variance: f64,
+    /// The same by chance of its chains.
+    pub column_variance: f64,
+    /// Gathering rays an entry that the plan gives it.
+    pub planned_samples: u64,
+    /// What a count is worth, kept while the map gathers.
+    counting_unit: Option<Unit>,
     judged_samples: u64,
+    direct: PartCost,
+    indirect: PartCost,
     share: DirectShare,
-    /// Rounds of local estimation in place of walks.
+    checked_share: f64,
+    /// Rounds of local estimation, where vertices of chains score.
     local: Option<LocalPlan>,
     black: bool,
 }
@@ -141,17 +193,16 @@ impl Job {
         weights: Vec<f64>,
         bound: bool,
     ) -> Job {
-        let kernel = match context.method {
-            Method::Local => Some(Kernel::Bounded),
-            Method::LocalNaive => Some(Kernel::Naive),
-            Method::Auto | Method::Collision => None,
-        };
-        let local = match (kind, kernel) {
-            (MapKind::Receivers(set), Some(kernel)) if context.stage.reflects() => {
-                Some((set, LocalPlan::of(context, set, kernel)))
+        let entries = map.len();
+        let direct = direct_cost(context, kind, number);
+        let engine = Engine::unbiased(kind, context.method);
+        let local = match (kind, engine) {
+            (MapKind::Receivers(set), Engine::Connecting(kernel)) if context.stage.reflects() => {
+                Some(LocalPlan::of(context, set, kernel))
             }
             _ => None,
         };
+        let indirect = local.as_ref().map_or_else(|| indirect_cost(context, kind, number), |plan| plan.cost(&weights));
         Job {
             name,
             kind,
@@ -165,65 +216,110 @@ impl Job {
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
+            engine,
+            counting_unit: None,
+            row_variance: 0.0,
+            column_variance: 0.0,
+            planned_samples: 0,
             judged_samples: 0,
-            share: local.as_ref().map_or_else(
-                || DirectShare::of(context, kind, number),
-                |(set, plan)| {
-                    DirectShare::beside(context, *set, number, plan.variance_per_round, plan.rays_per_round)
-                },
-            ),
-            local: local.map(|(_, plan)| plan),
+            direct,
+            indirect,
+            share: DirectShare::of(direct, indirect, entries),
+            checked_share: 0.0,
+            local,
             black: !context.stage.reflects(),
         }
     }
 
-    /// Name of the estimator that gives it.
-    pub fn method(&self, context: &Context) -> &'static str {
-        match (self.kind, &self.local, context.method) {
-            (MapKind::Elements, ..) => "collision",
-            (MapKind::Receivers(_), None, _) => "walk",
-            (MapKind::Receivers(_), Some(_), Method::LocalNaive) => "local-naive",
-            (MapKind::Receivers(_), Some(_), _) => "local",
+    /// Rays that counting or walking takes to an error in lx, by what the pilot measured.
+    pub fn rays_without_gathering(&self, error_lx: f64) -> f64 {
+        rays_to_error(self.direct, self.indirect, self.map.len(), error_lx)
+    }
+
+    /// Mean of its direct light in lx, by what the pilot measured.
+    pub fn direct_mean_lx(&self) -> f64 {
+        self.direct.mean_lx
+    }
+
+    /// Share of an error that chains and gathering rays may have, the rest being that of direct light: variances are best
+    /// shared out like the roots of variance times cost, which for the gathered part follow from its rays to the error.
+    pub fn gathered_share(&self, rays: f64, error_lx: f64) -> f64 {
+        let direct = (self.direct.variance * self.direct.rays * self.map.len() as f64).sqrt();
+        let gathered = rays.sqrt() * error_lx;
+        (gathered / (gathered + direct)).sqrt()
+    }
+
+    /// Starts (again) with gathering, from costs and a plan; direct light stays as far as it is.
+    pub fn start_gathering(&mut self, context: &Context, costs: &GatherCosts, samples: f64) {
+        self.checked_share = if context.stage.paths_not_found.is_empty() { costs.checked_share() } else { 0.0 };
+        self.planned_samples = (samples.ceil() as u64).max(1);
+        let rays = costs.rays_per_sample + self.checked_share * costs.rays_per_check;
+        let gathered = PartCost { variance: costs.ray_variance, rays, mean_lx: costs.mean_lx };
+        self.share = DirectShare::of(self.direct, gathered, self.map.len());
+        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.map.indirect_samples = Tally::default();
+        let unit = std::mem::replace(&mut self.map.indirect_unit_lx, Unit::Lux);
+        if matches!(unit, Unit::Packets { .. }) {
+            self.counting_unit = Some(unit);
         }
+        self.map.crossing = Some(Crossing::new(self.map.len()));
+        self.samples = 0;
+        self.engine = Engine::Gathering;
+    }
+
+    /// Goes over to walks or counting; direct light stays as far as it is.
+    pub fn stop_gathering(&mut self) {
+        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.map.indirect_samples = Tally::default();
+        self.map.crossing = None;
+        if let Some(unit) = self.counting_unit.take() {
+            self.map.indirect_unit_lx = unit;
+        }
+        self.engine = Engine::unbiased(self.kind, Method::Auto);
+        self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
+        self.samples = 0;
     }
 
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
     pub fn chains(&self) -> u64 {
-        if let Some(plan) = &self.local {
-            return chains_of(plan, self.samples);
-        }
-        let per_sample = match self.kind {
-            MapKind::Elements => 1,
-            MapKind::Receivers(_) => self.map.len() as u64,
+        let per_sample = match self.engine {
+            Engine::Counting => 1,
+            Engine::Walking => self.map.len() as u64,
+            // The forward stage's chains serve all maps and are counted once.
+            Engine::Gathering => 0,
+            Engine::Connecting(_) => self.chains_per_round(),
         };
         if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
     }
 
     /// Samples a replica that fill at least `chains` chains.
     pub fn samples_for(&self, chains: u64) -> u64 {
-        if let Some(plan) = &self.local {
-            return chains.div_ceil(chains_of(plan, 1)).max(1);
-        }
-        let per_sample = match self.kind {
-            MapKind::Elements => REPLICAS as u64,
-            MapKind::Receivers(_) => (REPLICAS * self.map.len().max(1)) as u64,
+        let per_sample = match self.engine {
+            Engine::Counting => REPLICAS as u64,
+            Engine::Walking => (REPLICAS * self.map.len().max(1)) as u64,
+            Engine::Gathering => return self.planned_samples,
+            Engine::Connecting(_) => REPLICAS as u64 * self.chains_per_round(),
         };
         if self.black { 1 } else { chains.div_ceil(per_sample).max(1) }
     }
 
     /// Samples at which the error is judged for the first time.
     pub fn first_samples(&self) -> u64 {
-        match self.kind {
+        match self.engine {
             _ if self.black => 1,
-            MapKind::Receivers(_) if self.local.is_some() => {
-                self.local.as_ref().map_or(1, |plan| {
-                    let affordable = RAYS_PER_SLICE / (plan.rays_per_round.max(1.0) * REPLICAS as f64);
-                    (FIRST_LOCAL_CHAINS / plan.chains_per_round).min(affordable as u64).max(1)
-                })
+            Engine::Counting => 256,
+            Engine::Walking => 4,
+            Engine::Gathering => self.planned_samples.div_ceil(2).min(4),
+            Engine::Connecting(_) => {
+                let affordable = RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64);
+                (FIRST_LOCAL_CHAINS / self.chains_per_round()).min(affordable as u64).max(1)
             }
-            MapKind::Elements => 256,
-            MapKind::Receivers(_) => 4,
         }
+    }
+
+    /// Chains of a round of local estimation.
+    fn chains_per_round(&self) -> u64 {
+        self.local.as_ref().map_or(1, |plan| plan.chains_per_round)
     }
 
     /// Rays that one sample of all replicas takes, as the pilot counted them.
@@ -266,7 +362,9 @@ impl Job {
     ///
     /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can
     /// end the run in the middle of it.
-    pub fn advance(&mut self, context: &Context, goal: u64) -> bool {
+    ///
+    /// `forward` is what gathering rays look up; there is none where nothing gathers.
+    pub fn advance(&mut self, context: &Context, forward: Option<&Forward>, goal: u64) -> bool {
         let passes = self.passes_at(goal);
         if self.map.direct_samples.complete < passes {
             let (entries, times) =
@@ -279,13 +377,21 @@ impl Job {
             };
             self.map.direct_samples = after_sweep(entries, times, self.map.len());
         } else if !self.black {
-            self.advance_indirect(context, goal);
+            self.advance_indirect(context, forward, goal);
         }
         self.samples = if self.black { self.map.direct_samples.complete } else { self.map.indirect_samples.complete };
         self.samples >= goal && self.map.direct_samples.complete >= passes
     }
 
-    fn advance_indirect(&mut self, context: &Context, goal: u64) {
+    fn advance_indirect(&mut self, context: &Context, forward: Option<&Forward>, goal: u64) {
+        if let (Engine::Gathering, Some(forward)) = (self.engine, forward) {
+            let rays = self.share.rays_per_indirect;
+            let (entries, times) = slice_of_sweep(self.map.indirect_samples, goal, self.map.len(), rays);
+            let gatherer = Gatherer { context, forward, kind: self.kind, checked_share: self.checked_share };
+            self.rays += gatherer.gather(&mut self.map, entries.clone(), times.clone());
+            self.map.indirect_samples = after_sweep(entries, times, self.map.len());
+            return;
+        }
         match self.kind {
             MapKind::Elements => {
                 let done = self.map.indirect_samples.complete;
@@ -332,8 +438,10 @@ impl Job {
     /// Judges the error as it stands.
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
+        self.map.settle(&self.weights);
+        (self.row_variance, self.column_variance) = self.map.row_and_column_variance(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
-        if self.judgement.unseen && !self.judgement.dark {
+        if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
             self.judgement.halves_error = self.judgement.halves_error.max(bound);
@@ -362,6 +470,14 @@ impl Job {
 }
 
 impl Job {
+    /// Whether it is what an eye sees, which gathering does not know.
+    pub fn is_luminance(&self, context: &Context) -> bool {
+        match self.kind {
+            MapKind::Receivers(set) => context.scene.receivers[set].quantity == Quantity::Luminance,
+            MapKind::Elements => false,
+        }
+    }
+
     /// Samples at the latest judgement.
     pub fn judged_samples(&self) -> u64 {
         self.judged_samples

@@ -7,10 +7,11 @@
 use rayon::prelude::*;
 
 use super::job::Context;
+use super::pilot::PartCost;
 use super::sweep::{emission_shift, spread_choice};
 use crate::chain::Stage;
 use crate::estimators::local::{Anchors, ChainVertex, Connecting};
-use crate::maps::{REPLICAS, ReplicaMap};
+use crate::maps::ReplicaMap;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
@@ -29,6 +30,8 @@ pub struct LocalPlan {
     pub rays_per_round: f64,
     /// Weighted variance that one round leaves, summed over the set.
     pub variance_per_round: f64,
+    /// Mean of the indirect light that the pilot found.
+    mean_lx: f64,
     /// Whether chains start from scrambled Sobol points.
     quasi: bool,
 }
@@ -47,6 +50,13 @@ impl LocalPlan {
     pub fn of(context: &Context, set: usize, kernel: Kernel) -> LocalPlan {
         let anchors = Anchors::of(context.stage, &context.scene.receivers[set], context.seed, set as u32 + 1);
         plan::plan(context, set, kernel, anchors)
+    }
+
+    /// What a round costs an entry and how it scatters; the weights are those of the entries.
+    pub fn cost(&self, weights: &[f64]) -> PartCost {
+        let entries = weights.len().max(1) as f64;
+        let weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        PartCost { variance: self.variance_per_round / weight, rays: self.rays_per_round / entries, mean_lx: self.mean_lx }
     }
 
     /// Does some rounds in every replica; returns the rays traced.
@@ -122,9 +132,4 @@ impl LocalPlan {
 fn trace(anchors: &Anchors, stage: &Stage, choice: f64, stream: &mut Stream, vertices: &mut Vec<ChainVertex>) -> u64 {
     vertices.clear();
     stage.trace_chain(choice, stream, |arrival| vertices.extend(anchors.vertex(stage, arrival))).1
-}
-
-/// Chains so far of all replicas after some rounds.
-pub fn chains_of(plan: &LocalPlan, rounds: u64) -> u64 {
-    rounds * plan.chains_per_round * REPLICAS as u64
 }

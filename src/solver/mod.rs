@@ -1,13 +1,17 @@
 //! The batch loop: work in replicas over threads, merged in order, until a stop rule ends it.
 
 mod finish;
+mod forward;
+mod gathering;
 mod glare;
 mod job;
 mod local;
 mod pilot;
+mod plan;
 mod run;
 mod solution;
 mod sparse;
+mod stages;
 mod sweep;
 
 pub use glare::GlareRating;

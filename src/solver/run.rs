@@ -3,12 +3,13 @@
 use std::time::Instant;
 
 use super::finish::finish;
-use super::job::{Context, Job};
+use super::job::{Context, Engine, Job, RAYS_PER_SLICE};
 use super::sparse::fill_sparse_elements;
-use super::{ConvergenceRow, MapSelection, Settings, Solution, StopReason};
+use super::stages::Stages;
+use super::{ConvergenceRow, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::Stage;
 use crate::control::{accepts, needed_work, next_judgement};
-use crate::maps::MapKind;
+use crate::maps::{MapKind, REPLICAS};
 use crate::scene::Scene;
 
 /// Maps that the target does not bind get at most this share of the rays that the bound ones take.
@@ -69,6 +70,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         target_error,
         observer,
         jobs: choose_jobs(&context, &settings.maps),
+        stages: None,
         convergence: Vec::new(),
     };
     let stop_reason = run.work();
@@ -76,7 +78,9 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     run.give_every_map_a_start(if in_haste { RAYS_IN_HASTE } else { FIRST_LOOK_RAYS });
     run.judge_all(in_haste);
     let compute_s = started.elapsed().as_secs_f64() - build_s;
-    finish(&context, settings, target_error, run.jobs, run.convergence, stop_reason, build_s, compute_s)
+    let Run { jobs, stages, convergence, .. } = run;
+    let forward = stages.map(|stages| stages.forward);
+    finish(&context, settings, target_error, jobs, forward.as_ref(), convergence, stop_reason, build_s, compute_s)
 }
 
 /// The maps that a selection asks for, elements first, and whether the target binds each.
@@ -108,25 +112,81 @@ struct Run<'a> {
     target_error: Option<f64>,
     observer: &'a dyn Observer,
     jobs: Vec<Job>,
+    /// The forward stage, if anything gathers.
+    stages: Option<Stages>,
     convergence: Vec<ConvergenceRow>,
 }
 
 impl Run<'_> {
     fn work(&mut self) -> StopReason {
+        self.stages = Stages::pilot(self.context, &self.jobs, self.settings);
+        if let Some(stages) = &mut self.stages {
+            stages.plan_first(self.context, &mut self.jobs, self.settings, self.target_error);
+        }
         for job in &mut self.jobs {
             job.next_judgement = job.first_samples();
         }
         loop {
-            let Some(index) = self.next_job() else {
-                return self.why_all_is_done();
-            };
-            self.slice(index);
+            if !self.trace_forward() {
+                let Some(index) = self.next_job() else {
+                    return self.why_all_is_done();
+                };
+                self.slice(index);
+            }
             self.observer.progress(&self.progress());
             if self.observer.is_interrupted() {
                 return StopReason::Interrupted;
             }
             if self.settings.time_limit_s.is_some_and(|limit_s| self.observer.wall_s() >= limit_s) {
                 return StopReason::TimeLimit;
+            }
+        }
+    }
+
+    /// One slice of the forward stage; whether there was any left.
+    fn trace_forward(&mut self) -> bool {
+        let Some(stages) = &mut self.stages else {
+            return false;
+        };
+        if stages.forward.chains >= stages.goal_chains {
+            return false;
+        }
+        let until = stages.slice(RAYS_PER_SLICE);
+        stages.forward.trace_to(self.context, until);
+        if until == stages.goal_chains {
+            stages.forward.settle(self.context);
+        }
+        true
+    }
+
+    /// More chains, where they hold up a map that gathers and is not right enough yet.
+    fn extend_forward(&mut self, index: usize) {
+        let Some(stages) = &mut self.stages else {
+            return;
+        };
+        let job = &self.jobs[index];
+        if job.met || !job.bound || self.settings.chains.is_some() {
+            return;
+        }
+        if self.settings.time_limit_s.is_some() {
+            if stages.is_overdrawn(job) {
+                stages.plan_next(self.context, &mut self.jobs);
+                let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
+                restarted.for_each(|job| job.next_judgement = job.first_samples());
+            }
+        } else if let Some(target) = self.target_error
+            && job.engine == Engine::Gathering
+        {
+            let may_leave = self.settings.method == Method::Auto;
+            stages.replan(self.context, &mut self.jobs, index, target, may_leave);
+            let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
+            restarted.for_each(|job| job.next_judgement = job.first_samples());
+            let job = &mut self.jobs[index];
+            if job.samples > 0 {
+                // Far from the goal a look at half the way; near it at least a twentieth further.
+                let far = job.planned_samples > 3 * job.samples;
+                let goal = if far { 2 * job.samples } else { job.planned_samples };
+                job.next_judgement = goal.max(job.samples + job.samples.div_ceil(20));
             }
         }
     }
@@ -182,7 +242,7 @@ impl Run<'_> {
         let goal = self.goal(&self.jobs[index]);
         let job = &mut self.jobs[index];
         let started = Instant::now();
-        let arrived = job.advance(self.context, goal);
+        let arrived = job.advance(self.context, self.stages.as_ref().map(|stages| &stages.forward), goal);
         job.seconds += started.elapsed().as_secs_f64();
         if !arrived || goal < job.next_judgement {
             return;
@@ -196,6 +256,7 @@ impl Run<'_> {
             let row = self.convergence_row();
             self.convergence.extend(row);
         }
+        self.extend_forward(index);
     }
 
     /// Rays so far of all bound, or of all unbound maps.
@@ -211,13 +272,19 @@ impl Run<'_> {
 
     /// Every map that was asked for shows something, however the run ended.
     fn give_every_map_a_start(&mut self, most_rays: f64) {
+        if let Some(stages) = &mut self.stages
+            && stages.forward.chains > 0
+        {
+            stages.forward.settle(self.context);
+        }
+        let forward = self.stages.as_ref().map(|stages| &stages.forward);
         for job in self.jobs.iter_mut().filter(|job| !job.has_started() && !job.map.is_empty()) {
             match job.kind {
-                MapKind::Elements if !job.is_black() => {
+                MapKind::Elements if job.engine == Engine::Counting && !job.is_black() => {
                     let chains = (most_rays / job.rays_per_sample()) as u64;
                     job.count_all_by_chains(self.context, chains);
                 }
-                _ => while !job.advance(self.context, 1) {},
+                _ => while !job.advance(self.context, forward, 1) {},
             }
         }
     }
@@ -249,7 +316,9 @@ impl Run<'_> {
 
     fn progress(&self) -> Progress {
         let judged = || self.jobs.iter().filter(|job| job.bound && job.judgement.mean_lx > 0.0);
-        let chains: u64 = self.jobs.iter().map(Job::chains).sum();
+        let forward = self.stages.as_ref().map(|stages| &stages.forward);
+        let forward_chains = forward.map_or(0, |forward| forward.chains * REPLICAS as u64);
+        let chains: u64 = forward_chains + self.jobs.iter().map(Job::chains).sum::<u64>();
         let mut more_chains = 0.0;
         let mut remaining_s = 0.0;
         let mut done_rays = 0.0;
@@ -267,10 +336,10 @@ impl Run<'_> {
         let known = self.jobs.iter().filter(|job| job.bound).all(is_judged)
             && (self.target_error.is_some() || self.settings.chains.is_some());
         Progress {
-            estimated_error: judged().map(|job| job.judgement.halves_error).reduce(f64::max),
+            estimated_error: judged().map(|job| job.judgement.stated_error()).reduce(f64::max),
             target_error: self.target_error,
             chains,
-            rays: self.jobs.iter().map(|job| job.rays).sum(),
+            rays: forward.map_or(0, |forward| forward.rays) + self.jobs.iter().map(|job| job.rays).sum::<u64>(),
             forecast_chains: known.then_some(chains as f64 + more_chains),
             remaining_s: known.then_some(remaining_s),
             fraction: if known { work_fraction.max(time_fraction) } else { time_fraction }.min(1.0),
@@ -283,6 +352,7 @@ impl Run<'_> {
         let done = job.samples as f64;
         let to_target = match self.target_error {
             Some(_) if job.met => 0.0,
+            Some(_) if job.engine == Engine::Gathering => job.planned_samples as f64 - done,
             Some(target) if job.judgement.mean_lx > 0.0 => {
                 // The judgement is of the last look; samples have been added since.
                 (needed_work(target, &job.judgement) * job.judged_samples() as f64 - done).max(0.0)

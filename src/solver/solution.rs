@@ -6,12 +6,14 @@ use crate::maps::MapResult;
 /// How maps are estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// What is best for each map.
+    /// What a short pilot finds the quickest, map by map.
     #[default]
     Auto,
     /// Elements by counting the packets of chains, receivers by walks: unbiased.
     Collision,
-    /// Receivers by local estimation: the vertices of chains score at all of them.
+    /// Both by gathering rays that look up what chains left in patches.
+    Gather,
+    /// Receivers by local estimation: the vertices of chains score at all of them. Elements are counted.
     Local,
     /// The same with the plain kernel, whose variance has no bound in corners: to show just that.
     LocalNaive,

@@ -7,12 +7,12 @@
 use rayon::prelude::*;
 
 use super::job::{Context, Job};
+use super::sweep::origin_in_element;
 use crate::estimators::direct::Receiver;
 use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::{MapKind, REPLICAS, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::warp::uniform_triangle;
 
 /// Expected scores of an element, all replicas together, below which walks take over.
 const FEWEST_SCORES: f64 = 30.0;
@@ -86,14 +86,9 @@ fn walk_from_cell(context: &Context, cell: u32, walk: u64, cut: &mut Cut, stream
     let stage = context.stage;
     stream.seek((u64::from(cell) << 32) | walk);
     let cell = stage.elements.cell(cell);
-    let [u, v] = uniform_triangle(stream.pair());
-    let part = stage.elements.part_corners(cell.triangle, cell.part);
-    let inner = [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]));
-    let origin = stage.tracer.surface_origin(cell.triangle, inner, cell.side);
-    let receiver = Receiver {
-        point_m: stage.tracer.position_m(&origin),
-        normal: stage.normal(cell.triangle, cell.side),
-        origin: &origin,
-    };
+    let corners = stage.elements.part_corners(cell.triangle, cell.part);
+    let origin = origin_in_element(stage, &cell, &corners, stream);
+    let normal = stage.normal(cell.triangle, cell.side);
+    let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
     sample_indirect_lx(stage, &receiver, cut, stream)
 }

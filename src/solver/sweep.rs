@@ -8,11 +8,15 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::job::{Context, Ends};
+use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
-use crate::estimators::reception::{sample_direct_lx, sample_reflected_lx};
-use crate::maps::{ReplicaMap, Unit};
+use crate::estimators::reception::{DirectLook, sample_reflected_lx};
+use crate::geometry::Origin;
+use crate::maps::{REPLICAS, ReplicaMap, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::warp::uniform_triangle;
+use crate::scene::Cell;
 
 /// Points of a receiver set that a thread takes at a time.
 const POINTS_PER_CHUNK: usize = 64;
@@ -30,7 +34,7 @@ pub enum Deposits {
     DirectToo,
 }
 
-fn stream_index(entry: usize, sample: u64) -> u64 {
+pub(super) fn stream_index(entry: usize, sample: u64) -> u64 {
     ((entry as u64) << SAMPLE_BITS) | sample
 }
 
@@ -47,7 +51,7 @@ pub fn direct_over_cells(context: &Context, map: &mut ReplicaMap, cells: Range<u
             for index in cells.clone() {
                 let cell = context.stage.elements.cell(index as u32);
                 for pass in passes.clone() {
-                    stream.seek(stream_index(index, pass));
+                    stream.seek_quasi(stream_index(index, pass), index as u64, pass);
                     let (lx, pass_rays) = room.over_cell(context.stage, context.scene, cell, &mut stream);
                     direct[index] += lx;
                     rays += pass_rays;
@@ -94,6 +98,8 @@ pub fn chains(context: &Context, map: &mut ReplicaMap, chains: Range<u64>, depos
 }
 
 /// Passes over the direct light of a range of points; returns the rays traced.
+///
+/// A task does all replicas of its points, so that the emitters are weighed once for each point.
 pub fn direct_at_points(
     context: &Context,
     set: usize,
@@ -101,10 +107,47 @@ pub fn direct_at_points(
     points: Range<usize>,
     passes: Range<u64>,
 ) -> u64 {
-    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    over_points(context, set, Purpose::Direct, &mut map.direct, points, passes, |receiver, room, stream| {
-        sample_direct_lx(stage, quantity, receiver, &mut room.direct, stream)
-    })
+    let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
+    let firsts: Vec<usize> = points.clone().step_by(POINTS_PER_CHUNK).collect();
+    let looked = firsts.par_iter().map(|first| {
+        let mut rays = 0;
+        let mut pass = DirectPass::default();
+        let mut streams: [Stream; REPLICAS] = std::array::from_fn(|replica| {
+            Stream::new(context.seed, Purpose::Direct, set as u32 + 1, replica as u32)
+        });
+        let chunk = *first..(*first + POINTS_PER_CHUNK).min(points.end);
+        let sums = chunk.map(|entry| {
+            let mut sums_lx = [0.0; REPLICAS];
+            let point = &receivers.points[entry];
+            if point.inside {
+                return sums_lx;
+            }
+            let origin = stage.tracer.side_origin(point.position_m, point.normal);
+            let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
+            let mut look = DirectLook::prepare(stage, receivers.quantity, &receiver, &mut pass);
+            for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
+                for number in passes.clone() {
+                    stream.seek_quasi(stream_index(entry, number), entry as u64, number);
+                    let (lx, sample_rays) = look.sample(stage, stream);
+                    *sum_lx += lx;
+                    rays += sample_rays;
+                }
+            }
+            sums_lx
+        });
+        let sums: Vec<[f64; REPLICAS]> = sums.collect();
+        (sums, rays)
+    });
+    let mut rays = 0;
+    for (first, (sums, chunk_rays)) in firsts.iter().zip(looked.collect::<Vec<_>>()) {
+        for (offset, sums_lx) in sums.iter().enumerate() {
+            for (slab, sum_lx) in map.direct.iter_mut().zip(sums_lx) {
+                slab[first + offset] += sum_lx;
+            }
+        }
+        rays += chunk_rays;
+    }
+    rays
 }
 
 /// Walks from a range of points; returns the rays traced.
@@ -116,16 +159,18 @@ pub fn walks_from_points(
     walks: Range<u64>,
 ) -> u64 {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    over_points(context, set, Purpose::Walks, &mut map.indirect, points, walks, |receiver, room, stream| {
-        sample_reflected_lx(stage, quantity, receiver, &mut room.cut, stream)
+    over_points(context, set, Purpose::Walks, &mut map.indirect, points, walks, |receiver, cut, stream| {
+        sample_reflected_lx(stage, quantity, receiver, cut, stream)
     })
 }
 
-/// Room that a task reuses from sample to sample.
-#[derive(Default)]
-struct Room {
-    direct: DirectPass,
-    cut: Cut,
+/// Where a ray leaves an element side whose corners have these barycentric coordinates: a random point of it.
+#[inline]
+pub(super) fn origin_in_element(stage: &Stage, cell: &Cell, corners: &[[f64; 2]; 3], stream: &mut Stream) -> Origin {
+    let [u, v] = uniform_triangle(stream.pair());
+    let inner =
+        [0, 1].map(|k| corners[0][k] + u * (corners[1][k] - corners[0][k]) + v * (corners[2][k] - corners[0][k]));
+    stage.tracer.surface_origin(cell.triangle, inner, cell.side)
 }
 
 fn over_points(
@@ -135,7 +180,7 @@ fn over_points(
     slabs: &mut [Vec<f64>],
     points: Range<usize>,
     samples: Range<u64>,
-    sample: impl Fn(&Receiver, &mut Room, &mut Stream) -> (f64, u64) + Sync,
+    sample: impl Fn(&Receiver, &mut Cut, &mut Stream) -> (f64, u64) + Sync,
 ) -> u64 {
     let receivers = &context.scene.receivers[set].points;
     let chunks: Vec<(usize, usize, &mut [f64])> = slabs
@@ -151,7 +196,7 @@ fn over_points(
         .into_par_iter()
         .map(|(replica, first, sums)| {
             let mut rays = 0;
-            let mut room = Room::default();
+            let mut cut = Cut::default();
             let mut stream = Stream::new(context.seed, purpose, set as u32 + 1, replica as u32);
             for (offset, sum_lx) in sums.iter_mut().enumerate() {
                 let point = &receivers[first + offset];
@@ -162,7 +207,7 @@ fn over_points(
                 let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
                 for number in samples.clone() {
                     stream.seek(stream_index(first + offset, number));
-                    let (lx, sample_rays) = sample(&receiver, &mut room, &mut stream);
+                    let (lx, sample_rays) = sample(&receiver, &mut cut, &mut stream);
                     *sum_lx += lx;
                     rays += sample_rays;
                 }

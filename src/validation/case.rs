@@ -231,8 +231,13 @@ impl Case {
         let value: Value = serde_json::from_str(&text).map_err(|error| {
             CaseError::new(&path, "the case is no JSON", error.to_string(), "a JSON object", "correct the place named")
         })?;
-        let file: CaseFile = typed(&path, "", value)?;
-        check_file(&path, &file)?;
+        Case::of_value(folder_name(folder), folder, &path, value)
+    }
+
+    /// A case from its JSON; `folder` is where the files are that it names, `path` what errors name.
+    pub(super) fn of_value(name: String, folder: &Path, path: &Path, value: Value) -> Result<Case, CaseError> {
+        let file: CaseFile = typed(path, "", value)?;
+        check_file(path, &file)?;
         let scene_text = match (&file.scene, &file.scene_file) {
             (Some(scene), None) => scene.clone(),
             (None, Some(name)) => {
@@ -246,7 +251,7 @@ impl Case {
             _ => {
                 let expected = "either \"scene\" or \"scene_file\"";
                 return Err(CaseError::new(
-                    &path,
+                    path,
                     "a case needs one scene",
                     "none or two",
                     expected,
@@ -261,17 +266,17 @@ impl Case {
         let runs = file
             .runs
             .iter()
-            .map(|run| read_run(&path, &base_dir, run, &scene_text, &file.compare))
+            .map(|run| read_run(path, folder, &base_dir, run, &scene_text, &file.compare))
             .collect::<Result<Vec<_>, _>>()?;
         let ladder_run = match &file.ladder_run {
             None => 0,
             Some(name) => runs.iter().position(|run| run.name == *name).ok_or_else(|| {
                 let expected = "the name of one of the runs";
-                CaseError::new(&path, "\"ladder_run\" names no run", name.as_str(), expected, "correct the name")
+                CaseError::new(path, "\"ladder_run\" names no run", name.as_str(), expected, "correct the name")
             })?,
         };
         Ok(Case {
-            name: folder_name(folder),
+            name,
             folder: folder.to_path_buf(),
             title: file.title,
             physics: file.physics,
@@ -345,7 +350,14 @@ fn check_file(path: &Path, file: &CaseFile) -> Result<(), CaseError> {
     Ok(())
 }
 
-fn read_run(path: &Path, base_dir: &Path, run: &RunSpec, scene: &Value, compare: &[Value]) -> Result<Run, CaseError> {
+fn read_run(
+    path: &Path,
+    folder: &Path,
+    base_dir: &Path,
+    run: &RunSpec,
+    scene: &Value,
+    compare: &[Value],
+) -> Result<Run, CaseError> {
     let filled = |value: &Value| {
         fill_in(value, &run.with).map_err(|name| {
             let what = format!("the run \"{}\" does not give ${name}", run.name);
@@ -359,7 +371,8 @@ fn read_run(path: &Path, base_dir: &Path, run: &RunSpec, scene: &Value, compare:
     for (index, value) in compare.iter().enumerate() {
         let comparison: Comparison = typed(path, &format!("compare[{index}]"), filled(value)?)?;
         check_comparison(path, &scene, &comparison)?;
-        Truth::prepare(&comparison.truth, &scene, &RoomCache::default(), path.parent().unwrap_or(base_dir))?;
+        let rooms = RoomCache::default();
+        Truth::prepare(&comparison, &scene, &rooms, folder)?.check_seed(run.seed)?;
         if comparison.runs.as_ref().is_none_or(|names| names.contains(&run.name)) {
             comparisons.push(comparison);
         }

@@ -23,7 +23,7 @@ impl<'a> ExactSide<'a> {
     ///
     /// A truth that cannot tell what is asked.
     pub fn new(case: &'a Case, run: &'a Run, comparison: &'a Comparison) -> Result<ExactSide<'a>, CaseError> {
-        let truth = Truth::prepare(&comparison.truth, &run.scene, &case.rooms, &case.folder)?;
+        let truth = Truth::prepare(comparison, &run.scene, &case.rooms, &case.folder)?;
         let made = match comparison.what {
             What::Average => average(comparison, &truth),
             What::Points => points(&run.scene, comparison, &truth),
@@ -33,7 +33,12 @@ impl<'a> ExactSide<'a> {
         for entry in &mut entries {
             entry.run.clone_from(&run.name);
         }
-        let exact = EntrySet { entries, truth_in_words: truth.in_words(), ..EntrySet::default() };
+        let exact = EntrySet {
+            entries,
+            truth_in_words: truth.in_words(),
+            truth_average_error_lx: truth.average_error_lx(),
+            ..EntrySet::default()
+        };
         Ok(ExactSide { case, run, comparison, exact })
     }
 

@@ -151,6 +151,7 @@ pub fn climb(
         let mut asked = FIRST_CHAINS;
         let mut target_error = FIRST_TARGET;
         let mut at_the_end = false;
+        let (mut truth_error, mut truth_variance) = (0.0, 0.0);
         loop {
             let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
             while rung.runs < REPEATS {
@@ -164,14 +165,18 @@ pub fn climb(
                     }
                 };
                 at_the_end |= solution.target_met == Some(false);
-                let error = exact.beside(&solution)?.statistics().rms;
+                let set = exact.beside(&solution)?;
+                let statistics = set.statistics();
+                truth_error = statistics.truth;
+                let is_random = set.truth_average_error_lx.is_some();
+                truth_variance = if is_random { truth_error * truth_error } else { 0.0 };
                 let seconds = solution.build_s + solution.compute_s;
                 spent_s += seconds;
                 rung.runs += 1;
                 rung.chains = solution.chains;
                 rung.rays += solution.rays;
                 rung.seconds += seconds;
-                rung.true_error += error * error;
+                rung.true_error += statistics.rms * statistics.rms;
                 rung.stated_error += solution.estimated_error.powi(2);
                 if let Some(map) = solution.maps.first() {
                     estimator.clone_from(&map.method);
@@ -183,15 +188,22 @@ pub fn climb(
             let runs = rung.runs as f64;
             rung.rays = (rung.rays as f64 / runs) as u64;
             rung.seconds /= runs;
-            rung.true_error = (rung.true_error / runs).sqrt();
+            // A stored run's own chance stands in every deviation: it is taken off in the mean of squares. Below the
+            // truth's own error there is nothing left to tell.
+            rung.true_error = (rung.true_error / runs - truth_variance).max(0.0).sqrt();
+            let as_exact_as_the_truth = rung.true_error < truth_error;
             rung.stated_error = (rung.stated_error / runs).sqrt();
 
             // A map without chance has but one rung; chains that filling the replicas rounds up to make no new one.
-            let without_chance = rung.true_error == 0.0 || rung.stated_error == 0.0;
+            let without_chance = !as_exact_as_the_truth && (rung.true_error == 0.0 || rung.stated_error == 0.0);
             let further = |last: &Rung| match method.climbs {
                 Climb::Chains => last.chains < rung.chains,
                 Climb::Targets => rung.stated_error < last.stated_error,
             };
+            if as_exact_as_the_truth {
+                tell(&format!("{}: {}: as exact as the truth", comparison.name, method.name));
+                break;
+            }
             if rungs.last().is_none_or(further) || without_chance {
                 rungs.push(rung);
             }

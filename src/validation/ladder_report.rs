@@ -3,23 +3,18 @@
 use plotters::prelude::*;
 
 use super::ladder::{Fit, LEVELS, Ladder, Rung};
-use super::plots::{Drawn, FAINT, LEGEND_HEIGHT, Sign, legend, svg, tick};
+use super::plots::{Drawn, EXACT, FAINT, LEGEND_HEIGHT, MEASURED, Sign, TEXT, legend, svg, tick};
 use super::report::Table;
 use super::report_html::{opening, table as html_table};
 use super::report_md::table as md_table;
 use super::words::{duration, escaped, percent, rounded_count, significant};
+use crate::output::numbers::count_tick;
 
 /// Colours and shapes that tell methods apart, in print too (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-];
+const COLOURS: [RGBColor; 6] =
+    [MEASURED, EXACT, RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(86, 180, 233), RGBColor(0, 0, 0)];
 
-const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured.";
+const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured. Where the truth is a long run, its own error is taken off in the mean of squares, and a ladder ends where a method is as exact as the truth.";
 
 /// Ladders on one map, which belong into one picture.
 fn by_map(ladders: &[Ladder]) -> Vec<(String, Vec<&Ladder>)> {
@@ -42,6 +37,18 @@ fn name_of(ladder: &Ladder) -> String {
     }
 }
 
+/// The figure of merit in words; there is none where a rung has no error.
+fn figure_of_merit(ladder: &Ladder) -> String {
+    let figure = ladder.figure_of_merit();
+    if !figure.is_finite() {
+        "–".to_owned()
+    } else if figure < 1000.0 {
+        significant(figure, 3)
+    } else {
+        rounded_count(figure as u64)
+    }
+}
+
 fn results(ladders: &[&Ladder]) -> Table {
     let rows = ladders.iter().map(|ladder| {
         let best = ladder.rungs.last();
@@ -52,7 +59,7 @@ fn results(ladders: &[&Ladder]) -> Table {
             best.map_or("–".to_owned(), |rung| duration(rung.seconds)),
             slope(&ladder.by_time),
             slope(&ladder.by_rays),
-            significant(ladder.figure_of_merit(), 3),
+            figure_of_merit(ladder),
         ];
         row.extend(LEVELS.iter().map(|level| match &ladder.by_time {
             None => "–".to_owned(),
@@ -98,22 +105,35 @@ fn rungs(ladder: &Ladder) -> Table {
     }
 }
 
+/// Sign of a method in plots: its colour and its shape.
+fn sign(index: usize) -> Sign {
+    let colour = COLOURS[index % COLOURS.len()];
+    match index % 3 {
+        0 => Sign::Dot(colour),
+        1 => Sign::Triangle(colour),
+        _ => Sign::Cross(colour),
+    }
+}
+
 fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder) -> Option<Fit>) -> String {
-    let all = || ladders.iter().flat_map(|ladder| &ladder.rungs).filter(|rung| rung.true_error > 0.0);
+    // A rung without error, or without rays (radiosity), has no place on logarithmic axes.
+    let is_shown = |rung: &&Rung| rung.true_error > 0.0 && cost(rung) > 0.0;
+    let all = || ladders.iter().flat_map(|ladder| &ladder.rungs).filter(is_shown);
     let (least, most) =
         all().fold((f64::INFINITY, 0.0f64), |(low, high), rung| (low.min(cost(rung)), high.max(cost(rung))));
     let (smallest, largest) = all().fold((f64::INFINITY, 0.0f64), |(low, high), rung| {
         (low.min(100.0 * rung.true_error), high.max(100.0 * rung.true_error))
     });
-    if most <= 0.0 || least <= 0.0 {
-        return "<p>Every value is exact: there is no error to plot.</p>".to_owned();
+    if most <= 0.0 {
+        return "<p>There is nothing to plot: every value is exact, or took none of this.</p>".to_owned();
     }
     svg(390, |area| -> Drawn {
         let (top, below) = area.split_vertically(LEGEND_HEIGHT);
         let signs: Vec<(Sign, String)> = ladders
             .iter()
             .enumerate()
-            .map(|(index, ladder)| (Sign::Line(COLOURS[index % COLOURS.len()]), name_of(ladder)))
+            .filter(|(_, ladder)| ladder.rungs.iter().any(|rung| is_shown(&rung)))
+            .map(|(index, ladder)| (sign(index), name_of(ladder)))
             .collect();
         legend(&top, &signs)?;
         let mut chart = ChartBuilder::on(&below)
@@ -130,27 +150,24 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
             .y_labels(8)
             .x_desc(axis)
             .y_desc("true relative RMS error, %")
-            .label_style(("sans-serif", 14))
-            .x_label_formatter(&|value| tick(*value))
+            .label_style(TEXT)
+            .x_label_formatter(&|value| if *value < 1000.0 { tick(*value) } else { count_tick(*value) })
             .y_label_formatter(&|value| tick(*value))
             .draw()?;
         for (index, ladder) in ladders.iter().enumerate() {
             let colour = COLOURS[index % COLOURS.len()];
-            let places: Vec<(f64, f64)> = ladder
-                .rungs
-                .iter()
-                .filter(|rung| rung.true_error > 0.0)
-                .map(|rung| (cost(rung), 100.0 * rung.true_error))
-                .collect();
+            let places: Vec<(f64, f64)> =
+                ladder.rungs.iter().filter(is_shown).map(|rung| (cost(rung), 100.0 * rung.true_error)).collect();
             if let Some(fit) = fit(ladder) {
                 let ends = [fit.covers[0], fit.covers[1]].map(|error| (fit.cost_at(error), 100.0 * error));
                 chart.draw_series(LineSeries::new(ends, colour.stroke_width(2)))?;
             }
-            let shape = index % 3;
-            match shape {
-                0 => chart.draw_series(places.iter().map(|place| Circle::new(*place, 5, colour.filled())))?,
-                1 => chart.draw_series(places.iter().map(|place| TriangleMarker::new(*place, 7, colour.filled())))?,
-                _ => chart.draw_series(places.iter().map(|place| Cross::new(*place, 5, colour.stroke_width(2))))?,
+            match sign(index) {
+                Sign::Dot(_) => chart.draw_series(places.iter().map(|at| Circle::new(*at, 5, colour.filled())))?,
+                Sign::Triangle(_) => {
+                    chart.draw_series(places.iter().map(|at| TriangleMarker::new(*at, 7, colour.filled())))?
+                }
+                _ => chart.draw_series(places.iter().map(|at| Cross::new(*at, 5, colour.stroke_width(2))))?,
             };
         }
         Ok(())

@@ -1,6 +1,8 @@
 //! The methods that `luxmc compare` climbs its ladder with.
 
+use super::light_mesh::{MeshChoice, check_requests, solve_by_light_mesh};
 use super::radiosity::solve_by_radiosity;
+use super::rivals::{check_points, solve_by_points};
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
 use crate::maps::MapKind;
@@ -61,6 +63,43 @@ pub const METHODS: &[Method] = &[
         solve: |scene, settings, observer| {
             solve_by_radiosity(scene, settings, observer).map_err(|error| error.to_string())
         },
+    },
+    Method {
+        name: "light-mesh",
+        description: "visibility of the luminaires averaged over the points of a regular mesh near each place, indirect light gathered at them",
+        applies: |scene, settings| check_requests(scene, settings).map_err(|error| error.to_string()),
+        climbs: Climb::Targets,
+        solve: |scene, settings, observer| {
+            solve_by_light_mesh(scene, settings, &MeshChoice::default(), observer).map_err(|error| error.to_string())
+        },
+    },
+    Method {
+        name: "points-1",
+        description: "a shadow ray to every luminaire, areas taken for one point: exact for points",
+        applies: check_points,
+        climbs: Climb::Targets,
+        solve: |scene, settings, observer| solve_by_points(scene, settings, 1, observer),
+    },
+    Method {
+        name: "points-5",
+        description: "areas taken for 5 points each, a shadow ray to each",
+        applies: check_points,
+        climbs: Climb::Targets,
+        solve: |scene, settings, observer| solve_by_points(scene, settings, 5, observer),
+    },
+    Method {
+        name: "points-25",
+        description: "areas taken for 25 points each, a shadow ray to each",
+        applies: check_points,
+        climbs: Climb::Targets,
+        solve: |scene, settings, observer| solve_by_points(scene, settings, 25, observer),
+    },
+    Method {
+        name: "points-225",
+        description: "areas taken for 225 points each, a shadow ray to each",
+        applies: check_points,
+        climbs: Climb::Targets,
+        solve: |scene, settings, observer| solve_by_points(scene, settings, 225, observer),
     },
 ];
 

@@ -4,12 +4,14 @@
 //! [`run_case`] runs one, [`report_html`], [`report_md`] and [`case_csv`] tell what came out.
 
 mod case;
+mod case_of_run;
 mod error;
 mod exact_side;
 mod fields;
 mod find;
 mod ladder;
 mod ladder_report;
+mod light_mesh;
 mod measure;
 mod methods;
 mod outcome;
@@ -19,7 +21,9 @@ mod reference;
 mod report;
 mod report_html;
 mod report_md;
+mod rivals;
 mod statistics;
+mod stored_run;
 mod truth;
 mod truth_enclosure;
 mod truth_room;
@@ -28,10 +32,12 @@ mod verdict;
 mod words;
 
 pub use case::{Case, Comparison, Criterion, Light, Run, What};
+pub use case_of_run::case_of_stored_run;
 pub use error::CaseError;
 pub use find::{Found, find_cases};
 pub use ladder::{Ladder, Rung, climb};
 pub use ladder_report::{ladder_csv, ladder_html, ladder_md};
+pub use light_mesh::{MeshChoice, check_requests as check_light_mesh, solve_by_light_mesh};
 pub use methods::{METHODS, Method};
 pub use outcome::{CaseOutcome, ComparisonOutcome, run_case};
 pub use radiosity::solve_by_radiosity;

@@ -8,18 +8,26 @@ use plotters::prelude::*;
 use super::case::Criterion;
 use super::outcome::ComparisonOutcome;
 use super::statistics::Entry;
-use super::words::significant;
+use crate::output::color;
+use crate::output::numbers;
 
-/// Blue of what was measured (Okabe and Ito 2008).
-pub(super) const MEASURED: RGBColor = RGBColor(0, 114, 178);
-/// Vermilion of what is exact.
-pub(super) const EXACT: RGBColor = RGBColor(213, 94, 0);
-/// Orange-free grey of what was published.
-const BESIDE: RGBColor = RGBColor(110, 110, 110);
-/// Light grey of grids and bands.
-pub(super) const FAINT: RGBColor = RGBColor(225, 225, 225);
-/// Green-blue of what the criterion allows.
+/// What was measured: the house's blue.
+pub(super) const MEASURED: RGBColor = rgb(color::BLUE);
+/// What is exact.
+pub(super) const EXACT: RGBColor = rgb(color::VERMILION);
+/// What was published.
+const BESIDE: RGBColor = rgb(color::SOFT);
+/// Grids and bands.
+pub(super) const FAINT: RGBColor = rgb(color::FAINT);
+/// Green-blue of what the criterion allows (Okabe and Ito 2008).
 const ALLOWED: RGBColor = RGBColor(0, 158, 115);
+/// Text of the axes and legends: the typeface of the pages, in SVG units.
+pub(super) const TEXT: (&str, u32) = ("Helvetica, Arial, sans-serif", 13);
+
+/// An ink of the house for plotters.
+const fn rgb([red, green, blue]: color::Ink) -> RGBColor {
+    RGBColor(red, green, blue)
+}
 
 /// Width of a plot in SVG units.
 const WIDTH: u32 = 760;
@@ -126,7 +134,7 @@ fn values(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) ->
             .bold_line_style(FAINT)
             .x_labels(0)
             .y_desc("illuminance, lx")
-            .label_style(("sans-serif", 14))
+            .label_style(TEXT)
             .y_label_formatter(&|value| tick(*value))
             .draw()?;
         draw_values(&mut chart, &places, entries, outcome)
@@ -142,7 +150,7 @@ fn values(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) ->
             .x_labels(0)
             .y_labels(6)
             .y_desc("illuminance, lx")
-            .label_style(("sans-serif", 14))
+            .label_style(TEXT)
             .y_label_formatter(&|value| tick(*value))
             .draw()?;
         draw_values(&mut chart, &places, entries, outcome)
@@ -191,6 +199,8 @@ pub(super) enum Sign {
     Line(RGBColor),
     /// A dot.
     Dot(RGBColor),
+    /// A triangle.
+    Triangle(RGBColor),
     /// A cross.
     Cross(RGBColor),
     /// A bar.
@@ -210,10 +220,11 @@ pub(super) fn legend(area: &DrawingArea<SVGBackend, Shift>, signs: &[(Sign, Stri
         match sign {
             Sign::Line(colour) => area.draw(&Rectangle::new([(x, Y - 1), (x + 18, Y + 1)], colour.filled()))?,
             Sign::Dot(colour) => area.draw(&Circle::new((x + 9, Y), 4, colour.filled()))?,
+            Sign::Triangle(colour) => area.draw(&TriangleMarker::new((x + 9, Y), 6, colour.filled()))?,
             Sign::Cross(colour) => area.draw(&plotters::element::Cross::new((x + 9, Y), 5, colour.stroke_width(2)))?,
             Sign::Bar(colour) => area.draw(&Rectangle::new([(x, Y - 5), (x + 18, Y + 5)], colour.filled()))?,
         }
-        area.draw(&Text::new(name.clone(), (x + 25, Y - 7), ("sans-serif", 14).into_font().color(&BLACK)))?;
+        area.draw(&Text::new(name.clone(), (x + 25, Y - 7), TEXT.into_font().color(&BLACK)))?;
         x += 25 + (LETTER_WIDTH * name.chars().count() as f64) as i32 + 22;
     }
     Ok(())
@@ -258,7 +269,7 @@ fn deviations(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome
         .y_labels(5)
         .x_desc(places.label.clone())
         .y_desc("deviation, %")
-        .label_style(("sans-serif", 14))
+        .label_style(TEXT)
         .x_label_formatter(&named)
         .y_label_formatter(&|value| signed_tick(*value))
         .draw()?;
@@ -287,7 +298,7 @@ fn deviations(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome
         chart.draw_series(published.map(|place| Cross::new(place, 5, BESIDE.stroke_width(2))))?;
     }
     if let Some(names) = &places.names {
-        let style = ("sans-serif", 13).into_font().color(&BLACK);
+        let style = TEXT.into_font().color(&BLACK);
         for (index, name) in names.iter().enumerate() {
             let (x, _) = chart.backend_coord(&(places.at[index], -reach));
             let (_, y) = chart.backend_coord(&(places.at[index], -reach));
@@ -344,7 +355,7 @@ fn histogram(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome)
         .y_labels(5)
         .x_desc("deviation from the exact value, in standard errors (the outer bins hold all beyond)")
         .y_desc("elements")
-        .label_style(("sans-serif", 14))
+        .label_style(TEXT)
         .x_label_formatter(&|value| signed_tick(*value))
         .y_label_formatter(&|value| tick(*value))
         .draw()?;
@@ -362,16 +373,9 @@ fn histogram(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome)
     Ok(())
 }
 
+/// A number on an axis; four digits take away what rounding adds to an axis' steps.
 pub(super) fn tick(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    if !(1e-4..1e7).contains(&value.abs()) {
-        return super::words::scientific(value);
-    }
-    let text = significant(value, 4);
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
-    text.replace('-', "−")
+    numbers::tick(format!("{value:.3e}").parse().unwrap_or(value))
 }
 
 fn signed_tick(value: f64) -> String {

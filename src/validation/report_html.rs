@@ -49,7 +49,7 @@ fn section(page: &mut String, case: &CaseOutcome) {
     page.push_str(&table(&deviations(case), false));
     for comparison in &case.comparisons {
         page.push_str(&format!(
-            "<h3>{}</h3>\n<p>{}</p>\n",
+            "<div class=\"together\">\n<h3>{}</h3>\n<p>{}</p>\n",
             escaped(&comparison.heading()),
             escaped(&subject(comparison))
         ));
@@ -59,7 +59,7 @@ fn section(page: &mut String, case: &CaseOutcome) {
             let (picture, caption) = (comparison_plot(comparison), caption(comparison));
             page.push_str(&format!("<figure>\n{picture}\n<figcaption>{caption}</figcaption>\n</figure>\n"));
         }
-        page.push_str("<ul>\n");
+        page.push_str("</div>\n<ul>\n");
         for check in &comparison.checks {
             let (class, word) = if check.holds { ("pass", "holds") } else { ("fail", "FAILS") };
             page.push_str(&format!(
@@ -78,10 +78,9 @@ fn section(page: &mut String, case: &CaseOutcome) {
             }
         }
     }
-    page.push_str("<h3>Where the deviation comes from</h3>\n");
-    page.push_str(&table(&sources(case), false));
-    page.push_str("<h3>Cost</h3>\n");
-    page.push_str(&table(&costs(case), false));
+    for (heading, rows) in [("Where the deviation comes from", sources(case)), ("Cost", costs(case))] {
+        page.push_str(&format!("<div class=\"together\">\n<h3>{heading}</h3>\n{}</div>\n", table(&rows, false)));
+    }
     if !case.sources.is_empty() {
         page.push_str(&format!("<p class=\"soft\">Sources: {}</p>\n", escaped(&case.sources.join("; "))));
     }

@@ -66,6 +66,8 @@ pub struct EntrySet {
     pub degrees_of_freedom: f64,
     /// Where the exact numbers come from.
     pub truth_in_words: String,
+    /// Standard error of the exact values' own weighted mean in lx, where chance has a part in them (a stored run).
+    pub truth_average_error_lx: Option<f64>,
     /// Entries of different runs, each judged by its own size.
     pub across_runs: bool,
 }
@@ -112,6 +114,8 @@ pub struct Statistics {
     pub truncation: f64,
     /// RMS of the truth's own error.
     pub truth: f64,
+    /// What the truth's own error may shift the mean by.
+    pub truth_shift: f64,
 }
 
 impl EntrySet {
@@ -137,6 +141,7 @@ impl EntrySet {
         let share_within = |sigmas: f64| noisy.iter().filter(|(z, _)| z.abs() <= sigmas).count() as f64 / count;
         let worst_z = noisy.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         let signed = |entry: &Entry| entry.weight * entry.deviation_lx() / size_lx(entry);
+        let truth = rms(&|entry| entry.exact.uncertainty_lx);
         Statistics {
             count: self.entries.len(),
             noisy: noisy.len(),
@@ -152,7 +157,8 @@ impl EntrySet {
             discretisation: rms(&|entry| entry.exact.discretisation_lx),
             unaccounted: rms(&|entry| entry.exact.unaccounted_lx),
             truncation: rms(&|entry| entry.exact.truncation_lx),
-            truth: rms(&|entry| entry.exact.uncertainty_lx),
+            truth,
+            truth_shift: self.truth_average_error_lx.map_or(truth, |error_lx| error_lx / mean_lx),
         }
     }
 

@@ -1,13 +1,15 @@
 //! Exact numbers, and how exact they are for the scene at hand.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::case::Light;
+use super::case::{Comparison, Light};
 use super::error::CaseError;
+use super::measure::counts;
 use super::reference::Reference;
+use super::stored_run::StoredRun;
 use super::truth_enclosure::{concentric, two_hemispheres, uniform_enclosure};
 use super::truth_room::{RoomCache, RoomTruth, room_truth};
 use super::truth_sobolev::{SobolevTruth, sobolev_truth};
@@ -74,6 +76,11 @@ pub enum TruthSpec {
         /// Rows that count: those with this text in the column `set`.
         set: Option<String>,
     },
+    /// A stored long run: the directory of a `luxmc solve` of the same scene with another seed.
+    Run {
+        /// The directory, from the case's folder.
+        folder: PathBuf,
+    },
 }
 
 fn reference_file() -> String {
@@ -125,10 +132,11 @@ pub struct Exact {
 
 /// A truth made ready for one scene.
 pub struct Truth<'a> {
-    spec: &'a TruthSpec,
+    comparison: &'a Comparison,
     scene: &'a Scene,
     rooms: &'a RoomCache,
     reference: Option<Reference>,
+    run: Option<StoredRun>,
 }
 
 impl<'a> Truth<'a> {
@@ -138,16 +146,37 @@ impl<'a> Truth<'a> {
     ///
     /// A reference that cannot be read, or numbers that no formula takes.
     pub fn prepare(
-        spec: &'a TruthSpec,
+        comparison: &'a Comparison,
         scene: &'a Scene,
         rooms: &'a RoomCache,
         folder: &Path,
     ) -> Result<Truth<'a>, CaseError> {
-        let reference = match spec {
+        let reference = match &comparison.truth {
             TruthSpec::Reference { file, set, .. } => Some(Reference::read(&folder.join(file), set.as_deref())?),
             _ => None,
         };
-        Ok(Truth { spec, scene, rooms, reference })
+        let run = match &comparison.truth {
+            TruthSpec::Run { folder: run } => Some(StoredRun::read(&folder.join(run), &comparison.map, scene)?),
+            _ => None,
+        };
+        Ok(Truth { comparison, scene, rooms, reference, run })
+    }
+
+    /// Refuses a run that shares its random numbers with the truth.
+    ///
+    /// # Errors
+    ///
+    /// A stored run whose seed is among the run's.
+    pub fn check_seed(&self, seed: u64) -> Result<(), CaseError> {
+        self.run.as_ref().map_or(Ok(()), |run| run.check_seed(seed))
+    }
+
+    /// Standard error in lx of the mean over what is compared, where the exact values are themselves subject to chance.
+    pub fn average_error_lx(&self) -> Option<f64> {
+        let geometry_of = |surface: &str| self.scene.surfaces.iter().find(|known| known.name == surface);
+        let is_in =
+            |surface: &str| geometry_of(surface).is_some_and(|known| counts(self.comparison, surface, &known.geometry));
+        self.run.as_ref().map(|run| run.average_error_lx(is_in))
     }
 
     /// The exact value at a site.
@@ -161,14 +190,16 @@ impl<'a> Truth<'a> {
             return Err(format!("the exact value is {} lx", exact.value_lx));
         }
         // Means over a mesh's own area leave nothing out; its single elements still see facets for a smooth shape.
-        if matches!(site, Site::Element { .. }) && !matches!(self.spec, TruthSpec::BoxRoom(_)) {
+        if matches!(site, Site::Element { .. })
+            && !matches!(self.comparison.truth, TruthSpec::BoxRoom(_) | TruthSpec::Run { .. })
+        {
             exact.unaccounted_lx = exact.discretisation_lx;
         }
         Ok(exact)
     }
 
     fn of_spec(&self, site: &Site, light: Light) -> Result<Exact, String> {
-        match self.spec {
+        match &self.comparison.truth {
             TruthSpec::Sobolev(truth) => sobolev_truth(truth, site, light),
             TruthSpec::UniformEnclosure { luminous_flux_lm, reflectance, ideal_area_m2 } => {
                 uniform_enclosure(self.scene, *luminous_flux_lm, *reflectance, *ideal_area_m2, light)
@@ -213,6 +244,7 @@ impl<'a> Truth<'a> {
                 let value_lx = reference.number(column, site)?.ok_or("a cell of the reference is empty")?;
                 Ok(Exact { value_lx, uncertainty_lx: uncertainty * value_lx.abs(), ..Exact::default() })
             }
+            TruthSpec::Run { .. } => self.run.as_ref().ok_or("the stored run was not read")?.exact(site, light),
         }
     }
 
@@ -230,7 +262,7 @@ impl<'a> Truth<'a> {
 
     /// Where the exact numbers come from, in words for a reader.
     pub fn in_words(&self) -> String {
-        match self.spec {
+        match &self.comparison.truth {
             TruthSpec::Sobolev(truth) => truth.in_words(),
             TruthSpec::UniformEnclosure { .. } => {
                 "flux balance of a closed enclosure of one reflectance: E = Φ/(S(1−ρ)), S the mesh's own area".into()
@@ -244,6 +276,7 @@ impl<'a> Truth<'a> {
                 "radiosity of a rectangular room with exact form factors between its patches, extrapolated over three meshes".into()
             }
             TruthSpec::Reference { file, .. } => format!("{file}, made by the program beside it"),
+            TruthSpec::Run { .. } => self.run.as_ref().map_or_else(String::new, StoredRun::in_words),
         }
     }
 }

@@ -93,6 +93,6 @@ fn fits_error_bars(set: &EntrySet, statistics: &Statistics) -> Vec<Check> {
 impl Statistics {
     /// What may shift the mean for known reasons, as a fraction.
     fn known_shift(&self) -> f64 {
-        self.truncation + self.truth + self.unaccounted
+        self.truncation + self.truth_shift + self.unaccounted
     }
 }

@@ -18,7 +18,7 @@ impl Diffuse {
     /// See [`super::Law::sample`].
     #[inline]
     pub fn sample(&self, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
-        (stream.unit() < self.reflectance)
+        stream.happens(self.reflectance)
             .then(|| Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread })
     }
 

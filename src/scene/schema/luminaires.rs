@@ -23,6 +23,37 @@ pub(super) enum EmittingSide {
     Both,
 }
 
+/// What every luminaire may say of its operation.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct Operation {
+    /// Dimming.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    dimming: Option<f64>,
+    /// Maintenance factor.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    maintenance_factor: Option<f64>,
+    /// Electric power of one luminaire in W, undimmed and ballast included; without it what the photometric file says.
+    #[schemars(range(min = 0.0))]
+    power_w: Option<f64>,
+}
+
+/// An array of like luminaires.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct Array {
+    /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
+    #[schemars(range(min = 1))]
+    columns: Option<u32>,
+    /// Rows of the array.
+    #[schemars(range(min = 1))]
+    rows: Option<u32>,
+    /// From the first to the last column of the array.
+    u: Option<Vector>,
+    /// From the first to the last row of the array.
+    v: Option<Vector>,
+}
+
 /// Luminaire.
 #[derive(JsonSchema)]
 #[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
@@ -45,22 +76,10 @@ pub(super) enum LuminaireKind {
         /// Luminous flux in lm.
         #[schemars(range(min = 0.0))]
         luminous_flux_lm: Option<f64>,
-        /// Dimming.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        dimming: Option<f64>,
-        /// Maintenance factor.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        maintenance_factor: Option<f64>,
-        /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
-        #[schemars(range(min = 1))]
-        columns: Option<u32>,
-        /// Rows of the array.
-        #[schemars(range(min = 1))]
-        rows: Option<u32>,
-        /// From the first to the last column of the array.
-        u: Option<Vector>,
-        /// From the first to the last row of the array.
-        v: Option<Vector>,
+        #[schemars(flatten)]
+        operation: Operation,
+        #[schemars(flatten)]
+        array: Array,
     },
     /// A uniformly bright black ball; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
@@ -78,22 +97,10 @@ pub(super) enum LuminaireKind {
         /// Luminous flux in lm.
         #[schemars(range(min = 0.0))]
         luminous_flux_lm: Option<f64>,
-        /// Dimming.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        dimming: Option<f64>,
-        /// Maintenance factor.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        maintenance_factor: Option<f64>,
-        /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
-        #[schemars(range(min = 1))]
-        columns: Option<u32>,
-        /// Rows of the array.
-        #[schemars(range(min = 1))]
-        rows: Option<u32>,
-        /// From the first to the last column of the array.
-        u: Option<Vector>,
-        /// From the first to the last row of the array.
-        v: Option<Vector>,
+        #[schemars(flatten)]
+        operation: Operation,
+        #[schemars(flatten)]
+        array: Array,
     },
     /// A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
@@ -110,12 +117,8 @@ pub(super) enum LuminaireKind {
         /// Luminous flux of all emitting sides together in lm.
         #[schemars(range(min = 0.0))]
         luminous_flux_lm: Option<f64>,
-        /// Dimming.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        dimming: Option<f64>,
-        /// Maintenance factor.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        maintenance_factor: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
     },
     /// A luminaire from an IES LM-63 or EULUMDAT file.
     Photometric {
@@ -129,21 +132,9 @@ pub(super) enum LuminaireKind {
         aim: Option<Vector>,
         /// Turns C0 towards C90.
         rotation_deg: Option<f64>,
-        /// Dimming.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        dimming: Option<f64>,
-        /// Maintenance factor.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        maintenance_factor: Option<f64>,
-        /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
-        #[schemars(range(min = 1))]
-        columns: Option<u32>,
-        /// Rows of the array.
-        #[schemars(range(min = 1))]
-        rows: Option<u32>,
-        /// From the first to the last column of the array.
-        u: Option<Vector>,
-        /// From the first to the last row of the array.
-        v: Option<Vector>,
+        #[schemars(flatten)]
+        operation: Operation,
+        #[schemars(flatten)]
+        array: Array,
     },
 }

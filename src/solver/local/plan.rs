@@ -64,6 +64,7 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
             walks_per_round: 0,
             rays_per_round: chains.rays,
             variance_per_round: chains.variance,
+            mean_lx: mean,
             quasi: false,
             anchors,
         };
@@ -84,6 +85,7 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
         walks_per_round,
         rays_per_round: b * chains.rays + w * walks.rays,
         variance_per_round: chains.variance / b + walks.variance / w,
+        mean_lx: mean,
         quasi: true,
         anchors,
     }

@@ -2,18 +2,19 @@
 
 use std::ops::Range;
 
-use crate::maps::{Estimate, MapError, MapValues, TableKind, TableRow};
+use super::{Estimate, MapError, MapValues, TableKind, TableRow};
 
 /// Values, errors and weights of a part of a map.
-pub(super) struct Values<'a> {
+pub struct StatedValues<'a> {
     illuminance_lx: &'a [f64],
     error_lx: &'a [f64],
     weights: &'a [f64],
 }
 
-impl<'a> Values<'a> {
-    pub fn of(values: &'a MapValues, weights: &'a [f64], range: Range<usize>) -> Values<'a> {
-        Values {
+impl<'a> StatedValues<'a> {
+    /// A range of a map's entries; `weights` are those of the whole map.
+    pub fn of(values: &'a MapValues, weights: &'a [f64], range: Range<usize>) -> StatedValues<'a> {
+        StatedValues {
             illuminance_lx: &values.illuminance_lx[range.clone()],
             error_lx: &values.standard_error_lx[range.clone()],
             weights: &weights[range],
@@ -33,13 +34,13 @@ impl<'a> Values<'a> {
 }
 
 /// The stated error of a map: all of it a bias.
-pub(super) fn map_error(values: &Values) -> MapError {
+pub fn stated_error(values: &StatedValues) -> MapError {
     let bias = values.relative_error();
     MapError { random: 0.0, bias, estimated: bias, degrees_of_freedom: 0.0, dark_upper_bound_lx: None }
 }
 
-/// A table row.
-pub(super) fn row(name: &str, kind: TableKind, area_m2: f64, values: &Values) -> TableRow {
+/// A table row of one side.
+pub fn stated_row(name: &str, kind: TableKind, side: &'static str, area_m2: f64, values: &StatedValues) -> TableRow {
     let average_lx = Estimate {
         value: values.mean(|i| values.illuminance_lx[i]),
         standard_error: values.mean(|i| values.error_lx[i]),
@@ -57,7 +58,7 @@ pub(super) fn row(name: &str, kind: TableKind, area_m2: f64, values: &Values) ->
     TableRow {
         name: name.to_owned(),
         kind,
-        side: "front",
+        side,
         average_lx,
         minimum_lx,
         maximum_lx,
@@ -65,5 +66,6 @@ pub(super) fn row(name: &str, kind: TableKind, area_m2: f64, values: &Values) ->
         uniformity_ud: ratio(minimum_lx.value, maximum_lx),
         area_m2,
         estimated_error: values.relative_error(),
+        replica_averages_lx: Vec::new(),
     }
 }

@@ -1,0 +1,115 @@
+//! The options of `--method light-mesh`.
+
+use clap::{Args, ValueEnum};
+
+use super::exit::Failure;
+use super::method::Method;
+use crate::light_mesh::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, RADIUS_PER_STEP};
+use crate::validation::MeshChoice;
+
+/// Options of the light mesh.
+#[derive(Debug, Args)]
+pub struct MeshArguments {
+    /// With --method light-mesh: distance of mesh points in m [default: found by refining to the target]
+    #[arg(long, value_name = "STEP", value_parser = length_m, allow_hyphen_values = true)]
+    mesh_step: Option<f64>,
+    /// With --method light-mesh: radius in m of the sets that are averaged [default: 1.25 steps]
+    #[arg(long, value_name = "RADIUS", value_parser = length_m, allow_hyphen_values = true)]
+    mesh_radius: Option<f64>,
+    /// With --method light-mesh: what mesh points keep of indirect light [default: directional]
+    #[arg(long, value_name = "FORM", value_enum)]
+    mesh_indirect: Option<Form>,
+    /// With --method light-mesh: accelerations to switch off, with commas between
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', hide = true)]
+    mesh_without: Vec<Saving>,
+}
+
+/// What mesh points keep of indirect light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Form {
+    /// One number, whichever way a surface faces
+    Scalar,
+    /// Spherical harmonics up to order 2
+    Directional,
+}
+
+/// An acceleration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Saving {
+    /// MU1
+    Tree,
+    /// MU2
+    Templates,
+    /// MU3
+    OuterFirst,
+    /// MU4
+    InsideFlags,
+}
+
+fn length_m(text: &str) -> Result<f64, String> {
+    const REMEDY: &str = "write a length above 0 in metres, such as 0.25";
+    let length_m = text.trim().parse::<f64>().map_err(|_| format!("not a number; {REMEDY}"))?;
+    if length_m > 0.0 && length_m.is_finite() { Ok(length_m) } else { Err(REMEDY.to_owned()) }
+}
+
+impl MeshArguments {
+    /// The mesh that the options ask for.
+    pub fn choice(&self, method: Method) -> Result<MeshChoice, Failure> {
+        if method != Method::LightMesh && !self.again().is_empty() {
+            return Err(Failure::Usage {
+                what: "only light meshes have a step and a radius".to_owned(),
+                got: self.again().trim().to_owned(),
+                expected: "these options with --method light-mesh".to_owned(),
+                remedy: "add --method light-mesh, or leave them out".to_owned(),
+            });
+        }
+        if let Some(radius_m) = self.mesh_radius {
+            let step_m = self.mesh_step.unwrap_or(radius_m / RADIUS_PER_STEP);
+            let ratio = radius_m / step_m;
+            if !(LEAST_RADIUS_PER_STEP..=MOST_RADIUS_PER_STEP).contains(&ratio) {
+                return Err(Failure::Usage {
+                    what: "the radius does not go with the step".to_owned(),
+                    got: format!("--mesh-radius {radius_m} is {ratio:.3} times --mesh-step {step_m}"),
+                    expected: format!("{LEAST_RADIUS_PER_STEP} to {MOST_RADIUS_PER_STEP} times"),
+                    remedy: "1.25 is exact for its cost, 2.1 and 3.1 make smooth pictures".to_owned(),
+                });
+            }
+        }
+        let has = |saving: Saving| !self.mesh_without.contains(&saving);
+        Ok(MeshChoice {
+            step_m: self.mesh_step,
+            radius_m: self.mesh_radius,
+            form: match self.mesh_indirect {
+                Some(Form::Scalar) => IndirectForm::Scalar,
+                Some(Form::Directional) | None => IndirectForm::Directional,
+            },
+            accelerations: Accelerations {
+                tree: has(Saving::Tree),
+                templates: has(Saving::Templates),
+                outer_first: has(Saving::OuterFirst),
+                inside_flags: has(Saving::InsideFlags),
+            },
+        })
+    }
+
+    /// The options as they can be given again.
+    pub fn again(&self) -> String {
+        let mut again = String::new();
+        if let Some(step_m) = self.mesh_step {
+            again += &format!(" --mesh-step {step_m}");
+        }
+        if let Some(radius_m) = self.mesh_radius {
+            again += &format!(" --mesh-radius {radius_m}");
+        }
+        let name = |value: &dyn Fn() -> Option<String>| value().unwrap_or_default();
+        if let Some(form) = self.mesh_indirect {
+            let form = name(&|| form.to_possible_value().map(|value| value.get_name().to_owned()));
+            again += &format!(" --mesh-indirect {form}");
+        }
+        for saving in &self.mesh_without {
+            let saving = name(&|| saving.to_possible_value().map(|value| value.get_name().to_owned()));
+            again += &format!(" --mesh-without {saving}");
+        }
+        again
+    }
+}

@@ -1,0 +1,90 @@
+//! How a gathering goes on: more rays, or more chains and the rays anew.
+
+use super::stop::margin;
+use crate::maps::Judgement;
+
+/// Squared errors of gathering rays fall with this power of their number: their points are quasi-random.
+const RAY_EXPONENT: f64 = 1.5;
+/// More chains are tried in steps of this factor, up to so many steps.
+const STEP: f64 = 1.1;
+const STEPS: i32 = 60;
+
+/// How a map that is gathered stands, all variances those of the map's mean over all replicas, as fractions of its mean
+/// squared.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherState {
+    /// By chance of the gathering rays.
+    pub rows: f64,
+    /// By chance of the chains.
+    pub columns: f64,
+    /// Rays spent on gathering and direct light.
+    pub gather_rays: f64,
+    /// Rays spent on chains.
+    pub chain_rays: f64,
+}
+
+/// What a gathering needs still, in multiples of what it has had.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GatherNeed {
+    /// Chains: 1 for no more.
+    pub chains: f64,
+    /// Samples in all; anew where there are more chains.
+    pub samples: f64,
+    /// Rays that it still takes.
+    pub rays: f64,
+}
+
+/// The cheapest way on to a target error.
+pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState) -> GatherNeed {
+    let margin = margin(judgement.degrees_of_freedom);
+    // A bias above the target leaves nothing to chance; more chains will not help, more patches might.
+    let allowed = ((target_error.powi(2) - judgement.bias.powi(2)) / (margin * margin)).max(0.05 * target_error.powi(2));
+    let rest = (judgement.expected_error.powi(2) - state.rows - state.columns).max(0.0);
+    let samples = |columns: f64| {
+        let left = allowed - columns;
+        (left > 0.0).then(|| samples_for(left, state.rows, rest))
+    };
+    let as_it_is = samples(state.columns).map(|samples| {
+        GatherNeed { chains: 1.0, samples: samples.max(1.0), rays: state.gather_rays * (samples - 1.0).max(0.0) }
+    });
+    let with_more = (1..=STEPS).filter_map(|step| {
+        let chains = STEP.powi(step);
+        let samples = samples(state.columns / chains)?;
+        let rays = state.chain_rays * (chains - 1.0) + state.gather_rays * samples;
+        Some(GatherNeed { chains, samples, rays })
+    });
+    let best = as_it_is.into_iter().chain(with_more).min_by(|one, other| one.rays.total_cmp(&other.rays));
+    best.unwrap_or_else(|| {
+        let chains = STEP.powi(STEPS);
+        GatherNeed { chains, samples: 1.0, rays: state.chain_rays * chains + state.gather_rays }
+    })
+}
+
+/// Factor f on the samples for which rows/f^1.5 + rest/f comes down to `left`.
+fn samples_for(left: f64, rows: f64, rest: f64) -> f64 {
+    let (mut low, mut high) = (1e-6f64, 1e9f64);
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        if rows / middle.powf(RAY_EXPONENT) + rest / middle > left { low = middle } else { high = middle }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judged(expected_error: f64) -> Judgement {
+        Judgement { mean_lx: 1.0, expected_error, degrees_of_freedom: 1e6, ..Judgement::default() }
+    }
+
+    #[test]
+    fn chance_of_rays_asks_for_rays_and_chance_of_chains_for_chains() {
+        let state = GatherState { rows: 4e-4, columns: 1e-6, gather_rays: 1e6, chain_rays: 1e6 };
+        let need = gather_need(0.01, &judged(0.02), &state);
+        assert!(need.chains == 1.0 && (2.4..2.7).contains(&need.samples), "{need:?}");
+        let state = GatherState { rows: 1e-6, columns: 4e-4, ..state };
+        let need = gather_need(0.01, &judged(0.02), &state);
+        assert!(need.chains > 4.0 && need.samples < 1.0, "{need:?}");
+    }
+}

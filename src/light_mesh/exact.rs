@@ -1,0 +1,76 @@
+//! Direct light by shadow rays from the receiver: what a mesh is checked against, and what completes a run where it is
+//! the cheaper way.
+
+use glam::DVec3;
+
+use super::mesh::Surroundings;
+use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
+use crate::sampling::random::Stream;
+use crate::sampling::warp::uniform_triangle;
+use crate::scene::{Cell, ReceiverPoint};
+
+/// One unbiased sample of direct illuminance by a look at every emitter, exact where all are points, and its rays.
+pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    let (mut sum_lx, mut rays) = (0.0, 0);
+    for emitter in stage.emitters.list() {
+        let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) else { continue };
+        rays += 1;
+        if let Some(place) = look.place
+            && !stage.tracer.is_occluded(receiver.origin, &stage.origin(&place))
+        {
+            sum_lx += look.unshadowed_lx;
+        }
+    }
+    (sum_lx, rays)
+}
+
+/// Whether looks at all emitters have no chance in them.
+pub fn looks_are_exact(stage: &Stage) -> bool {
+    stage.emitters.list().iter().all(|emitter| emitter.is_point() && !emitter.has_opening())
+}
+
+/// A place of a map at which light is asked for.
+#[derive(Clone, Copy)]
+pub struct Spot {
+    /// Place in m.
+    pub point_m: DVec3,
+    /// Unit normal.
+    pub normal: DVec3,
+    /// Triangle and weights of its corners, for a point of an element.
+    pub on: Option<(Cell, [f64; 2])>,
+}
+
+impl Spot {
+    /// A receiver.
+    pub fn of_point(point: &ReceiverPoint) -> Spot {
+        Spot { point_m: point.position_m, normal: point.normal, on: None }
+    }
+
+    /// A point of an element side by the weights of the element's second and third corner.
+    pub fn of_cell(around: &Surroundings, cell: Cell, [u, v]: [f64; 2]) -> Spot {
+        let part = around.stage.elements.part_corners(cell.triangle, cell.part);
+        let inner = [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]));
+        let [a, b, c] = around.scene.corners_m(cell.triangle);
+        Spot {
+            point_m: a + inner[0] * (b - a) + inner[1] * (c - a),
+            normal: around.stage.normal(cell.triangle, cell.side),
+            on: Some((cell, inner)),
+        }
+    }
+
+    /// A random point of an element side, every part of its area alike.
+    pub fn drawn_in_cell(around: &Surroundings, cell: Cell, stream: &mut Stream) -> Spot {
+        Spot::of_cell(around, cell, uniform_triangle(stream.pair()))
+    }
+
+    /// Hands the spot to `ask` as a receiver.
+    #[inline]
+    pub fn ask<T>(&self, stage: &Stage, ask: impl FnOnce(&Receiver) -> T) -> T {
+        let origin = match self.on {
+            Some((cell, inner)) => stage.tracer.surface_origin(cell.triangle, inner, cell.side),
+            None => stage.tracer.side_origin(self.point_m, self.normal),
+        };
+        ask(&Receiver { point_m: self.point_m, normal: self.normal, origin: &origin })
+    }
+}

@@ -1,0 +1,301 @@
+//! Indirect light at the points of a coarse mesh: gathered over the whole sphere, kept as one number or as spherical
+//! harmonics, and turned into the illuminance of surfaces near by.
+
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+use glam::DVec3;
+
+use super::lattice::{Index, Lattice};
+use super::mesh::{NEAREST, Surroundings};
+use super::options::IndirectForm;
+use super::solids::Walls;
+use super::sparse::{LEAF_POINTS, SparseTree};
+use super::template::{Candidate, Templates};
+use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
+use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::warp::uniform_sphere;
+
+/// Coefficients of spherical harmonics up to order 2.
+const COEFFICIENTS: usize = 9;
+/// Halves of the walks, for the random error.
+const HALVES: usize = 2;
+/// 1/φ: steps of it cover a turn evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// The map number of the streams of a mesh's walks, less the level of refinement.
+const GATHERING: u32 = u32::MAX - 1;
+
+/// Coefficients of the light that arrives at a point, from each half of its walks.
+type Field = [[f64; COEFFICIENTS]; HALVES];
+
+/// Real spherical harmonics up to order 2 of a unit vector.
+fn harmonics(d: DVec3) -> [f64; COEFFICIENTS] {
+    let band = |l: f64| (l / PI).sqrt();
+    let (linear, quadratic) = (0.5 * band(3.0), 0.5 * band(15.0));
+    [
+        0.5 * band(1.0),
+        linear * d.y,
+        linear * d.z,
+        linear * d.x,
+        quadratic * d.x * d.y,
+        quadratic * d.y * d.z,
+        0.25 * band(5.0) * (3.0 * d.z * d.z - 1.0),
+        quadratic * d.z * d.x,
+        0.5 * quadratic * (d.x * d.x - d.y * d.y),
+    ]
+}
+
+/// What the clamped cosine leaves of each order, over π: 1, 2/3, 1/4 (Ramamoorthi and Hanrahan 2001, "An efficient
+/// representation for irradiance environment maps").
+const COSINE: [f64; COEFFICIENTS] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
+
+/// Illuminance of a surface with this normal, in the unit of π times luminance that the field has.
+fn illuminance(field: &[f64; COEFFICIENTS], normal: DVec3, form: IndirectForm) -> f64 {
+    let y = harmonics(normal);
+    match form {
+        IndirectForm::Scalar => field[0] * y[0],
+        IndirectForm::Directional => (0..COEFFICIENTS).map(|i| COSINE[i] * field[i] * y[i]).sum::<f64>().max(0.0),
+    }
+}
+
+/// How indirect light is gathered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gathering {
+    /// Distance of neighbouring points in m.
+    pub step_m: f64,
+    /// Radius of the sets that are averaged, in m.
+    pub radius_m: f64,
+    /// Walks from every point.
+    pub walks: u32,
+    /// What the points keep.
+    pub form: IndirectForm,
+}
+
+/// Rays and points of a gathering.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GatherCounts {
+    /// Mesh points gathered at.
+    pub points: u64,
+    /// Rays of their walks.
+    pub walk_rays: u64,
+    /// Rays for flags and local visibility.
+    pub other_rays: u64,
+    /// Places whose set was empty.
+    pub places_without_set: u64,
+}
+
+impl GatherCounts {
+    /// Rays of all kinds.
+    pub fn rays(&self) -> u64 {
+        self.walk_rays + self.other_rays
+    }
+}
+
+impl std::ops::AddAssign for GatherCounts {
+    fn add_assign(&mut self, other: GatherCounts) {
+        self.points += other.points;
+        self.walk_rays += other.walk_rays;
+        self.other_rays += other.other_rays;
+        self.places_without_set += other.places_without_set;
+    }
+}
+
+/// Room that a thread reuses.
+#[derive(Default)]
+pub struct GatherRoom {
+    candidates: Vec<Candidate>,
+    /// For choosing luminaires on walks.
+    pub cut: Cut,
+    /// What has been counted since it was made.
+    pub counts: GatherCounts,
+}
+
+/// A mesh of points that gather indirect light when first asked for it.
+pub struct IndirectMesh<'a> {
+    around: Surroundings<'a>,
+    /// How it gathers.
+    pub gathering: Gathering,
+    lattice: Lattice,
+    templates: Templates,
+    walls: Walls,
+    tree: SparseTree<[OnceLock<Option<Box<Field>>>; LEAF_POINTS]>,
+    least_height_m: f64,
+    seed: u64,
+}
+
+impl<'a> IndirectMesh<'a> {
+    /// An empty mesh for places within a box; `None` where it would be out of proportion.
+    pub fn new(
+        around: Surroundings<'a>,
+        bounds_m: [DVec3; 2],
+        gathering: Gathering,
+        seed: u64,
+    ) -> Option<IndirectMesh<'a>> {
+        let Gathering { step_m, radius_m, .. } = gathering;
+        let lattice = Lattice::over(bounds_m, step_m, radius_m)?;
+        Some(IndirectMesh {
+            templates: Templates::new(radius_m / step_m),
+            walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m),
+            tree: SparseTree::over(&lattice)?,
+            least_height_m: around.stage.tracer.position_accuracy_m(),
+            lattice,
+            gathering,
+            around,
+            seed,
+        })
+    }
+
+    /// Indirect illuminance of a place in lx by each half of the walks: the mean over its set of what each point
+    /// would bring to the place's plane.
+    pub fn indirect_lx(&self, receiver: &Receiver, place_number: u64, room: &mut GatherRoom) -> [f64; HALVES] {
+        let GatherRoom { candidates, cut, counts } = room;
+        let (place_m, normal) = (receiver.point_m, receiver.normal);
+        self.templates.candidates(&self.lattice, place_m, normal, self.least_height_m, candidates);
+        let (cell, _) = self.lattice.cell_of(place_m);
+        let near_squared = (NEAREST * self.gathering.step_m).powi(2);
+        let tracer = &self.around.stage.tracer;
+        let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
+        loop {
+            let mut sum = [[0.0; COEFFICIENTS]; HALVES];
+            let (mut members, mut open) = (0u32, true);
+            for candidate in candidates.iter().filter(|candidate| self.lattice.contains(candidate.index)) {
+                let (leaf, place) = self.tree.leaf(candidate.index, || std::array::from_fn(|_| OnceLock::new()));
+                let Some(field) = leaf[place].get_or_init(|| self.field_at(candidate.index, cut, counts)) else {
+                    open &= candidate.offset_m.length_squared() > near_squared;
+                    continue;
+                };
+                if tests {
+                    counts.other_rays += 1;
+                    let point_m = self.lattice.position_m(candidate.index);
+                    if tracer.is_occluded(receiver.origin, &tracer.free_origin(point_m)) {
+                        continue;
+                    }
+                }
+                members += 1;
+                for half in 0..HALVES {
+                    (0..COEFFICIENTS).for_each(|i| sum[half][i] += field[half][i]);
+                }
+            }
+            // With one of the nearest points inside of a solid, the place may lie under it: each point is tested.
+            if !open && !tests {
+                tests = true;
+                continue;
+            }
+            if members == 0 {
+                counts.places_without_set += 1;
+                let (lx, rays) =
+                    walks_at_place_lx(self.around.stage, receiver, place_number, self.gathering.walks, self.seed, cut);
+                counts.walk_rays += rays;
+                return lx;
+            }
+            return sum.map(|half| illuminance(&half, normal, self.gathering.form) / f64::from(members));
+        }
+    }
+
+    /// Light that arrives at a mesh point from all sides; `None` inside of a solid.
+    fn field_at(&self, index: Index, cut: &mut Cut, counts: &mut GatherCounts) -> Option<Box<Field>> {
+        let position_m = self.lattice.position_m(index);
+        let (inside, rays) = self.around.solids.holds(&self.around.stage.tracer, position_m);
+        counts.other_rays += rays;
+        if inside {
+            return None;
+        }
+        counts.points += 1;
+        let origin = self.around.stage.tracer.free_origin(position_m);
+        let mut field = Box::new([[0.0; COEFFICIENTS]; HALVES]);
+        // Half the key in the replica's number, half in the index: no two points share a stream.
+        let key = self.lattice.key(index);
+        let mut stream = Stream::new(self.seed, Purpose::LightMesh, GATHERING, (key >> 32) as u32);
+        stream.seek(key << 32);
+        let shifts = [stream.pair(), stream.pair()];
+        for walk in 0..self.gathering.walks {
+            stream.seek((key << 32) | u64::from(walk + 1));
+            // Each half has a spiral of its own over the sphere, turned at random.
+            let half = walk as usize % HALVES;
+            let step = f64::from(walk / HALVES as u32) + 0.5;
+            let turns = (step * GOLDEN + shifts[half][0]).fract();
+            let height = (step / f64::from(self.gathering.walks / HALVES as u32) + shifts[half][1]).fract();
+            let direction = uniform_sphere([height, turns]);
+            let (arriving, rays) = sample_arriving_lx(self.around.stage, origin, direction, cut, &mut stream);
+            counts.walk_rays += rays;
+            let y = harmonics(direction);
+            (0..COEFFICIENTS).for_each(|i| field[half][i] += arriving * y[i]);
+        }
+        // ∫ f Y dω = 4π · mean, for each half of the walks.
+        let scale = 4.0 * PI * HALVES as f64 / f64::from(self.gathering.walks);
+        field.iter_mut().flatten().for_each(|coefficient| *coefficient *= scale);
+        Some(field)
+    }
+}
+
+/// Indirect illuminance by walks from the place itself, in two halves, and the rays they took.
+pub fn walks_at_place_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    place_number: u64,
+    walks: u32,
+    seed: u64,
+    cut: &mut Cut,
+) -> ([f64; HALVES], u64) {
+    let mut stream = Stream::new(seed, Purpose::LightMesh, GATHERING - 1, 0);
+    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
+    for walk in 0..walks {
+        stream.seek((place_number << 32) | u64::from(walk));
+        let (lx, walk_rays) = sample_indirect_lx(stage, receiver, cut, &mut stream);
+        rays += walk_rays;
+        sum_lx[walk as usize % HALVES] += lx;
+    }
+    (sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(walks)), rays)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ∫ Y_i Y_j dω = δ_ij over a spiral of 20,000 directions.
+    #[test]
+    fn harmonics_are_orthonormal() {
+        const N: u32 = 20_000;
+        let mut products = [[0.0; COEFFICIENTS]; COEFFICIENTS];
+        for step in 0..N {
+            let direction =
+                uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
+            let y = harmonics(direction);
+            for (row, left) in products.iter_mut().zip(y) {
+                row.iter_mut().zip(y).for_each(|(sum, right)| *sum += left * right * 4.0 * PI / f64::from(N));
+            }
+        }
+        for (i, row) in products.iter().enumerate() {
+            for (j, product) in row.iter().enumerate() {
+                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-3, "{i} {j} {product}");
+            }
+        }
+    }
+
+    /// π L = 1 from above the plane z = 0 and nothing from below: a plane whose normal makes the angle θ with the z axis
+    /// receives (1 + cos θ)/2 exactly, and so say the harmonics up to order 2, whose next term has order 3.
+    #[test]
+    fn a_half_lit_sphere_gives_its_exact_illuminance() {
+        const N: u32 = 200_000;
+        let mut field = [0.0; COEFFICIENTS];
+        for step in 0..N {
+            let direction =
+                uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
+            if direction.z > 0.0 {
+                let y = harmonics(direction);
+                (0..COEFFICIENTS).for_each(|i| field[i] += y[i] * 4.0 * PI / f64::from(N));
+            }
+        }
+        for cosine in [-1.0, -0.5, 0.0, 0.3, 1.0f64] {
+            let normal = DVec3::new(0.6 * (1.0 - cosine * cosine).sqrt(), 0.8 * (1.0 - cosine * cosine).sqrt(), cosine);
+            let exact = 0.5 * (1.0 + cosine);
+            let found = illuminance(&field, normal, IndirectForm::Directional);
+            assert!((found - exact).abs() < 1e-4, "{cosine}: {found} {exact}");
+            // A scalar gives half to every surface, whichever way it looks.
+            assert!((illuminance(&field, normal, IndirectForm::Scalar) - 0.5).abs() < 1e-4);
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! What the mesh changes, measured: a random part of a map's places is computed again with shadow rays and walks of its
+//! own, which enter no result.
+
+use rayon::prelude::*;
+
+use super::exact::{Spot, look_at_all, looks_are_exact};
+use super::mesh::Surroundings;
+use super::tracing::{Entries, EntryLight};
+use crate::estimators::walk::sample_indirect_lx;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+
+/// Places at which direct light is computed again.
+pub const DIRECT_PLACES: usize = 1024;
+/// Places at which indirect light is computed again; noise shrinks faster with walks than with places.
+pub const INDIRECT_PLACES: usize = 128;
+/// Looks of each half at direct light that has chance in it.
+const LOOKS: u64 = 32;
+/// Bits of a stream's index that count samples.
+const SAMPLE_BITS: u32 = 32;
+/// Quantile of the normal distribution of which one in twenty is above.
+pub const ONE_IN_TWENTY: f64 = 1.645;
+
+/// A mean of squares, in lx², with its standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeanSquare {
+    /// The mean; chance can leave it below 0.
+    pub mean: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+}
+
+impl MeanSquare {
+    fn of(products: &[f64]) -> MeanSquare {
+        if products.is_empty() {
+            return MeanSquare::default();
+        }
+        let count = products.len() as f64;
+        let mean = products.iter().sum::<f64>() / count;
+        let squares: f64 = products.iter().map(|product| (product - mean).powi(2)).sum();
+        MeanSquare { mean, standard_error: (squares / (count * (count - 1.0).max(1.0))).sqrt() }
+    }
+
+    /// Root in lx, 0 where chance left nothing.
+    pub fn root_lx(&self) -> f64 {
+        self.mean.max(0.0).sqrt()
+    }
+
+    /// What the root stays below with 95% probability, in lx.
+    pub fn upper_root_lx(&self) -> f64 {
+        (self.mean + ONE_IN_TWENTY * self.standard_error).max(0.0).sqrt()
+    }
+}
+
+/// What a map differs by from light computed without a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// Direct part.
+    pub direct: MeanSquare,
+    /// Direct part where the points of a set agree about every luminaire.
+    pub direct_agreed: MeanSquare,
+    /// Direct part where they do not.
+    pub direct_mixed: MeanSquare,
+    /// Indirect part.
+    pub indirect: MeanSquare,
+    /// Rays that it took.
+    pub rays: u64,
+}
+
+impl Measured {
+    /// Both parts: their errors have nothing to do with each other.
+    pub fn total(&self) -> MeanSquare {
+        MeanSquare {
+            mean: self.direct.mean.max(0.0) + self.indirect.mean.max(0.0),
+            standard_error: self.direct.standard_error.hypot(self.indirect.standard_error),
+        }
+    }
+}
+
+/// Chooses places of a map in proportion to their weights: equal steps from a random start, so that a map of fewer
+/// places of equal weight is taken whole.
+pub fn choose(entries: &Entries, most: usize, seed: u64, map: u32) -> Vec<usize> {
+    let total: f64 = entries.weights.iter().sum();
+    let counted = entries.weights.iter().filter(|weight| **weight > 0.0).count();
+    if total <= 0.0 {
+        return Vec::new();
+    }
+    let step = total / most.min(counted) as f64;
+    let mut stream = Stream::new(seed, Purpose::LightMesh, map, 0);
+    stream.seek(u64::MAX >> SAMPLE_BITS);
+    let mut next = stream.fine_unit() * step;
+    let mut chosen = Vec::new();
+    let mut before = 0.0;
+    for (entry, weight) in entries.weights.iter().enumerate() {
+        before += weight;
+        while next < before {
+            chosen.push(entry);
+            next += step;
+        }
+    }
+    chosen
+}
+
+/// Measures direct light: for every chosen place the product of its deviations from two independent estimates, whose
+/// mean is the square of the deviation without the estimates' own noise.
+pub fn measure_direct(
+    around: &Surroundings,
+    entries: &Entries,
+    chosen: &[(usize, EntryLight)],
+    seed: u64,
+    map: u32,
+) -> Measured {
+    let exact = looks_are_exact(around.stage) && !entries.are_means();
+    let looks = if exact { 1 } else { LOOKS };
+    let judged: Vec<(f64, bool, u64)> = chosen
+        .par_iter()
+        .map(|(entry, light)| {
+            let mut stream = Stream::new(seed, Purpose::LightMesh, map, 1);
+            let mut rays = 0;
+            let mut half_lx = |half: u64| {
+                let mut sum_lx = 0.0;
+                for look in 0..looks {
+                    stream.seek(((*entry as u64) << SAMPLE_BITS) | (half * looks + look));
+                    let spot = entries.drawn_spot(around, *entry, &mut stream);
+                    let (lx, look_rays) =
+                        spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, &mut stream));
+                    sum_lx += lx;
+                    rays += look_rays;
+                }
+                sum_lx / looks as f64
+            };
+            let first_lx = half_lx(0);
+            let second_lx = if exact { first_lx } else { half_lx(1) };
+            let direct_lx = light.direct_mean_lx();
+            ((direct_lx - first_lx) * (direct_lx - second_lx), light.mixed, rays)
+        })
+        .collect();
+    let products = |keep: &dyn Fn(bool) -> bool| -> Vec<f64> {
+        judged.iter().filter(|(_, mixed, _)| keep(*mixed)).map(|(product, ..)| *product).collect()
+    };
+    Measured {
+        direct: MeanSquare::of(&products(&|_| true)),
+        direct_agreed: MeanSquare::of(&products(&|mixed| !mixed)),
+        direct_mixed: MeanSquare::of(&products(&|mixed| mixed)),
+        indirect: MeanSquare::default(),
+        rays: judged.iter().map(|(.., rays)| rays).sum(),
+    }
+}
+
+/// Measures indirect light the same way, with walks; returns rays too.
+pub fn measure_indirect(
+    around: &Surroundings,
+    entries: &Entries,
+    chosen: &[(usize, EntryLight)],
+    walks: u64,
+    seed: u64,
+    map: u32,
+) -> (MeanSquare, u64) {
+    let judged: Vec<(f64, u64)> = chosen
+        .par_iter()
+        .map(|(entry, light)| {
+            let mut stream = Stream::new(seed, Purpose::LightMesh, map, 2);
+            let mut cut = Cut::default();
+            let mut rays = 0;
+            let mut half_lx = |half: u64| {
+                let mut sum_lx = 0.0;
+                for walk in 0..walks {
+                    stream.seek(((*entry as u64) << SAMPLE_BITS) | (half * walks + walk));
+                    let spot: Spot = entries.drawn_spot(around, *entry, &mut stream);
+                    let (lx, walk_rays) = spot.ask(around.stage, |receiver| {
+                        sample_indirect_lx(around.stage, receiver, &mut cut, &mut stream)
+                    });
+                    sum_lx += lx;
+                    rays += walk_rays;
+                }
+                sum_lx / walks as f64
+            };
+            let (first_lx, second_lx) = (half_lx(0), half_lx(1));
+            let indirect_lx = light.indirect_mean_lx();
+            ((indirect_lx - first_lx) * (indirect_lx - second_lx), rays)
+        })
+        .collect();
+    let products: Vec<f64> = judged.iter().map(|(product, _)| *product).collect();
+    (MeanSquare::of(&products), judged.iter().map(|(_, rays)| rays).sum())
+}

@@ -1,0 +1,357 @@
+//! The light mesh: points that know which luminaires they see, and the light of places among them.
+
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+
+use glam::DVec3;
+
+use super::lattice::{Index, Lattice};
+use super::options::{Accelerations, Options};
+use super::samples::{DIGITS, Samples, Seen, Sees, by_tree, one_by_one};
+use super::solids::{Solids, Walls};
+use super::sparse::{LEAF_POINTS, SparseTree};
+use super::template::{Candidate, Templates, candidates_one_by_one, is_outer};
+use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
+use crate::scene::Scene;
+
+/// Nobody has asked for the point yet.
+const EMPTY: u8 = 0;
+/// A thread is computing it.
+const BUSY: u8 = 1;
+/// It lies in free space.
+const FREE: u8 = 2;
+/// It lies inside of a solid.
+const INSIDE: u8 = 3;
+
+/// Points within this many steps are a place's nearest: one straight above any place is among them.
+pub const NEAREST: f64 = 1.25;
+
+/// Points of a leaf: what state each is in, and its words.
+struct BitLeaf {
+    states: [AtomicU8; LEAF_POINTS],
+    words: Box<[AtomicU64]>,
+}
+
+impl BitLeaf {
+    fn new(words: usize) -> BitLeaf {
+        BitLeaf {
+            states: std::array::from_fn(|_| AtomicU8::new(EMPTY)),
+            words: std::iter::repeat_with(AtomicU64::default).take(LEAF_POINTS * words).collect(),
+        }
+    }
+}
+
+/// Rays and places by what they were for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Places whose light was asked for.
+    pub places: u64,
+    /// Mesh points whose visibility was computed.
+    pub points: u64,
+    /// Mesh points that lie inside of solids.
+    pub points_inside: u64,
+    /// Members of all sets together.
+    pub members: u64,
+    /// Rays from mesh points to luminaires.
+    pub visibility_rays: u64,
+    /// Rays that told whether a mesh point lies inside of a solid.
+    pub parity_rays: u64,
+    /// Rays from places to mesh points.
+    pub local_rays: u64,
+    /// Places whose set was empty.
+    pub places_without_set: u64,
+    /// Shadow rays from those.
+    pub fallback_rays: u64,
+}
+
+impl Counts {
+    /// Rays of all kinds.
+    pub fn rays(&self) -> u64 {
+        self.visibility_rays + self.parity_rays + self.local_rays + self.fallback_rays
+    }
+}
+
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Counts) {
+        self.places += other.places;
+        self.points += other.points;
+        self.points_inside += other.points_inside;
+        self.members += other.members;
+        self.visibility_rays += other.visibility_rays;
+        self.parity_rays += other.parity_rays;
+        self.local_rays += other.local_rays;
+        self.places_without_set += other.places_without_set;
+        self.fallback_rays += other.fallback_rays;
+    }
+}
+
+/// Room that a thread reuses from place to place.
+#[derive(Default)]
+pub struct Workroom {
+    candidates: Vec<Candidate>,
+    members: Vec<u64>,
+    words: Vec<u64>,
+    seen: Seen,
+    /// What has been counted since it was made.
+    pub counts: Counts,
+}
+
+/// Direct light of a place by the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshLight {
+    /// Illuminance in lx.
+    pub illuminance_lx: f64,
+    /// Whether the points of its set disagree about some luminaire: only there does the mesh change anything.
+    pub mixed: bool,
+}
+
+/// What a mesh stands in: shared by meshes of different steps.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The scene made ready for rays.
+    pub stage: &'a Stage,
+    /// Its closed solids.
+    pub solids: &'a Solids,
+    /// Points of its luminaires.
+    pub samples: &'a Samples,
+}
+
+/// A mesh of points over a scene, each computed when first asked for.
+pub struct LightMesh<'a> {
+    around: Surroundings<'a>,
+    /// How it was made.
+    pub options: Options,
+    /// Where its points are.
+    pub lattice: Lattice,
+    templates: Option<Templates>,
+    walls: Option<Walls>,
+    tree: SparseTree<BitLeaf>,
+    sees: Sees,
+    least_height_m: f64,
+}
+
+impl<'a> LightMesh<'a> {
+    /// An empty mesh for places within a box; `None` where it would have more points than numbers for them.
+    pub fn new(around: Surroundings<'a>, bounds_m: [DVec3; 2], options: Options) -> Option<LightMesh<'a>> {
+        let Options { step_m, radius_m, accelerations } = options;
+        let lattice = Lattice::over(bounds_m, step_m, radius_m)?;
+        let Accelerations { tree, templates, inside_flags, .. } = accelerations;
+        Some(LightMesh {
+            options,
+            templates: templates.then(|| Templates::new(radius_m / step_m)),
+            walls: inside_flags.then(|| Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m)),
+            tree: SparseTree::over(&lattice)?,
+            lattice,
+            sees: if tree { by_tree } else { one_by_one },
+            // Below this height rounding may put a point under the surface that the place lies on.
+            least_height_m: around.stage.tracer.position_accuracy_m(),
+            around,
+        })
+    }
+
+    /// Bytes that the mesh takes.
+    pub fn bytes(&self) -> u64 {
+        self.tree.bytes((LEAF_POINTS * self.around.samples.words * size_of::<u64>()) as u64)
+    }
+
+    /// Bytes that the mesh would take with every point stored: its words and its state.
+    pub fn dense_bytes(&self) -> f64 {
+        self.lattice.points() * (self.around.samples.words * size_of::<u64>() + size_of::<u8>()) as f64
+    }
+
+    /// Direct illuminance at a place: E = Σ_i (share of the set's points that see luminaire i) · E_i.
+    ///
+    /// Source: Debelov and Novikov (2009), eq. 6; docs/methods.md, section 12.
+    pub fn direct(&self, receiver: &Receiver, room: &mut Workroom) -> MeshLight {
+        room.counts.places += 1;
+        let Samples { words, .. } = *self.around.samples;
+        if words == 0 {
+            return MeshLight { illuminance_lx: 0.0, mixed: false };
+        }
+        self.gather(receiver, room);
+        let Workroom { members, words: look, seen, counts, .. } = room;
+        if members.is_empty() {
+            look.resize(words, 0);
+            counts.places_without_set += 1;
+            if self.lies_under_solid(receiver, counts) {
+                return MeshLight { illuminance_lx: 0.0, mixed: false };
+            }
+            counts.fallback_rays +=
+                self.around.samples.look(self.around.stage, self.sees, receiver.origin, receiver.point_m, look);
+            seen.any.clone_from(look);
+            seen.all.clone_from(look);
+            seen.members = 1;
+            let illuminance_lx = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
+            return MeshLight { illuminance_lx, mixed: false };
+        }
+        let count = members.len() / words;
+        counts.members += count as u64;
+        seen.members = count;
+        seen.digits = (usize::BITS - count.leading_zeros()) as usize;
+        seen.all.clear();
+        seen.all.extend_from_slice(&members[..words]);
+        seen.any.clear();
+        seen.any.extend_from_slice(&members[..words]);
+        for member in members.chunks_exact(words).skip(1) {
+            for (word, bits) in member.iter().enumerate() {
+                seen.all[word] &= bits;
+                seen.any[word] |= bits;
+            }
+        }
+        // Only where the points disagree must they be counted.
+        seen.planes.resize(words * DIGITS, 0);
+        let mut mixed = false;
+        for word in 0..words {
+            let some = seen.any[word] & !seen.all[word];
+            if some != 0 {
+                mixed = true;
+                seen.planes[word * DIGITS..word * DIGITS + seen.digits].fill(0);
+                for member in 0..count {
+                    seen.add(word, members[member * words + word] & some);
+                }
+            }
+        }
+        MeshLight { illuminance_lx: self.around.samples.illuminance_lx(self.around.stage, receiver, seen), mixed }
+    }
+
+    /// Whether a solid is pressed onto a place, so that no light gets there: just over it the parity says inside.
+    fn lies_under_solid(&self, receiver: &Receiver, counts: &mut Counts) -> bool {
+        if !self.options.accelerations.inside_flags {
+            return false;
+        }
+        // Twice the height that rounding may take: gaps wider than that are sounded by rays.
+        let over_m = receiver.point_m + 2.0 * self.least_height_m * receiver.normal;
+        let (inside, rays) = self.around.solids.holds(&self.around.stage.tracer, over_m);
+        counts.parity_rays += rays;
+        inside
+    }
+
+    /// Points of the set D of a place, without their values: for tests and for what they cost.
+    pub fn set_of(&self, receiver: &Receiver, room: &mut Workroom) -> Vec<Index> {
+        self.gather(receiver, room);
+        room.candidates.retain(|candidate| self.is_free(candidate.index, &mut room.words, &mut room.counts));
+        room.candidates.iter().map(|candidate| candidate.index).collect()
+    }
+
+    fn list_candidates(&self, receiver: &Receiver, room: &mut Workroom) {
+        let (place_m, normal) = (receiver.point_m, receiver.normal);
+        let found = &mut room.candidates;
+        match &self.templates {
+            Some(templates) => templates.candidates(&self.lattice, place_m, normal, self.least_height_m, found),
+            None => {
+                let radius_m = self.options.radius_m;
+                candidates_one_by_one(&self.lattice, radius_m, place_m, normal, self.least_height_m, found);
+            }
+        }
+        found.retain(|candidate| self.lattice.contains(candidate.index));
+    }
+
+    /// Whether a thin wall near a place may hide points of its set.
+    fn has_walls_near(&self, receiver: &Receiver) -> bool {
+        self.walls.as_ref().is_none_or(|walls| {
+            let (cell, _) = self.lattice.cell_of(receiver.point_m);
+            walls.may_hide(&self.lattice, cell, receiver.point_m, receiver.normal, self.least_height_m)
+        })
+    }
+
+    /// Leaves of the candidates those that the place sees, by rays of their own.
+    fn test_each(&self, receiver: &Receiver, room: &mut Workroom) {
+        let Workroom { candidates, counts, words, .. } = room;
+        if self.walls.is_some() {
+            candidates.retain(|candidate| self.is_free(candidate.index, words, counts));
+        }
+        let Options { step_m, radius_m, accelerations } = self.options;
+        let mut sees = |candidate: &Candidate| {
+            counts.local_rays += 1;
+            let tracer = &self.around.stage.tracer;
+            (self.sees)(tracer, receiver.origin, &tracer.free_origin(self.lattice.position_m(candidate.index)))
+        };
+        if !accelerations.outer_first {
+            candidates.retain(|candidate| sees(candidate));
+            return;
+        }
+        let outer = |candidate: &Candidate| is_outer(candidate.offset_m, step_m, radius_m);
+        let listed = candidates.iter().filter(|candidate| outer(candidate)).count();
+        candidates.retain(|candidate| !outer(candidate) || sees(candidate));
+        let left = candidates.iter().filter(|candidate| outer(candidate)).count();
+        if left < listed {
+            candidates.retain(|candidate| outer(candidate) || sees(candidate));
+        }
+    }
+
+    /// Fills `members` with the words of all points of a place's set.
+    ///
+    /// With flags, points inside of solids are left out, and where neither a thin wall is near nor one of the nearest
+    /// points is inside, that is all. Where one is, the place may lie under a solid or in a crack beside it.
+    fn gather(&self, receiver: &Receiver, room: &mut Workroom) {
+        self.list_candidates(receiver, room);
+        if self.has_walls_near(receiver) || !self.take_all(room) {
+            self.test_each(receiver, room);
+            self.take_all(room);
+        }
+    }
+
+    /// Takes the words of all candidates that are free; whether none of the nearest is inside of a solid.
+    fn take_all(&self, room: &mut Workroom) -> bool {
+        let Workroom { candidates, members, words, counts, .. } = room;
+        members.clear();
+        let count = self.around.samples.words;
+        let near_squared = (NEAREST * self.options.step_m).powi(2);
+        let mut open = true;
+        for candidate in candidates.iter() {
+            let (leaf, place) = self.tree.leaf(candidate.index, || BitLeaf::new(count));
+            if self.ensure(leaf, place, candidate.index, words, counts) == FREE {
+                let first = place * count;
+                members.extend(leaf.words[first..first + count].iter().map(|word| word.load(Ordering::Relaxed)));
+            } else {
+                open &= candidate.offset_m.length_squared() > near_squared;
+            }
+        }
+        open
+    }
+
+    fn is_free(&self, index: Index, words: &mut Vec<u64>, counts: &mut Counts) -> bool {
+        let (leaf, place) = self.tree.leaf(index, || BitLeaf::new(self.around.samples.words));
+        self.ensure(leaf, place, index, words, counts) == FREE
+    }
+
+    /// Computes a point if nobody has; returns its state. What it holds depends on its place alone.
+    #[inline]
+    fn ensure(&self, leaf: &BitLeaf, place: usize, index: Index, words: &mut Vec<u64>, counts: &mut Counts) -> u8 {
+        let state = leaf.states[place].load(Ordering::Acquire);
+        if state >= FREE { state } else { self.compute(leaf, place, index, words, counts) }
+    }
+
+    #[cold]
+    fn compute(&self, leaf: &BitLeaf, place: usize, index: Index, words: &mut Vec<u64>, counts: &mut Counts) -> u8 {
+        let state = &leaf.states[place];
+        while let Err(found) = state.compare_exchange(EMPTY, BUSY, Ordering::Acquire, Ordering::Acquire) {
+            if found >= FREE {
+                return found;
+            }
+            std::thread::yield_now();
+        }
+        let Surroundings { stage, solids, samples, .. } = self.around;
+        let position_m = self.lattice.position_m(index);
+        counts.points += 1;
+        if self.options.accelerations.inside_flags {
+            let (inside, rays) = solids.holds(&stage.tracer, position_m);
+            counts.parity_rays += rays;
+            if inside {
+                counts.points_inside += 1;
+                state.store(INSIDE, Ordering::Release);
+                return INSIDE;
+            }
+        }
+        words.resize(samples.words, 0);
+        counts.visibility_rays +=
+            samples.look(stage, self.sees, &stage.tracer.free_origin(position_m), position_m, words);
+        for (word, bits) in leaf.words[place * samples.words..].iter().zip(words.iter()) {
+            word.store(*bits, Ordering::Relaxed);
+        }
+        state.store(FREE, Ordering::Release);
+        FREE
+    }
+}

@@ -1,0 +1,29 @@
+//! Light meshes: visibility of the luminaires, known at the points of a regular mesh and averaged near each receiver.
+//!
+//! After Debelov and Sevastyanov (2001, "An original approach to simulation of soft shadows and diffuse color bleeding
+//! in ray tracing") and Debelov and Novikov (2009, "Soft shadow generation via recursive ray tracing").
+
+mod error;
+pub mod exact;
+mod indirect;
+pub mod judge;
+mod lattice;
+mod mesh;
+mod options;
+mod plan;
+mod result;
+mod samples;
+mod solids;
+mod sparse;
+mod template;
+pub mod tracing;
+
+pub use error::{NotForLightMesh, check};
+pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh};
+pub use lattice::{Index, Lattice};
+pub use mesh::{Counts, LightMesh, MeshLight, Surroundings, Workroom};
+pub use options::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP};
+pub use plan::{DirectPlan, IndirectPlan, Plan, Planner, Why, Wishes};
+pub use result::{MeshFacts, TracedMap};
+pub use samples::{Placing, Samples};
+pub use solids::{Solids, Walls};

@@ -1,0 +1,251 @@
+//! From computed places to a map with the error it states.
+
+use super::judge::{
+    DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct, measure_indirect,
+};
+use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
+use super::samples::Samples;
+use super::tracing::{DirectBy, Effort, Entries, EntryLight, IndirectBy, light_of};
+use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
+use crate::scene::{Elements, ReceiverLayout, Scene, Side};
+
+/// Passes of shadow rays in each half, at most, where they have chance in them.
+const MOST_PASSES: u64 = 64;
+/// Walks from a place at most.
+const MOST_PLACE_WALKS: u32 = 1 << 20;
+/// Part of the target that chance in shadow rays may use.
+const SHARE_OF_CHANCE: f64 = 0.5;
+
+/// A map, and what it took.
+pub struct TracedMap {
+    /// The map.
+    pub map: MapResult,
+    /// What was measured of its error.
+    pub measured: Measured,
+    /// What the stated error stays below with 95% probability.
+    pub upper_error: f64,
+    /// Work of computing it, planning included.
+    pub effort: Effort,
+    /// Rays that checked it.
+    pub check_rays: u64,
+    /// The plan that was followed.
+    pub mesh: Option<MeshFacts>,
+    /// Step and walks of the mesh that gathered indirect light.
+    pub gathering: Option<super::indirect::Gathering>,
+    /// Walks from every place, where those gave indirect light.
+    pub place_walks: u32,
+}
+
+/// What is to be told of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshFacts {
+    /// Step in m.
+    pub step_m: f64,
+    /// Radius in m.
+    pub radius_m: f64,
+    /// Bytes that it takes.
+    pub bytes: u64,
+    /// Bytes that it would take with every point stored.
+    pub dense_bytes: f64,
+}
+
+impl Planner<'_, '_> {
+    /// Computes a map by its plan and measures its error at places of its own.
+    pub fn trace(&self, entries: &Entries, map: u32, plan: &Plan) -> TracedMap {
+        let seed = self.wishes.seed;
+        let all: Vec<usize> = (0..entries.weights.len()).collect();
+        let (mut effort, mut check_rays) = (plan.effort, plan.check_rays);
+        let mut compute = |direct: &DirectBy, indirect: &IndirectBy| {
+            let (lights, more) = light_of(&self.around, entries, &all, direct, indirect, seed, map);
+            effort += more;
+            lights
+        };
+        // What has chance in it is repeated with twice as much until chance takes no more than its share of the target.
+        let goes_on = |random_lx: f64, mean_lx: f64| {
+            self.wishes.target_error.is_some_and(|target| random_lx > SHARE_OF_CHANCE * target * mean_lx)
+                && !(self.stop)()
+        };
+        let (mut passes, mut walks) = (1, 0);
+        let mut lights = match &plan.direct {
+            DirectPlan::Mesh(mesh) => compute(&DirectBy::Mesh(mesh), &plan.indirect.by()),
+            DirectPlan::Rays(_) => compute(&DirectBy::Rays { passes }, &plan.indirect.by()),
+        };
+        while matches!(plan.direct, DirectPlan::Rays(_))
+            && passes < MOST_PASSES
+            && goes_on(random_lx(entries, &lights, |light| light.direct_lx), mean_lx(entries, &lights))
+        {
+            passes *= 2;
+            let more = compute(&DirectBy::Rays { passes }, &IndirectBy::Nothing);
+            lights.iter_mut().zip(more).for_each(|(light, more)| light.direct_lx = more.direct_lx);
+        }
+        if let IndirectPlan::Walks(first) = &plan.indirect {
+            walks = *first;
+            while walks < MOST_PLACE_WALKS
+                && goes_on(random_lx(entries, &lights, |light| light.indirect_lx), mean_lx(entries, &lights))
+            {
+                walks *= 2;
+                let more = compute(&DirectBy::Rays { passes: 0 }, &IndirectBy::Walks(walks));
+                lights.iter_mut().zip(more).for_each(|(light, more)| light.indirect_lx = more.indirect_lx);
+            }
+        }
+
+        // What is stated is checked at places and with numbers that no choice has seen.
+        let mut measured = Measured::default();
+        let chosen = |most: usize| -> Vec<(usize, EntryLight)> {
+            choose(entries, most, seed, map).into_iter().map(|entry| (entry, lights[entry])).collect()
+        };
+        if matches!(plan.direct, DirectPlan::Mesh(_)) {
+            measured = measure_direct(&self.around, entries, &chosen(DIRECT_PLACES), seed, map);
+        }
+        if let IndirectPlan::Mesh(_) = plan.indirect {
+            let (indirect, rays) =
+                measure_indirect(&self.around, entries, &chosen(INDIRECT_PLACES), plan.check_walks, seed, map);
+            measured.indirect = indirect;
+            measured.rays += rays;
+        }
+        check_rays += measured.rays;
+        let mesh = match &plan.direct {
+            DirectPlan::Mesh(mesh) => Some(MeshFacts {
+                step_m: mesh.options.step_m,
+                radius_m: mesh.options.radius_m,
+                bytes: mesh.bytes(),
+                dense_bytes: mesh.dense_bytes(),
+            }),
+            DirectPlan::Rays(_) => None,
+        };
+        let (map, upper_error) = self.map_of(entries, &lights, &measured, mesh.is_some());
+        let gathering = match &plan.indirect {
+            IndirectPlan::Mesh(mesh) => Some(mesh.gathering),
+            _ => None,
+        };
+        TracedMap { map, measured, upper_error, effort, check_rays, mesh, gathering, place_walks: walks }
+    }
+
+    /// Computes direct light with a shadow ray to every one of some points, each a point source, and measures its error.
+    pub fn trace_points(&self, entries: &Entries, map: u32, points: &Samples) -> TracedMap {
+        let seed = self.wishes.seed;
+        let all: Vec<usize> = (0..entries.weights.len()).collect();
+        let (direct, indirect) = (DirectBy::Points(points), IndirectBy::Nothing);
+        let (lights, effort) = light_of(&self.around, entries, &all, &direct, &indirect, seed, map);
+        let chosen = choose(entries, DIRECT_PLACES, seed, map).into_iter().map(|entry| (entry, lights[entry]));
+        let chosen: Vec<(usize, EntryLight)> = chosen.collect();
+        let measured = measure_direct(&self.around, entries, &chosen, seed, map);
+        let (map, upper_error) = self.map_of(entries, &lights, &measured, true);
+        let map = MapResult { method: "points".to_owned(), ..map };
+        let check_rays = measured.rays;
+        TracedMap { map, measured, upper_error, effort, check_rays, mesh: None, gathering: None, place_walks: 0 }
+    }
+
+    fn map_of(&self, entries: &Entries, lights: &[EntryLight], measured: &Measured, by_mesh: bool) -> (MapResult, f64) {
+        let mean_lx = mean_lx(entries, lights);
+        let random_lx = random_lx(entries, lights, EntryLight::halves_lx);
+        // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places.
+        let of_places_lx = if measured.indirect == MeanSquare::default() {
+            random_lx
+        } else {
+            self::random_lx(entries, lights, |light| light.direct_lx)
+        };
+        let squares = measured.total().mean.max(0.0) + of_places_lx.powi(2);
+        let estimated_lx = squares.max(random_lx.powi(2)).sqrt();
+        let bias_lx = (estimated_lx.powi(2) - random_lx.powi(2)).max(0.0).sqrt();
+        // Of k places' own noise, each a number of its own, the error's estimate is short by this much in one case in twenty.
+        let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
+        let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
+        let upper_lx = measured.total().upper_root_lx().hypot(short * of_places_lx).max(estimated_lx);
+        let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
+        let error_of = |light: &EntryLight| {
+            let direct = if light.mixed { measured.direct_mixed } else { measured.direct_agreed };
+            // An error that chance hides is as large as chance could hide: 0 would mean exact.
+            let known = |square: MeanSquare| square.mean.max(square.standard_error);
+            (known(direct) + known(measured.indirect) + of_places_lx.powi(2)).sqrt()
+        };
+        let is_counted = |entry: usize| entries.weights[entry] > 0.0;
+        let entry_values = || lights.iter().enumerate();
+        let values = MapValues {
+            illuminance_lx: lights.iter().map(|light| light.direct_mean_lx() + light.indirect_mean_lx()).collect(),
+            standard_error_lx: entry_values()
+                .map(|(entry, light)| if is_counted(entry) { error_of(light) } else { 0.0 })
+                .collect(),
+            direct_lx: lights.iter().map(EntryLight::direct_mean_lx).collect(),
+            indirect_lx: lights.iter().map(EntryLight::indirect_mean_lx).collect(),
+        };
+        let error = MapError {
+            random: relative(random_lx),
+            bias: relative(bias_lx),
+            estimated: relative(estimated_lx),
+            degrees_of_freedom: 0.0,
+            dark_upper_bound_lx: None,
+        };
+        let (name, tables) = match entries.kind {
+            MapKind::Elements => {
+                let rows = element_tables(self.around.scene, &self.around.stage.elements, &values, &entries.weights);
+                ("elements".to_owned(), rows)
+            }
+            MapKind::Receivers(set) => {
+                let set = &self.around.scene.receivers[set];
+                let (kind, area_m2) = match set.layout {
+                    ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
+                    _ => (TableKind::Points, 0.0),
+                };
+                let all = StatedValues::of(&values, &entries.weights, 0..lights.len());
+                (set.name.clone(), vec![stated_row(&set.name, kind, Side::Front.name(), area_m2, &all)])
+            }
+        };
+        let method = if by_mesh || measured.indirect != MeanSquare::default() { "light-mesh" } else { "shadow-rays" };
+        let map = MapResult {
+            name,
+            kind: entries.kind,
+            method: method.to_owned(),
+            chains: 0,
+            values,
+            error,
+            bound: false,
+            target_met: None,
+            tables,
+        };
+        (map, relative(upper_lx))
+    }
+}
+
+fn weighted(entries: &Entries, lights: &[EntryLight], of: impl Fn(&EntryLight) -> f64) -> f64 {
+    let weight: f64 = entries.weights.iter().sum();
+    let sum: f64 = entries.weights.iter().zip(lights).map(|(weight, light)| weight * of(light)).sum();
+    if weight > 0.0 { sum / weight } else { 0.0 }
+}
+
+fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
+    weighted(entries, lights, |light| light.direct_mean_lx() + light.indirect_mean_lx())
+}
+
+/// Random error in lx of what its two halves differ in.
+fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
+    let square = |light: &EntryLight| {
+        let [even_lx, odd_lx] = halves(light);
+        (even_lx - odd_lx).powi(2)
+    };
+    0.5 * weighted(entries, lights, square).sqrt()
+}
+
+fn element_tables(scene: &Scene, elements: &Elements, values: &MapValues, weights: &[f64]) -> Vec<TableRow> {
+    let mut rows = Vec::new();
+    for (id, surface) in scene.surfaces.iter().enumerate() {
+        let cells = elements.cells_of_surface(scene, id as u32);
+        for side in [Side::Front, Side::Back] {
+            let of_side: Vec<usize> =
+                cells.clone().filter(|cell| elements.cell(*cell).side == side).map(|cell| cell as usize).collect();
+            if of_side.is_empty() {
+                continue;
+            }
+            let pick = |all: &[f64]| -> Vec<f64> { of_side.iter().map(|entry| all[*entry]).collect() };
+            let part = MapValues {
+                illuminance_lx: pick(&values.illuminance_lx),
+                standard_error_lx: pick(&values.standard_error_lx),
+                ..MapValues::default()
+            };
+            let weights = pick(weights);
+            let stated = StatedValues::of(&part, &weights, 0..of_side.len());
+            rows.push(stated_row(&surface.name, TableKind::Surface, side.name(), weights.iter().sum(), &stated));
+        }
+    }
+    rows
+}

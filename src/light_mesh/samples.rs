@@ -1,0 +1,352 @@
+//! The luminaires as points, each a bit of what a mesh point knows.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
+use crate::geometry::{Origin, Tracer};
+use crate::sampling::emitter::Emitter;
+use crate::sampling::random::{Purpose, Stream};
+
+/// Bits of a word.
+const WORD: usize = u64::BITS as usize;
+/// Points along each edge of the square that stratifies an area, from few such luminaires to many.
+const EDGES: [usize; 2] = [8, 4];
+/// Areas and openings up to which each gets the most points.
+const FEW: usize = 8;
+/// The map number of the streams that place points.
+const PLACING: u32 = u32::MAX;
+
+/// Points of all emitters.
+pub struct Samples {
+    /// Words that hold all bits.
+    pub words: usize,
+    groups: Vec<Group>,
+    points: Vec<Point>,
+}
+
+/// The points of one emitter.
+#[derive(Clone, Copy, Debug)]
+struct Group {
+    word: usize,
+    /// First bit in the word.
+    shift: u32,
+    count: u32,
+    mask: u64,
+    /// Its first point.
+    first: usize,
+    /// Every point brings its own share, as parts of an opening do; else the whole has a closed formula.
+    in_parts: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Point {
+    Fixed {
+        origin: Origin,
+        position_m: DVec3,
+    },
+    /// On the disk that a place sees of a ball.
+    OnBall([f64; 2]),
+}
+
+/// Which points of an area stand for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placing {
+    /// Points enough for soft shadows, fewer where there are many areas.
+    Stratified,
+    /// This many on every triangle, ball and opening; one lies in the middle.
+    Count(usize),
+}
+
+impl Samples {
+    /// Places points on every emitter; the seed moves them within their strata.
+    pub fn of(stage: &Stage, placing: Placing, seed: u64) -> Samples {
+        let list = stage.emitters.list();
+        let extended = list.iter().filter(|emitter| !emitter.is_point() || emitter.has_opening()).count();
+        let stratified = EDGES[usize::from(extended > FEW)].pow(2);
+        let count_of_extended = if let Placing::Count(count) = placing { count } else { stratified };
+        let mut samples = Samples { words: 0, groups: Vec::with_capacity(list.len()), points: Vec::new() };
+        let mut next_bit = 0;
+        for (index, emitter) in list.iter().enumerate() {
+            let is_extended = !emitter.is_point() || emitter.has_opening();
+            let count = if is_extended { count_of_extended } else { 1 };
+            if next_bit % WORD + count > WORD {
+                next_bit = next_bit.next_multiple_of(WORD);
+            }
+            let shift = (next_bit % WORD) as u32;
+            let ones = if count >= WORD { u64::MAX } else { (1 << count) - 1 };
+            samples.groups.push(Group {
+                word: next_bit / WORD,
+                shift,
+                count: count as u32,
+                mask: ones << shift,
+                first: samples.points.len(),
+                in_parts: emitter.has_opening(),
+            });
+            let mut stream = Stream::new(seed, Purpose::LightMesh, PLACING, index as u32);
+            for number in 0..count {
+                stream.seek(number as u64);
+                let variates = stratum(number, count, &mut stream);
+                samples.points.push(point_of(stage, emitter, variates, &mut stream));
+            }
+            next_bit += count;
+        }
+        samples.words = next_bit.div_ceil(WORD);
+        samples
+    }
+
+    /// Points of all emitters together: the rays of one place that sees all.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether nothing gives light.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Looks from a place at every point and hands out the words; returns the rays it took.
+    pub fn look(&self, stage: &Stage, sees: Sees, from: &Origin, place_m: DVec3, words: &mut [u64]) -> u64 {
+        words.fill(0);
+        for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
+            for number in 0..group.count as usize {
+                if self.is_seen(stage, sees, from, place_m, emitter, group.first + number) {
+                    words[group.word] |= 1 << (group.shift as usize + number);
+                }
+            }
+        }
+        self.points.len() as u64
+    }
+
+    fn is_seen(
+        &self,
+        stage: &Stage,
+        sees: Sees,
+        from: &Origin,
+        place_m: DVec3,
+        emitter: &Emitter,
+        number: usize,
+    ) -> bool {
+        match self.points[number] {
+            Point::Fixed { origin, .. } => sees(&stage.tracer, from, &origin),
+            Point::OnBall(variates) => emitter
+                .point_seen_from(place_m, variates)
+                .is_some_and(|place| sees(&stage.tracer, from, &stage.origin(&place))),
+        }
+    }
+
+    /// Illuminance at a receiver from shares of visibility: Σ (share seen) × (unshadowed illuminance).
+    ///
+    /// `any` holds the bits that some of `members` points see, `all` those that all see; `planes[word·depth + b]` the
+    /// binary digits, from the lowest, of how many see each bit that only some see.
+    pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &Seen) -> f64 {
+        let mut sum_lx = 0.0;
+        for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
+            let any = seen.any[group.word] & group.mask;
+            if any == 0 {
+                continue;
+            }
+            if group.in_parts {
+                sum_lx += self.parts_lx(emitter, group, receiver, seen);
+                continue;
+            }
+            let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
+            let all = seen.all[group.word] & group.mask;
+            sum_lx += if all == group.mask {
+                unshadowed_lx
+            } else {
+                let some = seen.count_of(group.word, any & !all);
+                let share = f64::from(all.count_ones()) + some as f64 / seen.members as f64;
+                unshadowed_lx * share / f64::from(group.count)
+            };
+        }
+        sum_lx
+    }
+
+    /// The same of an opening, whose parts count as points of their own.
+    fn parts_lx(&self, emitter: &Emitter, group: &Group, receiver: &Receiver, seen: &Seen) -> f64 {
+        let mut sum_lx = 0.0;
+        for number in 0..group.count {
+            let bit = 1u64 << (group.shift + number);
+            if seen.any[group.word] & bit == 0 {
+                continue;
+            }
+            let share = if seen.all[group.word] & bit != 0 {
+                1.0
+            } else {
+                seen.count_of(group.word, bit) as f64 / seen.members as f64
+            };
+            if let Point::Fixed { position_m, .. } = self.points[group.first + number as usize] {
+                sum_lx += share * point_lx(emitter, position_m, receiver);
+            }
+        }
+        sum_lx / f64::from(group.count)
+    }
+
+    /// Direct illuminance with a shadow ray to every point, each a point source of its own: what soft shadows cost
+    /// without a mesh. Returns lx and rays.
+    pub fn as_point_sources_lx(&self, stage: &Stage, receiver: &Receiver) -> (f64, u64) {
+        let (mut sum_lx, mut rays) = (0.0, 0);
+        for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
+            let mut of_emitter_lx = 0.0;
+            for number in group.first..group.first + group.count as usize {
+                let lx = self.source_lx(emitter, number, receiver);
+                if lx > 0.0 {
+                    rays += 1;
+                    let seen = self.is_seen(stage, by_tree, receiver.origin, receiver.point_m, emitter, number);
+                    of_emitter_lx += if seen { lx } else { 0.0 };
+                }
+            }
+            sum_lx += of_emitter_lx / f64::from(group.count);
+        }
+        (sum_lx, rays)
+    }
+
+    /// What an emitter would bring unshadowed if all of it stood at one of its points.
+    fn source_lx(&self, emitter: &Emitter, number: usize, receiver: &Receiver) -> f64 {
+        match self.points[number] {
+            Point::OnBall(_) => emitter.unshadowed_lx(receiver.point_m, receiver.normal),
+            Point::Fixed { position_m, .. } => match emitter.exitance_lm_m2() {
+                Some(_) => {
+                    let offset_m = position_m - receiver.point_m;
+                    let distance_m = offset_m.length();
+                    let direction = offset_m / distance_m;
+                    let intensity_cd = emitter.luminous_flux_lm / PI * emitter.cosine_towards(-direction);
+                    intensity_cd * receiver.normal.dot(direction).max(0.0) / (distance_m * distance_m)
+                }
+                None => point_lx(emitter, position_m, receiver),
+            },
+        }
+    }
+}
+
+/// Illuminance of a point-like emitter that stands at a place.
+fn point_lx(emitter: &Emitter, position_m: DVec3, receiver: &Receiver) -> f64 {
+    let offset_m = position_m - receiver.point_m;
+    let distance_m = offset_m.length();
+    let direction = offset_m / distance_m;
+    let cosine = receiver.normal.dot(direction).max(0.0);
+    emitter.intensity_cd(-direction) * cosine / (distance_m * distance_m)
+}
+
+/// Stratified variates: of a square number by its grid, of others along a sequence; a single one lies in the middle.
+fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
+    let edge = count.isqrt();
+    if count == 1 {
+        // The square's image on a triangle has its middle of gravity at (4/9, ½).
+        return [4.0 / 9.0, 0.5];
+    }
+    let jitter = stream.pair();
+    if edge * edge == count {
+        let cell = [number % edge, number / edge];
+        return [0, 1].map(|axis| (cell[axis] as f64 + jitter[axis]) / edge as f64);
+    }
+    [(number as f64 + jitter[0]) / count as f64, (number as f64 * GOLDEN + 0.5).fract()]
+}
+
+/// 1/φ: steps of it cover a turn evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+fn point_of(stage: &Stage, emitter: &Emitter, variates: [f64; 2], stream: &mut Stream) -> Point {
+    if let Some(position_m) = emitter.draw_point(stream) {
+        return Point::Fixed { origin: stage.origin(&emitter.place_of_point(position_m)), position_m };
+    }
+    match emitter.point_seen_from(DVec3::ZERO, variates).filter(|_| !emitter.is_ball()) {
+        Some(place) => {
+            let origin = stage.origin(&place);
+            Point::Fixed { origin, position_m: stage.tracer.position_m(&origin) }
+        }
+        None => Point::OnBall(variates),
+    }
+}
+
+/// A test of mutual visibility.
+pub type Sees = fn(&Tracer, &Origin, &Origin) -> bool;
+
+/// By the tree (MU1).
+pub fn by_tree(tracer: &Tracer, from: &Origin, to: &Origin) -> bool {
+    !tracer.is_occluded(from, to)
+}
+
+/// By asking every triangle.
+pub fn one_by_one(tracer: &Tracer, from: &Origin, to: &Origin) -> bool {
+    !tracer.is_occluded_one_by_one(from, to)
+}
+
+/// Binary digits that counts of members may have.
+pub const DIGITS: usize = 13;
+
+/// What a set of mesh points sees.
+#[derive(Clone, Debug, Default)]
+pub struct Seen {
+    /// Bits that some point sees.
+    pub any: Vec<u64>,
+    /// Bits that all points see.
+    pub all: Vec<u64>,
+    /// Digits of the counts, [`DIGITS`] a word, where some but not all see a bit of it.
+    pub planes: Vec<u64>,
+    /// Points of the set.
+    pub members: usize,
+    /// Digits that the number of points has.
+    pub digits: usize,
+}
+
+impl Seen {
+    /// How many points see the bits of a mask, summed over the bits.
+    #[inline]
+    fn count_of(&self, word: usize, mask: u64) -> u64 {
+        let planes = &self.planes[word * DIGITS..word * DIGITS + self.digits];
+        planes.iter().enumerate().map(|(digit, plane)| u64::from((plane & mask).count_ones()) << digit).sum()
+    }
+
+    /// Adds one point's word to the counts: a ripple of carries, all 64 bits at once.
+    #[inline]
+    pub fn add(&mut self, word: usize, bits: u64) {
+        let mut carry = bits;
+        for plane in &mut self.planes[word * DIGITS..(word + 1) * DIGITS] {
+            if carry == 0 {
+                return;
+            }
+            (*plane, carry) = (*plane ^ carry, *plane & carry);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_counted_as_numbers_are() {
+        let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
+        stream.seek(0);
+        let mut seen =
+            Seen { any: vec![0; 2], all: vec![0; 2], planes: vec![0; 2 * DIGITS], members: 0, digits: DIGITS };
+        let mut counts = [0u64; 64];
+        for _ in 0..4000 {
+            let bits = (stream.fine_unit() * (1u64 << 53) as f64) as u64;
+            seen.add(1, bits);
+            (0..64).for_each(|bit| counts[bit] += bits >> bit & 1);
+        }
+        assert!((0..64).all(|bit| seen.count_of(1, 1 << bit) == counts[bit]));
+        assert_eq!(seen.count_of(1, 0xff), counts[..8].iter().sum::<u64>());
+        assert!(seen.planes[..DIGITS].iter().all(|plane| *plane == 0));
+    }
+
+    #[test]
+    fn strata_cover_the_square() {
+        let mut stream = Stream::new(1, Purpose::Pilot, 0, 0);
+        stream.seek(0);
+        let mut cells = [0; 16];
+        for number in 0..16 {
+            let [u, v] = stratum(number, 16, &mut stream);
+            cells[(v * 4.0) as usize * 4 + (u * 4.0) as usize] += 1;
+        }
+        assert_eq!(cells, [1; 16]);
+        // The single point of a triangle is its centroid.
+        let [u, v] = crate::sampling::warp::uniform_triangle(stratum(0, 1, &mut stream));
+        assert!((u - 1.0 / 3.0).abs() < 1e-12 && (v - 1.0 / 3.0).abs() < 1e-12);
+    }
+}

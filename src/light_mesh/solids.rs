@@ -1,0 +1,197 @@
+//! Which points lie inside of solids (MU4), and which walls are too thin for that to keep two sides apart.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::lattice::{Index, Lattice};
+use crate::chain::Stage;
+use crate::geometry::{Crossed, Tracer};
+use crate::scene::{
+    Emission, Scene, Shell, Side, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene,
+};
+
+/// A triangle that belongs to no closed solid.
+const OPEN: u32 = u32::MAX;
+/// Direction of the rays whose crossings are counted: along no edge or diagonal that people draw.
+const PARITY_DIRECTION: DVec3 = DVec3::new(0.356_822_089_773_09, 0.540_772_640_217_21, 0.761_749_023_160_17);
+/// Places on a triangle at which the wall behind it is measured, at most.
+const MOST_SOUNDINGS: f64 = 64.0;
+
+/// The closed solids and rooms of a scene.
+pub struct Solids {
+    /// Closed shell of every triangle, or [`OPEN`].
+    shell_of: Vec<u32>,
+    shells: Vec<Closed>,
+    /// Nothing outside of the rooms is lit or asked for.
+    outside_counts_as_solid: bool,
+    balls: Vec<(DVec3, f64)>,
+    open_triangles: usize,
+}
+
+#[derive(Clone, Copy)]
+struct Closed {
+    /// A solid seen from outside, not a room seen from inside.
+    outward: bool,
+    volume_m3: f64,
+}
+
+impl Solids {
+    /// Finds the closed shells of a scene: a shell counts if every edge is passed as often one way as the other, so that
+    /// parity means something, and if it is seen from one side alone.
+    pub fn of(scene: &Scene) -> Solids {
+        let mut shell_of = vec![OPEN; scene.triangles.len()];
+        let mut shells = Vec::new();
+        let mut add = |shell: &Shell| {
+            let is_taken = |triangle: &u32| shell_of[*triangle as usize] != OPEN;
+            let one_sided = shell.triangles.iter().all(|triangle| !scene.surface_of(*triangle).two_sided);
+            if !shell.closed || !one_sided || shell.volume_m3 == 0.0 || shell.triangles.iter().any(is_taken) {
+                return;
+            }
+            for triangle in &shell.triangles {
+                shell_of[*triangle as usize] = shells.len() as u32;
+            }
+            shells.push(Closed { outward: shell.volume_m3 > 0.0, volume_m3: shell.volume_m3.abs() });
+        };
+        closed_shells_of_geometries(scene).iter().for_each(&mut add);
+        shells_of_scene(scene).iter().for_each(&mut add);
+        let outside_counts_as_solid = shells.iter().any(|shell| !shell.outward) && all_luminaires_are_shut_in(scene);
+        let balls = scene.luminaires.iter().filter_map(|luminaire| match luminaire.emission {
+            Emission::Sphere { center_m, radius_m, .. } => Some((center_m, radius_m)),
+            _ => None,
+        });
+        let open_triangles = shell_of.iter().filter(|shell| **shell == OPEN).count();
+        Solids { balls: balls.collect(), shell_of, shells, outside_counts_as_solid, open_triangles }
+    }
+
+    /// Triangles that belong to no closed solid: near them local visibility is tested.
+    pub fn open_triangles(&self) -> usize {
+        self.open_triangles
+    }
+
+    /// Whether a point lies in solid matter, and the rays that it took to tell.
+    ///
+    /// Along a ray a closed shell is met from outside and from inside in turn; of two meetings of one kind, as at an edge
+    /// that two triangles share, one counts. What the sum leaves over encloses the point; the smallest shell around it
+    /// tells whether it is a solid or a room.
+    pub fn holds(&self, tracer: &Tracer, point_m: DVec3) -> (bool, u64) {
+        if self.balls.iter().any(|(center_m, radius_m)| center_m.distance(point_m) < *radius_m) {
+            return (true, 0);
+        }
+        if self.shells.is_empty() {
+            return (false, 0);
+        }
+        let crossed = tracer.crossings(&tracer.free_origin(point_m), PARITY_DIRECTION);
+        let smallest = self.enclosing(&crossed).min_by(|one, other| one.volume_m3.total_cmp(&other.volume_m3));
+        (smallest.map_or(self.outside_counts_as_solid, |shell| shell.outward), 1)
+    }
+
+    fn enclosing(&self, crossed: &[Crossed]) -> impl Iterator<Item = Closed> {
+        let mut met: Vec<(u32, Side, bool)> = Vec::new();
+        for one in crossed {
+            let shell = self.shell_of[one.triangle as usize];
+            if shell == OPEN {
+                continue;
+            }
+            match met.iter_mut().find(|(known, ..)| *known == shell) {
+                Some((_, last, odd)) if *last != one.side => (*last, *odd) = (one.side, !*odd),
+                Some(_) => {}
+                None => met.push((shell, one.side, true)),
+            }
+        }
+        met.into_iter().filter(|(.., odd)| *odd).map(|(shell, ..)| self.shells[shell as usize])
+    }
+
+    /// Whether the wall behind a triangle is thinner than a length somewhere: measured along the normal at places spread
+    /// over it, one for every square of that length, 64 at most. A triangle of no closed solid is thin.
+    fn is_thin(&self, stage: &Stage, scene: &Scene, triangle: u32, length_m: f64) -> bool {
+        let shell = self.shell_of[triangle as usize];
+        if shell == OPEN {
+            return true;
+        }
+        let no_end = self.outside_counts_as_solid && !self.shells[shell as usize].outward;
+        let soundings = (scene.triangle_area_m2(triangle) / (length_m * length_m)).ceil().clamp(1.0, MOST_SOUNDINGS);
+        let inward = -scene.triangle_normal(triangle);
+        let is_thin_at = |number: u32| {
+            let barycentric = spread_over_triangle(number);
+            let origin = stage.tracer.surface_origin(triangle, barycentric, Side::Back);
+            match stage.tracer.crossings(&origin, inward).first() {
+                Some(first) => first.side == Side::Front || first.distance_m < length_m,
+                None => !no_end,
+            }
+        };
+        (0..soundings as u32).any(is_thin_at)
+    }
+}
+
+/// A sequence that covers a triangle evenly (Roberts' R2 sequence, folded), its middle first.
+fn spread_over_triangle(number: u32) -> [f64; 2] {
+    const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+    let [u, v] = STEPS.map(|step| (1.0 / 3.0 + step * f64::from(number)).fract());
+    if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
+}
+
+/// Cells along the edge of a block that has one list of walls.
+const BLOCK: i32 = 4;
+
+/// Thin walls near each part of a mesh.
+pub struct Walls {
+    blocks: HashMap<u64, Vec<u32>>,
+    corners_m: HashMap<u32, [DVec3; 3]>,
+    radius_m: f64,
+}
+
+impl Walls {
+    /// Lists the walls thinner than the radius, and open surfaces, within the radius of each block of cells.
+    pub fn of(solids: &Solids, stage: &Stage, scene: &Scene, lattice: &Lattice, radius_m: f64) -> Walls {
+        let thin: Vec<u32> = (0..scene.triangles.len() as u32)
+            .into_par_iter()
+            .filter(|triangle| solids.is_thin(stage, scene, *triangle, radius_m))
+            .collect();
+        let mut blocks: HashMap<u64, Vec<u32>> = HashMap::new();
+        let edge_m = f64::from(BLOCK) * lattice.step_m;
+        let half_diagonal_m = 0.5 * 3f64.sqrt() * edge_m;
+        for triangle in &thin {
+            let corners_m = scene.corners_m(*triangle);
+            let normal = scene.triangle_normal(*triangle);
+            let low_m = corners_m[0].min(corners_m[1]).min(corners_m[2]) - radius_m;
+            let high_m = corners_m[0].max(corners_m[1]).max(corners_m[2]) + radius_m;
+            let range = |axis: usize| -> Range<i32> {
+                let count = lattice.counts[axis] as i32 / BLOCK;
+                let at = |place_m: DVec3| ((place_m - lattice.origin_m)[axis] / edge_m).floor() as i32;
+                at(low_m).max(0)..at(high_m).min(count) + 1
+            };
+            for k in range(2) {
+                for j in range(1) {
+                    for i in range(0) {
+                        let middle = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) + 0.5;
+                        let middle_m = lattice.origin_m + edge_m * middle;
+                        if normal.dot(middle_m - corners_m[0]).abs() <= radius_m + half_diagonal_m {
+                            blocks.entry(lattice.key([i, j, k])).or_default().push(*triangle);
+                        }
+                    }
+                }
+            }
+        }
+        let corners_m = thin.iter().map(|triangle| (*triangle, scene.corners_m(*triangle))).collect();
+        Walls { blocks, corners_m, radius_m }
+    }
+
+    /// Whether a thin wall may hide a point of the half ball over a place from it. A wall that no corner lifts in front
+    /// of the place's plane cannot.
+    #[inline]
+    pub fn may_hide(&self, lattice: &Lattice, cell: Index, place_m: DVec3, normal: DVec3, least_height_m: f64) -> bool {
+        let Some(near) = self.blocks.get(&lattice.key(cell.map(|number| number.div_euclid(BLOCK)))) else {
+            return false;
+        };
+        near.iter().any(|triangle| {
+            let corners_m = self.corners_m[triangle];
+            let rises = corners_m.iter().any(|corner_m| normal.dot(*corner_m - place_m) > least_height_m);
+            let [low_m, high_m] =
+                [corners_m[0].min(corners_m[1]).min(corners_m[2]), corners_m[0].max(corners_m[1]).max(corners_m[2])];
+            rises && place_m.clamp(low_m, high_m).distance(place_m) < self.radius_m
+        })
+    }
+}

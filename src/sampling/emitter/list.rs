@@ -1,0 +1,184 @@
+//! All emitters of a scene: which one a packet leaves, and which one a point looks at.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::{Emitted, Emitter, Place, Shape, TriangleEmitter, WebEmitter};
+use crate::sampling::emitter_tree::{Cut, EmitterTree};
+use crate::sampling::importance::{Beacon, Profile};
+use crate::sampling::opening::Aperture;
+use crate::sampling::random::Stream;
+use crate::sampling::web::WebSampler;
+use crate::scene::photometry::IntensityWeb;
+use crate::scene::{Emission, Scene, Side};
+
+/// All emitters of a scene that give light.
+#[derive(Clone, Debug)]
+pub struct Emitters {
+    list: Vec<Emitter>,
+    /// Emitting sides of triangles with their emitters, in order.
+    on_surfaces: Vec<((u32, Side), u32)>,
+    /// Flux of all emitters up to and including each, in lm.
+    cumulative_flux_lm: Vec<f64>,
+    tree: Option<EmitterTree>,
+}
+
+impl Emitters {
+    /// Lists the emitters of a scene; luminaires without flux have none.
+    pub fn of(scene: &Scene) -> Emitters {
+        let mut list = Vec::new();
+        // Luminaires of one array share their distribution and what is made of it.
+        let mut webs: HashMap<*const IntensityWeb, (Arc<WebSampler>, Profile)> = HashMap::new();
+        for (luminaire, source) in scene.luminaires.iter().enumerate() {
+            let luminaire = luminaire as u32;
+            let mut push = |luminous_flux_lm: f64, shape: Shape| {
+                if luminous_flux_lm > 0.0 {
+                    let beacon = shape.beacon();
+                    list.push(Emitter { luminaire, luminous_flux_lm, shape, beacon });
+                }
+            };
+            match &source.emission {
+                Emission::Isotropic { position_m, intensity_cd } => push(
+                    source.luminous_flux_lm,
+                    Shape::Isotropic { position_m: *position_m, intensity_cd: *intensity_cd },
+                ),
+                Emission::Lambertian { position_m, axis, intensity_cd } => push(
+                    source.luminous_flux_lm,
+                    Shape::Lambertian { position_m: *position_m, axis: *axis, intensity_cd: *intensity_cd },
+                ),
+                Emission::Photometric { position_m, frame, web, opening, scale } => {
+                    let (sampler, profile) = webs
+                        .entry(Arc::as_ptr(web))
+                        .or_insert_with(|| (Arc::new(WebSampler::new(web)), Profile::of(web)))
+                        .clone();
+                    let (web, aperture) = (web.clone(), Aperture::new(opening, *position_m, frame).map(Arc::new));
+                    let (position_m, frame, scale) = (*position_m, *frame, *scale);
+                    let emitter = WebEmitter { position_m, frame, web, sampler, profile, scale, aperture };
+                    push(source.luminous_flux_lm, Shape::Web(emitter));
+                }
+                Emission::Sphere { center_m, radius_m, exitance_lm_m2 } => push(
+                    source.luminous_flux_lm,
+                    Shape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
+                ),
+                Emission::Area { surfaces, front, back, exitance_lm_m2 } => {
+                    let sides = [(Side::Front, *front), (Side::Back, *back)];
+                    for surface in surfaces {
+                        for triangle in scene.surfaces[*surface as usize].triangles.clone() {
+                            for (side, _) in sides.iter().filter(|(_, emits)| *emits) {
+                                let emitter = TriangleEmitter::new(scene, triangle, *side, *exitance_lm_m2);
+                                push(scene.triangle_area_m2(triangle) * exitance_lm_m2, Shape::Triangle(emitter));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let cumulative_flux_lm = list
+            .iter()
+            .scan(0.0, |sum, emitter: &Emitter| {
+                *sum += emitter.luminous_flux_lm;
+                Some(*sum)
+            })
+            .collect();
+        let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
+        let tree = EmitterTree::of(&beacons);
+        let mut on_surfaces: Vec<((u32, Side), u32)> = list
+            .iter()
+            .enumerate()
+            .filter_map(|(index, emitter)| match &emitter.shape {
+                Shape::Triangle(triangle) => Some(((triangle.triangle, triangle.side), index as u32)),
+                _ => None,
+            })
+            .collect();
+        on_surfaces.sort_unstable();
+        Emitters { list, on_surfaces, cumulative_flux_lm, tree }
+    }
+
+    /// The point-like emitters by themselves, if there are any.
+    pub fn points(&self) -> Option<PointEmitters> {
+        let list: Vec<Emitter> = self.list.iter().filter(|emitter| emitter.is_point()).cloned().collect();
+        let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
+        let tree = EmitterTree::of(&beacons)?;
+        Some(PointEmitters { list, tree })
+    }
+
+    /// Numbers of the emitters on a side of a triangle.
+    pub fn on_surface(&self, triangle: u32, side: Side) -> impl Iterator<Item = u32> + '_ {
+        let first = self.on_surfaces.partition_point(|(place, _)| *place < (triangle, side));
+        let here = self.on_surfaces[first..].iter().take_while(move |(place, _)| *place == (triangle, side));
+        here.map(|(_, emitter)| *emitter)
+    }
+
+    /// Number of the emitter that is a luminaire's ball.
+    pub fn of_ball(&self, luminaire: u32) -> Option<u32> {
+        let first = self.list.partition_point(|emitter| emitter.luminaire < luminaire);
+        self.list.get(first).filter(|emitter| emitter.luminaire == luminaire).map(|_| first as u32)
+    }
+
+    /// Probability with which [`Emitters::choose_for`] chooses an emitter.
+    pub fn probability_for(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
+        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, cut))
+    }
+
+    /// The emitters.
+    pub fn list(&self) -> &[Emitter] {
+        &self.list
+    }
+
+    /// Flux of all emitters in lm.
+    pub fn luminous_flux_lm(&self) -> f64 {
+        self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
+    }
+
+    /// Chooses one emitter for a point with a unit normal, about in proportion to what it brings there; returns it with
+    /// the probability of the choice. `None`: this choice brings nothing.
+    pub fn choose_for(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(&Emitter, f64)> {
+        let (emitter, probability) = self.tree.as_ref()?.choose(point_m, normal, variate, cut)?;
+        Some((&self.list[emitter as usize], probability))
+    }
+
+    /// Draws a packet: the emitter in proportion to flux by `choice` in [0, 1), then its point and direction.
+    pub fn emit(&self, choice: f64, stream: &mut Stream) -> Emitted {
+        let aim = choice * self.luminous_flux_lm();
+        let index = self.cumulative_flux_lm.partition_point(|sum| *sum <= aim).min(self.list.len() - 1);
+        self.list[index].emit(stream)
+    }
+}
+
+/// The emitters that are points.
+#[derive(Clone, Debug)]
+pub struct PointEmitters {
+    list: Vec<Emitter>,
+    tree: EmitterTree,
+}
+
+/// A point of a point-like emitter.
+#[derive(Clone, Copy, Debug)]
+pub struct PointLook<'a> {
+    /// The emitter.
+    pub emitter: &'a Emitter,
+    /// The point in m.
+    pub position_m: DVec3,
+    /// The same for the geometry.
+    pub place: Place,
+}
+
+impl PointEmitters {
+    /// Chooses a point-like emitter as [`Emitters::choose_for`] does, and a point of it; returns both with the
+    /// probability of the choice.
+    pub fn choose(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        variate: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> Option<(PointLook<'_>, f64)> {
+        let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
+        let emitter = &self.list[index as usize];
+        let position_m = emitter.draw_point(stream)?;
+        Some((PointLook { emitter, position_m, place: emitter.place_of_point(position_m) }, probability))
+    }
+}

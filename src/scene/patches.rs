@@ -1,0 +1,235 @@
+//! Patches: where chains remember the light that they brought, for gathering rays to look up.
+//!
+//! Unlike elements, patches are all of about one size, whatever the mesh: a large triangle is cut into `n²` congruent
+//! parts, small ones that lie together and face alike are joined.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::elements::{part_at, part_corners};
+use super::{Scene, Side};
+
+/// A triangle is joined with its neighbours below this share of the area of a patch.
+const SMALL: f64 = 0.5;
+/// Divisions of a triangle, at most: a needle's patches would else be as many as its length over its width.
+const MOST_DIVISIONS: f64 = 512.0;
+/// Steps in which the components of normals are told apart when triangles are joined.
+const NORMAL_STEPS: f64 = 1.5;
+
+/// Patches of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Patches {
+    triangles: Vec<PatchedTriangle>,
+    area_m2: Vec<f64>,
+    /// What each patch is made of.
+    content: Vec<Content>,
+    /// Triangles of joined patches with the area of the patch up to and including each.
+    joined: Vec<Vec<(u32, f64)>>,
+}
+
+/// What a patch is made of.
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    /// A part of a triangle's side.
+    Part { triangle: u32, part: u32, side: Side },
+    /// Whole triangles that face one way: the place of their list.
+    Joined { list: u32, side: Side },
+}
+
+/// How a triangle is patched: cut where `divisions > 0`, joined where it is 0. `first` counts for front and back.
+#[derive(Clone, Copy, Debug)]
+struct PatchedTriangle {
+    divisions: u32,
+    first: [u32; 2],
+}
+
+/// Where something met a patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchPlace {
+    /// The patch.
+    pub patch: u32,
+    /// Weights of the second and third corner of the patch, less ⅓ each; 0 in a patch of joined triangles.
+    pub offset: [f64; 2],
+}
+
+impl Patches {
+    /// Patches with edges of about `edge_m`.
+    pub fn of(scene: &Scene, edge_m: f64) -> Patches {
+        let mut patches = Patches::default();
+        let mut joined: HashMap<([i64; 3], [i8; 3]), u32> = HashMap::new();
+        for triangle in 0..scene.triangles.len() as u32 {
+            let two_sided = scene.surface_of(triangle).two_sided;
+            let area_m2 = scene.triangle_area_m2(triangle);
+            let divisions = (longest_edge_m(scene, triangle) / edge_m).ceil().clamp(1.0, MOST_DIVISIONS);
+            let is_small = divisions == 1.0 && area_m2 < SMALL * 0.5 * edge_m * edge_m;
+            let first = [Side::Front, Side::Back].map(|side| {
+                if side == Side::Back && !two_sided {
+                    u32::MAX
+                } else if is_small {
+                    let group = group_of(scene, triangle, side, edge_m);
+                    let patch = *joined.entry(group).or_insert_with(|| patches.push_joined(side));
+                    patches.join(patch, triangle, area_m2);
+                    patch
+                } else {
+                    patches.push_parts(triangle, side, divisions as u32, area_m2)
+                }
+            });
+            patches.triangles.push(PatchedTriangle { divisions: if is_small { 0 } else { divisions as u32 }, first });
+        }
+        patches
+    }
+
+    fn push_parts(&mut self, triangle: u32, side: Side, divisions: u32, area_m2: f64) -> u32 {
+        let first = self.area_m2.len() as u32;
+        let parts = divisions * divisions;
+        self.area_m2.extend((0..parts).map(|_| area_m2 / f64::from(parts)));
+        self.content.extend((0..parts).map(|part| Content::Part { triangle, part, side }));
+        first
+    }
+
+    fn push_joined(&mut self, side: Side) -> u32 {
+        self.area_m2.push(0.0);
+        self.content.push(Content::Joined { list: self.joined.len() as u32, side });
+        self.joined.push(Vec::new());
+        self.area_m2.len() as u32 - 1
+    }
+
+    fn join(&mut self, patch: u32, triangle: u32, area_m2: f64) {
+        self.area_m2[patch as usize] += area_m2;
+        if let Content::Joined { list, .. } = self.content[patch as usize] {
+            self.joined[list as usize].push((triangle, self.area_m2[patch as usize]));
+        }
+    }
+
+    /// A point of a patch, uniform over its area by two variates: triangle, barycentric coordinates, side.
+    pub fn point(&self, patch: u32, [u, v]: [f64; 2], choice: f64) -> (u32, [f64; 2], Side) {
+        match self.content[patch as usize] {
+            Content::Part { triangle, part, side } => {
+                let corners = part_corners(self.triangles[triangle as usize].divisions, part);
+                let at = |k: usize| corners[0][k] + u * (corners[1][k] - corners[0][k]) + v * (corners[2][k] - corners[0][k]);
+                (triangle, [at(0), at(1)], side)
+            }
+            Content::Joined { list, side } => {
+                let triangles = &self.joined[list as usize];
+                let aim = choice * self.area_m2[patch as usize];
+                let chosen = triangles.partition_point(|(_, area_m2)| *area_m2 <= aim).min(triangles.len() - 1);
+                (triangles[chosen].0, [u, v], side)
+            }
+        }
+    }
+
+    /// Number of patches.
+    pub fn len(&self) -> usize {
+        self.area_m2.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.area_m2.is_empty()
+    }
+
+    /// Area of a patch in m².
+    #[inline]
+    pub fn area_m2(&self, patch: u32) -> f64 {
+        self.area_m2[patch as usize]
+    }
+
+    /// The patch on a side of a triangle at barycentric coordinates `(u, v)`; `None` for the back of a one-sided one.
+    #[inline]
+    pub fn place(&self, triangle: u32, [u, v]: [f64; 2], side: Side) -> Option<PatchPlace> {
+        let PatchedTriangle { divisions, first } = self.triangles[triangle as usize];
+        let first = first[usize::from(side == Side::Back)];
+        if first == u32::MAX {
+            return None;
+        }
+        if divisions == 0 {
+            return Some(PatchPlace { patch: first, offset: [0.0; 2] });
+        }
+        let n = f64::from(divisions);
+        let row = ((v * n) as u32).min(divisions - 1);
+        let column = ((u * n) as u32).min(divisions - 1 - row);
+        let (a, b) = (u * n - f64::from(column), v * n - f64::from(row));
+        let part = part_at(divisions, u, v);
+        // Parts of a row stand upright and upside down in turn.
+        let upside_down = (part - row * (2 * divisions - row)) % 2 == 1;
+        let offset = if upside_down { [2.0 / 3.0 - a, 2.0 / 3.0 - b] } else { [a - 1.0 / 3.0, b - 1.0 / 3.0] };
+        let patch = first + part;
+        Some(PatchPlace { patch, offset })
+    }
+}
+
+fn longest_edge_m(scene: &Scene, triangle: u32) -> f64 {
+    let [a, b, c] = scene.corners_m(triangle);
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
+}
+
+/// Small triangles are joined where their middles lie in one cube of a lattice and they face about one way.
+fn group_of(scene: &Scene, triangle: u32, side: Side, edge_m: f64) -> ([i64; 3], [i8; 3]) {
+    let [a, b, c] = scene.corners_m(triangle);
+    let turned = if side == Side::Front { 1.0 } else { -1.0 };
+    let normal: DVec3 = scene.triangle_normal(triangle) * turned;
+    let cube = ((a + b + c) / (3.0 * edge_m)).floor();
+    (cube.to_array().map(|step| step as i64), (normal * NORMAL_STEPS).round().to_array().map(|step| step as i8))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::scene_from_json;
+
+    fn room() -> Scene {
+        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [3,2,1], "facing": "inward", "material": "m" },
+                          { "name": "ball", "type": "sphere", "center": [1,1,0.5], "radius": 0.05, "facing": "outward", "material": "m" } ],
+            "luminaires": [ { "name": "lamp", "type": "point", "position": [2,1,0.9], "intensity_cd": 1 } ] }"#;
+        scene_from_json(text, None, std::path::Path::new(".")).expect("the room is valid")
+    }
+
+    #[test]
+    fn patches_share_out_the_whole_area_and_places_lie_in_their_own_patch() {
+        let scene = room();
+        let patches = Patches::of(&scene, 0.3);
+        let area_m2: f64 = (0..scene.triangles.len() as u32).map(|triangle| scene.triangle_area_m2(triangle)).sum();
+        let patched_m2: f64 = (0..patches.len() as u32).map(|patch| patches.area_m2(patch)).sum();
+        assert!((patched_m2 / area_m2 - 1.0).abs() < 1e-12);
+
+        // A regular lattice in each triangle meets every patch as often as its area says, and its offsets cancel.
+        const STEPS: u32 = 120;
+        let mut counts = vec![0u32; patches.len()];
+        let mut sums = vec![[0.0f64; 2]; patches.len()];
+        for triangle in 0..12 {
+            for (i, j) in (0..STEPS).flat_map(|i| (0..STEPS - i).map(move |j| (i, j))) {
+                for third in [1.0 / 3.0, 2.0 / 3.0] {
+                    let at = [f64::from(i) + third, f64::from(j) + third].map(|step| step / f64::from(STEPS));
+                    if at[0] + at[1] < 1.0
+                        && let Some(place) = patches.place(triangle, at, Side::Front)
+                    {
+                        counts[place.patch as usize] += 1;
+                        (0..2).for_each(|k| sums[place.patch as usize][k] += place.offset[k]);
+                    }
+                }
+            }
+            assert_eq!(patches.place(triangle, [0.2, 0.2], Side::Back), None);
+        }
+        let met = counts.iter().filter(|count| **count > 0).count();
+        assert!(met > 200 && patches.len() - met < 60, "{met} of {}", patches.len());
+        for (count, [a, b]) in counts.iter().zip(&sums).filter(|(count, _)| **count > 0) {
+            assert!(a.abs().max(b.abs()) < 0.05 * f64::from(*count), "{count}: {a} {b}");
+        }
+    }
+
+    #[test]
+    fn small_triangles_are_joined_by_place_and_facing() {
+        let scene = room();
+        let patches = Patches::of(&scene, 0.3);
+        let ball: Vec<u32> = (12..scene.triangles.len() as u32)
+            .filter_map(|triangle| patches.place(triangle, [0.3, 0.3], Side::Front))
+            .map(|place| place.patch)
+            .collect();
+        let mut different = ball.clone();
+        different.sort_unstable();
+        different.dedup();
+        assert!(ball.len() > 100 && different.len() < 60, "{} {}", ball.len(), different.len());
+    }
+}

@@ -1,0 +1,391 @@
+//! The forward stage of gathering: chains leave the light of their bounces in patches, where gathering rays look it up.
+//!
+//! A patch holds the mean of its indirect illuminance and, where chains meet it often enough, the slopes: the projection
+//! of the deposits on linear functions, every coefficient of which is unbiased. Each replica has its own maps, so that
+//! what gathers with one is independent of all others.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::job::{Context, Ends};
+use crate::estimators::direct::Receiver;
+use crate::estimators::walk::{Memory, Recall, gather_indirect_lx};
+use crate::geometry::SurfaceHit;
+use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::warp::uniform_triangle;
+use crate::scene::patches::{PatchPlace, Patches};
+
+/// Number of the forward stage among the maps, for its streams.
+const FORWARD: u32 = u32::MAX;
+/// Expected deposits of a replica on a patch from which on slopes are worth their noise.
+const DEPOSITS_FOR_SLOPES: f64 = 4.0;
+/// Rays of the patches' own gathering over those of the chains.
+const REFINING_SHARE: f64 = 1.0;
+/// Below so many samples a patch the deposits stay as they are.
+const FEWEST_SAMPLES: u64 = 4;
+
+/// Light that chains brought, patch by patch, in sixteen replicas.
+pub struct Forward {
+    fine: Layer,
+    /// Patches with twice the edges: what they would have said tells the bias of the finer ones.
+    coarse: Layer,
+    /// Chains of each replica so far.
+    pub chains: u64,
+    /// Rays so far, all replicas.
+    pub rays: u64,
+    /// How the packets ended.
+    pub ends: [Ends; REPLICAS],
+}
+
+/// Patches of one size and what was left in them.
+struct Layer {
+    patches: Patches,
+    /// Deposits of each replica on each patch: their number and the sums of their offsets.
+    sums: Vec<Vec<[f64; 3]>>,
+    /// Illuminance in lx at the middle of each patch, and its slopes, replica by replica.
+    values_lx: Vec<Vec<[f64; 3]>>,
+    /// The same as the even and the odd half look it up.
+    tables: [Vec<Remembered>; 2],
+}
+
+/// What the eight replicas of a half remember of a patch: illuminance in lx at its middle, and its slopes along the two
+/// offsets.
+type Remembered = [[f64; HALF]; 3];
+
+impl Layer {
+    fn new(patches: Patches) -> Layer {
+        let sums = vec![vec![[0.0; 3]; patches.len()]; REPLICAS];
+        let table = vec![[[0.0; HALF]; 3]; patches.len()];
+        Layer { patches, values_lx: sums.clone(), sums, tables: [table.clone(), table] }
+    }
+
+    /// Turns deposits into illuminances; slopes only where deposits are dense enough.
+    fn value(&mut self, flux_per_chain_lm: f64) {
+        let deposits: f64 = self.sums.iter().flatten().map(|sum| sum[0]).sum();
+        let area_m2: f64 = (0..self.patches.len() as u32).map(|patch| self.patches.area_m2(patch)).sum();
+        let density_m2 = deposits / REPLICAS as f64 / area_m2;
+        let patches = &self.patches;
+        self.values_lx.par_iter_mut().zip(&self.sums).for_each(|(values_lx, sums)| {
+            for (patch, (value_lx, sum)) in values_lx.iter_mut().zip(sums).enumerate() {
+                let area_m2 = patches.area_m2(patch as u32);
+                let slopes = density_m2 * area_m2 >= DEPOSITS_FOR_SLOPES;
+                *value_lx = projected(*sum, flux_per_chain_lm / area_m2, slopes);
+            }
+        });
+    }
+
+    fn tabulate(&mut self) {
+        let values_lx = &self.values_lx;
+        for (parity, table) in self.tables.iter_mut().enumerate() {
+            table.par_iter_mut().enumerate().for_each(|(patch, remembered)| {
+                for (coefficient, memories) in remembered.iter_mut().enumerate() {
+                    *memories = std::array::from_fn(|memory| values_lx[2 * memory + parity][patch][coefficient]);
+                }
+            });
+        }
+    }
+
+    /// What a single replica remembers of a place, in lx.
+    #[inline]
+    fn recall_of(&self, replica: usize, hit: &SurfaceHit) -> Option<f64> {
+        let PatchPlace { patch, offset } = self.patches.place(hit.triangle, hit.barycentric, hit.side)?;
+        let [middle, along_a, along_b] = self.values_lx[replica][patch as usize];
+        Some(middle + along_a * offset[0] + along_b * offset[1])
+    }
+
+    #[inline]
+    fn recall(&self, parity: usize, hit: &SurfaceHit) -> Option<[f64; HALF]> {
+        let PatchPlace { patch, offset } = self.patches.place(hit.triangle, hit.barycentric, hit.side)?;
+        let [middle, along_a, along_b] = &self.tables[parity][patch as usize];
+        Some(std::array::from_fn(|memory| middle[memory] + along_a[memory] * offset[0] + along_b[memory] * offset[1]))
+    }
+}
+
+/// Mean and slopes of a linear function from the sums of samples and of samples times offsets: the inverse of the
+/// offsets' covariances, 1/18 each and −1/36 between them.
+fn projected([sum, a, b]: [f64; 3], unit: f64, slopes: bool) -> [f64; 3] {
+    let slope_unit = if slopes { unit } else { 0.0 };
+    [sum * unit, (24.0 * a + 12.0 * b) * slope_unit, (12.0 * a + 24.0 * b) * slope_unit]
+}
+
+impl Forward {
+    /// A stage without chains on patches with edges of about `edge_m`.
+    pub fn new(context: &Context, edge_m: f64) -> Forward {
+        let layer = |edge_m: f64| Layer::new(Patches::of(context.scene, edge_m));
+        Forward {
+            fine: layer(edge_m),
+            coarse: layer(2.0 * edge_m),
+            chains: 0,
+            rays: 0,
+            ends: [Ends::default(); REPLICAS],
+        }
+    }
+
+    /// Number of patches.
+    pub fn patch_count(&self) -> usize {
+        self.fine.patches.len()
+    }
+
+    /// Rays of one chain, on average.
+    pub fn rays_per_chain(&self) -> f64 {
+        self.rays as f64 / (self.chains.max(1) as f64 * REPLICAS as f64)
+    }
+
+    /// Deposits of one chain, on average.
+    pub fn deposits_per_chain(&self) -> f64 {
+        let deposits: f64 = self.fine.sums.iter().flatten().map(|sum| sum[0]).sum();
+        deposits / (self.chains.max(1) as f64 * REPLICAS as f64)
+    }
+
+    /// Variance in lx² of what a half remembers of a place, by the chance of its deposits.
+    fn variance(&self, parity: usize, hit: &SurfaceHit) -> f64 {
+        let place = self.fine.patches.place(hit.triangle, hit.barycentric, hit.side);
+        place.map_or(0.0, |place| {
+            let patch = place.patch as usize;
+            let count: f64 = (0..HALF).map(|memory| self.fine.sums[2 * memory + parity][patch][0]).sum();
+            let mean_lx = self.fine.tables[parity][patch][0].iter().sum::<f64>() / HALF as f64;
+            if count > 0.0 { mean_lx * mean_lx / count } else { 0.0 }
+        })
+    }
+
+    /// Turns the deposits into what gathering rays look up: smooths them by a gathering of the patches themselves, where
+    /// that is worth its rays.
+    ///
+    /// Deposits scatter from patch to patch; what a patch gathers is the mean over all that it sees. Each replica gathers
+    /// with its own rays from its own deposits, so that replicas stay independent.
+    pub fn settle(&mut self, context: &Context) {
+        let flux_per_chain_lm = context.stage.emitters.luminous_flux_lm() / self.chains as f64;
+        self.fine.value(flux_per_chain_lm);
+        self.coarse.value(flux_per_chain_lm);
+        let rays_per_sample = 2.0 * self.fine.patches.len() as f64;
+        let samples = (REFINING_SHARE * self.rays_per_chain() * self.chains as f64 / rays_per_sample) as u64;
+        if samples >= FEWEST_SAMPLES {
+            self.refine(context, samples);
+        }
+        self.fine.tabulate();
+        self.coarse.tabulate();
+    }
+
+    fn refine(&mut self, context: &Context, samples: u64) {
+        let refined = (0..REPLICAS).into_par_iter().map(|replica| {
+            let mut stream = Stream::new(context.seed, Purpose::Gathering, FORWARD, replica as u32);
+            let mut memory = Deposits { layer: &self.fine, replica };
+            let mut cut = Cut::default();
+            let mut rays = 0;
+            let (fine, coarse) = (&self.fine.patches, &self.coarse.patches);
+            let mut fine_sums = vec![[0.0; 3]; fine.len()];
+            let mut coarse_sums = vec![([0.0; 3], 0u64); coarse.len()];
+            for patch in 0..fine.len() as u32 {
+                for number in 0..samples {
+                    stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
+                    let choice = stream.fine_unit();
+                    let (triangle, barycentric, side) = fine.point(patch, uniform_triangle(stream.pair()), choice);
+                    let origin = context.stage.tracer.surface_origin(triangle, barycentric, side);
+                    let receiver = Receiver {
+                        point_m: context.stage.tracer.position_m(&origin),
+                        normal: context.stage.normal(triangle, side),
+                        origin: &origin,
+                    };
+                    let (lx, sample_rays) =
+                        gather_indirect_lx(context.stage, &receiver, &mut memory, &mut cut, &mut stream);
+                    rays += sample_rays;
+                    if let Some(place) = fine.place(triangle, barycentric, side) {
+                        add(&mut fine_sums[place.patch as usize], lx, place.offset);
+                    }
+                    if let Some(place) = coarse.place(triangle, barycentric, side) {
+                        let (sum, count) = &mut coarse_sums[place.patch as usize];
+                        add(sum, lx, place.offset);
+                        *count += 1;
+                    }
+                }
+            }
+            let fine: Vec<[f64; 3]> =
+                fine_sums.into_iter().map(|sum| projected(sum, 1.0 / samples as f64, true)).collect();
+            let coarse: Vec<[f64; 3]> = coarse_sums
+                .into_iter()
+                .map(|(sum, count)| projected(sum, 1.0 / count.max(1) as f64, true))
+                .collect();
+            (fine, coarse, rays)
+        });
+        let refined: Vec<_> = refined.collect();
+        for (replica, (fine, coarse, rays)) in refined.into_iter().enumerate() {
+            self.fine.values_lx[replica] = fine;
+            self.coarse.values_lx[replica] = coarse;
+            self.rays += rays;
+        }
+    }
+
+    /// Traces chains up to a number in each replica.
+    pub fn trace_to(&mut self, context: &Context, until: u64) {
+        self.trace(context, Purpose::Chains, until);
+    }
+
+    /// The same with chains of a pilot, which no run traces again.
+    pub fn trace_pilot(&mut self, context: &Context, until: u64) {
+        self.trace(context, Purpose::Pilot, until);
+    }
+
+    fn trace(&mut self, context: &Context, purpose: Purpose, until: u64) {
+        let chains = self.chains..until;
+        let patches = [&self.fine.patches, &self.coarse.patches];
+        let sums = self.fine.sums.par_iter_mut().zip(self.coarse.sums.par_iter_mut()).enumerate();
+        let traced = sums.map(|(replica, (fine, coarse))| {
+            let stream = Stream::new(context.seed, purpose, FORWARD, replica as u32);
+            trace_chains(context, patches, stream, chains.clone(), [fine, coarse])
+        });
+        for (replica, (rays, ends)) in traced.collect::<Vec<_>>().into_iter().enumerate() {
+            self.rays += rays;
+            self.ends[replica] += ends;
+        }
+        self.chains = until;
+    }
+}
+
+fn trace_chains(
+    context: &Context,
+    patches: [&Patches; 2],
+    mut stream: Stream,
+    chains: Range<u64>,
+    mut sums: [&mut [[f64; 3]]; 2],
+) -> (u64, Ends) {
+    let mut rays = 0;
+    let mut ends = Ends::default();
+    for chain in chains {
+        stream.seek_quasi(chain, 0, chain);
+        let choice = stream.fine_unit();
+        let (end, chain_rays) = context.stage.trace_chain(choice, &mut stream, |arrival| {
+            if arrival.bounces == 0 {
+                return;
+            }
+            let hit = &arrival.hit;
+            for (patches, sums) in patches.iter().zip(&mut sums) {
+                if let Some(place) = patches.place(hit.triangle, hit.barycentric, hit.side) {
+                    let [count, a, b] = &mut sums[place.patch as usize];
+                    *count += 1.0;
+                    *a += place.offset[0];
+                    *b += place.offset[1];
+                }
+            }
+        });
+        ends.count(end);
+        rays += chain_rays;
+    }
+    (rays, ends)
+}
+
+fn add(sum: &mut [f64; 3], lx: f64, offset: [f64; 2]) {
+    sum[0] += lx;
+    sum[1] += lx * offset[0];
+    sum[2] += lx * offset[1];
+}
+
+/// What one replica's chains left, for its own patches to gather.
+struct Deposits<'a> {
+    layer: &'a Layer,
+    replica: usize,
+}
+
+impl Memory for Deposits<'_> {
+    #[inline]
+    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        (self.layer.recall_of(self.replica, hit).map_or(Recall::Nothing, Recall::End), 0)
+    }
+}
+
+/// The memory of a half, which now and then checks what it says by a walk.
+pub struct Recollection<'a> {
+    forward: &'a Forward,
+    context: &'a Context<'a>,
+    parity: usize,
+    /// Share of the look-ups that are checked.
+    checked_share: f64,
+    /// Replica of the half whose rays ask.
+    pub row: usize,
+    /// Weight of the present sample.
+    pub weight: f64,
+    /// What the present entry's rays found; the rows are for the asker to fill.
+    pub scores: HalfScores,
+    /// What the checks found: (what walks brought − what was remembered) times what of it was reflected, each divided by the share.
+    pub checks: HalfChecks,
+    /// Sum of the variances of what was remembered, weighted as it was, in lx²; only a pilot asks for it.
+    pub noise: f64,
+    /// Whether the noise is summed up.
+    pub is_pilot: bool,
+    /// Number of checks, and their rays.
+    pub check_count: [u64; 2],
+}
+
+impl<'a> Recollection<'a> {
+    /// The memory of the even (0) or the odd half (1).
+    pub fn new(context: &'a Context<'a>, forward: &'a Forward, parity: usize, checked_share: f64) -> Recollection<'a> {
+        Recollection {
+            forward,
+            context,
+            parity,
+            checked_share,
+            row: 0,
+            weight: 1.0,
+            scores: HalfScores::default(),
+            checks: HalfChecks::default(),
+            noise: 0.0,
+            is_pilot: false,
+            check_count: [0; 2],
+        }
+    }
+}
+
+impl Memory for Recollection<'_> {
+    #[inline]
+    fn recall(
+        &mut self,
+        hit: &SurfaceHit,
+        vertex: &Receiver,
+        reflectance: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (Recall, u64) {
+        let forward = self.forward;
+        let Some(known_lx) = forward.fine.recall(self.parity, hit) else {
+            return (Recall::Nothing, 0);
+        };
+        let mean_lx = known_lx.iter().sum::<f64>() / HALF as f64;
+        let weight = self.weight * reflectance;
+        self.scores.columns_lx.iter_mut().zip(&known_lx).for_each(|(sum, lx)| *sum += weight * lx);
+        if let Some(coarse_lx) = forward.coarse.recall(self.parity, hit) {
+            self.scores.coarser_lx += weight * (coarse_lx.iter().sum::<f64>() / HALF as f64 - mean_lx);
+        }
+        if self.is_pilot {
+            self.noise += weight * weight * forward.variance(self.parity, hit);
+        }
+        let mut rays = 0;
+        if stream.happens(self.checked_share) {
+            let mut guide = Guide { forward, parity: self.parity };
+            let (walked_lx, walk_rays) = gather_indirect_lx(self.context.stage, vertex, &mut guide, cut, stream);
+            let weight = weight / self.checked_share;
+            self.checks.rows_lx[self.row] += weight * (walked_lx - mean_lx);
+            let columns_lx = self.checks.columns_lx.iter_mut().zip(&known_lx);
+            columns_lx.for_each(|(sum, lx)| *sum += weight * (walked_lx - lx));
+            self.check_count[0] += 1;
+            self.check_count[1] += walk_rays;
+            rays = walk_rays;
+        }
+        (Recall::End(mean_lx), rays)
+    }
+}
+
+/// A half's memory as the guide of a walk, which it cannot bias.
+struct Guide<'a> {
+    forward: &'a Forward,
+    parity: usize,
+}
+
+impl Memory for Guide<'_> {
+    #[inline]
+    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        let known_lx = self.forward.fine.recall(self.parity, hit);
+        (known_lx.map_or(Recall::Nothing, |lx| Recall::Guide(lx.iter().sum::<f64>() / HALF as f64)), 0)
+    }
+}

@@ -1,0 +1,227 @@
+//! A pilot of gathering: how many chains and gathering rays a map will need, and how many look-ups to check.
+//!
+//! The first guess of a run need not be fine: as it goes on, the spread of rows and columns tells which of both holds up
+//! the error, and that one gets more. No sample of the pilot enters a result.
+
+use rayon::prelude::*;
+
+use super::forward::{Forward, Recollection};
+use super::gathering::Gatherer;
+use super::job::{Context, Job};
+use crate::maps::{HALF, HalfChecks, HalfScores, MapKind, REPLICAS};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+
+/// Coefficients that a patch holds: its mean and two slopes.
+const COEFFICIENTS: f64 = 3.0;
+/// Chains that a run starts with, over those with which deposits alone would be right: the patches' own gathering takes
+/// most of their chance, and a look soon tells whether more are needed.
+const CHAINS_SHARE: f64 = 0.75;
+/// Chains of each replica in the pilot.
+const CHAINS: u64 = 256;
+/// Entries that the pilot looks at, at most, and at least rays from all of them together.
+const MOST_SITES: usize = 128;
+const LEAST_RAYS: usize = 32;
+/// Share of the pilot's look-ups that are checked.
+const CHECKED_SHARE: f64 = 0.25;
+/// Bounds of the share of look-ups that a run checks.
+const LEAST_CHECKED: f64 = 1.0 / 256.0;
+const MOST_CHECKED: f64 = 0.5;
+/// Patches of the pilot.
+const PATCHES_OF_PILOT: f64 = 96.0;
+/// Patches for an error of 1%; at least and at most.
+const PATCHES_AT_ONE_PERCENT: f64 = 50.0;
+const FEWEST_PATCHES: f64 = 32.0;
+const MOST_PATCHES: f64 = 400_000.0;
+
+/// What the pilot found out of one map; variances are those of one sample in one replica, weighted means over the entries.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherCosts {
+    /// Variance of one gathering ray in lx², were patches free of chance.
+    pub ray_variance: f64,
+    /// Variance in lx² of what a single deposit on a patch says of it: D deposits divide it by D, as N deposits in all
+    /// divide that of a whole hemisphere.
+    pub deposit_variance: f64,
+    /// Variance of one check in lx².
+    pub check_variance: f64,
+    /// Rays of one sample without its check.
+    pub rays_per_sample: f64,
+    /// Rays of one check.
+    pub rays_per_check: f64,
+    /// Weighted mean of what was gathered, in lx.
+    pub mean_lx: f64,
+    /// Entries of the map that count.
+    pub entries: f64,
+}
+
+/// What a chain costs and brings.
+#[derive(Clone, Copy, Debug)]
+pub struct ChainCosts {
+    /// Rays.
+    pub rays: f64,
+    /// Deposits on patches.
+    pub deposits: f64,
+}
+
+/// How much of what a map should get.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherPlan {
+    /// Chains of each replica.
+    pub chains: f64,
+    /// Gathering rays of each entry in each replica.
+    pub samples: f64,
+    /// Rays of all that, all replicas.
+    pub rays: f64,
+}
+
+/// The forward stage of the pilot.
+pub fn pilot_chains(context: &Context) -> Forward {
+    let mut forward = Forward::new(context, patch_edge_m(context, PATCHES_OF_PILOT));
+    forward.trace_pilot(context, CHAINS);
+    forward.settle(context);
+    forward
+}
+
+/// Edge in m of so many patches of the scene.
+pub fn patch_edge_m(context: &Context, patches: f64) -> f64 {
+    let area_m2: f64 = (0..context.scene.triangles.len() as u32)
+        .map(|triangle| {
+            let sides = if context.scene.surface_of(triangle).two_sided { 2.0 } else { 1.0 };
+            sides * context.scene.triangle_area_m2(triangle)
+        })
+        .sum();
+    // The parts of a right-angled isosceles triangle have half the square of their short edges.
+    (2.0 * area_m2 / patches).sqrt()
+}
+
+/// Patches that a target error asks for: the look-up's bias falls as their area.
+pub fn patches_for(error: f64) -> f64 {
+    (PATCHES_AT_ONE_PERCENT * 0.01 / error).clamp(FEWEST_PATCHES, MOST_PATCHES)
+}
+
+/// Measures a map's variances and costs with the pilot's chains.
+pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCosts {
+    let gatherer = Gatherer { context, forward, kind: job.kind, checked_share: CHECKED_SHARE };
+    let entries: Vec<usize> = (0..job.weights.len()).filter(|entry| job.weights[*entry] > 0.0).collect();
+    let stride = entries.len().div_ceil(MOST_SITES).max(1);
+    let sites: Vec<usize> = entries.iter().step_by(stride).copied().collect();
+    let pairs = LEAST_RAYS.div_ceil(sites.len().max(1)).max(1);
+    let number = match job.kind {
+        MapKind::Elements => 0,
+        MapKind::Receivers(set) => set as u32 + 1,
+    };
+    let halves: Vec<Vec<SiteSample>> = (0..2)
+        .into_par_iter()
+        .map(|parity| {
+            let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 2 + parity as u32);
+            let mut memory = Recollection::new(context, forward, parity, CHECKED_SHARE);
+            memory.is_pilot = true;
+            let mut cut = Cut::default();
+            let sample = |entry: &usize| sample_site(&gatherer, *entry, pairs, &mut memory, &mut cut, &mut stream);
+            sites.iter().map(sample).collect()
+        })
+        .collect();
+
+    let weights: Vec<f64> = sites.iter().map(|entry| job.weights[*entry]).collect();
+    let weight_sum = 2.0 * weights.iter().sum::<f64>();
+    let mean = |of: &dyn Fn(&SiteSample) -> f64| {
+        let at_sites = |half: &Vec<SiteSample>| half.iter().zip(&weights).map(|(site, weight)| weight * of(site)).sum::<f64>();
+        halves.iter().map(at_sites).sum::<f64>() / weight_sum
+    };
+    let total = |of: &dyn Fn(&SiteSample) -> f64| halves.iter().flatten().map(of).sum::<f64>();
+    let samples = (2 * sites.len() * HALF * 2 * pairs) as f64;
+    let (ray_variance, noise) = (mean(&|site| site.variance), mean(&|site| site.noise));
+    let mean_lx = mean(&|site| site.mean_lx);
+    GatherCosts {
+        // Chance can make the rays' own part vanish; a tenth is always left.
+        ray_variance: (ray_variance - noise).max(0.1 * ray_variance),
+        deposit_variance: noise * forward.deposits_per_chain() * (CHAINS as usize * HALF) as f64
+            / forward.patch_count() as f64,
+        check_variance: mean(&|site| site.check_squared),
+        rays_per_sample: ((total(&|site| site.rays) - total(&|site| site.check_rays)) / samples).max(1.0),
+        rays_per_check: (total(&|site| site.check_rays) / total(&|site| site.checks).max(1.0)).max(1.0),
+        mean_lx,
+        entries: entries.len() as f64,
+    }
+}
+
+/// What one half found at one site.
+#[derive(Clone, Copy, Debug, Default)]
+struct SiteSample {
+    mean_lx: f64,
+    /// Variance of one sample by chance of the rays.
+    variance: f64,
+    /// Variance of one sample by the chance of the patch that it looked up.
+    noise: f64,
+    /// Mean square of what one look-up's check said.
+    check_squared: f64,
+    rays: f64,
+    checks: f64,
+    check_rays: f64,
+}
+
+fn sample_site(
+    gatherer: &Gatherer,
+    entry: usize,
+    pairs: usize,
+    memory: &mut Recollection,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> SiteSample {
+    let mut found = SiteSample::default();
+    let Some(site) = gatherer.site(entry) else {
+        return found;
+    };
+    let pairs = pairs * HALF;
+    let count = (2 * pairs) as f64;
+    memory.scores = HalfScores::default();
+    memory.noise = 0.0;
+    memory.check_count = [0; 2];
+    for pair in 0..pairs as u64 {
+        let both = [0, 1].map(|second| {
+            stream.seek(((entry as u64) << 32) | (2 * pair + second));
+            memory.checks = HalfChecks::default();
+            let (lx, rays) = gatherer.sample(&site, memory, cut, stream);
+            found.rays += rays as f64;
+            // A check is drawn with the share p and counts 1/p: its mean square is p times what a sum shows.
+            found.check_squared += memory.checks.rows_lx[0].powi(2) * CHECKED_SHARE / count;
+            lx
+        });
+        found.mean_lx += (both[0] + both[1]) / count;
+        found.variance += (both[0] - both[1]).powi(2) / count;
+    }
+    found.noise = memory.noise / count;
+    (found.checks, found.check_rays) = (memory.check_count[0] as f64, memory.check_count[1] as f64);
+    found
+}
+
+impl GatherCosts {
+    /// Share of look-ups that is best checked.
+    pub fn checked_share(&self) -> f64 {
+        let best = (self.check_variance / (self.entries * self.ray_variance) * self.rays_per_sample
+            / self.rays_per_check)
+            .sqrt();
+        if best.is_finite() { best.clamp(LEAST_CHECKED, MOST_CHECKED) } else { LEAST_CHECKED }
+    }
+
+    /// About the least work that brings the random error to `error_lx`.
+    ///
+    /// The chance of chains may have a third of the squared error; the rest is that of the rays, whose quasi-random points
+    /// lower it about as n^(−3/2).
+    pub fn plan(&self, chain: ChainCosts, error_lx: f64) -> GatherPlan {
+        // All sixteen replicas together have a sixteenth of a replica's variance.
+        let squared = error_lx * error_lx * REPLICAS as f64;
+        let chains = CHAINS_SHARE * COEFFICIENTS * self.deposit_variance / chain.deposits / squared;
+        let checks = self.check_variance / (self.checked_share() * self.entries);
+        let samples = (3.0 * self.ray_variance / squared).powf(2.0 / 3.0).max(3.0 * checks / squared).max(1.0);
+        let rays_per_sample = self.rays_per_sample + self.checked_share() * self.rays_per_check;
+        let rays = REPLICAS as f64 * (chains * chain.rays + samples * self.entries * rays_per_sample);
+        GatherPlan { chains, samples, rays }
+    }
+
+    /// The plan in which so many chains are right.
+    pub fn plan_for_chains(&self, chain: ChainCosts, chains: f64) -> GatherPlan {
+        let squared = CHAINS_SHARE * COEFFICIENTS * self.deposit_variance / chain.deposits / chains;
+        self.plan(chain, (squared / REPLICAS as f64).sqrt())
+    }
+}

@@ -1,0 +1,162 @@
+//! What gathering adds to a run: the choice of the maps that gather, and the chains of the forward stage.
+
+use super::forward::Forward;
+use super::job::{Context, Engine, Job};
+use super::plan::{ChainCosts, GatherCosts, gather_costs, patch_edge_m, patches_for, pilot_chains};
+use super::{Method, Settings};
+use crate::control::{GatherState, gather_need, margin};
+use crate::maps::REPLICAS;
+
+/// Error at which methods are weighed against each other where no target is set.
+const USUAL_ERROR: f64 = 0.01;
+/// Degrees of freedom of the error of a large map that is gathered, about: neighbours share the chains' chance.
+const USUAL_DEGREES: f64 = 100.0;
+/// Where only a limit ends the run, every stage does so many times the work of the one before.
+const GROWTH: f64 = 4.0;
+/// Bias of look-ups over the target above which patches are made smaller, by how much, and to how many at most.
+const MOST_BIAS: f64 = 0.5;
+const MORE_PATCHES: f64 = 4.0;
+const MOST_PATCHES: f64 = 400_000.0;
+/// Chains of a replica in the first of such stages.
+const FIRST_CHAINS: f64 = 1024.0;
+
+/// The forward stage of a run, and what its pilot said.
+pub struct Stages {
+    /// What gathering rays look up.
+    pub forward: Forward,
+    chain: ChainCosts,
+    /// Patches that the target asks for.
+    patches: f64,
+    /// For every job what gathering costs it, if it gathers.
+    costs: Vec<Option<GatherCosts>>,
+    /// Chains of each replica at the end of the present stage.
+    pub goal_chains: u64,
+}
+
+impl Stages {
+    /// Pilots a run; `None` where nothing gathers.
+    pub fn pilot(context: &Context, jobs: &[Job], settings: &Settings) -> Option<Stages> {
+        let gathers = matches!(settings.method, Method::Auto | Method::Gather);
+        if !gathers || !context.stage.reflects() {
+            return None;
+        }
+        let forward = pilot_chains(context);
+        let chain = ChainCosts { rays: forward.rays_per_chain(), deposits: forward.deposits_per_chain() };
+        if chain.deposits == 0.0 {
+            return None;
+        }
+        let error = settings.target_error.unwrap_or(USUAL_ERROR);
+        let patches = patches_for(error);
+        let costs: Vec<Option<GatherCosts>> = jobs
+            .iter()
+            .map(|job| {
+                let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
+                let costs = counts.then(|| gather_costs(context, &forward, job))?;
+                let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
+                let is_quicker =
+                    || costs.plan(chain, error_lx).rays < job.rays_without_gathering(error_lx);
+                (settings.method == Method::Gather || is_quicker()).then_some(costs)
+            })
+            .collect();
+        costs.iter().any(Option::is_some).then_some(Stages {
+            forward,
+            chain,
+            patches,
+            costs,
+            goal_chains: 0,
+        })
+    }
+
+    /// Plans the first stage: with a target or a number of chains the only one, if the pilot was right.
+    pub fn plan_first(&mut self, context: &Context, jobs: &mut [Job], settings: &Settings, target: Option<f64>) {
+        let needed = |job: &Job, costs: &GatherCosts, target: f64| {
+            let degrees = USUAL_DEGREES.min(costs.entries);
+            let error_lx = target * (costs.mean_lx + job.direct_mean_lx()) / margin(degrees);
+            let at_once = costs.plan(self.chain, error_lx);
+            costs.plan(self.chain, error_lx * job.gathered_share(at_once.rays, error_lx)).chains
+        };
+        let chains = match (settings.chains, target) {
+            (Some(chains), _) => chains as f64 / REPLICAS as f64,
+            (None, Some(target)) if settings.time_limit_s.is_none() => {
+                let bound = jobs.iter().zip(&self.costs).filter(|(job, _)| job.bound);
+                let needs = bound.filter_map(|(job, costs)| Some(needed(job, costs.as_ref()?, target)));
+                needs.fold(0.0, f64::max)
+            }
+            _ => FIRST_CHAINS,
+        };
+        self.start(context, jobs, chains);
+    }
+
+    /// Plans a stage of several times the work, for a run that only a limit ends.
+    pub fn plan_next(&mut self, context: &Context, jobs: &mut [Job]) {
+        let chains = self.forward.chains as f64 * GROWTH;
+        self.start(context, jobs, chains);
+    }
+
+    /// Patches for so many chains, and gathering rays in proportion.
+    fn start(&mut self, context: &Context, jobs: &mut [Job], chains: f64) {
+        self.goal_chains = (chains.ceil() as u64).max(1);
+        self.forward = Forward::new(context, patch_edge_m(context, self.patches));
+        for (job, costs) in jobs.iter_mut().zip(&self.costs) {
+            if let Some(costs) = costs
+                && !job.met
+            {
+                let plan = costs.plan_for_chains(self.chain, chains);
+                job.start_gathering(context, costs, plan.samples);
+            }
+        }
+    }
+
+    /// Decides after a look how a map that gathers goes on to its target: with more rays, or with more chains and its
+    /// rays anew.
+    ///
+    /// Where `may_leave` and walks or counting would be done with fewer rays than it still takes, the map goes over to them.
+    pub fn replan(&mut self, context: &Context, jobs: &mut [Job], index: usize, target: f64, may_leave: bool) {
+        if jobs[index].judgement.bias > MOST_BIAS * target && self.patches < MOST_PATCHES {
+            self.patches *= MORE_PATCHES;
+            let chains = self.goal_chains as f64;
+            self.start(context, jobs, chains);
+            return;
+        }
+        let job = &mut jobs[index];
+        let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
+        let state = GatherState {
+            rows: job.row_variance / mean_squared,
+            columns: job.column_variance / mean_squared,
+            gather_rays: job.rays as f64,
+            chain_rays: self.forward.rays as f64,
+        };
+        let need = gather_need(target, &job.judgement, &state);
+        let error_lx = target * job.judgement.mean_lx / margin(job.judgement.degrees_of_freedom);
+        if may_leave && need.rays > job.rays_without_gathering(error_lx) {
+            job.stop_gathering();
+            self.costs[index] = None;
+            return;
+        }
+        job.planned_samples = ((job.samples as f64 * need.samples).ceil() as u64).max(job.samples + 1);
+        if need.chains == 1.0 {
+            return;
+        }
+        self.goal_chains = (self.forward.chains as f64 * need.chains).ceil() as u64;
+        let planned = ((job.samples as f64 * need.samples).ceil() as u64).max(1);
+        for (number, (job, costs)) in jobs.iter_mut().zip(&self.costs).enumerate() {
+            if let Some(costs) = costs
+                && !job.met
+            {
+                let samples = if number == index { planned } else { job.planned_samples };
+                job.start_gathering(context, costs, samples as f64);
+            }
+        }
+    }
+
+    /// Chains up to which the next slice traces, about so many rays long.
+    pub fn slice(&self, rays: f64) -> u64 {
+        let chains = (rays / (self.chain.rays.max(1.0) * REPLICAS as f64)).ceil() as u64;
+        (self.forward.chains + chains.max(1)).min(self.goal_chains)
+    }
+
+    /// Whether a job has had the samples that its plan gave it and half as many again.
+    pub fn is_overdrawn(&self, job: &Job) -> bool {
+        job.engine == Engine::Gathering && 2 * job.samples >= 3 * job.planned_samples
+    }
+}

@@ -1,0 +1,249 @@
+//! Light meshes as a method like the others, and their rivals.
+
+use std::time::Instant;
+
+use crate::chain::Stage;
+use crate::light_mesh::tracing::Entries;
+use crate::light_mesh::{
+    Accelerations, DirectPlan, IndirectForm, NotForLightMesh, Placing, Planner, Samples, Solids, Surroundings,
+    TracedMap, Why, Wishes, check,
+};
+use crate::maps::{MapKind, MapResult};
+use crate::scene::Scene;
+use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, StopReason};
+use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
+
+/// Plans of a map after the first whose last check missed the target.
+const MOST_ATTEMPTS: u32 = 4;
+/// Part of the target that the next plan aims at, over that of the one before.
+const NEXT_CAUTION: f64 = 0.7;
+/// Step between the maps' numbers of one plan and the next: each checks at places of its own.
+const ATTEMPT: u32 = 1 << 8;
+
+/// How the light mesh of a run is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshChoice {
+    /// Step in m; `None`: found by refining.
+    pub step_m: Option<f64>,
+    /// Radius in m; `None`: 1.25 steps.
+    pub radius_m: Option<f64>,
+    /// What mesh points keep of indirect light.
+    pub form: IndirectForm,
+    /// What saves time.
+    pub accelerations: Accelerations,
+}
+
+impl Default for MeshChoice {
+    fn default() -> MeshChoice {
+        MeshChoice { step_m: None, radius_m: None, form: IndirectForm::Directional, accelerations: Accelerations::ALL }
+    }
+}
+
+/// Solves a scene for the maps asked for by light meshes.
+///
+/// # Errors
+/// What of the scene light meshes cannot compute.
+pub fn solve_by_light_mesh(
+    scene: &Scene,
+    settings: &Settings,
+    choice: &MeshChoice,
+    observer: &dyn Observer,
+) -> Result<Solution, NotForLightMesh> {
+    let requests = map_requests(scene, &settings.maps);
+    check_requests(scene, settings)?;
+    let started = Instant::now();
+    let stage = Stage::new(scene);
+    let build_s = started.elapsed().as_secs_f64();
+    let solids = Solids::of(scene);
+    let samples = Samples::of(&stage, Placing::Stratified, settings.seed);
+    // A step that the user gives is taken as it is, if no error is asked for besides.
+    let no_rule = settings.time_limit_s.is_none() && choice.step_m.is_none() && choice.radius_m.is_none();
+    let target_error = settings.target_error.or_else(|| no_rule.then_some(DEFAULT_TARGET_ERROR));
+    let is_late = || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() >= limit_s);
+    let stop = || observer.is_interrupted() || is_late();
+    let mut planner = Planner {
+        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &samples },
+        wishes: Wishes {
+            step_m: choice.step_m,
+            radius_m: choice.radius_m,
+            form: choice.form,
+            accelerations: choice.accelerations,
+            target_error: target_error.or_else(|| settings.time_limit_s.map(|_| DEFAULT_TARGET_ERROR)),
+            seed: settings.seed,
+        },
+        caution: 1.0,
+        stop: &stop,
+    };
+
+    let mut traced: Vec<Option<TracedMap>> = requests.iter().map(|_| None).collect();
+    let mut convergence = Vec::new();
+    let mut warnings = Vec::new();
+    let mut rays = 0;
+    let mut finest_m = None;
+    // Maps that the target binds go first.
+    let mut order: Vec<usize> = (0..requests.len()).collect();
+    order.sort_by_key(|index| !requests[*index].1);
+    for (done, index) in order.into_iter().enumerate() {
+        let (kind, bound) = requests[index];
+        if !bound && choice.step_m.is_none() {
+            // What the target does not bind is not refined: it takes the finest step of what is bound.
+            planner.wishes.step_m = finest_m;
+        }
+        let entries = Entries::of(&planner.around, kind);
+        let (number, mut attempt) = (index as u32, 0);
+        planner.caution = 1.0;
+        let (plan, map) = loop {
+            let plan = planner.plan(&entries, number + attempt * ATTEMPT, bound);
+            let map = planner.trace(&entries, number + attempt * ATTEMPT, &plan);
+            rays += map.effort.rays() + map.check_rays;
+            let missed = bound && target_error.is_some_and(|target| map.upper_error > target);
+            if !missed || attempt == MOST_ATTEMPTS || stop() {
+                break (plan, map);
+            }
+            attempt += 1;
+            planner.caution *= NEXT_CAUTION;
+        };
+        warnings.extend(said(&map, &plan.direct, samples.len(), entries.places()));
+        if bound && let Some(facts) = &map.mesh {
+            finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
+        }
+        let estimated_error = traced
+            .iter()
+            .flatten()
+            .filter(|other| other.map.bound)
+            .map(|other| other.map.error.estimated)
+            .fold(if bound { map.map.error.estimated } else { 0.0 }, f64::max);
+        let wall_s = observer.wall_s();
+        if bound {
+            convergence.push(ConvergenceRow {
+                wall_s,
+                chains: 0,
+                estimated_error,
+                forecast_wall_s: wall_s,
+                forecast_chains: 0.0,
+            });
+        }
+        observer.progress(&Progress {
+            estimated_error: Some(estimated_error),
+            target_error,
+            chains: 0,
+            rays,
+            forecast_chains: None,
+            remaining_s: None,
+            fraction: (done + 1) as f64 / requests.len() as f64,
+            wall_s,
+        });
+        let target_met = target_error.map(|target| map.upper_error <= target);
+        let result = MapResult { bound, target_met, ..map.map };
+        traced[index] = Some(TracedMap { map: result, ..map });
+    }
+    if solids.open_triangles() > 0 && traced.iter().flatten().any(|map| map.mesh.is_some()) {
+        warnings.push(format!(
+            "light mesh: {} of {} triangles belong to no closed solid; near them every mesh point was tested by a ray of its own",
+            solids.open_triangles(),
+            scene.triangles.len()
+        ));
+    }
+    let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
+    let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
+    let target_met = target_error.map(|_| maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true)));
+    let is_exact = maps.iter().all(|map| map.error.estimated == 0.0);
+    let stop_reason = match (is_exact, target_met) {
+        (true, _) => StopReason::Exact,
+        (_, Some(true)) => StopReason::TargetMet,
+        _ if observer.is_interrupted() => StopReason::Interrupted,
+        _ if is_late() => StopReason::TimeLimit,
+        _ => StopReason::FinestMesh,
+    };
+    Ok(Solution {
+        method: "light-mesh".to_owned(),
+        seed: settings.seed,
+        target_error,
+        chains: 0,
+        rays,
+        replicas: 0,
+        maps,
+        glare: Vec::new(),
+        estimated_error,
+        target_met,
+        stop_reason,
+        flux_balance: Err("light meshes trace no chains".to_owned()),
+        map_check: Err("light meshes trace no chains".to_owned()),
+        convergence,
+        build_s,
+        compute_s: started.elapsed().as_secs_f64() - build_s,
+        paths_not_found: Vec::new(),
+        warnings,
+    })
+}
+
+/// Whether light meshes can compute the maps that are asked for.
+///
+/// # Errors
+/// What of the scene they cannot compute.
+pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLightMesh> {
+    let sets = map_requests(scene, &settings.maps).into_iter().filter_map(|(kind, _)| match kind {
+        MapKind::Receivers(set) => Some(set),
+        MapKind::Elements => None,
+    });
+    check(scene, sets)
+}
+
+/// What a user should know of how a map came about.
+fn said(map: &TracedMap, direct: &DirectPlan, points_of_luminaires: usize, places: usize) -> Vec<String> {
+    let name = &map.map.name;
+    let rays_of_all = points_of_luminaires as f64 * places as f64;
+    let mut said = Vec::new();
+    match (direct, map.mesh) {
+        (DirectPlan::Mesh(_), Some(facts)) => {
+            let counts = &map.effort.mesh;
+            said.push(format!(
+                "light mesh: \"{name}\": step {:.4} m, radius {:.4} m: {} points, {} rays for direct light where shadow rays from every place would be {:.0}; {:.1} MB, dense {:.1} MB",
+                facts.step_m,
+                facts.radius_m,
+                counts.points,
+                counts.rays(),
+                rays_of_all,
+                facts.bytes as f64 / 1e6,
+                facts.dense_bytes / 1e6
+            ));
+            if counts.places_without_set > 0 {
+                said.push(format!(
+                    "light mesh: \"{name}\": {} of {} places saw no mesh point and sent {} shadow rays themselves",
+                    counts.places_without_set, counts.places, counts.fallback_rays
+                ));
+            }
+        }
+        (DirectPlan::Rays(why @ (Why::Cheaper(_) | Why::StepMisses(_))), _) => {
+            let reason = match why {
+                Why::Cheaper(step_m) => {
+                    format!(
+                        "the target needs a step of {step_m:.4} m or less, with more mesh points than there are places"
+                    )
+                }
+                Why::StepMisses(error) => {
+                    format!("the step that was given leaves an error of {:.2} % in direct light", 100.0 * error)
+                }
+                Why::Dark => String::new(),
+            };
+            said.push(format!(
+                "light mesh: \"{name}\": {} shadow rays completed direct light: {reason}",
+                map.effort.exact_rays
+            ));
+        }
+        _ => {}
+    }
+    if let Some(gathering) = &map.gathering {
+        said.push(format!(
+            "light mesh: \"{name}\": indirect light gathered at {} points {:.4} m apart by {} walks each",
+            map.effort.gather.points, gathering.step_m, gathering.walks
+        ));
+    }
+    if map.place_walks > 0 {
+        said.push(format!(
+            "light mesh: \"{name}\": {} walks from every place completed indirect light: a finer mesh would have more points than there are places",
+            map.place_walks
+        ));
+    }
+    said
+}

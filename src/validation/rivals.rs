@@ -1,0 +1,85 @@
+//! What light meshes are measured against: shadow rays from every receiver, and areas that some points stand for.
+
+use std::time::Instant;
+
+use crate::chain::Stage;
+use crate::light_mesh::tracing::Entries;
+use crate::light_mesh::{Accelerations, IndirectForm, Placing, Planner, Samples, Solids, Surroundings, Wishes};
+use crate::maps::MapResult;
+use crate::scene::Scene;
+use crate::solver::{Observer, Settings, Solution, StopReason, map_requests};
+
+use super::light_mesh::check_requests;
+
+/// Whether the rivals can compute the maps asked for: they know direct light alone.
+pub fn check_points(scene: &Scene, settings: &Settings) -> Result<(), String> {
+    check_requests(scene, settings).map_err(|error| error.to_string())?;
+    if Stage::new(scene).reflects() {
+        return Err("shadow rays compute direct light alone, and surfaces of this scene reflect".to_owned());
+    }
+    Ok(())
+}
+
+/// Direct light with a shadow ray to each of `count` points of every triangle, ball and opening that emits; a point
+/// luminaire is one point. Stops after one go.
+pub fn solve_by_points(
+    scene: &Scene,
+    settings: &Settings,
+    count: usize,
+    observer: &dyn Observer,
+) -> Result<Solution, String> {
+    check_points(scene, settings)?;
+    let started = Instant::now();
+    let stage = Stage::new(scene);
+    let build_s = started.elapsed().as_secs_f64();
+    let solids = Solids::of(scene);
+    let points = Samples::of(&stage, Placing::Count(count), settings.seed);
+    let stop = || observer.is_interrupted();
+    let planner = Planner {
+        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &points },
+        wishes: Wishes {
+            step_m: None,
+            radius_m: None,
+            form: IndirectForm::Directional,
+            accelerations: Accelerations::ALL,
+            target_error: settings.target_error,
+            seed: settings.seed,
+        },
+        caution: 1.0,
+        stop: &stop,
+    };
+    let (mut maps, mut rays, mut estimated_error, mut check_s) = (Vec::new(), 0, 0.0f64, 0.0);
+    for (number, (kind, bound)) in map_requests(scene, &settings.maps).into_iter().enumerate() {
+        let checking = Instant::now();
+        let entries = Entries::of(&planner.around, kind);
+        let traced = planner.trace_points(&entries, number as u32, &points);
+        // The check belongs to what is stated, not to the rival: its share of the rays is its share of the time.
+        let all_rays = (traced.effort.rays() + traced.check_rays).max(1);
+        check_s += checking.elapsed().as_secs_f64() * traced.check_rays as f64 / all_rays as f64;
+        rays += traced.effort.rays();
+        if bound {
+            estimated_error = estimated_error.max(traced.map.error.estimated);
+        }
+        maps.push(MapResult { bound, ..traced.map });
+    }
+    Ok(Solution {
+        method: format!("points-{count}"),
+        seed: settings.seed,
+        target_error: settings.target_error,
+        chains: 0,
+        rays,
+        replicas: 0,
+        maps,
+        glare: Vec::new(),
+        estimated_error,
+        target_met: settings.target_error.map(|_| false),
+        stop_reason: StopReason::FinestMesh,
+        flux_balance: Err("shadow rays trace no chains".to_owned()),
+        map_check: Err("shadow rays trace no chains".to_owned()),
+        convergence: Vec::new(),
+        build_s,
+        compute_s: started.elapsed().as_secs_f64() - build_s - check_s,
+        paths_not_found: Vec::new(),
+        warnings: Vec::new(),
+    })
+}
