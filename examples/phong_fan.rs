@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = |method| Settings {
         method,
         seed: 1,
-        target_error: Some(0.002),
+        chains: Some(300_000),
         maps: MapSelection::Receivers,
         ..Settings::default()
     };

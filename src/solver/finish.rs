@@ -43,7 +43,8 @@ pub(super) fn finish(
     warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
     let glare: Vec<GlareRating> = jobs.iter().filter_map(|job| rate(context, job)).collect();
     for rating in glare.iter().filter(|rating| rating.ugr.is_none()) {
-        let why = if rating.glare_sum.value > 0.0 { "nothing lights the background" } else { "no luminaire is in view" };
+        let why =
+            if rating.glare_sum.value > 0.0 { "nothing lights the background" } else { "no luminaire is in view" };
         warnings.push(format!("{}: no glare rating, since {why}", context.scene.receivers[rating.set].name));
     }
     let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact() || job.judgement.dark);

@@ -56,7 +56,11 @@ impl LocalPlan {
     pub fn cost(&self, weights: &[f64]) -> PartCost {
         let entries = weights.len().max(1) as f64;
         let weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        PartCost { variance: self.variance_per_round / weight, rays: self.rays_per_round / entries, mean_lx: self.mean_lx }
+        PartCost {
+            variance: self.variance_per_round / weight,
+            rays: self.rays_per_round / entries,
+            mean_lx: self.mean_lx,
+        }
     }
 
     /// Does some rounds in every replica; returns the rays traced.

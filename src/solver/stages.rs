@@ -53,18 +53,11 @@ impl Stages {
                 let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
                 let costs = counts.then(|| gather_costs(context, &forward, job))?;
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
-                let is_quicker =
-                    || costs.plan(chain, error_lx).rays < job.rays_without_gathering(error_lx);
+                let is_quicker = || costs.plan(chain, error_lx).rays < job.rays_without_gathering(error_lx);
                 (settings.method == Method::Gather || is_quicker()).then_some(costs)
             })
             .collect();
-        costs.iter().any(Option::is_some).then_some(Stages {
-            forward,
-            chain,
-            patches,
-            costs,
-            goal_chains: 0,
-        })
+        costs.iter().any(Option::is_some).then_some(Stages { forward, chain, patches, costs, goal_chains: 0 })
     }
 
     /// Plans the first stage: with a target or a number of chains the only one, if the pilot was right.
