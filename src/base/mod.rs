@@ -2,6 +2,7 @@
 
 pub mod ball;
 pub mod form_factors;
+pub mod glare;
 pub mod pane;
 pub mod polygon;
 pub mod quadrature;

@@ -41,6 +41,8 @@ struct TriangleOptics {
 pub struct Arrival {
     /// Where.
     pub hit: SurfaceHit,
+    /// Unit direction of the packet.
+    pub direction: DVec3,
     /// Surfaces met before this one, panes that it only passed apart: 0 for direct light.
     pub bounces: u32,
 }
@@ -145,7 +147,7 @@ impl Stage {
             if !self.receives(hit.triangle, hit.side) {
                 return (End::BackFace, rays);
             }
-            arrive(&Arrival { hit, bounces });
+            arrive(&Arrival { hit, direction, bounces });
             let law = self.law(hit.triangle);
             let Some(scattered) = law.sample(direction, self.normal(hit.triangle, hit.side), stream) else {
                 return (if matches!(law, Law::Glass(_)) { End::Pane } else { End::Absorbed }, rays);

@@ -9,6 +9,10 @@ pub enum Method {
     Gather,
     /// Forward chains counted on elements, walks from receivers.
     Collision,
+    /// Receivers by local estimation.
+    Local,
+    /// The same with the plain kernel, to show its failure.
+    LocalNaive,
     /// Finite elements with exact form factors, on closed rooms of rectangles.
     Radiosity,
     /// Visibility averaged over the points of a regular mesh.
@@ -17,14 +21,15 @@ pub enum Method {
 
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<Method, String> {
-    const THERE: &str = "this version has auto, gather and collision (every scene), radiosity (closed diffuse rooms of rectangles) and light-mesh (scenes without mirrors and glass)";
+    const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (scenes without mirrors and glass)";
     match text {
         "auto" => Ok(Method::Auto),
         "collision" => Ok(Method::Collision),
         "gather" => Ok(Method::Gather),
         "radiosity" => Ok(Method::Radiosity),
         "light-mesh" => Ok(Method::LightMesh),
-        "local" => Err(format!("not in this version yet; {THERE}")),
+        "local" => Ok(Method::Local),
+        "local-naive" => Ok(Method::LocalNaive),
         _ => Err(format!("no such method; {THERE}")),
     }
 }

@@ -62,7 +62,7 @@ pub struct SolveArguments {
     /// commas between [default: all are computed; the target binds the receiver sets, if any]
     #[arg(long, value_name = "MAPS")]
     maps: Option<String>,
-    /// Method: auto, collision (every scene), radiosity (closed diffuse rooms of rectangles along the axes), or
+    /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
     /// light-mesh (scenes without mirrors and glass; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     method: Method,
@@ -104,7 +104,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     let solution = pool.install(|| match arguments.method {
         Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
         Method::LightMesh => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
-        Method::Auto | Method::Gather | Method::Collision => Ok(solve(&scene, &settings, &watcher)),
+        _ => Ok(solve(&scene, &settings, &watcher)),
     })?;
     watcher.finish();
 
@@ -126,7 +126,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     directory.stage(&summary_file(&scene, &solution, &record))?;
     directory.commit()?;
 
-    console::result(&result_table(&solution))?;
+    console::result(&result_table(&scene, &solution))?;
     for warning in scene.warnings.iter().chain(&solution.warnings) {
         console::message(&format!("warning: {warning}"));
     }
@@ -202,7 +202,7 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
     let without_chains = match arguments.method {
         Method::Radiosity => Some("radiosity"),
         Method::LightMesh => Some("light-mesh"),
-        Method::Auto | Method::Gather | Method::Collision => None,
+        Method::Auto | Method::Gather | Method::Collision | Method::Local | Method::LocalNaive => None,
     };
     if let (Some(method), Some(chains)) = (without_chains, arguments.chains) {
         return Err(Failure::Usage {
@@ -216,6 +216,8 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
         method: match arguments.method {
             Method::Auto => crate::solver::Method::Auto,
             Method::Gather => crate::solver::Method::Gather,
+            Method::Local => crate::solver::Method::Local,
+            Method::LocalNaive => crate::solver::Method::LocalNaive,
             Method::Collision | Method::Radiosity | Method::LightMesh => crate::solver::Method::Collision,
         },
         seed: arguments.seed,

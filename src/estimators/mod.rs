@@ -1,6 +1,10 @@
 //! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
 
 pub mod direct;
+pub mod glare;
 pub mod images;
+pub mod local;
+pub mod luminance;
 pub mod reception;
+pub mod sight;
 pub mod walk;

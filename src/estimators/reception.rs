@@ -1,4 +1,5 @@
-//! What a receiver makes of the light around it: illuminance on its own plane, or on an upright cylinder.
+//! What a receiver makes of the light around it: illuminance on its own plane or on an upright cylinder, or the
+//! luminance that an eye sees.
 //!
 //! Cylindrical illuminance is the mean of the illuminances on all upright planes, E_z = 1/2π ∫ E_v(φ) dφ. So a plane
 //! turned at random gives an unbiased sample of it. Semi-cylindrical illuminance weighs the same planes,
@@ -11,7 +12,8 @@ use glam::DVec3;
 
 use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
-use crate::estimators::walk::sample_indirect_lx;
+use crate::estimators::luminance::{sample_interreflected_cd_m2, sample_seen_cd_m2};
+use crate::estimators::walk::{sample_indirect_lx, sample_share_lx};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::scene::Quantity;
@@ -20,7 +22,7 @@ use crate::scene::Quantity;
 /// planes leave but its fourteenth: 1% of a single source on a cylinder, some 4% on half a one.
 const PLANES: u32 = 7;
 
-/// One unbiased sample of the direct part in lx, and the rays it took.
+/// One unbiased sample of the direct part in lx (cd/m² for luminance), and the rays it took.
 pub fn sample_direct_lx(
     stage: &Stage,
     quantity: Quantity,
@@ -28,8 +30,12 @@ pub fn sample_direct_lx(
     pass: &mut DirectPass,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    if quantity == Quantity::Perpendicular {
-        return pass.at_point(stage, receiver, stream);
+    match quantity {
+        Quantity::Perpendicular => return pass.at_point(stage, receiver, stream),
+        Quantity::Luminance => return sample_seen_cd_m2(stage, receiver, pass, stream),
+        // What an observer sees of luminaires glares; it is no background.
+        Quantity::Glare => return (0.0, 0),
+        Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {}
     }
     let shift = stream.unit();
     let mut sum_lx = 0.0;
@@ -74,7 +80,7 @@ impl<'a> DirectLook<'a> {
     }
 }
 
-/// One unbiased sample of the indirect part in lx, and the rays it took.
+/// One unbiased sample of the indirect part in lx (cd/m² for luminance), and the rays it took.
 pub fn sample_reflected_lx(
     stage: &Stage,
     quantity: Quantity,
@@ -82,14 +88,31 @@ pub fn sample_reflected_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
+    if quantity == Quantity::Luminance {
+        return sample_interreflected_cd_m2(stage, receiver, cut, stream);
+    }
     let (plane, weight) = one_plane(quantity, receiver, stream);
     let (lx, rays) = sample_indirect_lx(stage, &plane, cut, stream);
     (weight * lx, rays)
 }
 
+/// The same for illuminances and a part of the light: see [`sample_share_lx`].
+pub fn sample_share_of_reflected_lx(
+    stage: &Stage,
+    quantity: Quantity,
+    receiver: &Receiver,
+    share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let (plane, weight) = one_plane(quantity, receiver, stream);
+    let (lx, rays) = sample_share_lx(stage, &plane, share_of, cut, stream);
+    (weight * lx, rays)
+}
+
 /// The plane on which one sample of indirect light is taken, and the sample's weight.
 pub fn one_plane<'a>(quantity: Quantity, receiver: &Receiver<'a>, stream: &mut Stream) -> (Receiver<'a>, f64) {
-    if quantity == Quantity::Perpendicular {
+    if !matches!(quantity, Quantity::Cylindrical | Quantity::SemiCylindrical { .. }) {
         return (*receiver, 1.0);
     }
     let (normal, weight) = turned_plane(quantity, TAU * stream.unit());

@@ -91,7 +91,25 @@ pub fn gather_indirect_lx(
 ) -> (f64, u64) {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
-    let (arriving_lx, rays) = follow_lx(stage, *receiver.origin, direction, memory, cut, stream);
+    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen };
+    let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream);
+    (mirrored_lx + arriving_lx, mirrored_rays + rays)
+}
+
+/// One unbiased sample of a part of the indirect illuminance, and the rays it took: what the first surface that scatters
+/// spreads to the receiver counts with shares that its place (in m) and the unit normal of its lit side give, one for
+/// light straight from luminaires and one for light reflected before; what comes by a lobe or a mirror counts in full.
+pub fn sample_share_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let direction = cosine_hemisphere(receiver.normal, stream.pair());
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen };
+    let (arriving_lx, rays) = follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream);
     (mirrored_lx + arriving_lx, mirrored_rays + rays)
 }
 
@@ -104,39 +122,74 @@ pub fn sample_arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    follow_lx(stage, origin, direction, &mut Blank, cut, stream)
+    let start = Start { origin, direction, departure: Departure::Seen };
+    follow_lm_m2(stage, start, |_, _| [1.0; 2], &mut Blank, cut, stream)
 }
 
-fn follow_lx(
+/// The same of a part of it: see [`sample_share_lx`].
+pub fn sample_arriving_share_lx(
     stage: &Stage,
-    mut origin: Origin,
-    mut direction: DVec3,
+    origin: Origin,
+    direction: DVec3,
+    share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let start = Start { origin, direction, departure: Departure::Seen };
+    follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream)
+}
+
+/// The first ray of a walk.
+struct Start {
+    /// Where it starts.
+    origin: Origin,
+    /// Its unit direction.
+    direction: DVec3,
+    /// Which luminaires it may meet without their having been looked at.
+    departure: Departure,
+}
+
+/// One sample of π times the luminance that comes along a ray, without the emitters that `departure` has looked at, and
+/// the rays it took. What the first surface spreads counts with the shares of its place and normal.
+fn follow_lm_m2(
+    stage: &Stage,
+    start: Start,
+    share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     memory: &mut impl Memory,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let (mut illuminance_lx, mut rays) = (0.0, 0);
-    let mut departure = Departure::Seen;
+    let Start { mut origin, mut direction, mut departure } = start;
+    let (mut sum_lm_m2, mut rays) = (0.0, 0);
+    let mut is_first = true;
+    let mut weight = 1.0;
     loop {
         rays += 1;
         let hit = match stage.tracer.first_hit(&origin, direction) {
             Meeting::Surface(hit) => hit,
             Meeting::Ball(luminaire) => {
                 let met = stage.emitters.of_ball(luminaire);
-                return (illuminance_lx + met_lm_m2(stage, &departure, met.into_iter(), cut), rays);
+                return (sum_lm_m2 + weight * met_lm_m2(stage, &departure, met.into_iter(), cut), rays);
             }
-            Meeting::Nothing => return (illuminance_lx, rays),
+            Meeting::Nothing => return (sum_lm_m2, rays),
         };
         if !matches!(departure, Departure::Seen) {
             let met = stage.emitters.on_surface(hit.triangle, hit.side);
-            illuminance_lx += met_lm_m2(stage, &departure, met, cut);
+            sum_lm_m2 += weight * met_lm_m2(stage, &departure, met, cut);
         }
         let law = stage.law(hit.triangle);
         if law.is_black() || !stage.receives(hit.triangle, hit.side) {
-            return (illuminance_lx, rays);
+            return (sum_lm_m2, rays);
         }
         let normal = stage.normal(hit.triangle, hit.side);
         origin = stage.leave(&hit, Way::Spread);
+        let shares_of = |lit: DVec3| if is_first { share_of(stage.tracer.position_m(&origin), lit) } else { [1.0; 2] };
+        let shares = shares_of(normal);
+        if shares == [0.0; 2] && matches!(law, Law::Diffuse(_)) {
+            return (sum_lm_m2, rays);
+        }
+        // Light that a sheet lets through has arrived at its other side.
+        let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
         let vertex = Vertex { stage, hit: &hit, direction, normal, origin: &origin };
         let mut guided_lx = 0.0;
         if let Law::Diffuse(law) = law {
@@ -148,29 +201,31 @@ fn follow_lx(
                     // What is known holds the images in mirrors.
                     let sight = one_look(stage, &vertex.receiver(), cut, stream);
                     let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1));
-                    return (illuminance_lx + law.reflectance * (direct_lx + known_lx), rays + direct_rays);
+                    let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
+                    return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
                 }
                 Recall::Guide(known_lx) => {
-                    illuminance_lx += law.reflectance * known_lx;
-                    guided_lx = known_lx;
+                    guided_lx = weight * shares[1] * known_lx;
+                    sum_lm_m2 += law.reflectance * guided_lx;
                 }
             }
         }
         let (direct_lm_m2, direct_rays) = match law {
-            Law::Diffuse(law) => vertex.spread_lm_m2(law.reflectance, cut, stream),
-            Law::Phong(law) => vertex.phong_lm_m2(law, cut, stream),
-            Law::Translucent(law) => vertex.translucent_lm_m2(law, cut, stream),
+            Law::Diffuse(law) => vertex.spread_lm_m2(shares.map(|share| share * law.reflectance), cut, stream),
+            Law::Phong(law) => vertex.phong_lm_m2(law, shares, cut, stream),
+            Law::Translucent(law) => vertex.translucent_lm_m2(law, [shares, shares_behind], cut, stream),
             Law::Mirror(_) | Law::Glass(_) => (0.0, 0),
         };
-        illuminance_lx += direct_lm_m2;
+        sum_lm_m2 += weight * direct_lm_m2;
         rays += direct_rays;
         let Some(scattered) = law.sample(direction, normal, stream) else {
-            return (illuminance_lx, rays);
+            return (sum_lm_m2, rays);
         };
-        illuminance_lx -= guided_lx;
+        sum_lm_m2 -= guided_lx;
         if scattered.way.leads_through() {
             origin = stage.leave(&hit, scattered.way);
         }
+        is_first &= scattered.way == Way::Passed;
         departure = match (scattered.way, law) {
             (Way::Lobe, Law::Phong(law)) => Departure::Lobe(LobeRay {
                 lobe_per_sr: law.lobe_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
@@ -179,8 +234,14 @@ fn follow_lx(
             }),
             (Way::Mirrored, _) => Departure::Mirrored,
             (Way::Passed, _) => departure,
-            _ => Departure::Seen,
+            _ => {
+                weight *= if scattered.way == Way::SpreadThrough { shares_behind[1] } else { shares[1] };
+                Departure::Seen
+            }
         };
+        if weight <= 0.0 {
+            return (sum_lm_m2, rays);
+        }
         direction = scattered.direction;
     }
 }
@@ -226,30 +287,41 @@ impl Vertex<'_> {
         Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
 
-    /// Direct light of which a share leaves in all directions.
+    /// Direct light of which a share leaves in all directions, and another of light from images in mirrors.
     #[inline]
-    fn spread_lm_m2(&self, share: f64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-        let sight = one_look(self.stage, &self.receiver(), cut, stream);
-        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (share * sight.direct_lx(), 1));
-        let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| share, cut, stream);
+    fn spread_lm_m2(&self, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+        let sight = if direct > 0.0 { one_look(self.stage, &self.receiver(), cut, stream) } else { None };
+        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * sight.direct_lx(), 1));
+        let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| mirrored, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
     }
 
     /// The same from either side of a translucent sheet, chosen by its share.
-    fn translucent_lm_m2(&self, law: &Translucent, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    fn translucent_lm_m2(
+        &self,
+        law: &Translucent,
+        [shares, shares_behind]: [[f64; 2]; 2],
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
         if stream.unit() * law.total() < law.reflectance {
-            return self.spread_lm_m2(law.total(), cut, stream);
+            return self.spread_lm_m2(shares.map(|share| share * law.total()), cut, stream);
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
-        Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(law.total(), cut, stream)
+        let shares = shares_behind.map(|share| share * law.total());
+        Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(shares, cut, stream)
     }
 
-    /// Direct light that a glossy surface sends back along the walk, π times its luminance.
-    fn phong_lm_m2(&self, law: &Phong, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
+    /// lobe shares, of luminaires and of images in mirrors.
+    fn phong_lm_m2(&self, law: &Phong, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         let receiver = self.receiver();
         let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
-        let (mirrored_lm_m2, rays) =
-            in_mirrors_lx(self.stage, &receiver, |towards| PI * law.eval_per_sr(&pair(towards)), cut, stream);
+        let response = |towards: DVec3| {
+            let pair = pair(towards);
+            PI * (law.lobe_per_sr(&pair) + mirrored * law.spread_per_sr(&pair))
+        };
+        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, response, cut, stream);
         let Some(sight) = one_look(self.stage, &receiver, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
@@ -261,7 +333,7 @@ impl Vertex<'_> {
             Some(exitance_lm_m2) => lobe / (1.0 + lobe * PI / exitance_lm_m2),
             None => lobe,
         };
-        let looked_lm_m2 = PI * (law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
+        let looked_lm_m2 = PI * (direct * law.spread_per_sr(&pair) * brought_lx + lobe) * sight.transmittance;
         (mirrored_lm_m2 + looked_lm_m2, rays + 1)
     }
 }

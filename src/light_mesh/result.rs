@@ -185,7 +185,7 @@ impl Planner<'_, '_> {
                 let set = &self.around.scene.receivers[set];
                 let (kind, area_m2) = match set.layout {
                     ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
-                    ReceiverLayout::Points => (TableKind::Points, 0.0),
+                    _ => (TableKind::Points, 0.0),
                 };
                 let all = StatedValues::of(&values, &entries.weights, 0..lights.len());
                 (set.name.clone(), vec![stated_row(&set.name, kind, Side::Front.name(), area_m2, &all)])

@@ -42,7 +42,7 @@ impl Entries {
                 let weights = set.points.iter().map(|point| if point.inside { 0.0 } else { point.weight });
                 let area_m2 = match set.layout {
                     ReceiverLayout::Grid { area_m2, .. } => Some(area_m2),
-                    ReceiverLayout::Points => None,
+                    _ => None,
                 };
                 (weights.collect(), area_m2)
             }

@@ -18,7 +18,8 @@ pub enum MapKind {
     Receivers(usize),
 }
 
-/// Illuminances of one map, arrays by structure: entry `i` is element side or point `i`.
+/// Illuminances of one map, arrays by structure: entry `i` is element side or point `i`. For a set that asks for
+/// luminance all four are cd/m² instead, and *direct* is what the eye sees of luminaires and of light reflected once.
 #[derive(Clone, Debug, Default)]
 pub struct MapValues {
     /// Illuminance in lx.
@@ -78,6 +79,17 @@ pub enum TableKind {
     Grid,
     /// Receivers in no order.
     Points,
+    /// Directions of view: the numbers are luminances in cd/m².
+    Luminance,
+    /// A glare rating: the numbers are the indirect illuminance of the eye.
+    Glare,
+}
+
+impl TableKind {
+    /// Whether the row's numbers are illuminances that a result table lists.
+    pub fn is_illuminance(self) -> bool {
+        matches!(self, TableKind::Surface | TableKind::Grid | TableKind::Points)
+    }
 }
 
 impl TableKind {
@@ -87,6 +99,8 @@ impl TableKind {
             TableKind::Surface => "surface",
             TableKind::Grid => "grid",
             TableKind::Points => "points",
+            TableKind::Luminance => "luminance",
+            TableKind::Glare => "ugr",
         }
     }
 }

@@ -157,6 +157,8 @@ pub fn quantity_words(quantity: Quantity) -> &'static str {
         Quantity::Perpendicular => "Illuminance",
         Quantity::Cylindrical => "Cylindrical illuminance",
         Quantity::SemiCylindrical { .. } => "Semi-cylindrical illuminance",
+        Quantity::Luminance => "Luminance",
+        Quantity::Glare => "Indirect illuminance of the eye",
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
+use super::observers::{maps_of, observer_files};
 use super::sheet::{Field, Sheet};
 use super::{OutputError, ResultFile};
 use crate::maps::{MapKind, MapResult, TableRow};
-use crate::scene::{Elements, Emission, Scene, Side};
+use crate::scene::{Elements, Emission, Quantity, Scene, Side};
 use crate::solver::{ConvergenceRow, Solution};
 
 const ELEMENT_COLUMNS: &[&str] = &[
@@ -72,10 +73,13 @@ pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile
             files.push(element_file(scene, map)?);
         }
     }
-    if solution.maps.iter().any(|map| matches!(map.kind, MapKind::Receivers(_))) {
-        files.push(receiver_file(scene, &solution.maps)?);
+    let planes = maps_of(scene, solution, Quantity::is_illuminance);
+    if !planes.is_empty() {
+        files.push(receiver_file(scene, &planes)?);
     }
-    files.push(table_file(solution.maps.iter().flat_map(|map| &map.tables))?);
+    files.extend(observer_files(scene, solution)?);
+    let rows = solution.maps.iter().flat_map(|map| &map.tables);
+    files.push(table_file(rows.filter(|row| row.kind.is_illuminance()))?);
     files.push(convergence_file(&solution.convergence)?);
     Ok(files)
 }
@@ -169,13 +173,10 @@ impl OwnEmission {
     }
 }
 
-fn receiver_file(scene: &Scene, maps: &[MapResult]) -> Result<ResultFile, OutputError> {
+fn receiver_file(scene: &Scene, maps: &[(&MapResult, usize)]) -> Result<ResultFile, OutputError> {
     let mut sheet = Sheet::new("receivers.csv", RECEIVER_COLUMNS);
-    for map in maps {
-        let MapKind::Receivers(set) = map.kind else {
-            continue;
-        };
-        for (index, point) in scene.receivers[set].points.iter().enumerate() {
+    for (map, set) in maps {
+        for (index, point) in scene.receivers[*set].points.iter().enumerate() {
             sheet.row(&[
                 Field::Text(&map.name),
                 Field::Count(index as u64),

@@ -189,9 +189,23 @@ impl Plan<'_> {
                     let what = format!("{}, {columns} × {rows}", set.name);
                     self.label(picture, &mut labels, &ring, what);
                 }
-                ReceiverLayout::Points => self.draw_points(picture, &mut labels, set),
+                ReceiverLayout::Points if set.quantity.is_illuminance() => self.draw_points(picture, &mut labels, set),
+                _ => self.draw_observer(picture, &mut labels, set),
             }
         }
+    }
+
+    /// An eye with the first, the middle and the last of its directions.
+    fn draw_observer(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {
+        const SIGHT: f64 = 26.0;
+        let last = set.points.len().saturating_sub(1);
+        let Some(eye) = set.points.first().map(|point| self.spot(point.position_m)) else { return };
+        for direction in [0, last / 2, last].map(|index| set.points[index].normal) {
+            let end = [eye[0] + SIGHT * direction.x, eye[1] - SIGHT * direction.y];
+            picture.line(vec![eye, end], Pen::new(BLUE, 1.2));
+        }
+        picture.circle(eye, 4.0, Pen::new(BLUE, 1.4));
+        self.label(picture, labels, &[eye], set.name.clone());
     }
 
     fn draw_points(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {

@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use super::convergence_plot::convergence_picture;
 use super::flat::{FlatMap, grid_map, surface_maps};
+use super::luminance_plot::luminance_picture;
 use super::map_plot::{map_picture, value_chart};
 use super::numbers::{percent, ratio};
+use super::observers::maps_of;
 use super::picture::Picture;
 use super::plan::plan_picture;
 use super::polar_plot::polar_picture;
@@ -14,7 +16,7 @@ use super::schedule::Schedule;
 use super::{ResultFile, file_name_part, raster};
 use crate::maps::MapKind;
 use crate::scene::photometry::IntensityWeb;
-use crate::scene::{Elements, Emission, Scene};
+use crate::scene::{Elements, Emission, Quantity, Scene};
 use crate::solver::Solution;
 
 /// Surfaces that are plotted at most; those with the most elements, if there are more.
@@ -25,6 +27,8 @@ pub const MOST_SURFACES: usize = 200;
 pub enum PlotKind {
     /// False colours and isolux lines of a grid.
     Grid,
+    /// Luminance in false colours, or over the angle of a fan.
+    Luminance,
     /// Values of a grid as numbers.
     Values,
     /// False colours and isolux lines of a surface side with this many elements.
@@ -76,6 +80,12 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             let name = file_name_part(&map.name);
             add(format!("map-{name}"), PlotKind::Grid, map_picture(&flat, &note));
             add(format!("map-{name}-values"), PlotKind::Values, value_chart(&flat, &note));
+        }
+    }
+    for (map, set) in maps_of(scene, solution, |quantity| quantity == Quantity::Luminance) {
+        if let Some(picture) = luminance_picture(&scene.receivers[set], map, &note) {
+            let stem = stems.fresh(&format!("map-{}", file_name_part(&map.name)));
+            plots.push(Plot { stem, kind: PlotKind::Luminance, subject: map.name.clone(), picture });
         }
     }
     for flat in flat_surfaces(scene, solution) {

@@ -5,6 +5,7 @@ use super::numbers::{amount, count_tick, duration, lux, percent, ratio, ratio_un
 use super::picture::escaped;
 use super::plan::plan_picture;
 use super::plots::{Plot, PlotKind, maintenance_note};
+use super::report_observers::observer_tables;
 use super::report_words::{explanations, stop_words, target_words};
 use super::schedule::{Power, Schedule, floor_area_m2};
 use super::{ResultFile, date::utc_date};
@@ -100,7 +101,7 @@ impl Report<'_> {
 
     fn facts(&self) -> String {
         let mut facts: Vec<(String, String)> = Vec::new();
-        for row in self.rows(|kind| kind != TableKind::Surface).into_iter().take(4) {
+        for row in self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points)).into_iter().take(4) {
             let uniformity = format!(
                 "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
                 lux(row.minimum_lx.value),
@@ -142,9 +143,9 @@ impl Report<'_> {
     }
 
     fn results(&self) -> String {
-        let rows = self.rows(|kind| kind != TableKind::Surface);
+        let rows = self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points));
         if rows.is_empty() {
-            return String::new();
+            return self.observers();
         }
         let mut table = result_table();
         for row in rows {
@@ -160,7 +161,12 @@ impl Report<'_> {
              it in two cases of three, within twice of it in nineteen of twenty. {}</p>\n",
             table.markup(),
             escaped(&maintenance_note(self.scene))
-        )
+        ) + &self.observers()
+    }
+
+    /// What observers see: luminances and glare ratings.
+    fn observers(&self) -> String {
+        observer_tables(self.scene, self.solution)
     }
 
     fn map_figures(&self) -> String {
@@ -171,6 +177,10 @@ impl Report<'_> {
                     page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
                     page +=
                         &figure(&plot.picture, "Colours show every point's own value; lines join equal illuminance.");
+                }
+                PlotKind::Luminance => {
+                    page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
+                    page += &figure(&plot.picture, "What an eye sees there, in cd/m² on a logarithmic scale.");
                 }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
                 _ => {}

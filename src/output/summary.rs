@@ -3,9 +3,10 @@
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
-use crate::maps::MapResult;
+use crate::base::glare::POSITION_INDEX;
+use crate::maps::{MapResult, TableKind};
 use crate::scene::{Elements, Luminaire, Scene};
-use crate::solver::Solution;
+use crate::solver::{GlareRating, Solution};
 
 /// Version of the scene file that this program reads.
 const SCENE_FILE_VERSION: u32 = 1;
@@ -70,6 +71,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "target_met": solution.target_met,
         "stop_reason": solution.stop_reason.name(),
         "maps": solution.maps.iter().map(map_entry).collect::<Vec<Value>>(),
+        "glare": solution.glare.iter().map(|rating| glare_entry(scene, rating)).collect::<Vec<Value>>(),
         "flux_balance": flux_balance,
         "flux_balance_note": flux_balance_note,
         "map_check": map_check,
@@ -102,11 +104,37 @@ fn map_entry(map: &MapResult) -> Value {
         "bias": map.error.bias,
         "degrees_of_freedom": map.error.degrees_of_freedom,
         "method": map.method,
+        "luminance": luminance_entry(map),
         "bound": map.bound,
         "target_met": map.target_met,
         "chains": map.chains,
         "dark": map.error.dark_upper_bound_lx.is_some(),
         "dark_upper_bound_lx": map.error.dark_upper_bound_lx,
+    })
+}
+
+/// Mean, least and greatest luminance of a set of directions; null for illuminances.
+fn luminance_entry(map: &MapResult) -> Value {
+    let row = map.tables.iter().find(|row| row.kind == TableKind::Luminance);
+    row.map_or(Value::Null, |row| {
+        json!({
+            "average_cd_m2": row.average_lx.value,
+            "average_standard_error_cd_m2": row.average_lx.standard_error,
+            "minimum_cd_m2": row.minimum_lx.value,
+            "maximum_cd_m2": row.maximum_lx,
+        })
+    })
+}
+
+fn glare_entry(scene: &Scene, rating: &GlareRating) -> Value {
+    json!({
+        "name": scene.receivers[rating.set].name,
+        "ugr": rating.ugr.map(|ugr| ugr.value),
+        "standard_error": rating.ugr.map(|ugr| ugr.standard_error),
+        "background_luminance_cd_m2": rating.background_cd_m2.value,
+        "background_standard_error_cd_m2": rating.background_cd_m2.standard_error,
+        "glare_sum_cd2_sr_m4": rating.glare_sum.value,
+        "position_index": POSITION_INDEX,
     })
 }
 

@@ -249,6 +249,10 @@ impl Room {
 
     fn check_receivers(&self, scene: &Scene) -> Result<(), NotARoom> {
         for set in &scene.receivers {
+            if !set.quantity.is_illuminance() {
+                let got = format!("\"{}\" of type {}", set.name, set.quantity.name());
+                return refuse("what an observer sees", got, "receivers of type grid or points");
+            }
             for point in set.points.iter().filter(|point| !point.inside) {
                 let position = point.position_m - self.corner_m;
                 let away = self.face_at(position).is_some_and(|face| face.normal().dot(point.normal) < -0.5);

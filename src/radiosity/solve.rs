@@ -190,7 +190,7 @@ impl<'a> Radiosity<'a> {
         let weights: Vec<f64> = receivers.points.iter().map(|p| if p.inside { 0.0 } else { p.weight }).collect();
         let (kind, area_m2) = match receivers.layout {
             ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
-            ReceiverLayout::Points => (TableKind::Points, 0.0),
+            _ => (TableKind::Points, 0.0),
         };
         let all = StatedValues::of(&values, &weights, 0..points.len());
         let (error, tables) = (stated_error(&all), vec![stated_row(&receivers.name, kind, "front", area_m2, &all)]);

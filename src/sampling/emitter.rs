@@ -6,6 +6,7 @@
 
 mod ball;
 mod list;
+mod seen;
 mod shape;
 
 use std::sync::Arc;

@@ -1,5 +1,7 @@
 //! Points of a luminous opening: each part of it emits alike, I(θ, φ) dA/A, so that the far field is the file's.
 
+mod seen;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;

@@ -6,7 +6,7 @@ use crate::base::pane::pane_shares;
 
 use super::elements::{Elements, Side};
 use super::mesh_faults::{MeshFaults, mesh_faults};
-use super::model::{Emission, Luminaire, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
+use super::model::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
 use super::shells::{bounds_m, is_shut_in, one_vertex_a_place, shells_over};
 
 /// The plain facts of a scene; everything in SI and photometric units.
@@ -318,6 +318,14 @@ fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
         row_spacing_m: None,
         area_m2: None,
     };
+    inspected.kind = match set.quantity {
+        Quantity::Luminance => "luminance",
+        Quantity::Glare => "ugr",
+        _ => inspected.kind,
+    };
+    if let ReceiverLayout::View { columns, rows, .. } = set.layout {
+        (inspected.columns, inspected.rows) = (Some(columns), Some(rows));
+    }
     if let ReceiverLayout::Grid { columns, rows, u_m, v_m, area_m2, .. } = set.layout {
         inspected.kind = "grid";
         inspected.columns = Some(columns);

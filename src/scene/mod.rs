@@ -20,6 +20,7 @@ mod placing;
 mod points_file;
 mod polygon;
 mod reader;
+mod observers;
 mod receivers;
 mod schema;
 mod shapes;

@@ -231,7 +231,7 @@ pub enum Emission {
     },
 }
 
-/// A named set of points at which illuminance is asked for.
+/// A named set of points at which illuminance is asked for, or of directions of view from which luminance is.
 #[derive(Clone, Debug)]
 pub struct ReceiverSet {
     /// Name in the file.
@@ -244,7 +244,7 @@ pub struct ReceiverSet {
     pub points: Vec<ReceiverPoint>,
 }
 
-/// What illuminance a receiver asks for.
+/// What a receiver asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Quantity {
     /// On the plane of the point's own normal.
@@ -257,15 +257,28 @@ pub enum Quantity {
         /// Horizontal unit vector to which the curved face looks.
         direction: DVec3,
     },
+    /// Luminance in cd/m² that an eye at the point sees in the direction of its normal. What maps and tables call
+    /// illuminance in lx is then this.
+    Luminance,
+    /// Unified glare rating of an observer who looks along the point's normal. The map holds the indirect illuminance
+    /// of the eye in lx, π times the background luminance.
+    Glare,
 }
 
 impl Quantity {
+    /// Whether it is an illuminance of the points themselves.
+    pub fn is_illuminance(self) -> bool {
+        !matches!(self, Quantity::Luminance | Quantity::Glare)
+    }
+
     /// Name as the scene file writes it.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Perpendicular => "perpendicular",
             Quantity::Cylindrical => "cylindrical",
             Quantity::SemiCylindrical { .. } => "semi-cylindrical",
+            Quantity::Luminance => "luminance",
+            Quantity::Glare => "ugr",
         }
     }
 }
@@ -288,16 +301,32 @@ pub enum ReceiverLayout {
         /// Area that the grid stands for in m².
         area_m2: f64,
     },
-    /// Points in no order.
+    /// Points in no order; directions in the order of a list.
     Points,
+    /// Directions of view turned evenly about an axis.
+    Fan {
+        /// Angle of the first direction in degrees.
+        from_deg: f64,
+        /// Angle of the last one in degrees.
+        to_deg: f64,
+    },
+    /// A picture: directions through the middles of the cells of a flat screen, row by row from the upper left.
+    View {
+        /// Cells in a row.
+        columns: u32,
+        /// Rows.
+        rows: u32,
+        /// Full angles of view across and upright in degrees.
+        field_deg: [f64; 2],
+    },
 }
 
-/// A point with a direction, at which illuminance is asked for.
+/// A point with a direction, at which illuminance is asked for, or from which luminance is.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceiverPoint {
     /// Place in m.
     pub position_m: DVec3,
-    /// Unit normal of the receiving side.
+    /// Unit normal of the receiving side; the direction of view where luminance or glare is asked for.
     pub normal: DVec3,
     /// Weight in averages and errors (an area in m², or 1).
     pub weight: f64,

@@ -1,4 +1,4 @@
-//! Reads `receivers`: grids and lists of points.
+//! Reads `receivers`: grids and lists of points, and observers.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::error::SceneError;
 use super::luminaires::unique_name;
 use super::model::{Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::observers;
 use super::reader::{Fields, Node};
 use super::surface_grid::{self, Spacing};
 use super::surfaces::Surfaces;
@@ -36,7 +37,7 @@ pub(super) const KEYS: [&[&str]; 4] = [
         "direction",
     ],
     &["name", "type", "file", "quantity", "direction"],
-    &["name", "type", "position", "directions"],
+    &["name", "type", "position", "directions", "fan", "view"],
     &["name", "type", "position", "view_direction"],
 ];
 /// Keys of a grid by corners.
@@ -50,7 +51,7 @@ pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertic
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
 
 /// Most points of all grids of a scene together: the sums of a run take some hundred bytes for each.
-const MOST_POINTS: u64 = 4_000_000;
+pub(super) const MOST_POINTS: u64 = 4_000_000;
 
 /// What receivers refer to.
 pub(super) struct Around<'a> {
@@ -85,11 +86,13 @@ fn read_one(
     let fields = node.fields(&what)?;
     fields.only(KEYS[kind])?;
     let name = unique_name(&fields, names)?;
+    if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit)? {
+        return Ok(ReceiverSet { name, quantity, layout, points });
+    }
     let (layout, mut points) = match TYPES[kind] {
         "grid" if fields.get("surface").is_some() => read_surface_grid(node, around, most)?,
         "grid" => read_corner_grid(node, around.unit, most)?,
-        "points" => read_points(&fields, around)?,
-        _ => return Err(refuse_later(&fields, &what)?),
+        _ => read_points(&fields, around)?,
     };
     let quantity = read_quantity(&fields, &mut points)?;
     Ok(ReceiverSet { name, quantity, layout, points })
@@ -127,30 +130,7 @@ fn read_quantity(fields: &Fields, points: &mut [ReceiverPoint]) -> Result<Quanti
     }
 }
 
-/// Checks receivers that are not computed yet, and refuses them for that.
-fn refuse_later(fields: &Fields, what: &str) -> Result<SceneError, SceneError> {
-    fields.need("position", "[1, 3, 1.2]")?.vector()?;
-    if fields.get("view_direction").is_some() || what.contains("ugr") {
-        fields.need("view_direction", "[1, 0, 0]")?.direction()?;
-    } else {
-        let node = fields.need("directions", "[[1, 0, 0]]")?;
-        let directions = node.items("directions")?;
-        if directions.is_empty() {
-            return Err(node.refuse("no direction to look in", "at least one direction", "add [x, y, z]"));
-        }
-        for direction in directions {
-            direction.direction()?;
-        }
-    }
-    Ok(fields.node().refuse_as(
-        format!("{what} comes later: this version does not compute it yet"),
-        what,
-        "a receiver of type \"grid\" or \"points\"",
-        "remove this receiver for now",
-    ))
-}
-
-fn refuse_too_many(node: &Node, points: u64) -> SceneError {
+pub(super) fn refuse_too_many(node: &Node, points: u64) -> SceneError {
     let expected = format!("at most {MOST_POINTS} points of all grids together");
     node.refuse_as("the grid has too many points", format!("{points} points"), expected, "ask for fewer")
 }

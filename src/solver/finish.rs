@@ -1,13 +1,14 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
 use super::forward::Forward;
+use super::glare::{GlareRating, rate};
 use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
 use super::{ConvergenceRow, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
 use crate::maps::{
     MapError, MapKind, MapResult, REPLICAS, TableKind, TableRow, TableSubject, standard_error, table_row,
 };
 use crate::sampling::reflection::Law;
-use crate::scene::{ReceiverLayout, Scene, Side};
+use crate::scene::{Quantity, ReceiverLayout, Scene, Side};
 
 #[allow(clippy::too_many_arguments)]
 pub(super) fn finish(
@@ -40,6 +41,12 @@ pub(super) fn finish(
     let walks = jobs.iter().any(|job| job.kind != MapKind::Elements && !job.is_black());
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
     warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
+    let glare: Vec<GlareRating> = jobs.iter().filter_map(|job| rate(context, job)).collect();
+    for rating in glare.iter().filter(|rating| rating.ugr.is_none()) {
+        let why =
+            if rating.glare_sum.value > 0.0 { "nothing lights the background" } else { "no luminaire is in view" };
+        warnings.push(format!("{}: no glare rating, since {why}", context.scene.receivers[rating.set].name));
+    }
     let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact() || job.judgement.dark);
     let maps: Vec<MapResult> = jobs.into_iter().map(|job| map_result(context, job, target_error)).collect();
     for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
@@ -55,6 +62,8 @@ pub(super) fn finish(
             Method::Auto => "auto",
             Method::Collision => "collision",
             Method::Gather => "gather",
+            Method::Local => "local",
+            Method::LocalNaive => "local-naive",
         }
         .to_owned(),
         seed: settings.seed,
@@ -63,6 +72,7 @@ pub(super) fn finish(
         rays,
         replicas: REPLICAS,
         maps,
+        glare,
         estimated_error,
         target_met: target_error.map(|_| bound_met),
         stop_reason,
@@ -138,7 +148,12 @@ fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
     let entries: Vec<usize> = (0..receivers.points.len()).collect();
     let (kind, area_m2) = match receivers.layout {
         ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
-        ReceiverLayout::Points => (TableKind::Points, 0.0),
+        _ => (TableKind::Points, 0.0),
+    };
+    let kind = match receivers.quantity {
+        Quantity::Luminance => TableKind::Luminance,
+        Quantity::Glare => TableKind::Glare,
+        _ => kind,
     };
     let subject =
         TableSubject { name: &receivers.name, kind, side: "front", entries: &entries, weights: &job.weights, area_m2 };

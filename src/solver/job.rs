@@ -2,14 +2,16 @@
 
 use std::ops::Range;
 
+use super::Method;
 use super::forward::Forward;
 use super::gathering::Gatherer;
+use super::local::{Kernel, LocalPlan};
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_error};
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
 use crate::maps::{Crossing, Judgement, MapKind, REPLICAS, ReplicaMap, Tally, Unit, judge};
-use crate::scene::Scene;
+use crate::scene::{Quantity, Scene};
 
 /// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
 /// sharing it out over threads costs nothing.
@@ -19,6 +21,9 @@ pub const RAYS_PER_SLICE: f64 = 400_000.0;
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
 /// A map that is dark after this many chains, over the target error, is left dark.
 const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
+
+/// Chains of a replica at which local estimation is judged for the first time.
+const FIRST_LOCAL_CHAINS: u64 = 64;
 
 /// Relative errors below this one are the rounding of sums, not chance.
 const ROUNDING: f64 = 1e-12;
@@ -31,6 +36,8 @@ pub struct Context<'a> {
     pub stage: &'a Stage,
     /// Seed of the run.
     pub seed: u64,
+    /// How maps are estimated.
+    pub method: Method,
 }
 
 /// How the packets of forward chains ended, counted.
@@ -84,14 +91,18 @@ pub enum Engine {
     Walking,
     /// Gathering rays that look up what the forward stage left.
     Gathering,
+    /// Vertices of chains score at all receivers.
+    Connecting(Kernel),
 }
 
 impl Engine {
     /// The unbiased one of a map.
-    fn unbiased(kind: MapKind) -> Engine {
-        match kind {
-            MapKind::Elements => Engine::Counting,
-            MapKind::Receivers(_) => Engine::Walking,
+    fn unbiased(kind: MapKind, method: Method) -> Engine {
+        match (kind, method) {
+            (MapKind::Elements, _) => Engine::Counting,
+            (MapKind::Receivers(_), Method::Local) => Engine::Connecting(Kernel::Bounded),
+            (MapKind::Receivers(_), Method::LocalNaive) => Engine::Connecting(Kernel::Naive),
+            (MapKind::Receivers(_), _) => Engine::Walking,
         }
     }
 
@@ -101,6 +112,8 @@ impl Engine {
             Engine::Counting => "collision",
             Engine::Walking => "walk",
             Engine::Gathering => "gather",
+            Engine::Connecting(Kernel::Bounded) => "local",
+            Engine::Connecting(Kernel::Naive) => "local-naive",
         }
     }
 }
@@ -146,6 +159,8 @@ pub struct Job {
     indirect: PartCost,
     share: DirectShare,
     checked_share: f64,
+    /// Rounds of local estimation, where vertices of chains score.
+    local: Option<LocalPlan>,
     black: bool,
 }
 
@@ -179,7 +194,15 @@ impl Job {
         bound: bool,
     ) -> Job {
         let entries = map.len();
-        let (direct, indirect) = (direct_cost(context, kind, number), indirect_cost(context, kind, number));
+        let direct = direct_cost(context, kind, number);
+        let engine = Engine::unbiased(kind, context.method);
+        let local = match (kind, engine) {
+            (MapKind::Receivers(set), Engine::Connecting(kernel)) if context.stage.reflects() => {
+                Some(LocalPlan::of(context, set, kernel))
+            }
+            _ => None,
+        };
+        let indirect = local.as_ref().map_or_else(|| indirect_cost(context, kind, number), |plan| plan.cost(&weights));
         Job {
             name,
             kind,
@@ -193,7 +216,7 @@ impl Job {
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
-            engine: Engine::unbiased(kind),
+            engine,
             counting_unit: None,
             row_variance: 0.0,
             column_variance: 0.0,
@@ -203,6 +226,7 @@ impl Job {
             indirect,
             share: DirectShare::of(direct, indirect, entries),
             checked_share: 0.0,
+            local,
             black: !context.stage.reflects(),
         }
     }
@@ -251,7 +275,7 @@ impl Job {
         if let Some(unit) = self.counting_unit.take() {
             self.map.indirect_unit_lx = unit;
         }
-        self.engine = Engine::unbiased(self.kind);
+        self.engine = Engine::unbiased(self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
         self.samples = 0;
     }
@@ -263,6 +287,7 @@ impl Job {
             Engine::Walking => self.map.len() as u64,
             // The forward stage's chains serve all maps and are counted once.
             Engine::Gathering => 0,
+            Engine::Connecting(_) => self.chains_per_round(),
         };
         if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
     }
@@ -273,6 +298,7 @@ impl Job {
             Engine::Counting => REPLICAS as u64,
             Engine::Walking => (REPLICAS * self.map.len().max(1)) as u64,
             Engine::Gathering => return self.planned_samples,
+            Engine::Connecting(_) => REPLICAS as u64 * self.chains_per_round(),
         };
         if self.black { 1 } else { chains.div_ceil(per_sample).max(1) }
     }
@@ -284,7 +310,16 @@ impl Job {
             Engine::Counting => 256,
             Engine::Walking => 4,
             Engine::Gathering => self.planned_samples.div_ceil(2).min(4),
+            Engine::Connecting(_) => {
+                let affordable = RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64);
+                (FIRST_LOCAL_CHAINS / self.chains_per_round()).min(affordable as u64).max(1)
+            }
         }
+    }
+
+    /// Chains of a round of local estimation.
+    fn chains_per_round(&self) -> u64 {
+        self.local.as_ref().map_or(1, |plan| plan.chains_per_round)
     }
 
     /// Rays that one sample of all replicas takes, as the pilot counted them.
@@ -364,6 +399,15 @@ impl Job {
                 let until = goal.min(done + most);
                 self.chains_until(context, until, Deposits::IndirectOnly);
             }
+            MapKind::Receivers(set) if self.local.is_some() => {
+                let done = self.map.indirect_samples.complete;
+                let most = (RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64)).ceil() as u64;
+                let until = goal.min(done + most);
+                if let Some(plan) = &self.local {
+                    self.rays += plan.rounds(context, set, &mut self.map, done..until);
+                }
+                self.map.indirect_samples.complete = until;
+            }
             MapKind::Receivers(set) => {
                 let rays = self.share.rays_per_indirect;
                 let (entries, times) = slice_of_sweep(self.map.indirect_samples, goal, self.map.len(), rays);
@@ -426,6 +470,14 @@ impl Job {
 }
 
 impl Job {
+    /// Whether it is what an eye sees, which gathering does not know.
+    pub fn is_luminance(&self, context: &Context) -> bool {
+        match self.kind {
+            MapKind::Receivers(set) => context.scene.receivers[set].quantity == Quantity::Luminance,
+            MapKind::Elements => false,
+        }
+    }
+
     /// Samples at the latest judgement.
     pub fn judged_samples(&self) -> u64 {
         self.judged_samples

@@ -3,7 +3,9 @@
 mod finish;
 mod forward;
 mod gathering;
+mod glare;
 mod job;
+mod local;
 mod pilot;
 mod plan;
 mod run;
@@ -12,5 +14,6 @@ mod sparse;
 mod stages;
 mod sweep;
 
+pub use glare::GlareRating;
 pub use run::{DEFAULT_TARGET_ERROR, Observer, Progress, map_requests, solve};
 pub use solution::*;

@@ -60,7 +60,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
-    let context = Context { scene, stage: &stage, seed: settings.seed };
+    let context = Context { scene, stage: &stage, seed: settings.seed, method: settings.method };
     let target_error = settings
         .target_error
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));

@@ -1,5 +1,6 @@
 //! Settings of a run and what comes out of it.
 
+use super::glare::GlareRating;
 use crate::maps::MapResult;
 
 /// How maps are estimated.
@@ -12,6 +13,10 @@ pub enum Method {
     Collision,
     /// Both by gathering rays that look up what chains left in patches.
     Gather,
+    /// Receivers by local estimation: the vertices of chains score at all of them. Elements are counted.
+    Local,
+    /// The same with the plain kernel, whose variance has no bound in corners: to show just that.
+    LocalNaive,
 }
 
 /// What a run is asked to do.
@@ -138,6 +143,8 @@ pub struct Solution {
     pub replicas: usize,
     /// One entry a computed map: elements first, then receivers in file order.
     pub maps: Vec<MapResult>,
+    /// Glare ratings of observers, in the order of their maps.
+    pub glare: Vec<GlareRating>,
     /// Worst stated error of the bound maps.
     pub estimated_error: f64,
     /// Whether the rule accepted all bound maps; `None` without a target.

@@ -38,7 +38,8 @@ pub struct Stages {
 impl Stages {
     /// Pilots a run; `None` where nothing gathers.
     pub fn pilot(context: &Context, jobs: &[Job], settings: &Settings) -> Option<Stages> {
-        if settings.method == Method::Collision || !context.stage.reflects() {
+        let gathers = matches!(settings.method, Method::Auto | Method::Gather);
+        if !gathers || !context.stage.reflects() {
             return None;
         }
         let forward = pilot_chains(context);
@@ -51,11 +52,10 @@ impl Stages {
         let costs: Vec<Option<GatherCosts>> = jobs
             .iter()
             .map(|job| {
-                let counts = job.weights.iter().any(|weight| *weight > 0.0);
+                let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
                 let costs = counts.then(|| gather_costs(context, &forward, job))?;
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
-                let is_quicker =
-                    || costs.plan(chain, error_lx).rays < job.rays_without_gathering(error_lx);
+                let is_quicker = || costs.plan(chain, error_lx).rays < job.rays_without_gathering(error_lx);
                 (settings.method == Method::Gather || is_quicker()).then_some(costs)
             })
             .collect();

@@ -222,14 +222,14 @@ fn over_points(
 const SHIFT_INDEX: u64 = u64::MAX >> 32;
 
 /// The random shift of a replica's emitter choices.
-fn emission_shift(stream: &mut Stream) -> f64 {
+pub(super) fn emission_shift(stream: &mut Stream) -> f64 {
     stream.seek(SHIFT_INDEX << 32);
     stream.fine_unit()
 }
 
 /// Choice of the emitter for a chain: the van der Corput sequence, shifted at random for every replica, so that any
 /// run of chains shares itself out among the luminaires in proportion to flux, and each choice alone is uniform.
-fn spread_choice(chain: u64, shift: f64) -> f64 {
+pub(super) fn spread_choice(chain: u64, shift: f64) -> f64 {
     let van_der_corput = (chain.reverse_bits() >> 11) as f64 / (1u64 << 53) as f64;
     let choice = van_der_corput + shift;
     if choice >= 1.0 { choice - 1.0 } else { choice }

@@ -163,6 +163,7 @@ pub fn solve_by_light_mesh(
         rays,
         replicas: 0,
         maps,
+        glare: Vec::new(),
         estimated_error,
         target_met,
         stop_reason,

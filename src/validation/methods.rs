@@ -5,7 +5,9 @@ use super::radiosity::solve_by_radiosity;
 use super::rivals::{check_points, solve_by_points};
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
-use crate::solver::{Observer, Settings, Solution, solve};
+use crate::maps::MapKind;
+use crate::solver;
+use crate::solver::{Observer, Settings, Solution, map_requests, solve};
 
 /// A way to compute a scene.
 pub struct Method {
@@ -38,6 +40,20 @@ pub const METHODS: &[Method] = &[
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve(scene, settings, observer)),
+    },
+    Method {
+        name: "local",
+        description: "receivers by local estimation: every vertex of every chain scores at all of them, near surfaces by walks",
+        applies: |scene, settings| receivers_alone(scene, settings),
+        climbs: Climb::Chains,
+        solve: |scene, settings, observer| Ok(solve_with(solver::Method::Local, scene, settings, observer)),
+    },
+    Method {
+        name: "local-naive",
+        description: "the same with the plain kernel, which has no finite variance in corners",
+        applies: |scene, settings| receivers_alone(scene, settings),
+        climbs: Climb::Chains,
+        solve: |scene, settings, observer| Ok(solve_with(solver::Method::LocalNaive, scene, settings, observer)),
     },
     Method {
         name: "radiosity",
@@ -86,3 +102,16 @@ pub const METHODS: &[Method] = &[
         solve: |scene, settings, observer| solve_by_points(scene, settings, 225, observer),
     },
 ];
+
+/// Local estimation has points; what an element needs is a mean over it.
+fn receivers_alone(scene: &Scene, settings: &Settings) -> Result<(), String> {
+    let mut requests = map_requests(scene, &settings.maps).into_iter();
+    if requests.any(|(kind, _)| kind == MapKind::Elements) {
+        return Err("local estimation scores at points, not on elements".to_owned());
+    }
+    Ok(())
+}
+
+fn solve_with(method: solver::Method, scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Solution {
+    solve(scene, &Settings { method, ..settings.clone() }, observer)
+}

@@ -82,6 +82,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         rays: 0,
         replicas: 0,
         maps: maps.collect(),
+        glare: Vec::new(),
         estimated_error,
         target_met: met(estimated_error),
         stop_reason,

@@ -70,6 +70,7 @@ pub fn solve_by_points(
         rays,
         replicas: 0,
         maps,
+        glare: Vec::new(),
         estimated_error,
         target_met: settings.target_error.map(|_| false),
         stop_reason: StopReason::FinestMesh,

@@ -291,10 +291,10 @@ pub const CASES: &[Case] = &[
     ),
     case(
         "\"type\": \"points\", \"file\": \"probes.csv\"",
-        "\"type\": \"luminance\", \"position\": [1,1,1], \"directions\": [[1,0,0]]",
-        "{ \"name\": \"probes\"",
-        "receivers[2]",
-        "comes later",
+        "\"type\": \"luminance\", \"position\": [1,1,1], \"directions\": []",
+        "[]",
+        "receivers[2].directions",
+        "no direction to look in",
     ),
     case(
         "\"type\": \"points\", \"file\": \"probes.csv\"",
@@ -305,9 +305,23 @@ pub const CASES: &[Case] = &[
     ),
     case(
         "\"type\": \"points\", \"file\": \"probes.csv\"",
-        "\"type\": \"ugr\", \"position\": [1,1,1], \"view_direction\": [1,0,0]",
+        "\"type\": \"luminance\", \"position\": [1,1,1], \"fan\": { \"direction\": [0,0,1], \"from_deg\": 0, \"to_deg\": 9, \"count\": 3 }",
+        "{ \"direction\": [0,0,1]",
+        "receivers[2].fan",
+        "are parallel",
+    ),
+    case(
+        "\"type\": \"points\", \"file\": \"probes.csv\"",
+        "\"type\": \"luminance\", \"position\": [1,1,1], \"view\": { \"direction\": [1,0,0], \"field_deg\": [175, 60], \"columns\": 4, \"rows\": 3 }",
+        "175",
+        "receivers[2].view.field_deg[0]",
+        "too wide",
+    ),
+    case(
+        "\"type\": \"points\", \"file\": \"probes.csv\"",
+        "\"type\": \"luminance\", \"position\": [1,1,1], \"directions\": [[1,0,0]], \"fan\": {}",
         "{ \"name\": \"probes\"",
         "receivers[2]",
-        "comes later",
+        "one set of directions",
     ),
 ];

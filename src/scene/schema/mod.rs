@@ -169,6 +169,43 @@ enum QuantityName {
     SemiCylindrical,
 }
 
+/// Directions of view turned evenly about an axis, counter-clockwise seen from its tip.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct Fan {
+    /// The direction at 0°.
+    direction: Vector,
+    /// What it turns about (default [0, 0, 1]).
+    axis: Option<Vector>,
+    /// Angle of the first direction.
+    from_deg: f64,
+    /// Angle of the last direction.
+    to_deg: f64,
+    /// Number of directions.
+    #[schemars(range(min = 1))]
+    count: u32,
+}
+
+/// A picture on a flat screen: one direction through the middle of each cell, row by row from the upper left.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct View {
+    /// Where the middle of the picture lies.
+    direction: Vector,
+    /// What is up in the picture (default [0, 0, 1]).
+    up: Option<Vector>,
+    /// Full angles of view, across and upright, at most 170.
+    field_deg: [f64; 2],
+    /// Cells in a row.
+    #[schemars(range(min = 1))]
+    columns: u32,
+    /// Rows.
+    #[schemars(range(min = 1))]
+    rows: u32,
+}
+
 /// Receivers.
 #[derive(JsonSchema)]
 #[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
@@ -226,7 +263,7 @@ enum ReceiverKind {
         /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
         direction: Option<Vector>,
     },
-    /// Luminance seen from a point in given directions (comes later).
+    /// Luminance seen from a point, in one of: given directions, a fan of them, a picture.
     Luminance {
         /// Name of the receivers.
         name: String,
@@ -234,9 +271,13 @@ enum ReceiverKind {
         position: Vector,
         /// Directions of view.
         #[schemars(length(min = 1))]
-        directions: Vec<Vector>,
+        directions: Option<Vec<Vector>>,
+        /// Directions turned about an axis.
+        fan: Option<Fan>,
+        /// A picture on a flat screen.
+        view: Option<View>,
     },
-    /// Unified glare rating of an observer (comes later).
+    /// Unified glare rating of an observer (CIE 117).
     Ugr {
         /// Name of the receiver.
         name: String,
@@ -287,6 +328,8 @@ mod tests {
             ("/properties", &crate::scene::file::KEYS[..]),
             ("/$defs/Transform/properties", &crate::scene::placing::KEYS),
             ("/$defs/BoxMaterials/properties", &crate::scene::surfaces::BOX_MATERIALS),
+            ("/$defs/Fan/properties", &crate::scene::observers::FAN_KEYS),
+            ("/$defs/View/properties", &crate::scene::observers::VIEW_KEYS),
         ] {
             let described: BTreeSet<&str> =
                 schema.pointer(pointer).expect(pointer).as_object().expect("keys").keys().map(String::as_str).collect();

@@ -1,0 +1,393 @@
+//! Local estimation: every vertex of a chain scores at every receiver, Q f K V, with K = R(ω) cos θ′/d² what the receiver
+//! makes of light from there. For luminance the receiver is the sub-point of a line of sight (double local estimation).
+//!
+//! K has no bound: 1/d² in corners. So chains score min(K, c) only, and what that cuts off, the near field, comes from
+//! walks that start at the receiver and count what they meet with the share (1 − c/K)⁺ (equations 22 and 23 of
+//! docs/methods.md). Both parts have finite variance wherever the receiver lies, and their sum is exact whatever c is.
+//! It may depend on the vertex: c = β E_c, with E_c about the illuminance there, since chains come often where it is bright
+//! and walks do better where it is not.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::direct::Receiver;
+use super::reception::sample_share_of_reflected_lx;
+use super::sight::{Seen, SubPoint, look_along};
+use crate::chain::{Arrival, Stage};
+use crate::geometry::Origin;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::reflection::{Law, Pair, Way};
+use crate::scene::{Quantity, ReceiverSet};
+
+/// Branches of a line of sight below this share of it are followed by chance, once and for all: no sample draws them
+/// anew, so that they must be nothing to speak of.
+const FAINT_BRANCH: f64 = 1e-4;
+
+/// With more emitters the level of a place is taken for the same everywhere.
+const MOST_EMITTERS: usize = 32;
+/// Direct levels reach this far above indirect ones: near a luminaire the kernel must still be bounded.
+const MOST_LEVELS: f64 = 1e3;
+
+/// What an anchor makes of light from a direction.
+#[derive(Clone, Copy, Debug)]
+enum Response {
+    /// The cosine.
+    Plane,
+    /// (sin ε + a h·front)/π on an upright cylinder or half of one, h the direction's horizontal part.
+    Upright { front: DVec3, lopsidedness: f64 },
+    /// The cosine times π/ρ of the part of the law that does not follow the lobe.
+    Gloss { triangle: u32, leaving: DVec3 },
+}
+
+/// A place at which vertices of chains score.
+#[derive(Clone, Debug)]
+struct Anchor {
+    /// Entry of the map.
+    entry: u32,
+    point_m: DVec3,
+    normal: DVec3,
+    origin: Origin,
+    /// What a full response is worth: 1 for illuminances, what reaches the eye of each lx for luminance.
+    scale: f64,
+    response: Response,
+}
+
+/// All anchors of a receiver set, laid out for speed.
+pub struct Anchors {
+    list: Vec<Anchor>,
+    /// Anchors of every entry.
+    of_entry: Vec<std::ops::Range<u32>>,
+    sub_points: Vec<Vec<SubPoint>>,
+    planes: bool,
+    /// About the indirect illuminance of what receivers see, in lx.
+    indirect_level_lx: f64,
+    points: [Vec<f64>; 3],
+    normals: [Vec<f64>; 3],
+    scales: Vec<f64>,
+    /// About what every anchor receives, in units of the map.
+    own_levels_lx: Vec<f64>,
+}
+
+/// A vertex of a chain: a surface that a packet met.
+#[derive(Clone, Copy, Debug)]
+pub struct ChainVertex {
+    /// The arrival.
+    pub arrival: Arrival,
+    /// Unit normal of the side that it arrived at.
+    pub normal: DVec3,
+    point_m: DVec3,
+    /// About the illuminance of the place in lx by light that has met as much as this.
+    level_lx: f64,
+}
+
+/// How connections are made.
+#[derive(Clone, Copy, Debug)]
+pub struct Connecting {
+    /// Bound β of the kernel over the level, in 1/(m²·lx); infinite for the naive kernel.
+    pub bound: f64,
+    /// Scores for one lm below this share of the anchor's own level are left to chance, stratified; 0: none is.
+    pub threshold: f64,
+}
+
+impl Anchors {
+    /// The anchors of a receiver set.
+    pub fn of(stage: &Stage, receivers: &ReceiverSet, seed: u64, number: u32) -> Anchors {
+        let mut anchors = Anchors {
+            list: Vec::new(),
+            of_entry: Vec::new(),
+            sub_points: Vec::new(),
+            planes: true,
+            indirect_level_lx: 1.0,
+            points: [Vec::new(), Vec::new(), Vec::new()],
+            normals: [Vec::new(), Vec::new(), Vec::new()],
+            scales: Vec::new(),
+            own_levels_lx: Vec::new(),
+        };
+        let mut stream = Stream::new(seed, Purpose::Pilot, number, 2);
+        for (entry, point) in receivers.points.iter().enumerate() {
+            let first = anchors.list.len() as u32;
+            let origin = stage.tracer.side_origin(point.position_m, point.normal);
+            let mut ends = Vec::new();
+            if receivers.quantity == Quantity::Luminance && !point.inside {
+                stream.seek(entry as u64);
+                look_along(stage, &origin, point.normal, FAINT_BRANCH, &mut stream, |seen| {
+                    if let Seen::Surface(end) = seen {
+                        ends.push(end);
+                    }
+                });
+                ends.iter().for_each(|end| anchors.add_sub_point(stage, entry as u32, end));
+            } else if !point.inside {
+                let response = match receivers.quantity {
+                    Quantity::Cylindrical => Response::Upright { front: DVec3::X, lopsidedness: 0.0 },
+                    Quantity::SemiCylindrical { direction } => {
+                        Response::Upright { front: direction, lopsidedness: 1.0 }
+                    }
+                    _ => Response::Plane,
+                };
+                anchors.planes &= matches!(response, Response::Plane);
+                anchors.list.push(Anchor {
+                    entry: entry as u32,
+                    point_m: point.position_m,
+                    normal: point.normal,
+                    origin,
+                    scale: 1.0,
+                    response,
+                });
+            }
+            anchors.sub_points.push(ends);
+            anchors.of_entry.push(first..anchors.list.len() as u32);
+        }
+        for axis in 0..3 {
+            anchors.points[axis] = anchors.list.iter().map(|anchor| anchor.point_m[axis]).collect();
+            anchors.normals[axis] = anchors.list.iter().map(|anchor| anchor.normal[axis]).collect();
+        }
+        anchors.scales = anchors.list.iter().map(|anchor| anchor.scale).collect();
+        anchors
+    }
+
+    fn add_sub_point(&mut self, stage: &Stage, entry: u32, end: &SubPoint) {
+        let front = Anchor {
+            entry,
+            point_m: end.point_m,
+            normal: end.normal,
+            origin: end.origin,
+            scale: 0.0,
+            response: Response::Plane,
+        };
+        match stage.law(end.hit.triangle) {
+            Law::Diffuse(law) => self.list.push(Anchor { scale: end.share * law.reflectance / PI, ..front }),
+            Law::Phong(law) => {
+                self.planes = false;
+                let response = Response::Gloss { triangle: end.hit.triangle, leaving: -end.direction };
+                self.list.push(Anchor { scale: end.share * law.total() / PI, response, ..front });
+            }
+            Law::Translucent(law) => {
+                let behind = Anchor { normal: -end.normal, origin: end.behind(stage), ..front.clone() };
+                self.list.push(Anchor { scale: end.share * law.reflectance / PI, ..front });
+                self.list.push(Anchor { scale: end.share * law.transmittance / PI, ..behind });
+            }
+            Law::Mirror(_) | Law::Glass(_) => {}
+        }
+    }
+
+    /// Sets what [`Anchors::indirect_level_lx`] is and what follows from it.
+    pub fn set_levels(&mut self, stage: &Stage, indirect_level_lx: f64) {
+        self.indirect_level_lx = indirect_level_lx.max(f64::MIN_POSITIVE);
+        let levels = self.list.iter().map(|anchor| {
+            let [direct_lx, indirect_lx] = self.levels_lx(stage, anchor.point_m, anchor.normal);
+            anchor.scale * (direct_lx + indirect_lx)
+        });
+        self.own_levels_lx = levels.collect();
+    }
+
+    /// Level of an anchor itself, in units of the map.
+    pub fn own_level_lx(&self, anchor: usize) -> f64 {
+        self.own_levels_lx[anchor]
+    }
+
+    /// Number of anchors.
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Whether there is none: nothing that is seen scatters.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Entry of the map that an anchor scores for.
+    pub fn entry(&self, anchor: usize) -> usize {
+        self.list[anchor].entry as usize
+    }
+
+    /// Mean over the anchors of what a full response is worth.
+    pub fn mean_scale(&self) -> f64 {
+        self.scales.iter().sum::<f64>() / self.scales.len().max(1) as f64
+    }
+
+    /// A vertex for an arrival of a chain; `None` where the surface scatters nothing that connections could find.
+    pub fn vertex(&self, stage: &Stage, arrival: &Arrival) -> Option<ChainVertex> {
+        let law = stage.law(arrival.hit.triangle);
+        if law.is_black() || matches!(law, Law::Mirror(_) | Law::Glass(_)) {
+            return None;
+        }
+        let point_m = stage.tracer.position_m(&stage.leave(&arrival.hit, Way::Spread));
+        let normal = stage.normal(arrival.hit.triangle, arrival.hit.side);
+        let [direct_lx, indirect_lx] = self.levels_lx(stage, point_m, normal);
+        let level_lx = if arrival.bounces == 0 { direct_lx } else { indirect_lx };
+        Some(ChainVertex { arrival: *arrival, normal, point_m, level_lx })
+    }
+
+    /// About the illuminances of a place in lx, by luminaires and by reflections: any function of the place is right, a
+    /// good one saves work.
+    fn levels_lx(&self, stage: &Stage, point_m: DVec3, normal: DVec3) -> [f64; 2] {
+        let emitters = stage.emitters.list();
+        if emitters.len() > MOST_EMITTERS {
+            return [self.indirect_level_lx; 2];
+        }
+        let direct_lx: f64 = emitters.iter().map(|emitter| emitter.importance(point_m, normal)).sum();
+        [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), self.indirect_level_lx]
+    }
+
+    /// What every anchor would score for one lm at a vertex if nothing stood between, with the kernel bounded.
+    pub fn scores(&self, stage: &Stage, vertex: &ChainVertex, bound: f64, scores: &mut Vec<f64>) {
+        let bound_per_m2 = bound * vertex.level_lx;
+        let law = stage.law(vertex.arrival.hit.triangle);
+        scores.clear();
+        if let (Law::Diffuse(law), true) = (law, self.planes) {
+            let [px, py, pz] = &self.points;
+            let [nx, ny, nz] = &self.normals;
+            let (at, normal) = (vertex.point_m, vertex.normal);
+            let factor = law.reflectance / PI;
+            scores.extend((0..self.list.len()).map(|j| {
+                let (dx, dy, dz) = (px[j] - at.x, py[j] - at.y, pz[j] - at.z);
+                let square = dx * dx + dy * dy + dz * dz;
+                let leaving = (dx * normal.x + dy * normal.y + dz * normal.z).max(0.0);
+                let arriving = (-(dx * nx[j] + dy * ny[j] + dz * nz[j])).max(0.0);
+                let kernel = leaving * arriving / (square * square + f64::MIN_POSITIVE);
+                factor * self.scales[j] * kernel.min(bound_per_m2)
+            }));
+            return;
+        }
+        scores.extend(self.list.iter().map(|anchor| {
+            let offset_m = anchor.point_m - vertex.point_m;
+            let leaving = offset_m.normalize_or_zero();
+            spread_per_sr(law, vertex, leaving)
+                * anchor.scale
+                * self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal).min(bound_per_m2)
+        }));
+    }
+
+    /// R(ω) cos θ′/d² of an anchor and a place with a normal, in 1/m²; of scatterers to both sides the nearer counts.
+    fn kernel_per_m2(&self, stage: &Stage, anchor: &Anchor, point_m: DVec3, normal: DVec3) -> f64 {
+        let offset_m = point_m - anchor.point_m;
+        let square = offset_m.length_squared();
+        let towards = offset_m.normalize_or_zero();
+        let leaving = normal.dot(towards).abs();
+        anchor.response.of(stage, anchor.normal, towards) * leaving / square.max(f64::MIN_POSITIVE)
+    }
+
+    /// Lets a vertex score: `add(entry, score)` for one lm, what is seen of it; returns the rays.
+    ///
+    /// Scores above the threshold t, over the anchor's own level, count in full. The others are chosen in proportion, by
+    /// equal steps of t through their running sum, and then count t: each is unbiased, and as many rays are traced as
+    /// their sum holds t.
+    pub fn connect(
+        &self,
+        stage: &Stage,
+        vertex: &ChainVertex,
+        connecting: &Connecting,
+        variate: f64,
+        scores: &mut Vec<f64>,
+        mut add: impl FnMut(usize, f64),
+    ) -> u64 {
+        self.scores(stage, vertex, connecting.bound, scores);
+        let hit = &vertex.arrival.hit;
+        let sides = [stage.leave(hit, Way::Spread), stage.leave(hit, Way::SpreadThrough)];
+        let threshold = connecting.threshold;
+        let mut until_next = variate * threshold;
+        let mut rays = 0;
+        for ((score, anchor), level_lx) in scores.iter().zip(&self.list).zip(&self.own_levels_lx) {
+            let mut counted = *score;
+            if counted <= 0.0 {
+                continue;
+            }
+            if counted < threshold * level_lx {
+                until_next -= counted / level_lx;
+                if until_next >= 0.0 {
+                    continue;
+                }
+                until_next += threshold;
+                counted = threshold * level_lx;
+            }
+            let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
+            rays += 1;
+            let transmittance = stage.transmittance(&anchor.origin, &sides[usize::from(is_behind)]);
+            if transmittance > 0.0 {
+                add(anchor.entry as usize, counted * transmittance);
+            }
+        }
+        rays
+    }
+
+    /// One unbiased sample of what connections leave out at an entry, and the rays it took: the near field beyond the
+    /// bound, lobes and mirrors.
+    pub fn sample_rest(
+        &self,
+        stage: &Stage,
+        receivers: &ReceiverSet,
+        entry: usize,
+        bound: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
+        let share_at = |anchor: &Anchor, point_m: DVec3, normal: DVec3| {
+            let kernel_per_m2 = self.kernel_per_m2(stage, anchor, point_m, normal);
+            self.levels_lx(stage, point_m, normal).map(|level_lx| {
+                let bound_per_m2 = bound * level_lx;
+                if kernel_per_m2 > bound_per_m2 { 1.0 - bound_per_m2 / kernel_per_m2 } else { 0.0 }
+            })
+        };
+        let anchors = &self.list[self.of_entry[entry].start as usize..self.of_entry[entry].end as usize];
+        if receivers.quantity != Quantity::Luminance {
+            let Some(anchor) = anchors.first() else {
+                return (0.0, 0);
+            };
+            let receiver = Receiver { point_m: anchor.point_m, normal: anchor.normal, origin: &anchor.origin };
+            let share_of = |point_m: DVec3, normal: DVec3| share_at(anchor, point_m, normal);
+            return sample_share_of_reflected_lx(stage, receivers.quantity, &receiver, share_of, cut, stream);
+        }
+        let (mut sum, mut rays) = (0.0, 0);
+        let mut next = anchors.iter();
+        for end in &self.sub_points[entry] {
+            let both_sides = matches!(stage.law(end.hit.triangle), Law::Translucent(_));
+            let (Some(front), behind) = (next.next(), if both_sides { next.next() } else { None }) else {
+                break;
+            };
+            let share_of = |way: Way, point_m: DVec3, normal: DVec3| match way {
+                Way::Lobe => [1.0; 2],
+                Way::SpreadThrough => share_at(behind.unwrap_or(front), point_m, normal),
+                _ => share_at(front, point_m, normal),
+            };
+            let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, share_of, cut, stream);
+            sum += end.share * luminance_cd_m2;
+            rays += end_rays;
+        }
+        (sum, rays)
+    }
+}
+
+impl Response {
+    /// Response to light from a unit direction, 1 for a plane that faces it.
+    fn of(&self, stage: &Stage, normal: DVec3, towards: DVec3) -> f64 {
+        match self {
+            Response::Plane => normal.dot(towards).max(0.0),
+            Response::Upright { front, lopsidedness } => {
+                let sine = (towards.x * towards.x + towards.y * towards.y).sqrt();
+                (sine + lopsidedness * towards.dot(*front)) / PI
+            }
+            Response::Gloss { triangle, leaving } => {
+                let Law::Phong(law) = stage.law(*triangle) else {
+                    return 0.0;
+                };
+                let spread_per_sr = law.spread_per_sr(&Pair { normal, towards, leaving: *leaving });
+                PI / law.total() * spread_per_sr * normal.dot(towards).max(0.0)
+            }
+        }
+    }
+}
+
+/// The part of a vertex' law that connections find, towards a unit direction.
+fn spread_per_sr(law: &Law, vertex: &ChainVertex, leaving: DVec3) -> f64 {
+    let is_behind = leaving.dot(vertex.normal) < 0.0;
+    match law {
+        Law::Diffuse(law) if !is_behind => law.reflectance / PI,
+        Law::Translucent(law) => (if is_behind { law.transmittance } else { law.reflectance }) / PI,
+        Law::Phong(law) => {
+            law.spread_per_sr(&Pair { normal: vertex.normal, towards: -vertex.arrival.direction, leaving })
+        }
+        Law::Diffuse(_) | Law::Mirror(_) | Law::Glass(_) => 0.0,
+    }
+}

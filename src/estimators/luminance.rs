@@ -1,0 +1,217 @@
+//! The luminance that an eye sees in a direction.
+//!
+//! The line of sight ends at the sub-point r′ (through panes and mirrors: [`look_along`]). What is seen there is, order by
+//! order: luminaires on the line itself; their light scattered once, at r′; and what reaches r′ after reflections. The
+//! first two are the *direct* part: every luminaire is looked at from r′, and for a lobe the lobe's own ray looks too,
+//! both weighed by their densities. The rest is a walk from r′, drawn by the reflection law, which is reciprocal.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::direct::{DirectPass, Receiver};
+use super::images::look_into_mirrors;
+use super::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
+use super::walk::sample_arriving_share_lx;
+use crate::chain::Stage;
+use crate::geometry::{Meeting, Origin};
+use crate::sampling::emitter::Emitter;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::Stream;
+use crate::sampling::reflection::{Law, Pair, Phong, Way};
+
+/// Up to this many emitters are each looked at from a glossy sub-point; of more, as many looks choose.
+const MOST_EACH: usize = 24;
+
+/// One unbiased sample of the luminance in cd/m² of what an eye sees of luminaires and of their light reflected once,
+/// and the rays it took; the receiver's normal is the direction of view.
+pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
+    let mut ends = Vec::new();
+    let mut sum_cd_m2 = 0.0;
+    let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| match seen {
+        Seen::Luminaire(luminance_cd_m2) => sum_cd_m2 += luminance_cd_m2,
+        Seen::Surface(end) => ends.push(end),
+    });
+    for end in &ends {
+        let (luminance_cd_m2, end_rays) = match stage.law(end.hit.triangle) {
+            Law::Diffuse(law) => {
+                let (lx, rays) = pass.at_point(stage, &end.receiver(), stream);
+                (law.reflectance / PI * lx, rays)
+            }
+            Law::Translucent(law) => {
+                let (front_lx, front_rays) = pass.at_point(stage, &end.receiver(), stream);
+                let behind = end.behind(stage);
+                let (back_lx, back_rays) = pass.at_point(stage, &end.receiver_behind(&behind), stream);
+                ((law.reflectance * front_lx + law.transmittance * back_lx) / PI, front_rays + back_rays)
+            }
+            Law::Phong(law) => glossy_cd_m2(stage, end, law, stream),
+            Law::Mirror(_) | Law::Glass(_) => (0.0, 0),
+        };
+        sum_cd_m2 += end.share * luminance_cd_m2;
+        rays += end_rays;
+    }
+    (sum_cd_m2, rays)
+}
+
+/// One unbiased sample of the luminance in cd/m² of light that was reflected at least once before the surface that an
+/// eye sees, and the rays it took.
+pub fn sample_interreflected_cd_m2(stage: &Stage, eye: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    let mut ends = Vec::new();
+    let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| {
+        if let Seen::Surface(end) = seen {
+            ends.push(end);
+        }
+    });
+    let mut sum_cd_m2 = 0.0;
+    for end in &ends {
+        let (luminance_cd_m2, end_rays) = end.sample_rest_cd_m2(stage, |_, _, _| [1.0; 2], cut, stream);
+        sum_cd_m2 += end.share * luminance_cd_m2;
+        rays += end_rays;
+    }
+    (sum_cd_m2, rays)
+}
+
+impl SubPoint {
+    /// The side that is seen, as a receiver.
+    pub fn receiver(&self) -> Receiver<'_> {
+        Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
+    }
+
+    /// The place on the other side.
+    pub fn behind(&self, stage: &Stage) -> Origin {
+        stage.leave(&self.hit, Way::SpreadThrough)
+    }
+
+    /// The other side as a receiver.
+    pub fn receiver_behind<'a>(&self, behind: &'a Origin) -> Receiver<'a> {
+        Receiver { point_m: self.point_m, normal: -self.normal, origin: behind }
+    }
+
+    /// One walk from the sub-point: luminance in cd/m² of light that reaches it by reflections, and the rays it took.
+    /// What the first surface spreads towards it counts with a share that its place and normal give, and the way by which
+    /// the walk leaves the sub-point.
+    pub fn sample_rest_cd_m2(
+        &self,
+        stage: &Stage,
+        share_of: impl Fn(Way, DVec3, DVec3) -> [f64; 2],
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
+        let receiver = self.receiver();
+        let law = stage.law(self.hit.triangle);
+        let response =
+            |towards: DVec3| law.eval_per_sr(&Pair { normal: self.normal, towards, leaving: -self.direction });
+        let (mut sum_cd_m2, mut rays) = (0.0, 0);
+        if let Some(mirrors) = &stage.mirrors {
+            let (images_cd_m2, image_rays) = look_into_mirrors(stage, mirrors, &receiver, response, cut, stream);
+            sum_cd_m2 += images_cd_m2;
+            rays += image_rays;
+            if let Law::Translucent(law) = law {
+                let behind = self.behind(stage);
+                let receiver = self.receiver_behind(&behind);
+                let response = |_: DVec3| law.transmittance / PI;
+                let (images_cd_m2, image_rays) = look_into_mirrors(stage, mirrors, &receiver, response, cut, stream);
+                sum_cd_m2 += images_cd_m2;
+                rays += image_rays;
+            }
+        }
+        // Light travels the other way: the law is reciprocal.
+        let Some(scattered) = law.sample(self.direction, self.normal, stream) else {
+            return (sum_cd_m2, rays);
+        };
+        let origin = stage.leave(&self.hit, scattered.way);
+        let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.way, point_m, normal);
+        let (lm_m2, walk_rays) = sample_arriving_share_lx(stage, origin, scattered.direction, share_of, cut, stream);
+        (sum_cd_m2 + lm_m2 / PI, rays + walk_rays)
+    }
+}
+
+/// Light of luminaires that a glossy sub-point sends to the eye: looks at luminaires, and a ray along the lobe.
+fn glossy_cd_m2(stage: &Stage, end: &SubPoint, law: &Phong, stream: &mut Stream) -> (f64, u64) {
+    let receiver = end.receiver();
+    let list = stage.emitters.list();
+    // Beyond a few, as many looks at emitters chosen at random, uniformly: simple, and known for the ray.
+    let looks = list.len().min(MOST_EACH);
+    let looks_per_emitter = looks as f64 / list.len() as f64;
+    let (mut sum_cd_m2, mut rays) = (0.0, 0);
+    let shift = stream.fine_unit();
+    for look in 0..looks {
+        let place = (look as f64 + shift) / looks as f64;
+        let index = if looks == list.len() { look } else { ((place * list.len() as f64) as usize).min(list.len() - 1) };
+        let emitter = &list[index];
+        let Some(found) = emitter.look(receiver.point_m, receiver.normal, stream) else {
+            continue;
+        };
+        let Some(place) = found.place else {
+            continue;
+        };
+        rays += 1;
+        let origin = stage.origin(&place);
+        let transmittance = stage.transmittance(receiver.origin, &origin);
+        if transmittance <= 0.0 {
+            continue;
+        }
+        let towards = (stage.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);
+        let pair = Pair { normal: end.normal, towards, leaving: -end.direction };
+        let brought_lx = found.unshadowed_lx / looks_per_emitter;
+        let lobe_cd_m2 = law.lobe_per_sr(&pair) * brought_lx;
+        let lobe_cd_m2 =
+            lobe_cd_m2 * look_share(emitter, law.lobe_per_sr(&pair), found.unshadowed_lx, looks_per_emitter);
+        sum_cd_m2 += transmittance * (law.spread_per_sr(&pair) * brought_lx + lobe_cd_m2);
+    }
+    let Some(scattered) = law.sample(end.direction, end.normal, stream) else {
+        return (sum_cd_m2, rays);
+    };
+    if scattered.way != Way::Lobe {
+        return (sum_cd_m2, rays);
+    }
+    let pair = Pair { normal: end.normal, towards: scattered.direction, leaving: -end.direction };
+    let lobe_per_sr = law.lobe_per_sr(&pair);
+    let (met, ray_count) = first_luminaires(stage, &end.origin, scattered.direction);
+    for (index, transmittance) in met {
+        let emitter = &list[index as usize];
+        let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
+        let share = 1.0 - look_share(emitter, lobe_per_sr, unshadowed_lx, looks_per_emitter);
+        sum_cd_m2 += transmittance * share * emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
+    }
+    (sum_cd_m2, rays + ray_count)
+}
+
+/// Share of the lobe's light that looks count, the lobe's ray the rest: 1/(1 + z), z = fE/(nL), n looks at the emitter
+/// on average (equation 10 of docs/methods.md). Points, which no ray meets, count by looks alone.
+fn look_share(emitter: &Emitter, lobe_per_sr: f64, unshadowed_lx: f64, looks_per_emitter: f64) -> f64 {
+    let Some(exitance_lm_m2) = emitter.exitance_lm_m2() else {
+        return 1.0;
+    };
+    let looked = looks_per_emitter * exitance_lm_m2 / PI;
+    let rayed = lobe_per_sr * unshadowed_lx;
+    if rayed + looked > 0.0 && unshadowed_lx > 0.0 { looked / (looked + rayed) } else { 0.0 }
+}
+
+/// The luminaires that a ray meets through panes alone, each with what the panes before it let pass, and the rays it
+/// took.
+fn first_luminaires(stage: &Stage, from: &Origin, direction: DVec3) -> (Vec<(u32, f64)>, u64) {
+    let mut origin = *from;
+    let mut transmittance = 1.0;
+    let mut met = Vec::new();
+    let mut rays = 0;
+    while transmittance > 0.0 {
+        rays += 1;
+        match stage.tracer.first_hit(&origin, direction) {
+            Meeting::Nothing => break,
+            Meeting::Ball(luminaire) => {
+                met.extend(stage.emitters.of_ball(luminaire).map(|index| (index, transmittance)));
+                break;
+            }
+            Meeting::Surface(hit) => {
+                met.extend(stage.emitters.on_surface(hit.triangle, hit.side).map(|index| (index, transmittance)));
+                let Law::Glass(glass) = stage.law(hit.triangle) else {
+                    break;
+                };
+                transmittance *= glass.shares(stage.normal(hit.triangle, hit.side).dot(direction))[1];
+                origin = stage.leave(&hit, Way::Passed);
+            }
+        }
+    }
+    (met, rays)
+}

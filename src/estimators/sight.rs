@@ -1,0 +1,121 @@
+//! Lines of sight: what an eye sees along a direction, through panes and by way of mirrors, up to the surface that
+//! scatters.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::chain::Stage;
+use crate::geometry::{Meeting, Origin, SurfaceHit};
+use crate::sampling::random::Stream;
+use crate::sampling::reflection::{Law, Way, mirrored};
+
+/// A branch of a line of sight (mirrored or passed by a pane) that carries less than this share goes on by chance only.
+pub const SMALL_SHARE: f64 = 0.1;
+/// An opening may lie this many times the tracer's accuracy behind a surface and still be seen: it is mounted on it.
+const MOUNTING: f64 = 8.0;
+
+/// The surface at which a line of sight ends: the sub-point.
+pub struct SubPoint {
+    /// Where.
+    pub hit: SurfaceHit,
+    /// Direction in which the line of sight arrives.
+    pub direction: DVec3,
+    /// Unit normal of the side that is seen.
+    pub normal: DVec3,
+    /// The place for the tracer, on that side.
+    pub origin: Origin,
+    /// The place in m.
+    pub point_m: DVec3,
+    /// Share of its luminance that gets to the eye.
+    pub share: f64,
+}
+
+/// What is on a line of sight.
+pub enum Seen {
+    /// A luminaire's luminance in cd/m², with what panes and mirrors let pass.
+    Luminaire(f64),
+    /// A surface that scatters.
+    Surface(SubPoint),
+}
+
+/// Follows a line of sight and shows what is on it; returns the number of rays.
+///
+/// At panes it goes both ways, weighed by their shares. Branches below a small share go on by chance, with a weight that
+/// makes up for it.
+pub fn look_along(
+    stage: &Stage,
+    eye: &Origin,
+    direction: DVec3,
+    small_share: f64,
+    stream: &mut Stream,
+    mut show: impl FnMut(Seen),
+) -> u64 {
+    let mut rays = 0;
+    let mut branches = vec![(*eye, direction, 1.0)];
+    while let Some((origin, direction, mut share)) = branches.pop() {
+        if share < small_share {
+            if stream.unit() * small_share >= share {
+                continue;
+            }
+            share = small_share;
+        }
+        rays += 1;
+        let meeting = stage.tracer.first_hit(&origin, direction);
+        let from_m = stage.tracer.position_m(&origin);
+        let reach_m = match &meeting {
+            Meeting::Surface(hit) => {
+                let cosine = stage.normal(hit.triangle, hit.side).dot(direction).abs();
+                hit.distance_m + MOUNTING * stage.tracer.position_accuracy_m() / cosine.max(1e-3)
+            }
+            Meeting::Ball(luminaire) => stage
+                .emitters
+                .of_ball(*luminaire)
+                .map_or(f64::INFINITY, |index| stage.emitters.list()[index as usize].ball_at_m(from_m, direction)),
+            Meeting::Nothing => f64::INFINITY,
+        };
+        for emitter in stage.emitters.list() {
+            if let Some((distance_m, luminance_cd_m2)) = emitter.opening_on_sight(from_m, direction)
+                && distance_m <= reach_m
+            {
+                show(Seen::Luminaire(share * luminance_cd_m2));
+            }
+        }
+        let own_cd_m2 = |index: u32| stage.emitters.list()[index as usize].exitance_lm_m2().unwrap_or(0.0) / PI;
+        let hit = match meeting {
+            Meeting::Surface(hit) => hit,
+            Meeting::Ball(luminaire) => {
+                show(Seen::Luminaire(share * stage.emitters.of_ball(luminaire).map_or(0.0, own_cd_m2)));
+                continue;
+            }
+            Meeting::Nothing => continue,
+        };
+        for index in stage.emitters.on_surface(hit.triangle, hit.side) {
+            show(Seen::Luminaire(share * own_cd_m2(index)));
+        }
+        let law = stage.law(hit.triangle);
+        if law.is_black() || !stage.receives(hit.triangle, hit.side) {
+            continue;
+        }
+        let normal = stage.normal(hit.triangle, hit.side);
+        let cosine = normal.dot(direction);
+        match law {
+            Law::Mirror(_) | Law::Glass(_) => {
+                branches.push((
+                    stage.leave(&hit, Way::Mirrored),
+                    mirrored(direction, normal),
+                    share * law.mirror_share(cosine),
+                ));
+                if let Law::Glass(glass) = law {
+                    branches.push((stage.leave(&hit, Way::Passed), direction, share * glass.shares(cosine)[1]));
+                }
+            }
+            Law::Diffuse(_) | Law::Phong(_) | Law::Translucent(_) => {
+                let origin = stage.leave(&hit, Way::Spread);
+                let point_m = stage.tracer.position_m(&origin);
+                show(Seen::Surface(SubPoint { hit, direction, normal, origin, point_m, share }));
+            }
+        }
+    }
+    rays
+}

@@ -1,0 +1,78 @@
+//! The tables of what observers see: luminances and glare ratings.
+
+use super::sheet::{Field, Sheet};
+use super::{OutputError, ResultFile};
+use crate::maps::{MapKind, MapResult};
+use crate::scene::{Quantity, Scene};
+use crate::solver::Solution;
+
+const LUMINANCE_COLUMNS: &[&str] =
+    &["receiver", "index", "x", "y", "z", "dx", "dy", "dz", "luminance_cd_m2", "standard_error_cd_m2"];
+const UGR_COLUMNS: &[&str] =
+    &["receiver", "x", "y", "z", "dx", "dy", "dz", "ugr", "standard_error", "background_luminance_cd_m2"];
+
+/// Maps of sets that ask for a quantity, with the set.
+pub(super) fn maps_of<'a>(
+    scene: &'a Scene,
+    solution: &'a Solution,
+    is_wanted: fn(Quantity) -> bool,
+) -> Vec<(&'a MapResult, usize)> {
+    let maps = solution.maps.iter().filter_map(|map| match map.kind {
+        MapKind::Receivers(set) => Some((map, set)),
+        MapKind::Elements => None,
+    });
+    maps.filter(|(_, set)| is_wanted(scene.receivers[*set].quantity)).collect()
+}
+
+/// `luminance.csv` and `ugr.csv`, where there is something to put in.
+///
+/// # Errors
+///
+/// A number that is not finite: no table holds one.
+pub(super) fn observer_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
+    let mut files = Vec::new();
+    let luminances = maps_of(scene, solution, |quantity| quantity == Quantity::Luminance);
+    if !luminances.is_empty() {
+        let mut sheet = Sheet::new("luminance.csv", LUMINANCE_COLUMNS);
+        for (map, set) in luminances {
+            for (index, point) in scene.receivers[set].points.iter().enumerate() {
+                sheet.row(&[
+                    Field::Text(&map.name),
+                    Field::Count(index as u64),
+                    Field::Number(point.position_m.x),
+                    Field::Number(point.position_m.y),
+                    Field::Number(point.position_m.z),
+                    Field::Number(point.normal.x),
+                    Field::Number(point.normal.y),
+                    Field::Number(point.normal.z),
+                    Field::Number(map.values.illuminance_lx[index]),
+                    Field::Number(map.values.standard_error_lx[index]),
+                ])?;
+            }
+        }
+        files.push(sheet.finish());
+    }
+    if !solution.glare.is_empty() {
+        let mut sheet = Sheet::new("ugr.csv", UGR_COLUMNS);
+        for rating in &solution.glare {
+            let set = &scene.receivers[rating.set];
+            let Some((point, ugr)) = set.points.first().zip(rating.ugr) else {
+                continue;
+            };
+            sheet.row(&[
+                Field::Text(&set.name),
+                Field::Number(point.position_m.x),
+                Field::Number(point.position_m.y),
+                Field::Number(point.position_m.z),
+                Field::Number(point.normal.x),
+                Field::Number(point.normal.y),
+                Field::Number(point.normal.z),
+                Field::Number(ugr.value),
+                Field::Number(ugr.standard_error),
+                Field::Number(rating.background_cd_m2.value),
+            ])?;
+        }
+        files.push(sheet.finish());
+    }
+    Ok(files)
+}

@@ -1,0 +1,143 @@
+//! Reads the receivers that look instead of lying: luminance in directions of view, and glare.
+
+use glam::{DQuat, DVec3};
+
+use super::error::SceneError;
+use super::model::{Quantity, ReceiverLayout, ReceiverPoint};
+use super::reader::{Fields, Node};
+use super::receivers::{MOST_POINTS, refuse_too_many};
+use super::units::LengthUnit;
+
+/// Keys of a fan of directions.
+pub(super) const FAN_KEYS: [&str; 5] = ["direction", "axis", "from_deg", "to_deg", "count"];
+/// Keys of a picture.
+pub(super) const VIEW_KEYS: [&str; 5] = ["direction", "up", "field_deg", "columns", "rows"];
+
+/// A picture on a flat screen may not be wider than this: beyond it the cells at its rim see next to nothing.
+const WIDEST_FIELD_DEG: f64 = 170.0;
+/// Sine between a direction and the axis that it must not be parallel to.
+const PARALLEL: f64 = 1e-6;
+
+/// What a receiver of a type that looks asks for, how its directions lie, and one point a direction; `None` for the
+/// types that lie on planes.
+pub(super) fn read(
+    kind: &str,
+    fields: &Fields,
+    unit: LengthUnit,
+) -> Result<Option<(Quantity, ReceiverLayout, Vec<ReceiverPoint>)>, SceneError> {
+    if kind != "luminance" && kind != "ugr" {
+        return Ok(None);
+    }
+    let position_m = unit.point_m(fields.need("position", "[1, 3, 1.2]")?.vector()?);
+    let looking = |directions: Vec<DVec3>| {
+        let point = |normal: DVec3| ReceiverPoint { position_m, normal, weight: 1.0, inside: false };
+        directions.into_iter().map(point).collect()
+    };
+    if kind == "ugr" {
+        let direction = fields.need("view_direction", "[1, 0, 0]")?.direction()?;
+        return Ok(Some((Quantity::Glare, ReceiverLayout::Points, looking(vec![direction]))));
+    }
+    let given: Vec<&str> = ["directions", "fan", "view"].into_iter().filter(|key| fields.get(key).is_some()).collect();
+    let (layout, directions) = match given[..] {
+        ["fan"] => read_fan(&fields.need("fan", "{}")?)?,
+        ["view"] => read_view(&fields.need("view", "{}")?)?,
+        ["directions"] | [] => (ReceiverLayout::Points, read_list(&fields.need("directions", "[[1, 0, 0]]")?)?),
+        _ => {
+            return Err(fields.node().refuse_as(
+                "a luminance receiver has one set of directions",
+                given.join(", "),
+                "one of \"directions\", \"fan\" and \"view\"",
+                "make a receiver of each",
+            ));
+        }
+    };
+    Ok(Some((Quantity::Luminance, layout, looking(directions))))
+}
+
+fn read_list(node: &Node) -> Result<Vec<DVec3>, SceneError> {
+    let directions = node.items("directions")?;
+    if directions.is_empty() {
+        return Err(node.refuse("no direction to look in", "at least one direction", "add [x, y, z]"));
+    }
+    directions.iter().map(Node::direction).collect()
+}
+
+/// Directions turned about an axis, counter-clockwise seen from its tip.
+fn read_fan(node: &Node) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
+    let fields = node.fields("a fan of directions")?;
+    fields.only(&FAN_KEYS)?;
+    let direction = fields.need("direction", "[1, 0, 0]")?.direction()?;
+    let axis = fields.get("axis").map_or(Ok(DVec3::Z), |axis| axis.direction())?;
+    check_not_parallel(node, direction, axis, "axis")?;
+    let from_deg = fields.need("from_deg", "-60")?.number()?;
+    let to_deg = fields.need("to_deg", "60")?.number()?;
+    let count_node = fields.need("count", "25")?;
+    let count = count_node.count("the number of directions")?;
+    if u64::from(count) > MOST_POINTS {
+        return Err(refuse_too_many(&count_node, u64::from(count)));
+    }
+    let share = |index: u32| if count > 1 { f64::from(index) / f64::from(count - 1) } else { 0.5 };
+    let turned = |index: u32| {
+        let angle = (from_deg + share(index) * (to_deg - from_deg)).to_radians();
+        (DQuat::from_axis_angle(axis, angle) * direction).normalize()
+    };
+    Ok((ReceiverLayout::Fan { from_deg, to_deg }, (0..count).map(turned).collect()))
+}
+
+/// Directions through the middles of the cells of a flat screen.
+fn read_view(node: &Node) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
+    let fields = node.fields("a view")?;
+    fields.only(&VIEW_KEYS)?;
+    let direction = fields.need("direction", "[1, 0, 0]")?.direction()?;
+    let up = fields.get("up").map_or(Ok(DVec3::Z), |up| up.direction())?;
+    check_not_parallel(node, direction, up, "up")?;
+    let field_node = fields.need("field_deg", "[90, 60]")?;
+    let angles = field_node.items("angles of view")?;
+    let [across, upright] = &angles[..] else {
+        let expected = "two angles: across and upright";
+        return Err(field_node.refuse_as("a field of view", format!("{} numbers", angles.len()), expected, "[90, 60]"));
+    };
+    let angle = |node: &Node| {
+        let angle_deg = node.above_zero("an angle of view")?;
+        if angle_deg > WIDEST_FIELD_DEG {
+            let expected = format!("at most {WIDEST_FIELD_DEG}°");
+            return Err(node.refuse(
+                "the field is too wide for a flat picture",
+                expected,
+                "use several views, or a fan",
+            ));
+        }
+        Ok(angle_deg)
+    };
+    let field_deg = [angle(across)?, angle(upright)?];
+    let columns_node = fields.need("columns", "96")?;
+    let columns = columns_node.count("the number of columns")?;
+    let rows = fields.need("rows", "64")?.count("the number of rows")?;
+    if u64::from(columns) * u64::from(rows) > MOST_POINTS {
+        return Err(refuse_too_many(&columns_node, u64::from(columns) * u64::from(rows)));
+    }
+    let right = direction.cross(up).normalize();
+    let upwards = right.cross(direction);
+    let half = field_deg.map(|angle_deg| (0.5 * angle_deg).to_radians().tan());
+    let middle = |index: u32, count: u32| 2.0 * (f64::from(index) + 0.5) / f64::from(count) - 1.0;
+    let directions = (0..rows)
+        .flat_map(|row| (0..columns).map(move |column| (column, row)))
+        .map(|(column, row)| {
+            let (x, y) = (half[0] * middle(column, columns), -half[1] * middle(row, rows));
+            (direction + x * right + y * upwards).normalize()
+        })
+        .collect();
+    Ok((ReceiverLayout::View { columns, rows, field_deg }, directions))
+}
+
+fn check_not_parallel(node: &Node, direction: DVec3, other: DVec3, key: &str) -> Result<(), SceneError> {
+    if direction.cross(other).length() > PARALLEL {
+        return Ok(());
+    }
+    Err(node.refuse_as(
+        format!("\"direction\" and \"{key}\" are parallel"),
+        format!("[{}, {}, {}]", direction.x, direction.y, direction.z),
+        format!("an \"{key}\" across \"direction\""),
+        format!("give \"{key}\" another direction"),
+    ))
+}
