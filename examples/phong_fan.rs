@@ -105,10 +105,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("angle/°  luxmc/(cd/m²)  ±  plain paths  ±  deviation/%");
     let (mut squares, mut expected) = (0.0, 0.0);
     let mut greatest = 0.0f64;
-    for index in 0..DIRECTIONS {
-        let values = &own.maps[index].values;
+    for (index, (map, (other, other_error))) in own.maps.iter().zip(&plain).enumerate() {
+        let values = &map.values;
         let (value, error) = (values.illuminance_lx[0], values.standard_error_lx[0]);
-        let (other, other_error) = plain[index];
         squares += (value / other - 1.0).powi(2);
         expected += (error / value).powi(2) + (other_error / other).powi(2);
         greatest = greatest.max(value);

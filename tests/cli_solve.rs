@@ -184,7 +184,7 @@ fn refusals_end_with_2_and_write_nothing() {
         (&["solve", scene, "--out", out_text, "--chains", "-5"], "1_000_000"),
         (&["solve", scene, "--out", out_text, "--threads", "0"], "from 1"),
         (&["solve", scene, "--out", out_text, "--seed", "-1"], "from 0"),
-        (&["solve", scene, "--out", out_text, "--method", "gather"], "collision"),
+        (&["solve", scene, "--out", out_text, "--method", "magic"], "collision"),
         (&["solve", scene, "--out", out_text, "--plots", "pdf"], "svg"),
         (&["solve", scene, "--out", out_text, "--maps", "desk"], "\"work plane\""),
         (&["solve", scene, "--out", out_text, "--unknown"], "--unknown"),

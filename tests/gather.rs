@@ -11,13 +11,8 @@ use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
 use luxmc::validation::solve_by_radiosity;
 
 fn gathered(scene: &Scene, seed: u64, maps: MapSelection, target_error: f64) -> Solution {
-    let settings = Settings {
-        method: Method::Gather,
-        seed,
-        target_error: Some(target_error),
-        maps,
-        ..Settings::default()
-    };
+    let settings =
+        Settings { method: Method::Gather, seed, target_error: Some(target_error), maps, ..Settings::default() };
     solve(scene, &settings, &Silent)
 }
 
@@ -138,7 +133,8 @@ fn the_furnished_office_is_that_of_a_long_run_by_walks() {
             .collect();
         let mean_lx = truth_lx.iter().sum::<f64>() / truth_lx.len() as f64;
         // Errors of stored points are independent: their mean is that much surer.
-        let stored_error: f64 = stored.iter().map(|(.., error)| error * error).sum::<f64>().sqrt() / stored.len() as f64;
+        let stored_error: f64 =
+            stored.iter().map(|(.., error)| error * error).sum::<f64>().sqrt() / stored.len() as f64;
         let found = campaign(&of_map, &truth_lx, &weights, 0.0101);
         assert!(found.met >= 0.75, "{}: {} of the runs met 1%", receivers.name, found.met);
         let deviation = |run: &(Vec<f64>, Vec<f64>, f64)| run.0.iter().sum::<f64>() / truth_lx.len() as f64 - mean_lx;

@@ -28,8 +28,15 @@ fn scene(json: &str) -> Scene {
 }
 
 fn solved(json: &str, maps: MapSelection, chains: u64) -> Solution {
-    let settings =
-        Settings { method: luxmc::solver::Method::Collision, seed: 3, target_error: None, chains: Some(chains), time_limit_s: None, maps, threads: None };
+    let settings = Settings {
+        method: luxmc::solver::Method::Collision,
+        seed: 3,
+        target_error: None,
+        chains: Some(chains),
+        time_limit_s: None,
+        maps,
+        threads: None,
+    };
     solve(&scene(json), &settings, &Silent)
 }
 

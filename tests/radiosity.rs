@@ -15,7 +15,15 @@ use luxmc::validation::solve_by_radiosity;
 
 fn to_target(scene: &Scene, maps: MapSelection, target_error: f64) -> Solution {
     let target_error = Some(target_error);
-    let settings = Settings { method: luxmc::solver::Method::Collision, seed: 0, target_error, chains: None, time_limit_s: None, maps, threads: None };
+    let settings = Settings {
+        method: luxmc::solver::Method::Collision,
+        seed: 0,
+        target_error,
+        chains: None,
+        time_limit_s: None,
+        maps,
+        threads: None,
+    };
     solve_by_radiosity(scene, &settings, &common::Silent).unwrap_or_else(|error| panic!("{error}"))
 }
 

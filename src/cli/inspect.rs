@@ -12,7 +12,9 @@ use super::text_table::text_table;
 use super::{Outcome, console};
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
-use crate::scene::{InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, inspect, read_scene};
+use crate::scene::{
+    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, inspect, read_scene,
+};
 
 const EXAMPLES: &str = "\
 Examples:

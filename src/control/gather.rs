@@ -38,14 +38,17 @@ pub struct GatherNeed {
 pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState) -> GatherNeed {
     let margin = margin(judgement.degrees_of_freedom);
     // A bias above the target leaves nothing to chance; more chains will not help, more patches might.
-    let allowed = ((target_error.powi(2) - judgement.bias.powi(2)) / (margin * margin)).max(0.05 * target_error.powi(2));
+    let allowed =
+        ((target_error.powi(2) - judgement.bias.powi(2)) / (margin * margin)).max(0.05 * target_error.powi(2));
     let rest = (judgement.expected_error.powi(2) - state.rows - state.columns).max(0.0);
     let samples = |columns: f64| {
         let left = allowed - columns;
         (left > 0.0).then(|| samples_for(left, state.rows, rest))
     };
-    let as_it_is = samples(state.columns).map(|samples| {
-        GatherNeed { chains: 1.0, samples: samples.max(1.0), rays: state.gather_rays * (samples - 1.0).max(0.0) }
+    let as_it_is = samples(state.columns).map(|samples| GatherNeed {
+        chains: 1.0,
+        samples: samples.max(1.0),
+        rays: state.gather_rays * (samples - 1.0).max(0.0),
     });
     let with_more = (1..=STEPS).filter_map(|step| {
         let chains = STEP.powi(step);

@@ -172,7 +172,7 @@ impl Anchors {
         }
     }
 
-    /// Sets what [`Anchors::indirect_level_lx`] is and what follows from it.
+    /// Sets what the level of indirect light is and what follows from it.
     pub fn set_levels(&mut self, stage: &Stage, indirect_level_lx: f64) {
         self.indirect_level_lx = indirect_level_lx.max(f64::MIN_POSITIVE);
         let levels = self.list.iter().map(|anchor| {

@@ -126,8 +126,8 @@ impl ReplicaMap {
                 let row = |j: usize| self.indirect[2 * j + parity][entry] * inverse;
                 let mean_lx = (0..HALF).map(row).sum::<f64>() / HALF as f64;
                 rows += weight * (0..HALF).map(|j| (row(j) - mean_lx).powi(2)).sum::<f64>();
-                columns += weight
-                    * (0..HALF).map(|j| crossing.column_lx(2 * j + parity, entry, inverse).powi(2)).sum::<f64>();
+                columns +=
+                    weight * (0..HALF).map(|j| crossing.column_lx(2 * j + parity, entry, inverse).powi(2)).sum::<f64>();
             }
             weight_sum += weight * (2 * (HALF - 1)) as f64;
         }

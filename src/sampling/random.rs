@@ -95,13 +95,13 @@ impl Stream {
 
     #[inline]
     fn next_u32(&mut self) -> u32 {
-        self.quasi.as_mut().and_then(QuasiPoint::next).unwrap_or_else(|| self.philox.next_u32())
+        self.quasi.as_mut().and_then(QuasiPoint::next_coordinate).unwrap_or_else(|| self.philox.next_u32())
     }
 
     /// A variate in [0, 1) with 53 bits, for choices among many.
     #[inline]
     pub fn fine_unit(&mut self) -> f64 {
-        match self.quasi.as_mut().and_then(QuasiPoint::next) {
+        match self.quasi.as_mut().and_then(QuasiPoint::next_coordinate) {
             Some(high) => ((u64::from(high) << 21) | (self.philox.next_u64() >> 43)) as f64 * SPACING_53,
             None => (self.philox.next_u64() >> 11) as f64 * SPACING_53,
         }

@@ -112,7 +112,7 @@ impl QuasiPoint {
 
     /// The next coordinate as 32 bits; `None` after the last dimension.
     #[inline]
-    pub fn next(&mut self) -> Option<u32> {
+    pub fn next_coordinate(&mut self) -> Option<u32> {
         let dimension = self.dimension;
         if dimension >= DIMENSIONS {
             return None;
@@ -158,7 +158,7 @@ mod tests {
 
     fn coordinates(key: u64, index: u64) -> [f64; DIMENSIONS as usize] {
         let mut point = QuasiPoint::new(key, index);
-        std::array::from_fn(|_| f64::from(point.next().expect("a dimension is left")) / 4_294_967_296.0)
+        std::array::from_fn(|_| f64::from(point.next_coordinate().expect("a dimension is left")) / 4_294_967_296.0)
     }
 
     #[test]

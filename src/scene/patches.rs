@@ -107,7 +107,9 @@ impl Patches {
         match self.content[patch as usize] {
             Content::Part { triangle, part, side } => {
                 let corners = part_corners(self.triangles[triangle as usize].divisions, part);
-                let at = |k: usize| corners[0][k] + u * (corners[1][k] - corners[0][k]) + v * (corners[2][k] - corners[0][k]);
+                let at = |k: usize| {
+                    corners[0][k] + u * (corners[1][k] - corners[0][k]) + v * (corners[2][k] - corners[0][k])
+                };
                 (triangle, [at(0), at(1)], side)
             }
             Content::Joined { list, side } => {

@@ -130,7 +130,8 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
     let weights: Vec<f64> = sites.iter().map(|entry| job.weights[*entry]).collect();
     let weight_sum = 2.0 * weights.iter().sum::<f64>();
     let mean = |of: &dyn Fn(&SiteSample) -> f64| {
-        let at_sites = |half: &Vec<SiteSample>| half.iter().zip(&weights).map(|(site, weight)| weight * of(site)).sum::<f64>();
+        let at_sites =
+            |half: &Vec<SiteSample>| half.iter().zip(&weights).map(|(site, weight)| weight * of(site)).sum::<f64>();
         halves.iter().map(at_sites).sum::<f64>() / weight_sum
     };
     let total = |of: &dyn Fn(&SiteSample) -> f64| halves.iter().flatten().map(of).sum::<f64>();
@@ -204,7 +205,8 @@ impl GatherCosts {
     /// Share of look-ups that is checked by a run to an error in lx: as many as bring the chance of the pooled checks down
     /// to a fourth of it, if they take no more than a share of the rays.
     pub fn checked_share(&self, samples: f64, error_lx: f64) -> f64 {
-        let wanted = self.check_variance * CHECK_PRECISION / (samples * self.entries * REPLICAS as f64 * error_lx * error_lx);
+        let wanted =
+            self.check_variance * CHECK_PRECISION / (samples * self.entries * REPLICAS as f64 * error_lx * error_lx);
         let most = CHECK_RAYS * self.rays_per_sample / self.rays_per_check;
         wanted.clamp(LEAST_CHECKED, most.max(LEAST_CHECKED))
     }

@@ -112,9 +112,8 @@ pub fn direct_at_points(
     let looked = firsts.par_iter().map(|first| {
         let mut rays = 0;
         let mut pass = DirectPass::default();
-        let mut streams: [Stream; REPLICAS] = std::array::from_fn(|replica| {
-            Stream::new(context.seed, Purpose::Direct, set as u32 + 1, replica as u32)
-        });
+        let mut streams: [Stream; REPLICAS] =
+            std::array::from_fn(|replica| Stream::new(context.seed, Purpose::Direct, set as u32 + 1, replica as u32));
         let chunk = *first..(*first + POINTS_PER_CHUNK).min(points.end);
         let sums = chunk.map(|entry| {
             let mut sums_lx = [0.0; REPLICAS];

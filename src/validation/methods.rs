@@ -3,9 +3,9 @@
 use super::light_mesh::{MeshChoice, check_requests, solve_by_light_mesh};
 use super::radiosity::solve_by_radiosity;
 use super::rivals::{check_points, solve_by_points};
+use crate::maps::MapKind;
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
-use crate::maps::MapKind;
 use crate::solver;
 use crate::solver::{Observer, Settings, Solution, map_requests, solve};
 
@@ -40,6 +40,13 @@ pub const METHODS: &[Method] = &[
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve(scene, settings, observer)),
+    },
+    Method {
+        name: "gather",
+        description: "gathering rays from elements and receivers that look up what chains left, with pooled checks; direct light computed",
+        applies: |_, _| Ok(()),
+        climbs: Climb::Chains,
+        solve: |scene, settings, observer| Ok(solve_with(solver::Method::Gather, scene, settings, observer)),
     },
     Method {
         name: "local",

@@ -18,7 +18,8 @@ impl Diffuse {
     /// See [`super::Law::sample`].
     #[inline]
     pub fn sample(&self, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
-        stream.happens(self.reflectance)
+        stream
+            .happens(self.reflectance)
             .then(|| Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread })
     }
 

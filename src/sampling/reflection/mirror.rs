@@ -14,7 +14,8 @@ pub struct Mirror {
 impl Mirror {
     /// See [`super::Law::sample`].
     pub fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
-        stream.happens(self.reflectance)
+        stream
+            .happens(self.reflectance)
             .then(|| Scattered { direction: mirrored(direction, normal), way: Way::Mirrored })
     }
 
