@@ -42,7 +42,7 @@ fn main() {
             for threads in [1, 2] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
                 let settings = Settings {
-                    method: luxmc::solver::Method::Collision,
+                    method: luxmc::solver::Method::Auto,
                     seed: 0,
                     target_error: Some(*target_error),
                     chains: None,

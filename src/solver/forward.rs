@@ -39,8 +39,9 @@ pub struct Forward {
     coarse: Layer,
     /// Chains of each replica so far.
     pub chains: u64,
-    /// Rays so far, all replicas.
+    /// Rays so far, all replicas: those of the chains and those of the patches' own gathering.
     pub rays: u64,
+    chain_rays: u64,
     /// How the packets ended.
     pub ends: [Ends; REPLICAS],
 }
@@ -130,6 +131,7 @@ impl Forward {
             coarse: layer(2.0 * edge_m),
             chains: 0,
             rays: 0,
+            chain_rays: 0,
             ends: [Ends::default(); REPLICAS],
         }
     }
@@ -141,7 +143,7 @@ impl Forward {
 
     /// Rays of one chain, on average.
     pub fn rays_per_chain(&self) -> f64 {
-        self.rays as f64 / (self.chains.max(1) as f64 * REPLICAS as f64)
+        self.chain_rays as f64 / (self.chains.max(1) as f64 * REPLICAS as f64)
     }
 
     /// Deposits of one chain, on average.
@@ -240,6 +242,7 @@ impl Forward {
         });
         for (replica, (rays, ends)) in traced.collect::<Vec<_>>().into_iter().enumerate() {
             self.rays += rays;
+            self.chain_rays += rays;
             self.ends[replica] += ends;
         }
         self.chains = until;

@@ -33,7 +33,7 @@ const CHECK_RAYS: f64 = 0.4;
 /// Patches of the pilot.
 const PATCHES_OF_PILOT: f64 = 96.0;
 /// Patches for an error of 1%; at least and at most.
-const PATCHES_AT_ONE_PERCENT: f64 = 200.0;
+const PATCHES_AT_ONE_PERCENT: f64 = 50.0;
 const FEWEST_PATCHES: f64 = 32.0;
 const MOST_PATCHES: f64 = 400_000.0;
 
