@@ -43,6 +43,7 @@ fn main() {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
                 let settings = Settings {
                     method: luxmc::solver::Method::Auto,
+                    elements: luxmc::solver::ElementChoice::Given,
                     seed: 0,
                     target_error: Some(*target_error),
                     chains: None,

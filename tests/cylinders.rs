@@ -37,6 +37,7 @@ fn receivers(reflectance: f64, luminaires: &str, receivers: &str, chains: u64) -
     let scene = scene_from_json(&text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
     let settings = Settings {
         method: luxmc::solver::Method::Collision,
+        elements: luxmc::solver::ElementChoice::Given,
         seed: SEED,
         target_error: None,
         chains: Some(chains),

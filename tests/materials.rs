@@ -30,6 +30,7 @@ fn scene(json: &str) -> Scene {
 fn solved(json: &str, maps: MapSelection, chains: u64) -> Solution {
     let settings = Settings {
         method: luxmc::solver::Method::Collision,
+        elements: luxmc::solver::ElementChoice::Given,
         seed: 3,
         target_error: None,
         chains: Some(chains),

@@ -31,6 +31,7 @@ fn read(json: &str) -> Result<Scene, String> {
 fn solved(json: &str, target_error: f64) -> Solution {
     let settings = Settings {
         method: luxmc::solver::Method::Collision,
+        elements: luxmc::solver::ElementChoice::Given,
         seed: 1,
         target_error: Some(target_error),
         chains: None,
@@ -105,6 +106,7 @@ fn chains_and_looks_see_the_same_opening() {
         "luminaires": [ { "name": "disk", "type": "photometric", "file": "disk.ies", "position": [0.1,0,0.3] } ] }"#;
     let settings = Settings {
         method: luxmc::solver::Method::Collision,
+        elements: luxmc::solver::ElementChoice::Given,
         seed: 1,
         target_error: None,
         chains: Some(400_000),

@@ -17,6 +17,7 @@ fn to_target(scene: &Scene, maps: MapSelection, target_error: f64) -> Solution {
     let target_error = Some(target_error);
     let settings = Settings {
         method: luxmc::solver::Method::Collision,
+        elements: luxmc::solver::ElementChoice::Given,
         seed: 0,
         target_error,
         chains: None,

@@ -37,6 +37,7 @@ fn corridor_and_gallery_give_the_expected_averages() {
         assert!(inspect(&scene).closed, "{name} is closed");
         let settings = Settings {
             method: luxmc::solver::Method::Collision,
+            elements: luxmc::solver::ElementChoice::Given,
             seed: 0,
             target_error: None,
             chains: Some(60_000),

@@ -16,8 +16,8 @@ use crate::estimators::element::{Element, TwoLooks};
 use crate::maps::basis::{Linear, SLOPES, bends_at, slopes_at};
 use crate::maps::{Detail, DirectDetail, MapKind, ReplicaMap, Variation};
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::elements::MOST_CUTS;
 use crate::scene::Elements;
+use crate::scene::elements::MOST_CUTS;
 
 /// Share of the squared target that direct light's variation within elements may take before the run.
 const DIRECT_SHARE: f64 = 0.15;
@@ -28,7 +28,7 @@ const AIM_SHARE: f64 = 0.25;
 /// Relative slope of illuminance over a scene's size that a constant element is taken to stand for.
 const USUAL_SLOPE: f64 = 2.0;
 /// Points of the pilot in a new element.
-const POINTS: usize = 32;
+const POINTS: usize = 12;
 /// Rounds of the pilot, and of the run, at most.
 const PILOT_ROUNDS: u32 = 10;
 const RUN_ROUNDS: u32 = 4;
@@ -50,6 +50,8 @@ pub struct Adaptive {
     pub detail: Detail,
     /// How often the map started anew.
     pub rounds: u32,
+    /// Rays that the pilot took.
+    pub pilot_rays: u64,
     target_error: f64,
 }
 
@@ -58,6 +60,8 @@ pub struct Adaptive {
 pub struct Loss {
     /// Estimate of each element's mean square over its area in lx²; may be below 0 by chance.
     pub lost_lx2: Vec<f64>,
+    /// The same less one standard error of the direct part, which is all that a single element's samples tell.
+    sure_lx2: Vec<f64>,
     /// Of the whole map, weighted by area, in lx².
     pub mean_lx2: f64,
     /// Standard error of that.
@@ -67,15 +71,20 @@ pub struct Loss {
 /// Elements for a target, and what a job keeps of them.
 ///
 /// `mean_lx` is about the mean of direct and indirect illuminance over the scene.
-pub fn first_elements(context: &Context, target_error: f64, [direct_lx, indirect_lx]: [f64; 2]) -> (Elements, Adaptive) {
+pub fn first_elements(
+    context: &Context,
+    target_error: f64,
+    [direct_lx, indirect_lx]: [f64; 2],
+) -> (Elements, Adaptive) {
     let mut elements = context.stage.elements.clone();
     let mut looks: Vec<DirectLooks> = Vec::new();
+    let mut pilot_rays = 0;
     let goal_lx2 = DIRECT_SHARE * (target_error * (direct_lx + indirect_lx)).powi(2);
     for round in 0..=PILOT_ROUNDS {
         if elements.len() > MOST_PILOTED {
             break;
         }
-        look_at_new(context, &elements, &mut looks, round);
+        pilot_rays += look_at_new(context, &elements, &mut looks, round);
         let losses: Vec<ElementLoss> = (0..elements.len())
             .map(|index| {
                 let sloped = shows_slopes(context, &elements, index as u32, target_error);
@@ -112,6 +121,7 @@ pub fn first_elements(context: &Context, target_error: f64, [direct_lx, indirect
         references_lx: (0..elements.len()).map(reference).collect(),
         detail: Detail::new(elements.len()),
         rounds: 0,
+        pilot_rays,
         target_error,
     };
     (elements, adaptive)
@@ -158,7 +168,7 @@ struct DirectLooks {
     is_known: bool,
     /// The linear function nearest to what was seen, in lx.
     fitted_lx: Linear,
-    /// Mean square of what it leaves out, in lx².
+    /// Mean square of what it leaves out, in lx², less one standard error: penumbrae are noisy, and chance must not cut.
     left_lx2: f64,
 }
 
@@ -192,19 +202,23 @@ impl DirectLooks {
             let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.looks_lx[look]).sum();
             inverse * sums
         });
-        let residuals = rows
-            .iter()
-            .zip(seen)
-            .map(|(row, seen)| (seen.looks_lx[0] - row.dot(&one)) * (seen.looks_lx[1] - row.dot(&other)));
-        let left_lx2 = residuals.sum::<f64>() / (seen.len() - 3) as f64;
+        let product = |(row, seen): (&Vector3<f64>, &TwoLooks)| {
+            (seen.looks_lx[0] - row.dot(&one)) * (seen.looks_lx[1] - row.dot(&other))
+        };
+        let sum: f64 = rows.iter().zip(seen).map(product).sum();
+        let squares: f64 = rows.iter().zip(seen).map(|pair| product(pair).powi(2)).sum();
+        let count = seen.len() as f64;
+        let left_lx2 = (sum - (squares - sum * sum / count).max(0.0).sqrt()) / (count - 3.0);
         let fitted = 0.5 * (one + other);
         DirectLooks { is_known: true, fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2 }
     }
 }
 
-fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLooks>, round: u32) {
+/// Looks at the elements that are new; returns the rays it took.
+fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLooks>, round: u32) -> u64 {
     looks.resize(elements.len(), DirectLooks::default());
-    looks.par_iter_mut().enumerate().filter(|(_, looks)| !looks.is_known).for_each(|(index, looks)| {
+    let unknown = looks.par_iter_mut().enumerate().filter(|(_, looks)| !looks.is_known);
+    let rays = unknown.map(|(index, looks)| {
         let element = Element::of(context.stage, context.scene, elements, index as u32);
         let mut pass = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
@@ -213,7 +227,9 @@ fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLoo
             element.look_twice(context.stage, &mut pass, &mut stream)
         });
         *looks = DirectLooks::fit(&seen);
+        seen.iter().map(|seen| seen.rays).sum::<u64>()
     });
+    rays.sum()
 }
 
 /// Adds two looks at the direct light of a point; returns the scores of the mean and of the slopes in lx.
@@ -248,9 +264,8 @@ impl Adaptive {
             let cell = elements.cell(index as u32);
             (context.scene.surface_id_of(cell.triangle), cell.side.name())
         };
-        let areas_m2: Vec<f64> = (0..elements.len() as u32)
-            .map(|index| elements.area_m2(context.scene, elements.cell(index)))
-            .collect();
+        let areas_m2: Vec<f64> =
+            (0..elements.len() as u32).map(|index| elements.area_m2(context.scene, elements.cell(index))).collect();
         let variations: Vec<Variation> =
             (0..elements.len()).into_par_iter().map(|index| self.variation(map, index)).collect();
         for (index, (variation, area_m2)) in variations.iter().zip(&areas_m2).enumerate() {
@@ -262,6 +277,7 @@ impl Adaptive {
         for (index, (variation, area_m2)) in variations.iter().zip(&areas_m2).enumerate() {
             let smooth_lx2 = sides.get(&side_of(index)).map_or(0.0, |side| side.lx2(*area_m2, self.sloped[index]));
             loss.lost_lx2.push(variation.direct_lx2 + smooth_lx2);
+            loss.sure_lx2.push((variation.direct_lx2 - variation.direct_noise.sqrt()).max(0.0) + smooth_lx2.max(0.0));
             loss.mean_lx2 += area_m2 * (variation.direct_lx2 + smooth_lx2);
             variance += area_m2 * area_m2 * noise_of(variation, self.sloped[index]);
             area_sum_m2 += area_m2;
@@ -282,13 +298,15 @@ impl Adaptive {
         mean_lx: f64,
     ) -> Option<(Elements, Adaptive)> {
         let target_lx2 = (self.target_error * mean_lx).powi(2);
-        if self.rounds >= RUN_ROUNDS
-            || loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 <= MOST_SHARE * target_lx2
-        {
+        if self.rounds >= RUN_ROUNDS || loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 <= MOST_SHARE * target_lx2 {
             return None;
         }
-        let losses: Vec<ElementLoss> =
-            loss.lost_lx2.iter().enumerate().map(|(index, lost)| loss_of(context, elements, index as u32, *lost)).collect();
+        let losses: Vec<ElementLoss> = loss
+            .sure_lx2
+            .iter()
+            .enumerate()
+            .map(|(index, lost)| loss_of(context, elements, index as u32, *lost))
+            .collect();
         let cuts = cuts_for(&losses, AIM_SHARE * target_lx2, MOST_ELEMENTS);
         let finer = elements.cut(|cell| cuts[cell as usize]);
         if finer.len() == elements.len() {
@@ -297,10 +315,7 @@ impl Adaptive {
         let above: Vec<u32> = (0..finer.len() as u32).map(|index| cell_above(elements, &finer, index)).collect();
         let adaptive = Adaptive {
             // Constant elements that were cut lost too much by their slopes.
-            sloped: above
-                .iter()
-                .map(|above| self.sloped[*above as usize] || cuts[*above as usize] > 0)
-                .collect(),
+            sloped: above.iter().map(|above| self.sloped[*above as usize] || cuts[*above as usize] > 0).collect(),
             references_lx: above
                 .iter()
                 .enumerate()
@@ -311,6 +326,7 @@ impl Adaptive {
                 .collect(),
             detail: Detail::new(finer.len()),
             rounds: self.rounds + 1,
+            pilot_rays: 0,
             target_error: self.target_error,
         };
         Some((finer, adaptive))

@@ -11,7 +11,9 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_er
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
-use crate::maps::{CrossedVariances, Crossing, Judgement, MapKind, MapValues, REPLICAS, ReplicaMap, Tally, Unit, judge};
+use crate::maps::{
+    CrossedVariances, Crossing, Judgement, MapKind, MapValues, REPLICAS, ReplicaMap, Tally, Unit, judge,
+};
 use crate::scene::{Elements, Quantity, Scene};
 
 /// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
@@ -229,6 +231,7 @@ impl Job {
         };
         let (direct, indirect) = (direct.times(numbers), indirect.times(numbers));
         let entries = map.len();
+        let pilot_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
         Job {
             name,
             kind,
@@ -240,8 +243,8 @@ impl Job {
             met: false,
             samples: 0,
             next_judgement: 0,
-            rays: 0,
-            given_up_rays: 0,
+            rays: pilot_rays,
+            given_up_rays: pilot_rays,
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
@@ -514,8 +517,7 @@ impl Job {
 
     fn chains_until(&mut self, context: &Context, until: u64, deposits: Deposits) {
         let chains = self.map.indirect_samples.complete..until;
-        let traced =
-            sweep::chains(context, &self.elements, &mut self.map, self.adaptive.as_mut(), chains, deposits);
+        let traced = sweep::chains(context, &self.elements, &mut self.map, self.adaptive.as_mut(), chains, deposits);
         for (replica, (rays, ends)) in traced.into_iter().enumerate() {
             self.rays += rays;
             self.ends[replica] += ends;

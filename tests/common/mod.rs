@@ -32,6 +32,7 @@ pub fn with_chains(scene: &Scene, seed: u64, maps: MapSelection, chains: u64) ->
 fn settings(seed: u64, maps: MapSelection) -> Settings {
     Settings {
         method: luxmc::solver::Method::Collision,
+        elements: luxmc::solver::ElementChoice::Given,
         seed,
         target_error: None,
         chains: None,
