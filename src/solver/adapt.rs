@@ -31,7 +31,7 @@ const USUAL_SLOPE: f64 = 2.0;
 const POINTS: usize = 12;
 /// Rounds of the pilot, and of the run, at most.
 const PILOT_ROUNDS: u32 = 10;
-const RUN_ROUNDS: u32 = 4;
+const RUN_ROUNDS: u32 = 12;
 /// Above so many elements the pilot is left out: the run's own samples tell as much.
 const MOST_PILOTED: usize = 20_000;
 /// Elements of an adaptive map, at most.
