@@ -7,9 +7,9 @@ use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::polygon::polygon_illuminance_lx;
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
-use luxmc::light_mesh::tracing::{DirectBy, Entries, IndirectBy, light_of};
+use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
-    Accelerations, Counts, Gathering, IndirectForm, IndirectMesh, LightMesh, Options, Placing, Samples, Solids,
+    Accelerations, Counts, Entries, Gathering, IndirectForm, IndirectMesh, LightMesh, Options, Placing, Samples, Solids,
     Surroundings,
 };
 use luxmc::maps::MapKind;
@@ -64,7 +64,7 @@ impl World {
 
     /// Direct light of the first receiver set by a mesh, and what it took.
     fn by_mesh(&self, step_m: f64, ratio: f64, accelerations: Accelerations) -> (Vec<f64>, Counts) {
-        let entries = Entries::of(&self.around(), MapKind::Receivers(0));
+        let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1);
         let options = Options { step_m, radius_m: ratio * step_m, accelerations };
         let mesh = LightMesh::new(self.around(), entries.bounds_m, options).expect("a mesh of sound size");
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
@@ -74,7 +74,7 @@ impl World {
     }
 
     fn by_rays(&self) -> Vec<f64> {
-        let entries = Entries::of(&self.around(), MapKind::Receivers(0));
+        let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1);
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
         let rays = DirectBy::Rays { passes: 1 };
         let (lights, _) = light_of(&self.around(), &entries, &asked, &rays, &IndirectBy::Nothing, 1, 0);
@@ -197,7 +197,7 @@ fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
     let source = r#"{ "name": "source", "type": "point", "position": [0,0,0.5], "intensity_cd": 1 }"#;
     let row = r#"{ "name": "row", "type": "grid", "origin": [0,0,0], "u": [3,0,0], "v": [0,0.001,0], "columns": 31, "rows": 1 }"#;
     let world = World::of(scene(planes, source, row));
-    let entries = Entries::of(&world.around(), MapKind::Receivers(0));
+    let entries = Entries::of(&world.around(), MapKind::Receivers(0), 1);
     let asked: Vec<usize> = (0..31).collect();
     let problem = SobolevProblem { h1: 0.5, rho1: 0.5, rho2: 0.5 };
     let exact: Vec<f64> = world.scene.receivers[0]

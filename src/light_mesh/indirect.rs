@@ -14,6 +14,7 @@ use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
+use crate::estimators::images::look_into_mirrors;
 use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -23,10 +24,12 @@ use crate::sampling::warp::uniform_sphere;
 const COEFFICIENTS: usize = 9;
 /// Halves of the walks, for the random error.
 const HALVES: usize = 2;
-/// 1/φ: steps of it cover a turn evenly.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// The map number of the streams of a mesh's walks, less the level of refinement.
 const GATHERING: u32 = u32::MAX - 1;
+/// The map number of the streams of looks into mirrors.
+const IMAGES: u32 = u32::MAX - 4;
+/// Walks of a mesh point for each look into mirrors from a place.
+const WALKS_PER_LOOK: u32 = 32;
 
 /// Coefficients of the light that arrives at a point, from each half of its walks.
 type Field = [[f64; COEFFICIENTS]; HALVES];
@@ -149,8 +152,26 @@ impl<'a> IndirectMesh<'a> {
     }
 
     /// Indirect illuminance of a place in lx by each half of the walks: the mean over its set of what each point
-    /// would bring to the place's plane.
+    /// would bring to the place's plane, and what the place itself finds in flat mirrors.
     pub fn indirect_lx(&self, receiver: &Receiver, place_number: u64, room: &mut GatherRoom) -> [f64; HALVES] {
+        let (stage, walks) = (self.around.stage, self.gathering.walks);
+        let gathered_lx = self.gathered_lx(receiver, room);
+        let GatherRoom { cut, counts, .. } = room;
+        let (lx, rays) = match gathered_lx {
+            // Walks look into mirrors themselves.
+            None => walks_at_place_lx(stage, receiver, place_number, walks, self.seed, cut),
+            Some(gathered_lx) => {
+                let looks = walks.div_ceil(WALKS_PER_LOOK);
+                let (images_lx, rays) = images_at_place_lx(stage, receiver, place_number, looks, self.seed, cut);
+                ([0, 1].map(|half| gathered_lx[half] + images_lx[half]), rays)
+            }
+        };
+        counts.walk_rays += rays;
+        lx
+    }
+
+    /// The mean over the set of a place; `None` where the set is empty.
+    fn gathered_lx(&self, receiver: &Receiver, room: &mut GatherRoom) -> Option<[f64; HALVES]> {
         let GatherRoom { candidates, cut, counts } = room;
         let (place_m, normal) = (receiver.point_m, receiver.normal);
         self.templates.candidates(&self.lattice, place_m, normal, self.least_height_m, candidates);
@@ -186,12 +207,9 @@ impl<'a> IndirectMesh<'a> {
             }
             if members == 0 {
                 counts.places_without_set += 1;
-                let (lx, rays) =
-                    walks_at_place_lx(self.around.stage, receiver, place_number, self.gathering.walks, self.seed, cut);
-                counts.walk_rays += rays;
-                return lx;
+                return None;
             }
-            return sum.map(|half| illuminance(&half, normal, self.gathering.form) / f64::from(members));
+            return Some(sum.map(|half| illuminance(&half, normal, self.gathering.form) / f64::from(members)));
         }
     }
 
@@ -209,26 +227,47 @@ impl<'a> IndirectMesh<'a> {
         // Half the key in the replica's number, half in the index: no two points share a stream.
         let key = self.lattice.key(index);
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, GATHERING, (key >> 32) as u32);
-        stream.seek(key << 32);
-        let shifts = [stream.pair(), stream.pair()];
-        for walk in 0..self.gathering.walks {
-            stream.seek((key << 32) | u64::from(walk + 1));
-            // Each half has a spiral of its own over the sphere, turned at random.
-            let half = walk as usize % HALVES;
-            let step = f64::from(walk / HALVES as u32) + 0.5;
-            let turns = (step * GOLDEN + shifts[half][0]).fract();
-            let height = (step / f64::from(self.gathering.walks / HALVES as u32) + shifts[half][1]).fract();
-            let direction = uniform_sphere([height, turns]);
-            let (arriving, rays) = sample_arriving_lx(self.around.stage, origin, direction, cut, &mut stream);
-            counts.walk_rays += rays;
-            let y = harmonics(direction);
-            (0..COEFFICIENTS).for_each(|i| field[half][i] += arriving * y[i]);
+        for (half, field) in field.iter_mut().enumerate() {
+            for walk in 0..u64::from(self.gathering.walks) / HALVES as u64 {
+                let number = (walk * HALVES as u64) + half as u64;
+                // Each half of each point has a sequence of its own, scrambled apart from all others.
+                stream.seek_quasi((key << 32) | number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
+                let direction = uniform_sphere(stream.pair());
+                let (arriving, rays) = sample_arriving_lx(self.around.stage, origin, direction, cut, &mut stream);
+                counts.walk_rays += rays;
+                let y = harmonics(direction);
+                (0..COEFFICIENTS).for_each(|i| field[i] += arriving * y[i]);
+            }
         }
         // ∫ f Y dω = 4π · mean, for each half of the walks.
         let scale = 4.0 * PI * HALVES as f64 / f64::from(self.gathering.walks);
         field.iter_mut().flatten().for_each(|coefficient| *coefficient *= scale);
         Some(field)
     }
+}
+
+/// What images of point-like luminaires in flat mirrors bring to a place, in two halves, and the rays they took: no ray of
+/// a walk meets them, and harmonics would blur them.
+pub fn images_at_place_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    place_number: u64,
+    looks: u32,
+    seed: u64,
+    cut: &mut Cut,
+) -> ([f64; HALVES], u64) {
+    let Some(mirrors) = &stage.mirrors else { return ([0.0; HALVES], 0) };
+    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
+    for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
+        let mut stream = Stream::new(seed, Purpose::LightMesh, IMAGES, half as u32);
+        for look in 0..looks {
+            stream.seek_quasi((place_number << 32) | u64::from(look), place_number, u64::from(look));
+            let (lx, look_rays) = look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, &mut stream);
+            *sum_lx += lx / f64::from(looks);
+            rays += look_rays;
+        }
+    }
+    (sum_lx, rays)
 }
 
 /// Indirect illuminance by walks from the place itself, in two halves, and the rays they took.
@@ -243,10 +282,12 @@ pub fn walks_at_place_lx(
     let mut stream = Stream::new(seed, Purpose::LightMesh, GATHERING - 1, 0);
     let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
     for walk in 0..walks {
-        stream.seek((place_number << 32) | u64::from(walk));
+        let half = walk as usize % HALVES;
+        let sequence = HALVES as u64 * place_number + half as u64;
+        stream.seek_quasi((place_number << 32) | u64::from(walk), sequence, u64::from(walk) / HALVES as u64);
         let (lx, walk_rays) = sample_indirect_lx(stage, receiver, cut, &mut stream);
         rays += walk_rays;
-        sum_lx[walk as usize % HALVES] += lx;
+        sum_lx[half] += lx;
     }
     (sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(walks)), rays)
 }
@@ -254,6 +295,9 @@ pub fn walks_at_place_lx(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// 1/φ: steps of it cover a turn evenly.
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
     /// ∫ Y_i Y_j dω = δ_ij over a spiral of 20,000 directions.
     #[test]

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
+use super::entries::Entries;
 use super::indirect::{Gathering, IndirectMesh};
 use super::judge::{DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, choose, measure_direct, measure_indirect};
 use super::mesh::{LightMesh, Surroundings};
 use super::options::{Accelerations, IndirectForm, Options, RADIUS_PER_STEP};
-use super::tracing::{DirectBy, Effort, Entries, EntryLight, IndirectBy, light_of};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 
 /// Steps along the side of a map's area on the first mesh tried.
 const FIRST_STEPS: f64 = 16.0;
@@ -14,6 +15,10 @@ const FIRST_STEPS: f64 = 16.0;
 const INDIRECT_COARSER: f64 = 4.0;
 /// Walks from a mesh point on the first try.
 const FIRST_WALKS: u32 = 512;
+/// The next try has this many times the walks at most.
+const MOST_MORE_WALKS: f64 = 16.0;
+/// Chance in indirect light over its mean, where no target is set.
+const QUIET: f64 = 0.01;
 /// Walks from a mesh point at most.
 const MOST_WALKS: u32 = 1 << 15;
 /// Walks from a checked place in each half, first and at most.
@@ -215,10 +220,18 @@ impl<'a> Planner<'_, 'a> {
             plan.effort += effort;
             plan.indirect = IndirectPlan::Mesh(Box::new(mesh));
             indirect_lx = mean(lights.iter().map(EntryLight::indirect_mean_lx));
-            let Some(target_error) = target_error else { break };
+            let random = mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
+            let Some(target_error) = target_error else {
+                // Without a target the mesh is as it was asked for, and chance is not to be seen.
+                let quiet = (QUIET * indirect_lx).powi(2);
+                if random <= quiet || walks >= MOST_WALKS || (self.stop)() {
+                    break;
+                }
+                walks = more_walks(walks, random / quiet);
+                continue;
+            };
             // Direct light only adds to the mean that errors are relative to: without it the plan is on the safe side.
             let allowed = (SHARE_OF_BOTH * target_error * indirect_lx).powi(2);
-            let random = mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
             let pairs: Vec<(usize, EntryLight)> = chosen.iter().copied().zip(lights).collect();
             let measured = self.checked(entries, &pairs, map, allowed, plan);
             let refines_to_no_end = refinement == MOST_REFINEMENTS || (walks >= MOST_WALKS && asked_m.is_some());
@@ -230,7 +243,7 @@ impl<'a> Planner<'_, 'a> {
             let place_walks = random * f64::from(walks) * set / (0.5 * allowed).max(f64::MIN_POSITIVE);
             let next = points_needed(entries, 0.5 * step_m, self.radius_per_step() * 0.5 * step_m);
             if walks < MOST_WALKS && (random > 0.5 * measured.mean || asked_m.is_some()) {
-                walks *= 2;
+                walks = more_walks(walks, random / allowed);
             } else if next * f64::from(walks) > place_walks * entries.places() as f64 {
                 plan.indirect = IndirectPlan::Walks(walks);
                 break;
@@ -263,6 +276,12 @@ impl<'a> Planner<'_, 'a> {
             plan.check_walks *= 2;
         }
     }
+}
+
+/// Walks for the next try: chance's square falls at least as 1/n, and a try that goes too far is the dearer mistake.
+fn more_walks(walks: u32, excess: f64) -> u32 {
+    let times = excess.clamp(2.0, MOST_MORE_WALKS).log2().ceil().exp2();
+    ((f64::from(walks) * times) as u32).min(MOST_WALKS)
 }
 
 /// Side of the square that a map stands for: of its area, or of the largest face of the box around it.

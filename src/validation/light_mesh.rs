@@ -3,9 +3,8 @@
 use std::time::Instant;
 
 use crate::chain::Stage;
-use crate::light_mesh::tracing::Entries;
 use crate::light_mesh::{
-    Accelerations, DirectPlan, IndirectForm, NotForLightMesh, Placing, Planner, Samples, Solids, Surroundings,
+    Accelerations, DirectPlan, Entries, IndirectForm, NotForLightMesh, Placing, Planner, Samples, Solids, Surroundings,
     TracedMap, Why, Wishes, check,
 };
 use crate::maps::{MapKind, MapResult};
@@ -89,7 +88,7 @@ pub fn solve_by_light_mesh(
             // What the target does not bind is not refined: it takes the finest step of what is bound.
             planner.wishes.step_m = finest_m;
         }
-        let entries = Entries::of(&planner.around, kind);
+        let entries = Entries::of(&planner.around, kind, settings.seed);
         let (number, mut attempt) = (index as u32, 0);
         planner.caution = 1.0;
         let (plan, map) = loop {
@@ -172,7 +171,7 @@ pub fn solve_by_light_mesh(
         convergence,
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s,
-        paths_not_found: Vec::new(),
+        paths_not_found: stage.paths_not_found.clone(),
         warnings,
     })
 }
