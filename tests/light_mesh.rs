@@ -21,8 +21,7 @@ fn scene(geometry: &str, luminaires: &str, receivers: &str) -> Scene {
     let text = format!(
         r#"{{ "version": 1,
             "materials": {{ "black": {{ "type": "diffuse", "reflectance": 0 }},
-                            "grey": {{ "type": "diffuse", "reflectance": 0.5 }},
-                            "mirror": {{ "type": "mirror", "reflectance": 0.9 }} }},
+                            "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
             "geometry": [{geometry}], "luminaires": [{luminaires}], "receivers": [{receivers}] }}"#
     );
     scene_from_json(&text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
@@ -295,15 +294,6 @@ fn a_reflecting_room_agrees_with_chains() {
         assert!(error < 0.05, "{}: {error}, stated {}", by_mesh.name, by_mesh.error.estimated);
         assert!(by_mesh.values.indirect_lx.iter().filter(|lx| **lx > 0.0).count() > 100);
     }
-}
-
-#[test]
-fn mirrors_are_refused_with_a_remedy() {
-    let room = r#"{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "black", "materials": { "walls": "mirror" } }"#;
-    let lamp = r#"{ "name": "lamp", "type": "point", "position": [2,2,2], "intensity_cd": 100 }"#;
-    let scene = scene(room, lamp, "");
-    let refused = solve_by_light_mesh(&scene, &settings(None, 0), &MeshChoice::default(), &Quiet);
-    assert!(refused.is_err_and(|error| error.to_string().contains("--method collision")));
 }
 
 /// A place under a solid gets nothing, though mesh points round it are lit.

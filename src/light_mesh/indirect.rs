@@ -30,6 +30,8 @@ const GATHERING: u32 = u32::MAX - 1;
 const IMAGES: u32 = u32::MAX - 4;
 /// Walks of a mesh point for each look into mirrors from a place.
 const WALKS_PER_LOOK: u32 = 32;
+/// Looks into mirrors from a place in each half, at most.
+const MOST_LOOKS: u32 = 64;
 
 /// Coefficients of the light that arrives at a point, from each half of its walks.
 type Field = [[f64; COEFFICIENTS]; HALVES];
@@ -161,7 +163,7 @@ impl<'a> IndirectMesh<'a> {
             // Walks look into mirrors themselves.
             None => walks_at_place_lx(stage, receiver, place_number, walks, self.seed, cut),
             Some(gathered_lx) => {
-                let looks = walks.div_ceil(WALKS_PER_LOOK);
+                let looks = walks.div_ceil(WALKS_PER_LOOK).min(MOST_LOOKS);
                 let (images_lx, rays) = images_at_place_lx(stage, receiver, place_number, looks, self.seed, cut);
                 ([0, 1].map(|half| gathered_lx[half] + images_lx[half]), rays)
             }

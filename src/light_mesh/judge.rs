@@ -127,7 +127,8 @@ pub fn measure_direct(
             let mut half_lx = |half: u64| {
                 let mut sum_lx = 0.0;
                 for look in 0..looks {
-                    stream.seek(((*entry as u64) << SAMPLE_BITS) | (half * looks + look));
+                    let index = ((*entry as u64) << SAMPLE_BITS) | (half * looks + look);
+                    stream.seek_quasi(index, 2 * *entry as u64 + half, look);
                     let (lx, look_rays) = sample_direct(around, entries, *entry, &mut stream);
                     sum_lx += lx;
                     rays += look_rays;
@@ -227,7 +228,8 @@ pub fn measure_indirect(
             let mut half_lx = |half: u64| {
                 let mut sum_lx = 0.0;
                 for walk in 0..walks {
-                    stream.seek(((*entry as u64) << SAMPLE_BITS) | (half * walks + walk));
+                    let index = ((*entry as u64) << SAMPLE_BITS) | (half * walks + walk);
+                    stream.seek_quasi(index, 2 * *entry as u64 + half, walk);
                     let (lx, walk_rays) = sample_indirect(around, entries, *entry, &mut cut, &mut stream);
                     sum_lx += lx;
                     rays += walk_rays;

@@ -17,8 +17,14 @@ const INDIRECT_COARSER: f64 = 4.0;
 const FIRST_WALKS: u32 = 512;
 /// The next try has this many times the walks at most.
 const MOST_MORE_WALKS: f64 = 16.0;
+/// Part of the squared error allowed to indirect light that its chance may take.
+const SHARE_OF_CHANCE: f64 = 0.5;
+/// A step half as long should leave less than this part of the squared error.
+const HELPED: f64 = 0.8;
 /// Chance in indirect light over its mean, where no target is set.
 const QUIET: f64 = 0.01;
+/// Walks from a mesh point at most where no target is set.
+const MOST_QUIET_WALKS: u32 = 8192;
 /// Walks from a mesh point at most.
 const MOST_WALKS: u32 = 1 << 15;
 /// Walks from a checked place in each half, first and at most.
@@ -206,6 +212,7 @@ impl<'a> Planner<'_, 'a> {
         let mut step_m = asked_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS);
         let mut walks = FIRST_WALKS;
         let mut indirect_lx = 0.0;
+        let mut last_mean = None;
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
         let no_direct = DirectBy::Rays { passes: 0 };
         for refinement in 0..=MOST_REFINEMENTS {
@@ -224,10 +231,10 @@ impl<'a> Planner<'_, 'a> {
             let Some(target_error) = target_error else {
                 // Without a target the mesh is as it was asked for, and chance is not to be seen.
                 let quiet = (QUIET * indirect_lx).powi(2);
-                if random <= quiet || walks >= MOST_WALKS || (self.stop)() {
+                if random <= quiet || walks >= MOST_QUIET_WALKS || (self.stop)() {
                     break;
                 }
-                walks = more_walks(walks, random / quiet);
+                walks = more_walks(walks, random / quiet).min(MOST_QUIET_WALKS);
                 continue;
             };
             // Direct light only adds to the mean that errors are relative to: without it the plan is on the safe side.
@@ -242,12 +249,16 @@ impl<'a> Planner<'_, 'a> {
             let set = half_ball(self.radius_per_step());
             let place_walks = random * f64::from(walks) * set / (0.5 * allowed).max(f64::MIN_POSITIVE);
             let next = points_needed(entries, 0.5 * step_m, self.radius_per_step() * 0.5 * step_m);
-            if walks < MOST_WALKS && (random > 0.5 * measured.mean || asked_m.is_some()) {
-                walks = more_walks(walks, random / allowed);
-            } else if next * f64::from(walks) > place_walks * entries.places() as f64 {
+            // Chance must shrink in any case, and a coarse mesh is where that is cheap. What is left is the mesh's doing,
+            // unless finer ones do not help: then nothing near by is smooth enough for one (light that mirrors gather).
+            let helped = last_mean.is_none_or(|last_mean: f64| measured.mean < HELPED * last_mean);
+            if walks < MOST_WALKS && (random > SHARE_OF_CHANCE * allowed || asked_m.is_some()) {
+                walks = more_walks(walks, random / (SHARE_OF_CHANCE * allowed));
+            } else if !helped || next * f64::from(walks) > place_walks * entries.places() as f64 {
                 plan.indirect = IndirectPlan::Walks(walks);
                 break;
             } else {
+                last_mean = Some(measured.mean);
                 step_m *= 0.5;
             }
         }
