@@ -63,7 +63,7 @@ pub struct SolveArguments {
     #[arg(long, value_name = "MAPS")]
     maps: Option<String>,
     /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
-    /// light-mesh (scenes without mirrors and glass; pays with many luminaires and many receivers)
+    /// light-mesh (planes and luminance without lobes; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     method: Method,
     #[command(flatten)]
@@ -85,7 +85,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     if arguments.method == Method::Radiosity {
         Radiosity::check(&scene)?;
     }
-    let mesh: MeshChoice = arguments.mesh.choice(arguments.method)?;
+    let mesh: MeshChoice = arguments.mesh.choice(arguments.method == Method::LightMesh)?;
     if arguments.method == Method::LightMesh {
         check_light_mesh(&scene, &settings)?;
     }

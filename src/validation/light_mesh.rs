@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use crate::chain::Stage;
 use crate::light_mesh::{
-    Accelerations, DirectPlan, Entries, IndirectForm, NotForLightMesh, Placing, Planner, Samples, Solids, Surroundings,
-    TracedMap, Why, Wishes, check,
+    Accelerations, DirectPlan, Entries, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, NotForLightMesh,
+    Placing, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes, check,
 };
 use crate::maps::{MapKind, MapResult};
 use crate::scene::Scene;
@@ -30,6 +30,29 @@ pub struct MeshChoice {
     pub form: IndirectForm,
     /// What saves time.
     pub accelerations: Accelerations,
+}
+
+impl MeshChoice {
+    /// Whether step and radius go together.
+    ///
+    /// # Errors
+    /// What was given, and what was expected.
+    pub fn check(&self) -> Result<(), (String, String)> {
+        let lengths = [self.step_m, self.radius_m];
+        if let Some(length_m) = lengths.into_iter().flatten().find(|length_m| !(*length_m > 0.0 && length_m.is_finite())) {
+            return Err((format!("{length_m} m"), "lengths above 0 in metres".to_owned()));
+        }
+        let Some(radius_m) = self.radius_m else { return Ok(()) };
+        let step_m = self.step_m.unwrap_or(radius_m / RADIUS_PER_STEP);
+        let ratio = radius_m / step_m;
+        if (LEAST_RADIUS_PER_STEP..=MOST_RADIUS_PER_STEP).contains(&ratio) {
+            return Ok(());
+        }
+        Err((
+            format!("a radius of {radius_m} m, {ratio:.3} times the step of {step_m} m"),
+            format!("{LEAST_RADIUS_PER_STEP} to {MOST_RADIUS_PER_STEP} times"),
+        ))
+    }
 }
 
 impl Default for MeshChoice {
