@@ -121,7 +121,7 @@ fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Fin
             }
         };
         let mut wishes = studies::Wishes { quick: arguments.quick, tell: &mut tell };
-        (study.run)(&mut wishes).map_err(|error| Failure::Usage {
+        (study.run)(&mut wishes).map(|found| found.marked(arguments.quick)).map_err(|error| Failure::Usage {
             what: format!("the study \"{}\" cannot be run", study.name),
             got: error,
             expected: "room for its scenes in the temporary folder".to_owned(),

@@ -130,6 +130,9 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     for warning in scene.warnings.iter().chain(&solution.warnings) {
         console::message(&format!("warning: {warning}"));
     }
+    for note in &solution.notes {
+        tell(&format!("note: {note}"));
+    }
     tell(&closing_lines(&solution, &arguments.out.display().to_string(), started.elapsed().as_secs_f64()));
     Ok(exit_of(&solution))
 }

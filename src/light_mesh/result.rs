@@ -11,7 +11,7 @@ use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKi
 use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side};
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
-const MOST_PASSES: u64 = 64;
+const MOST_PASSES: u64 = 1024;
 /// Walks from a place at most.
 const MOST_PLACE_WALKS: u32 = 1 << 20;
 /// Part of the target that chance in shadow rays may use.

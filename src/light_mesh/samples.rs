@@ -90,7 +90,6 @@ impl Samples {
             });
             let mut stream = Stream::new(seed, Purpose::LightMesh, PLACING, index as u32);
             for number in 0..count {
-                stream.seek(number as u64);
                 let variates = stratum(number, count, &mut stream);
                 samples.points.push(point_of(stage, emitter, variates, &mut stream));
             }
@@ -268,9 +267,18 @@ fn point_lx(emitter: &Emitter, position_m: DVec3, receiver: &Receiver) -> f64 {
     emitter.intensity_cd(-direction) * cosine / (distance_m * distance_m)
 }
 
-/// Stratified variates: of a square number by its grid, of others along a sequence; a single one lies in the middle.
+/// Stratified variates: of a power of two by Sobol's net, which spreads them along every edge as evenly as over the whole;
+/// of another square number by its grid, of others along a sequence. A single one lies in the middle.
 fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
     let edge = count.isqrt();
+    if count > 1 && count.is_power_of_two() {
+        stream.seek_quasi(number as u64, 0, number as u64);
+        let variates = stream.pair();
+        // What draws points of openings by itself starts from the same coordinates.
+        stream.seek_quasi(number as u64, 0, number as u64);
+        return variates;
+    }
+    stream.seek(number as u64);
     if count == 1 {
         // The square's image on a triangle has its middle of gravity at (4/9, ½).
         return [4.0 / 9.0, 0.5];

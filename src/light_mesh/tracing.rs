@@ -185,7 +185,7 @@ fn by_rays(
         let mut stream = Stream::new(seed, Purpose::Direct, map, half as u32);
         let mut sum_lx = 0.0;
         for pass in 0..passes {
-            stream.seek(((entry as u64) << SAMPLE_BITS) | pass);
+            stream.seek_quasi(((entry as u64) << SAMPLE_BITS) | pass, entry as u64, pass);
             entries.each_drawn_spot(around, entry, &mut stream, |spot, weight, stream| {
                 let (lx, pass_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
                 sum_lx += weight * lx;

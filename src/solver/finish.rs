@@ -82,6 +82,7 @@ pub(super) fn finish(
         build_s,
         compute_s,
         paths_not_found,
+        notes: Vec::new(),
         warnings,
     }
 }

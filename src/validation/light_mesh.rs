@@ -99,7 +99,7 @@ pub fn solve_by_light_mesh(
 
     let mut traced: Vec<Option<TracedMap>> = requests.iter().map(|_| None).collect();
     let mut convergence = Vec::new();
-    let mut warnings = Vec::new();
+    let mut notes = Vec::new();
     let mut rays = 0;
     let mut finest_m = None;
     // Maps that the target binds go first.
@@ -125,7 +125,7 @@ pub fn solve_by_light_mesh(
             attempt += 1;
             planner.caution *= NEXT_CAUTION;
         };
-        warnings.extend(said(&map, &plan.direct, samples.len(), entries.places()));
+        notes.extend(said(&map, &plan.direct, samples.len(), entries.places()));
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
@@ -160,7 +160,7 @@ pub fn solve_by_light_mesh(
         traced[index] = Some(TracedMap { map: result, ..map });
     }
     if solids.open_triangles() > 0 && traced.iter().flatten().any(|map| map.mesh.is_some()) {
-        warnings.push(format!(
+        notes.push(format!(
             "light mesh: {} of {} triangles belong to no closed solid; near them every mesh point was tested by a ray of its own",
             solids.open_triangles(),
             scene.triangles.len()
@@ -195,7 +195,8 @@ pub fn solve_by_light_mesh(
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s,
         paths_not_found: stage.paths_not_found.clone(),
-        warnings,
+        warnings: stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")).collect(),
+        notes,
     })
 }
 

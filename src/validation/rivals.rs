@@ -79,6 +79,7 @@ pub fn solve_by_points(
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s - check_s,
         paths_not_found: Vec::new(),
+        notes: Vec::new(),
         warnings: Vec::new(),
     })
 }

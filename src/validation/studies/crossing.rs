@@ -86,16 +86,12 @@ fn by_count(row: &Row) -> f64 {
 }
 
 fn tell_crossing(rows: &[Row], what: &str, size: fn(&Row) -> f64) -> String {
-    let words = |crossing: Option<f64>| match crossing {
-        Some(size) => format!("some {} {what}", significant(size, 2)),
-        None if rows.first().is_some_and(|row| by_count(row) >= 1.0) => format!("fewer {what} than were tried"),
-        None => format!("none of the numbers of {what} tried"),
+    let words = |gain: fn(&Row) -> f64| match crossing(rows, size, gain) {
+        Some(size) => format!("from some {} {what} on", grouped(significant(size, 2).parse().unwrap_or(0))),
+        None if rows.iter().all(|row| gain(row) >= 1.0) => format!("with every number of {what} tried"),
+        None => format!("with no number of {what} tried"),
     };
-    format!(
-        "The mesh is the quicker way from {} on; it sends fewer rays from {} on.",
-        words(crossing(rows, size, by_time)),
-        words(crossing(rows, size, by_count))
-    )
+    format!("The mesh is the quicker way {}; it sends fewer rays {}.", words(by_time), words(by_count))
 }
 
 fn finish(name: &'static str, rows: &[Row], what: &str, size: fn(&Row) -> f64) -> Findings {

@@ -74,6 +74,9 @@ pub fn studies_named(name: &str) -> Vec<&'static Study> {
     STUDIES.iter().filter(|study| study.name == name || name == GROUP).collect()
 }
 
+/// What a reader must know of small sizes.
+const QUICK: &str = "Small sizes: they show that the study works, not what a method is worth.";
+
 /// What a study found.
 #[derive(Clone, Debug)]
 pub struct Findings {
@@ -97,5 +100,13 @@ impl Findings {
         let title = STUDIES.iter().find(|study| study.name == name).map_or("", |study| study.title);
         let (results, tables, pictures) = (Vec::new(), Vec::new(), Vec::new());
         Findings { name, title, setting: setting.to_owned(), results, tables, pictures }
+    }
+
+    /// Says that the sizes are small, where they are.
+    pub fn marked(mut self, quick: bool) -> Findings {
+        if quick {
+            self.results.insert(0, QUICK.to_owned());
+        }
+        self
     }
 }

@@ -8,8 +8,8 @@ use super::{Findings, Wishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
 
-/// Height of the board's lower face over the floor, and of the source, in m.
-const BOARD_M: f64 = 2.0;
+/// Heights of the board's faces and of the source over the floor, in m.
+const BOARD_M: [f64; 2] = [2.0, 2.4];
 const SOURCE_M: f64 = 4.4;
 /// Radius of the ball in m.
 const BALL_M: f64 = 0.2;
@@ -20,8 +20,8 @@ const HALF_M: f64 = 1.0;
 fn world(lamp: &str) -> Result<World, String> {
     let geometry = format!(
         r#"{{ "name": "floor", "type": "box", "min": [-10,-10,-1], "max": [10,10,0], "material": "black" }},
-           {{ "name": "board", "type": "box", "min": [-10,-10,{BOARD_M}], "max": [0,10,{}], "material": "black" }}"#,
-        BOARD_M + 0.4
+           {{ "name": "board", "type": "box", "min": [-10,-10,{}], "max": [0,10,{}], "material": "black" }}"#,
+        BOARD_M[0], BOARD_M[1]
     );
     World::black(&geometry, lamp)
 }
@@ -33,10 +33,10 @@ fn width_m(lx: &[f64]) -> f64 {
     (first(0.9) - first(0.1)) as f64 * 2.0 * HALF_M / (PLACES - 1) as f64
 }
 
-/// Width of the ball's whole penumbra by similar triangles: the upper edges of the board hide the lower half of the ball,
-/// the lower ones the rest; here taken at the edge's own height.
+/// Width of the ball's whole penumbra by similar triangles: under the board its lower edge is what hides the ball, beside it
+/// the upper one.
 fn whole_width_m() -> f64 {
-    2.0 * BALL_M * BOARD_M / (SOURCE_M - BOARD_M)
+    BOARD_M.iter().map(|edge_m| BALL_M * edge_m / (SOURCE_M - edge_m)).sum()
 }
 
 /// Profiles across the shadow of an edge.
