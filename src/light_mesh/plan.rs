@@ -12,7 +12,7 @@ use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 /// Steps along the side of a map's area on the first mesh tried.
 const FIRST_STEPS: f64 = 16.0;
 /// Indirect light varies more smoothly: its mesh is this much coarser than a step that the user gives.
-const INDIRECT_COARSER: f64 = 4.0;
+const INDIRECT_COARSER: f64 = 3.0;
 /// Walks from a mesh point on the first try.
 const FIRST_WALKS: u32 = 512;
 /// The next try has this many times the walks at most.
@@ -22,7 +22,7 @@ const SHARE_OF_CHANCE: f64 = 0.5;
 /// A step half as long should leave less than this part of the squared error.
 const HELPED: f64 = 0.8;
 /// Chance in indirect light over its mean, where no target is set.
-const QUIET: f64 = 0.01;
+const QUIET: f64 = 0.007;
 /// Walks from a mesh point at most where no target is set.
 const MOST_QUIET_WALKS: u32 = 8192;
 /// Walks from a mesh point at most.
