@@ -9,8 +9,7 @@ use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
-    Accelerations, Counts, Entries, IndirectForm, LightMesh, Options, Placing, Samples, Solids,
-    Surroundings,
+    Accelerations, Counts, Entries, IndirectForm, LightMesh, Options, Placing, Samples, Solids, Surroundings,
 };
 use luxmc::maps::MapKind;
 use luxmc::scene::{Scene, scene_from_json};

@@ -124,7 +124,12 @@ fn a_view_of_a_room_agrees_with_walks() {
     let stated = solution.maps[0].error.estimated.hypot(walks.error.estimated);
     let (rms, shift) = compare(&solution);
     assert_eq!(solution.stop_reason, StopReason::FinestMesh);
-    assert!(rms < 1.25 * stated && stated < 0.08, "{rms} {} {}", solution.maps[0].error.estimated, walks.error.estimated);
+    assert!(
+        rms < 1.25 * stated && stated < 0.08,
+        "{rms} {} {}",
+        solution.maps[0].error.estimated,
+        walks.error.estimated
+    );
     assert!(shift.abs() < stated, "{shift} {stated}");
     let (_, shift) = compare(&by_mesh(&view(0.6), 0.1, 3));
     assert!(shift.abs() > stated, "the fault passed: {shift} {stated}");
@@ -144,7 +149,8 @@ fn a_view_is_the_same_for_any_number_of_threads() {
 
 #[test]
 fn lobes_cylinders_and_glare_are_refused_with_the_method_that_can() {
-    let room = r#"{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "gloss" }"#;
+    let room =
+        r#"{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "gloss" }"#;
     let refusal = |receiver: &str| {
         let scene = scene(room, LAMP, receiver, 0.9);
         let settings = Settings { maps: MapSelection::Receivers, ..Settings::default() };

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use luxmc::validation::studies::{Findings, STUDIES, Wishes, study_csv, study_md, study_section, studies_named};
+use luxmc::validation::studies::{Findings, STUDIES, Wishes, studies_named, study_csv, study_md, study_section};
 
 fn found(name: &str) -> Findings {
     let study = studies_named(name)[0];

@@ -24,11 +24,7 @@ luxmc solve scenes/office.json --method collision --seed 1000 --target-error 0.1
 /// The examples and the studies that there are.
 fn after_help() -> String {
     let list: Vec<String> = STUDIES.iter().map(|study| format!("  {:<23}{}", study.name, study.title)).collect();
-    format!(
-        "{EXAMPLES}\n\nStudies, which are named like cases (all of them: {}):\n{}",
-        studies::GROUP,
-        list.join("\n")
-    )
+    format!("{EXAMPLES}\n\nStudies, which are named like cases (all of them: {}):\n{}", studies::GROUP, list.join("\n"))
 }
 
 /// Arguments of `luxmc compare`.
@@ -67,10 +63,9 @@ pub fn run(arguments: &CompareArguments) -> Outcome {
     let cases = match &arguments.truth {
         None if names.is_empty() => Vec::new(),
         None => find_cases(&names, arguments.cases.as_deref())?.cases,
-        Some(truth) => names
-            .iter()
-            .map(|scene| case_of_stored_run(Path::new(scene), truth))
-            .collect::<Result<Vec<_>, _>>()?,
+        Some(truth) => {
+            names.iter().map(|scene| case_of_stored_run(Path::new(scene), truth)).collect::<Result<Vec<_>, _>>()?
+        }
     };
     let mut directory = ResultDirectory::open(&arguments.out)?;
     let mut ladders = Vec::new();
@@ -113,7 +108,8 @@ pub fn run(arguments: &CompareArguments) -> Outcome {
 
 /// Runs the studies that names stand for, each once.
 fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Findings>, Failure> {
-    let is_asked = |study: &&Study| names.iter().any(|name| studies_named(name).iter().any(|other| other.name == study.name));
+    let is_asked =
+        |study: &&Study| names.iter().any(|name| studies_named(name).iter().any(|other| other.name == study.name));
     let run = |study: &Study| {
         let mut tell = |line: &str| {
             if !arguments.quiet {

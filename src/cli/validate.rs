@@ -6,9 +6,9 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use clap::Args;
 
 use super::exit::Exit;
+use super::mesh::MeshArguments;
 use super::{Failure, Outcome, console};
 use crate::output::{ResultDirectory, ResultFile};
-use super::mesh::MeshArguments;
 use crate::validation::{
     RunMethod, Validation, case_csv, find_cases, method_names, report_html, report_md, run_case, run_case_by,
 };

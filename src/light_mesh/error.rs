@@ -57,7 +57,8 @@ fn refuse_lobes(scene: &Scene, receivers: &str) -> Result<(), NotForLightMesh> {
         let material = &scene.materials[surface.material as usize];
         if matches!(material.law, ReflectionLaw::Phong { specular_reflectance, .. } if specular_reflectance > 0.0) {
             return Err(NotForLightMesh {
-                what: "the luminance of glossy surfaces: a mesh knows how much light arrives, not from where".to_owned(),
+                what: "the luminance of glossy surfaces: a mesh knows how much light arrives, not from where"
+                    .to_owned(),
                 got: format!("{receivers}, and surface \"{}\" of material \"{}\"", surface.name, material.name),
                 expected: "surfaces that are diffuse, translucent, mirrors or glass".to_owned(),
                 remedy: "use --method local or --method collision, which follow lobes".to_owned(),

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::lattice::{Index, Lattice};
 use super::mesh::{NEAREST, Surroundings};
@@ -62,7 +62,56 @@ fn illuminance(field: &[f64; COEFFICIENTS], normal: DVec3, form: IndirectForm) -
     let y = harmonics(normal);
     match form {
         IndirectForm::Scalar => field[0] * y[0],
-        IndirectForm::Directional => (0..COEFFICIENTS).map(|i| COSINE[i] * field[i] * y[i]).sum::<f64>().max(0.0),
+        IndirectForm::Directional => (0..COEFFICIENTS).map(|i| COSINE[i] * field[i] * y[i]).sum::<f64>(),
+    }
+}
+
+/// What the points of a set would bring to a place's plane, and the linear function of their offsets that fits it best:
+/// its value at the place has no error of first order, neither from the height that the set lies at nor from a set that
+/// lies to one side.
+#[derive(Default)]
+struct Fit {
+    members: f64,
+    /// Σ o and Σ o oᵀ of the offsets over the radius.
+    sum: DVec3,
+    square: DMat3,
+    /// Σ E and Σ E o of each half.
+    lx: [f64; HALVES],
+    moment: [DVec3; HALVES],
+}
+
+/// Least determinant of the offsets' covariance, over the radius to the sixth: a whole half ball's is 0.0024, a flat set's 0.
+const LEAST_SPREAD: f64 = 2e-4;
+
+impl Fit {
+    fn add(&mut self, offset: DVec3, lx: [f64; HALVES]) {
+        self.members += 1.0;
+        self.sum += offset;
+        self.square += DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z);
+        for half in 0..HALVES {
+            self.lx[half] += lx[half];
+            self.moment[half] += lx[half] * offset;
+        }
+    }
+
+    fn mean(&self) -> [f64; HALVES] {
+        self.lx.map(|lx| (lx / self.members).max(0.0))
+    }
+
+    /// The fit's value at the place; the mean where the set is too flat for a slope.
+    fn at_place(&self) -> [f64; HALVES] {
+        let center = self.sum / self.members;
+        let outer = DMat3::from_cols(center * center.x, center * center.y, center * center.z);
+        let spread = self.square * (1.0 / self.members) - outer;
+        if spread.determinant() < LEAST_SPREAD {
+            return self.mean();
+        }
+        let towards_place = spread.inverse() * -center;
+        [0, 1].map(|half| {
+            let mean = self.lx[half] / self.members;
+            let slope = self.moment[half] / self.members - mean * center;
+            (mean + slope.dot(towards_place)).max(0.0)
+        })
     }
 }
 
@@ -153,8 +202,8 @@ impl<'a> IndirectMesh<'a> {
         })
     }
 
-    /// Indirect illuminance of a place in lx by each half of the walks: the mean over its set of what each point
-    /// would bring to the place's plane, and what the place itself finds in flat mirrors.
+    /// Indirect illuminance of a place in lx by each half of the walks: what the points of its set would bring to the
+    /// place's plane (directional: their linear fit, scalar: their mean), and what the place itself finds in flat mirrors.
     pub fn indirect_lx(&self, receiver: &Receiver, place_number: u64, room: &mut GatherRoom) -> [f64; HALVES] {
         let (stage, walks) = (self.around.stage, self.gathering.walks);
         let gathered_lx = self.gathered_lx(receiver, room);
@@ -172,7 +221,7 @@ impl<'a> IndirectMesh<'a> {
         lx
     }
 
-    /// The mean over the set of a place; `None` where the set is empty.
+    /// What the set of a place says; `None` where the set is empty.
     fn gathered_lx(&self, receiver: &Receiver, room: &mut GatherRoom) -> Option<[f64; HALVES]> {
         let GatherRoom { candidates, cut, counts } = room;
         let (place_m, normal) = (receiver.point_m, receiver.normal);
@@ -182,8 +231,8 @@ impl<'a> IndirectMesh<'a> {
         let tracer = &self.around.stage.tracer;
         let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
         loop {
-            let mut sum = [[0.0; COEFFICIENTS]; HALVES];
-            let (mut members, mut open) = (0u32, true);
+            let mut fit = Fit::default();
+            let mut open = true;
             for candidate in candidates.iter().filter(|candidate| self.lattice.contains(candidate.index)) {
                 let (leaf, place) = self.tree.leaf(candidate.index, || std::array::from_fn(|_| OnceLock::new()));
                 let Some(field) = leaf[place].get_or_init(|| self.field_at(candidate.index, cut, counts)) else {
@@ -197,21 +246,22 @@ impl<'a> IndirectMesh<'a> {
                         continue;
                     }
                 }
-                members += 1;
-                for half in 0..HALVES {
-                    (0..COEFFICIENTS).for_each(|i| sum[half][i] += field[half][i]);
-                }
+                let lx = [0, 1].map(|half| illuminance(&field[half], normal, self.gathering.form));
+                fit.add(candidate.offset_m / self.gathering.radius_m, lx);
             }
             // With one of the nearest points inside of a solid, the place may lie under it: each point is tested.
             if !open && !tests {
                 tests = true;
                 continue;
             }
-            if members == 0 {
+            if fit.members == 0.0 {
                 counts.places_without_set += 1;
                 return None;
             }
-            return Some(sum.map(|half| illuminance(&half, normal, self.gathering.form) / f64::from(members)));
+            return Some(match self.gathering.form {
+                IndirectForm::Scalar => fit.mean(),
+                IndirectForm::Directional => fit.at_place(),
+            });
         }
     }
 
@@ -300,6 +350,27 @@ mod tests {
 
     /// 1/φ: steps of it cover a turn evenly.
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+    /// A linear field is met to rounding by any set with a slope, and by the mean only where the set lies around the place.
+    #[test]
+    fn the_fit_knows_no_error_of_first_order() {
+        let lx = |offset: DVec3| 5.0 + offset.dot(DVec3::new(1.0, -2.0, 3.0));
+        let mut fit = Fit::default();
+        for k in 0..2 {
+            for j in -1..=1 {
+                for i in -1..=1 {
+                    let offset = 0.45 * DVec3::new(f64::from(i) + 0.3, f64::from(j) - 0.2, f64::from(k) + 0.5);
+                    fit.add(offset, [lx(offset), 2.0 * lx(offset)]);
+                }
+            }
+        }
+        let [even, odd] = fit.at_place();
+        assert!((even - 5.0).abs() < 1e-12 && (odd - 10.0).abs() < 1e-12, "{even} {odd}");
+        assert!((fit.mean()[0] - 5.0).abs() > 0.05);
+        let mut flat = Fit::default();
+        (0..4).for_each(|i| flat.add(DVec3::new(f64::from(i % 2), f64::from(i / 2), 0.5), [1.0, 2.0]));
+        assert_eq!(flat.at_place(), [1.0, 2.0]);
+    }
 
     /// ∫ Y_i Y_j dω = δ_ij over a spiral of 20,000 directions.
     #[test]

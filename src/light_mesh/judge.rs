@@ -164,8 +164,7 @@ fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream:
             Seen::Surface(end) => end_at(around.stage, &end, &mut places),
         });
         for place in places {
-            let (lx, look_rays) =
-                place.spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
+            let (lx, look_rays) = place.spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
             sum_lx += place.weight_per_sr * lx;
             rays += look_rays;
         }

@@ -13,6 +13,8 @@ use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 const FIRST_STEPS: f64 = 16.0;
 /// Indirect light varies more smoothly: its mesh is this much coarser than a step that the user gives.
 const INDIRECT_COARSER: f64 = 3.0;
+/// Radius over step of the sets that indirect light with directions is fitted over.
+const DIRECTIONAL_RADIUS_PER_STEP: f64 = 2.1;
 /// Walks from a mesh point on the first try.
 const FIRST_WALKS: u32 = 512;
 /// The next try has this many times the walks at most.
@@ -150,6 +152,14 @@ impl<'a> Planner<'_, 'a> {
         }
     }
 
+    /// Sets of two layers, so that a slope across them is known; those of the paper's form are means, as close as can be.
+    fn indirect_radius_per_step(&self) -> f64 {
+        match (self.wishes.radius_m, self.wishes.form) {
+            (None, IndirectForm::Directional) => DIRECTIONAL_RADIUS_PER_STEP,
+            _ => self.radius_per_step(),
+        }
+    }
+
     fn plan_direct(
         &self,
         entries: &Entries,
@@ -211,13 +221,13 @@ impl<'a> Planner<'_, 'a> {
         let asked_m = self.wishes.step_m.map(|step_m| INDIRECT_COARSER * step_m);
         let mut step_m = asked_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS);
         let mut walks = FIRST_WALKS;
+        let ratio = self.indirect_radius_per_step();
         let mut indirect_lx = 0.0;
         let mut last_mean = None;
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
         let no_direct = DirectBy::Rays { passes: 0 };
         for refinement in 0..=MOST_REFINEMENTS {
-            let gathering =
-                Gathering { step_m, radius_m: self.radius_per_step() * step_m, walks, form: self.wishes.form };
+            let gathering = Gathering { step_m, radius_m: ratio * step_m, walks, form: self.wishes.form };
             let Some(mesh) = IndirectMesh::new(self.around, entries.bounds_m, gathering, self.wishes.seed) else {
                 break;
             };
@@ -246,9 +256,9 @@ impl<'a> Planner<'_, 'a> {
                 break;
             }
             // Walks from the places themselves would need this many for the same chance: a set shares those of its points.
-            let set = half_ball(self.radius_per_step());
+            let set = half_ball(ratio);
             let place_walks = random * f64::from(walks) * set / (0.5 * allowed).max(f64::MIN_POSITIVE);
-            let next = points_needed(entries, 0.5 * step_m, self.radius_per_step() * 0.5 * step_m);
+            let next = points_needed(entries, 0.5 * step_m, ratio * 0.5 * step_m);
             // Chance must shrink in any case, and a coarse mesh is where that is cheap. What is left is the mesh's doing,
             // unless finer ones do not help: then nothing near by is smooth enough for one (light that mirrors gather).
             let helped = last_mean.is_none_or(|last_mean: f64| measured.mean < HELPED * last_mean);

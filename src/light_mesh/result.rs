@@ -1,9 +1,9 @@
 //! From computed places to a map with the error it states.
 
+use super::entries::Entries;
 use super::judge::{
     DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct, measure_indirect,
 };
-use super::entries::Entries;
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
 use super::samples::Samples;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};

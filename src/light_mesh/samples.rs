@@ -136,9 +136,7 @@ impl Samples {
     fn origin_of(&self, stage: &Stage, place_m: DVec3, emitter: &Emitter, number: usize) -> Option<Origin> {
         match self.points[number] {
             Point::Fixed { origin, .. } => Some(origin),
-            Point::OnBall(variates) => {
-                emitter.point_seen_from(place_m, variates).map(|place| stage.origin(&place))
-            }
+            Point::OnBall(variates) => emitter.point_seen_from(place_m, variates).map(|place| stage.origin(&place)),
         }
     }
 
@@ -181,13 +179,7 @@ impl Samples {
     }
 
     /// Illuminance of one emitter with a ray to each of its points, each weighed by what panes let pass; and the rays.
-    fn through_panes_lx(
-        &self,
-        stage: &Stage,
-        emitter: &Emitter,
-        group: &Group,
-        receiver: &Receiver,
-    ) -> (f64, u64) {
+    fn through_panes_lx(&self, stage: &Stage, emitter: &Emitter, group: &Group, receiver: &Receiver) -> (f64, u64) {
         let mut sum_lx = 0.0;
         let whole_lx = if group.in_parts { 0.0 } else { emitter.unshadowed_lx(receiver.point_m, receiver.normal) };
         for number in group.first..group.first + group.count as usize {

@@ -39,7 +39,9 @@ impl MeshChoice {
     /// What was given, and what was expected.
     pub fn check(&self) -> Result<(), (String, String)> {
         let lengths = [self.step_m, self.radius_m];
-        if let Some(length_m) = lengths.into_iter().flatten().find(|length_m| !(*length_m > 0.0 && length_m.is_finite())) {
+        if let Some(length_m) =
+            lengths.into_iter().flatten().find(|length_m| !(*length_m > 0.0 && length_m.is_finite()))
+        {
             return Err((format!("{length_m} m"), "lengths above 0 in metres".to_owned()));
         }
         let Some(radius_m) = self.radius_m else { return Ok(()) };

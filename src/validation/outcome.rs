@@ -151,11 +151,7 @@ fn not_by(case: &Case, run: &str, method: &RunMethod, reason: String) -> CaseErr
     CaseError::new(&case.folder, what, reason, "a scene that the method can compute", "name another method")
 }
 
-fn outcome_of(
-    case: &Case,
-    runs: Vec<RunRecord>,
-    parts: Vec<(Option<String>, Comparison, EntrySet)>,
-) -> CaseOutcome {
+fn outcome_of(case: &Case, runs: Vec<RunRecord>, parts: Vec<(Option<String>, Comparison, EntrySet)>) -> CaseOutcome {
     let comparisons = merge_averages(parts).into_iter().map(|(run, comparison, set)| {
         let statistics = set.statistics();
         let checks = judge(&set, &statistics, &comparison.criterion);

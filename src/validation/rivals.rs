@@ -3,7 +3,9 @@
 use std::time::Instant;
 
 use crate::chain::Stage;
-use crate::light_mesh::{Accelerations, Entries, IndirectForm, Placing, Planner, Samples, Solids, Surroundings, Wishes};
+use crate::light_mesh::{
+    Accelerations, Entries, IndirectForm, Placing, Planner, Samples, Solids, Surroundings, Wishes,
+};
 use crate::maps::MapResult;
 use crate::scene::Scene;
 use crate::solver::{Observer, Settings, Solution, StopReason, map_requests};

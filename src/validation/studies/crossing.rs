@@ -28,8 +28,7 @@ struct Row {
 fn measure(edge: usize, count: usize, wishes: &mut Wishes) -> Result<Row, String> {
     let world = hall(edge)?;
     let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], count);
-    let options =
-        Options { step_m: STEP_M, radius_m: RADIUS_PER_STEP * STEP_M, accelerations: Accelerations::ALL };
+    let options = Options { step_m: STEP_M, radius_m: RADIUS_PER_STEP * STEP_M, accelerations: Accelerations::ALL };
     (wishes.tell)(&format!("{} luminaires, {count}² receivers", edge * edge));
     let mesh = world.by_mesh(&points_m, options)?;
     let rays = world.by_rays(&points_m, 1, MOST_RAYS);
@@ -77,6 +76,12 @@ fn crossing(rows: &[Row], size: fn(&Row) -> f64, gain: fn(&Row) -> f64) -> Optio
     Some(((1.0 - share) * size(&pair[0]).ln() + share * size(&pair[1]).ln()).exp())
 }
 
+/// A size to two digits: straight lines between measured sizes tell no more.
+fn two_digits(size: f64) -> u64 {
+    let unit = 10f64.powf(size.log10().floor() - 1.0).max(1.0);
+    ((size / unit).round() * unit) as u64
+}
+
 fn by_time(row: &Row) -> f64 {
     row.rays.seconds / row.mesh.seconds
 }
@@ -87,7 +92,7 @@ fn by_count(row: &Row) -> f64 {
 
 fn tell_crossing(rows: &[Row], what: &str, size: fn(&Row) -> f64) -> String {
     let words = |gain: fn(&Row) -> f64| match crossing(rows, size, gain) {
-        Some(size) => format!("from some {} {what} on", grouped(significant(size, 2).parse().unwrap_or(0))),
+        Some(size) => format!("from some {} {what} on", grouped(two_digits(size))),
         None if rows.iter().all(|row| gain(row) >= 1.0) => format!("with every number of {what} tried"),
         None => format!("with no number of {what} tried"),
     };
@@ -131,4 +136,29 @@ pub fn over_receivers(wishes: &mut Wishes) -> Result<Findings, String> {
         if wishes.quick { (3, &[20, 60, 150]) } else { (8, &[50, 125, 250, 500, 1000, 2000]) };
     let rows = counts.iter().map(|count| measure(edge, *count, wishes)).collect::<Result<Vec<_>, _>>()?;
     Ok(finish("light-mesh-receivers", &rows, "receivers", |row| row.receivers as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Shadow rays cost 1 for each of n, the mesh 100 whatever n: they cross at 100, not at 101.
+    #[test]
+    fn the_crossing_is_where_both_cost_the_same() {
+        let row = |n: usize, mesh: f64| Row {
+            luminaires: n,
+            receivers: 1,
+            rays: Lit { seconds: n as f64, ..Lit::default() },
+            mesh: Lit { seconds: mesh, ..Lit::default() },
+            error: 0.0,
+        };
+        let at = |mesh: f64| {
+            let rows = [10, 50, 300].map(|n| row(n, mesh));
+            crossing(&rows, |row| row.luminaires as f64, by_time).expect("they cross")
+        };
+        assert!((at(100.0) - 100.0).abs() < 1e-9, "{}", at(100.0));
+        assert!((at(101.0) - 100.0).abs() > 0.5);
+        assert!(crossing(&[row(10, 1.0), row(20, 1.0)], |row| row.luminaires as f64, by_time).is_none());
+        assert_eq!([1.68, 32_849.0, 99.6].map(two_digits), [2, 33_000, 100]);
+    }
 }

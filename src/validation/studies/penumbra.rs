@@ -42,9 +42,8 @@ fn whole_width_m() -> f64 {
 /// Profiles across the shadow of an edge.
 pub fn penumbra(wishes: &mut Wishes) -> Result<Findings, String> {
     let looks = if wishes.quick { 256 } else { 4096 };
-    let line_m: Vec<DVec3> = (0..PLACES)
-        .map(|i| DVec3::new(HALF_M * (2.0 * i as f64 / (PLACES - 1) as f64 - 1.0), 0.0137, 0.0))
-        .collect();
+    let line_m: Vec<DVec3> =
+        (0..PLACES).map(|i| DVec3::new(HALF_M * (2.0 * i as f64 / (PLACES - 1) as f64 - 1.0), 0.0137, 0.0)).collect();
     let mut found = Findings::of(
         "light-mesh-penumbra",
         "The shadow of a board's edge 2 m above the floor, the source at 4.4 m straight over the edge. Widths lie between a tenth and nine tenths of the light of the open side. A mesh that looks at points of the ball finds its real penumbra as h falls; a mesh that knows a point alone makes an edge of its own width, whatever the source: the papers' soft shadow, right for one size of source at one distance.",
@@ -73,8 +72,11 @@ pub fn penumbra(wishes: &mut Wishes) -> Result<Findings, String> {
         format!("{real_m:.3}"),
         String::new(),
     ]];
-    let of_ball: &[(f64, f64)] =
-        if wishes.quick { &[(0.02, 1.25), (0.2, 2.1)] } else { &[(0.02, 1.25), (0.05, 1.25), (0.1, 1.25), (0.1, 2.1), (0.2, 2.1)] };
+    let of_ball: &[(f64, f64)] = if wishes.quick {
+        &[(0.02, 1.25), (0.2, 2.1)]
+    } else {
+        &[(0.02, 1.25), (0.05, 1.25), (0.1, 1.25), (0.1, 2.1), (0.2, 2.1)]
+    };
     let of_point: &[(f64, f64)] = if wishes.quick {
         &[(0.1, 2.1), (0.15, 2.1)]
     } else {
@@ -84,8 +86,7 @@ pub fn penumbra(wishes: &mut Wishes) -> Result<Findings, String> {
     for (source, world, sizes) in [("ball", &ball, of_ball), ("point", &point, of_point)] {
         for (step_m, ratio) in sizes {
             (wishes.tell)(&format!("the {source} by a mesh of {step_m} m, R = {ratio} h"));
-            let options =
-                Options { step_m: *step_m, radius_m: ratio * step_m, accelerations: Accelerations::ALL };
+            let options = Options { step_m: *step_m, radius_m: ratio * step_m, accelerations: Accelerations::ALL };
             let lit = world.by_mesh(&line_m, options)?;
             let width = width_m(&lit.lx);
             if source == "ball" && finest.is_none() {

@@ -40,8 +40,7 @@ pub fn steps(wishes: &mut Wishes) -> Result<Findings, String> {
                 row.push("–".to_owned());
                 continue;
             }
-            let options =
-                Options { step_m: *step_m, radius_m: ratio * step_m, accelerations: Accelerations::ALL };
+            let options = Options { step_m: *step_m, radius_m: ratio * step_m, accelerations: Accelerations::ALL };
             let error = relative_rms(&world.by_mesh(&points_m, options)?, &exact);
             row.push(percent(error));
             line.places.push((*step_m, 100.0 * error));

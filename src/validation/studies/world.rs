@@ -165,9 +165,7 @@ pub fn relative_rms(found: &Lit, exact: &Lit) -> f64 {
 /// `edge`² points of a level rectangle, the middles of equal cells.
 pub fn grid(low_m: DVec3, size_m: [f64; 2], edge: usize) -> Vec<DVec3> {
     let at = |number: usize, size_m: f64| size_m * (number as f64 + 0.5) / edge as f64;
-    (0..edge * edge)
-        .map(|i| low_m + DVec3::new(at(i % edge, size_m[0]), at(i / edge, size_m[1]), 0.0))
-        .collect()
+    (0..edge * edge).map(|i| low_m + DVec3::new(at(i % edge, size_m[0]), at(i / edge, size_m[1]), 0.0)).collect()
 }
 
 /// Edge of the hall's floor in m.
