@@ -225,7 +225,8 @@ impl<'a> Planner<'_, 'a> {
         let mut indirect_lx = 0.0;
         let mut last_mean = None;
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
-        let no_direct = DirectBy::Rays { passes: 0 };
+        // Errors are relative to all the light; a few shadow rays tell how much of it is direct.
+        let by_rays = DirectBy::Rays { passes: 1 };
         for refinement in 0..=MOST_REFINEMENTS {
             let gathering = Gathering { step_m, radius_m: ratio * step_m, walks, form: self.wishes.form };
             let Some(mesh) = IndirectMesh::new(self.around, entries.bounds_m, gathering, self.wishes.seed) else {
@@ -233,7 +234,7 @@ impl<'a> Planner<'_, 'a> {
             };
             let by_mesh = IndirectBy::Mesh(&mesh);
             let (lights, effort) =
-                light_of(&self.around, entries, &chosen, &no_direct, &by_mesh, self.wishes.seed, PLANNING + map);
+                light_of(&self.around, entries, &chosen, &by_rays, &by_mesh, self.wishes.seed, PLANNING + map);
             plan.effort += effort;
             plan.indirect = IndirectPlan::Mesh(Box::new(mesh));
             indirect_lx = mean(lights.iter().map(EntryLight::indirect_mean_lx));
@@ -247,8 +248,8 @@ impl<'a> Planner<'_, 'a> {
                 walks = more_walks(walks, random / quiet).min(MOST_QUIET_WALKS);
                 continue;
             };
-            // Direct light only adds to the mean that errors are relative to: without it the plan is on the safe side.
-            let allowed = (SHARE_OF_BOTH * target_error * indirect_lx).powi(2);
+            let whole_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean_lx));
+            let allowed = (SHARE_OF_BOTH * target_error * whole_lx).powi(2);
             let pairs: Vec<(usize, EntryLight)> = chosen.iter().copied().zip(lights).collect();
             let measured = self.checked(entries, &pairs, map, allowed, plan);
             let refines_to_no_end = refinement == MOST_REFINEMENTS || (walks >= MOST_WALKS && asked_m.is_some());
