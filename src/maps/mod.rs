@@ -1,6 +1,8 @@
 //! Even and odd halves of independent replicas, merged into maps with their errors.
 
+pub mod basis;
 mod crossing;
+mod detail;
 mod judge;
 mod replicas;
 mod result;
@@ -8,8 +10,9 @@ mod stated;
 mod tables;
 
 pub use crossing::{Crossing, ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores};
+pub use detail::{Detail, DirectDetail, Variation};
 pub use judge::{Judgement, judge};
-pub use replicas::{REPLICAS, ReplicaMap, Tally, Unit, standard_error};
+pub use replicas::{CrossedVariances, REPLICAS, ReplicaMap, Tally, Unit, standard_error};
 pub use result::*;
 pub use stated::{StatedValues, stated_error, stated_row};
 pub use tables::{TableSubject, table_row};

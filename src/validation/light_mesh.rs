@@ -8,7 +8,7 @@ use crate::light_mesh::{
     Placing, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes, check,
 };
 use crate::maps::{MapKind, MapResult};
-use crate::scene::Scene;
+use crate::scene::{Elements, Scene};
 use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
@@ -180,6 +180,7 @@ pub fn solve_by_light_mesh(
         _ => StopReason::FinestMesh,
     };
     Ok(Solution {
+        elements: Elements::of(scene),
         method: "light-mesh".to_owned(),
         seed: settings.seed,
         target_error,
