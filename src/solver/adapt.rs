@@ -16,8 +16,8 @@ use crate::estimators::element::{Element, TwoLooks};
 use crate::maps::basis::{Linear, SLOPES, bends_at, slopes_at};
 use crate::maps::{Detail, DirectDetail, MapKind, ReplicaMap, Variation};
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::elements::MOST_CUTS;
 use crate::scene::Elements;
+use crate::scene::elements::MOST_CUTS;
 
 /// Share of the squared target that direct light's variation within elements may take before the run.
 const DIRECT_SHARE: f64 = 0.15;
@@ -67,7 +67,11 @@ pub struct Loss {
 /// Elements for a target, and what a job keeps of them.
 ///
 /// `mean_lx` is about the mean of direct and indirect illuminance over the scene.
-pub fn first_elements(context: &Context, target_error: f64, [direct_lx, indirect_lx]: [f64; 2]) -> (Elements, Adaptive) {
+pub fn first_elements(
+    context: &Context,
+    target_error: f64,
+    [direct_lx, indirect_lx]: [f64; 2],
+) -> (Elements, Adaptive) {
     let mut elements = context.stage.elements.clone();
     let mut looks: Vec<DirectLooks> = Vec::new();
     let goal_lx2 = DIRECT_SHARE * (target_error * (direct_lx + indirect_lx)).powi(2);
@@ -248,9 +252,8 @@ impl Adaptive {
             let cell = elements.cell(index as u32);
             (context.scene.surface_id_of(cell.triangle), cell.side.name())
         };
-        let areas_m2: Vec<f64> = (0..elements.len() as u32)
-            .map(|index| elements.area_m2(context.scene, elements.cell(index)))
-            .collect();
+        let areas_m2: Vec<f64> =
+            (0..elements.len() as u32).map(|index| elements.area_m2(context.scene, elements.cell(index))).collect();
         let variations: Vec<Variation> =
             (0..elements.len()).into_par_iter().map(|index| self.variation(map, index)).collect();
         for (index, (variation, area_m2)) in variations.iter().zip(&areas_m2).enumerate() {
@@ -282,13 +285,15 @@ impl Adaptive {
         mean_lx: f64,
     ) -> Option<(Elements, Adaptive)> {
         let target_lx2 = (self.target_error * mean_lx).powi(2);
-        if self.rounds >= RUN_ROUNDS
-            || loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 <= MOST_SHARE * target_lx2
-        {
+        if self.rounds >= RUN_ROUNDS || loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 <= MOST_SHARE * target_lx2 {
             return None;
         }
-        let losses: Vec<ElementLoss> =
-            loss.lost_lx2.iter().enumerate().map(|(index, lost)| loss_of(context, elements, index as u32, *lost)).collect();
+        let losses: Vec<ElementLoss> = loss
+            .lost_lx2
+            .iter()
+            .enumerate()
+            .map(|(index, lost)| loss_of(context, elements, index as u32, *lost))
+            .collect();
         let cuts = cuts_for(&losses, AIM_SHARE * target_lx2, MOST_ELEMENTS);
         let finer = elements.cut(|cell| cuts[cell as usize]);
         if finer.len() == elements.len() {
@@ -297,10 +302,7 @@ impl Adaptive {
         let above: Vec<u32> = (0..finer.len() as u32).map(|index| cell_above(elements, &finer, index)).collect();
         let adaptive = Adaptive {
             // Constant elements that were cut lost too much by their slopes.
-            sloped: above
-                .iter()
-                .map(|above| self.sloped[*above as usize] || cuts[*above as usize] > 0)
-                .collect(),
+            sloped: above.iter().map(|above| self.sloped[*above as usize] || cuts[*above as usize] > 0).collect(),
             references_lx: above
                 .iter()
                 .enumerate()

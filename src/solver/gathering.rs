@@ -5,8 +5,8 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::forward::{Forward, Recollection};
 use super::adapt::Adaptive;
+use super::forward::{Forward, Recollection};
 use super::job::Context;
 use super::sweep::stream_index;
 use crate::estimators::direct::Receiver;

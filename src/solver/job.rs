@@ -11,7 +11,9 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_er
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
-use crate::maps::{CrossedVariances, Crossing, Judgement, MapKind, MapValues, REPLICAS, ReplicaMap, Tally, Unit, judge};
+use crate::maps::{
+    CrossedVariances, Crossing, Judgement, MapKind, MapValues, REPLICAS, ReplicaMap, Tally, Unit, judge,
+};
 use crate::scene::{Elements, Quantity, Scene};
 
 /// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
@@ -514,8 +516,7 @@ impl Job {
 
     fn chains_until(&mut self, context: &Context, until: u64, deposits: Deposits) {
         let chains = self.map.indirect_samples.complete..until;
-        let traced =
-            sweep::chains(context, &self.elements, &mut self.map, self.adaptive.as_mut(), chains, deposits);
+        let traced = sweep::chains(context, &self.elements, &mut self.map, self.adaptive.as_mut(), chains, deposits);
         for (replica, (rays, ends)) in traced.into_iter().enumerate() {
             self.rays += rays;
             self.ends[replica] += ends;

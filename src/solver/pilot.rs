@@ -80,12 +80,7 @@ pub fn rays_to_error(direct: PartCost, indirect: PartCost, entries: usize, error
 }
 
 /// Measures a pass over the direct light of a map; elements that adapt are looked at point by point.
-pub fn direct_cost(
-    context: &Context,
-    kind: MapKind,
-    elements: &Elements,
-    adaptive: Option<&Adaptive>,
-) -> PartCost {
+pub fn direct_cost(context: &Context, kind: MapKind, elements: &Elements, adaptive: Option<&Adaptive>) -> PartCost {
     let (stage, scene) = (context.stage, context.scene);
     let mut room = DirectPass::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 0);

@@ -32,7 +32,8 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     // Chains find every path; walks must not replace them where they miss some.
     let misses_paths = !context.stage.paths_not_found.is_empty();
     // Elements that adapt are as large as the target allows, and their slopes must not be parted from their means.
-    if job.kind != MapKind::Elements || job.adaptive.is_some() || job.map.indirect_samples.complete == 0 || misses_paths {
+    if job.kind != MapKind::Elements || job.adaptive.is_some() || job.map.indirect_samples.complete == 0 || misses_paths
+    {
         return 0;
     }
     let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());
