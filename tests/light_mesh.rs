@@ -7,10 +7,9 @@ use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::polygon::polygon_illuminance_lx;
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
-use luxmc::light_mesh::tracing::{DirectBy, Entries, IndirectBy, light_of};
+use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
-    Accelerations, Counts, Gathering, IndirectForm, IndirectMesh, LightMesh, Options, Placing, Samples, Solids,
-    Surroundings,
+    Accelerations, Counts, Entries, IndirectForm, LightMesh, Options, Placing, Samples, Solids, Surroundings,
 };
 use luxmc::maps::MapKind;
 use luxmc::scene::{Scene, scene_from_json};
@@ -21,8 +20,7 @@ fn scene(geometry: &str, luminaires: &str, receivers: &str) -> Scene {
     let text = format!(
         r#"{{ "version": 1,
             "materials": {{ "black": {{ "type": "diffuse", "reflectance": 0 }},
-                            "grey": {{ "type": "diffuse", "reflectance": 0.5 }},
-                            "mirror": {{ "type": "mirror", "reflectance": 0.9 }} }},
+                            "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
             "geometry": [{geometry}], "luminaires": [{luminaires}], "receivers": [{receivers}] }}"#
     );
     scene_from_json(&text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
@@ -64,7 +62,7 @@ impl World {
 
     /// Direct light of the first receiver set by a mesh, and what it took.
     fn by_mesh(&self, step_m: f64, ratio: f64, accelerations: Accelerations) -> (Vec<f64>, Counts) {
-        let entries = Entries::of(&self.around(), MapKind::Receivers(0));
+        let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1);
         let options = Options { step_m, radius_m: ratio * step_m, accelerations };
         let mesh = LightMesh::new(self.around(), entries.bounds_m, options).expect("a mesh of sound size");
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
@@ -74,7 +72,7 @@ impl World {
     }
 
     fn by_rays(&self) -> Vec<f64> {
-        let entries = Entries::of(&self.around(), MapKind::Receivers(0));
+        let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1);
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
         let rays = DirectBy::Rays { passes: 1 };
         let (lights, _) = light_of(&self.around(), &entries, &asked, &rays, &IndirectBy::Nothing, 1, 0);
@@ -188,7 +186,7 @@ fn an_unhidden_panel_has_its_closed_form() {
 }
 
 /// Sobolev's reflected light on plane 1 to a distance of 3: the directional form within 3% of the mean reflected light
-/// (the walks' noise included: 16,384 walks a point, 0.3%), the scalar form far from it.
+/// with the walks that the program chooses by itself, for every seed; the scalar form is far from it.
 #[test]
 fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
     let planes = r#"
@@ -196,11 +194,9 @@ fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
         { "name": "plane 2", "type": "rectangle", "origin": [-60,-60,1], "u": [0,120,0], "v": [120,0,0], "material": "grey" }"#;
     let source = r#"{ "name": "source", "type": "point", "position": [0,0,0.5], "intensity_cd": 1 }"#;
     let row = r#"{ "name": "row", "type": "grid", "origin": [0,0,0], "u": [3,0,0], "v": [0,0.001,0], "columns": 31, "rows": 1 }"#;
-    let world = World::of(scene(planes, source, row));
-    let entries = Entries::of(&world.around(), MapKind::Receivers(0));
-    let asked: Vec<usize> = (0..31).collect();
+    let scene = scene(planes, source, row);
     let problem = SobolevProblem { h1: 0.5, rho1: 0.5, rho2: 0.5 };
-    let exact: Vec<f64> = world.scene.receivers[0]
+    let exact: Vec<f64> = scene.receivers[0]
         .points
         .iter()
         .map(|point| {
@@ -208,16 +204,16 @@ fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
             sobolev(&problem, SobolevPlane::One, r).expect("a sound problem").reflected_lx
         })
         .collect();
-    let error = |form: IndirectForm| {
-        let gathering = Gathering { step_m: 0.1, radius_m: 0.125, walks: 16_384, form };
-        let mesh = IndirectMesh::new(world.around(), entries.bounds_m, gathering, 1).expect("a small mesh");
-        let (direct, indirect) = (DirectBy::Rays { passes: 0 }, IndirectBy::Mesh(&mesh));
-        let (lights, _) = light_of(&world.around(), &entries, &asked, &direct, &indirect, 1, 0);
-        let found: Vec<f64> = lights.iter().map(|light| light.indirect_mean_lx()).collect();
-        relative_rms(&found, &exact)
+    let error = |form: IndirectForm, seed: u64| {
+        let choice = MeshChoice { step_m: Some(0.025), form, ..MeshChoice::default() };
+        let solution = solve_by_light_mesh(&scene, &settings(None, seed), &choice, &Quiet).expect("it can be computed");
+        relative_rms(&solution.maps[0].values.indirect_lx, &exact)
     };
-    let (directional, scalar) = (error(IndirectForm::Directional), error(IndirectForm::Scalar));
-    assert!(directional < 0.03, "{directional}");
+    for seed in 1..=4 {
+        let error = error(IndirectForm::Directional, seed);
+        assert!(error < 0.03, "seed {seed}: {error}");
+    }
+    let scalar = error(IndirectForm::Scalar, 1);
     assert!(scalar > 0.3, "{scalar}");
 }
 
@@ -274,7 +270,7 @@ fn the_step_is_found_for_the_target_or_shadow_rays_complete_the_run() {
     let fine = solved(0.001);
     assert_eq!((fine.stop_reason, fine.maps[0].method.as_str()), (StopReason::Exact, "shadow-rays"));
     assert_eq!(fine.maps[0].values.illuminance_lx, exact);
-    assert!(fine.warnings.iter().any(|line| line.contains("completed direct light")), "{:?}", fine.warnings);
+    assert!(fine.notes.iter().any(|line| line.contains("completed direct light")), "{:?}", fine.notes);
 }
 
 /// Elements and receivers of a reflecting room beside the chains' map.
@@ -295,15 +291,6 @@ fn a_reflecting_room_agrees_with_chains() {
         assert!(error < 0.05, "{}: {error}, stated {}", by_mesh.name, by_mesh.error.estimated);
         assert!(by_mesh.values.indirect_lx.iter().filter(|lx| **lx > 0.0).count() > 100);
     }
-}
-
-#[test]
-fn mirrors_are_refused_with_a_remedy() {
-    let room = r#"{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "black", "materials": { "walls": "mirror" } }"#;
-    let lamp = r#"{ "name": "lamp", "type": "point", "position": [2,2,2], "intensity_cd": 100 }"#;
-    let scene = scene(room, lamp, "");
-    let refused = solve_by_light_mesh(&scene, &settings(None, 0), &MeshChoice::default(), &Quiet);
-    assert!(refused.is_err_and(|error| error.to_string().contains("--method collision")));
 }
 
 /// A place under a solid gets nothing, though mesh points round it are lit.

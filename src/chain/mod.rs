@@ -118,6 +118,16 @@ impl Stage {
         self.triangles.iter().any(|triangle| !self.laws[triangle.law as usize].is_black())
     }
 
+    /// Whether light passes panes of glass anywhere.
+    pub fn has_panes(&self) -> bool {
+        self.has_panes
+    }
+
+    /// Whether any surface sends light on unscattered: mirrors and panes.
+    pub fn has_specular(&self) -> bool {
+        self.triangles.iter().any(|triangle| matches!(self.laws[triangle.law as usize], Law::Mirror(_) | Law::Glass(_)))
+    }
+
     /// The tracer's origin for a place on a luminaire.
     #[inline]
     pub fn origin(&self, place: &Place) -> Origin {

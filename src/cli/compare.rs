@@ -7,23 +7,31 @@ use clap::Args;
 use super::exit::Exit;
 use super::{Failure, Outcome, console, values};
 use crate::output::{ResultDirectory, ResultFile};
+use crate::validation::studies::{self, Findings, STUDIES, Study, studies_named};
 use crate::validation::{METHODS, case_of_stored_run, climb, find_cases, ladder_csv, ladder_html, ladder_md};
 
 const EXAMPLES: &str = "\
 Examples:
   luxmc compare cube --out speed                 every method on a diffuse cube
   luxmc compare sobolev cube --out speed --budget 60s
+  luxmc compare light-mesh-luminaires --out speed   what a light mesh saves with many luminaires
   luxmc compare scenes/office.json --truth out/long --out speed   a scene, judged by a long run of it
 
 Every map of points or elements that the case compares is computed with more and more chains until the budget is
 used up, and judged against the exact map each time. A scene without an exact solution is judged by a long run of it, such as
 luxmc solve scenes/office.json --method collision --seed 1000 --target-error 0.1% --out out/long";
 
+/// The examples and the studies that there are.
+fn after_help() -> String {
+    let list: Vec<String> = STUDIES.iter().map(|study| format!("  {:<23}{}", study.name, study.title)).collect();
+    format!("{EXAMPLES}\n\nStudies, which are named like cases (all of them: {}):\n{}", studies::GROUP, list.join("\n"))
+}
+
 /// Arguments of `luxmc compare`.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = after_help())]
 pub struct CompareArguments {
-    /// Cases, groups or case folders; with --truth a scene file
+    /// Cases, groups, case folders or studies; with --truth a scene file
     #[arg(value_name = "CASE", required = true)]
     names: Vec<String>,
     /// Directory for the report; made where missing, other files in it stay
@@ -38,6 +46,9 @@ pub struct CompareArguments {
     /// Folder whose folders are the cases [default: ./validation, or one beside or above the program]
     #[arg(long, value_name = "DIR")]
     cases: Option<PathBuf>,
+    /// Studies in small, to see that they work: seconds instead of minutes
+    #[arg(long)]
+    quick: bool,
     /// No progress on standard error
     #[arg(long)]
     quiet: bool,
@@ -45,13 +56,16 @@ pub struct CompareArguments {
 
 /// Compares.
 pub fn run(arguments: &CompareArguments) -> Outcome {
+    let (study_names, names): (Vec<String>, Vec<String>) = match arguments.truth {
+        None => arguments.names.iter().cloned().partition(|name| !studies_named(name).is_empty()),
+        Some(_) => (Vec::new(), arguments.names.clone()),
+    };
     let cases = match &arguments.truth {
-        None => find_cases(&arguments.names, arguments.cases.as_deref())?.cases,
-        Some(truth) => arguments
-            .names
-            .iter()
-            .map(|scene| case_of_stored_run(Path::new(scene), truth))
-            .collect::<Result<Vec<_>, _>>()?,
+        None if names.is_empty() => Vec::new(),
+        None => find_cases(&names, arguments.cases.as_deref())?.cases,
+        Some(truth) => {
+            names.iter().map(|scene| case_of_stored_run(Path::new(scene), truth)).collect::<Result<Vec<_>, _>>()?
+        }
     };
     let mut directory = ResultDirectory::open(&arguments.out)?;
     let mut ladders = Vec::new();
@@ -65,7 +79,8 @@ pub fn run(arguments: &CompareArguments) -> Outcome {
             ladders.extend(climb(case, method, arguments.budget, &mut tell)?);
         }
     }
-    if ladders.is_empty() {
+    let found = run_studies(&study_names, arguments)?;
+    if ladders.is_empty() && found.is_empty() {
         return Err(Failure::Usage {
             what: "nothing can be compared".to_owned(),
             got: arguments.names.join(", "),
@@ -73,15 +88,41 @@ pub fn run(arguments: &CompareArguments) -> Outcome {
             remedy: "name another case, such as cube or sobolev".to_owned(),
         });
     }
-    let files = [
-        ("compare.csv", ladder_csv(&ladders)),
-        ("compare.md", ladder_md(&ladders)),
-        ("compare.html", ladder_html(&ladders)),
+    let sections: String = found.iter().map(studies::study_section).collect();
+    let text: String = found.iter().map(studies::study_md).collect();
+    let mut files = vec![
+        ("compare.md".to_owned(), ladder_md(&ladders, &text)),
+        ("compare.html".to_owned(), ladder_html(&ladders, &sections)),
     ];
+    if !ladders.is_empty() {
+        files.push(("compare.csv".to_owned(), ladder_csv(&ladders)));
+    }
+    files.extend(found.iter().map(|findings| (format!("{}.csv", findings.name), studies::study_csv(findings))));
     for (name, text) in files {
-        directory.stage(&ResultFile { name: name.to_owned(), bytes: text.into_bytes() })?;
+        directory.stage(&ResultFile { name, bytes: text.into_bytes() })?;
     }
     directory.commit()?;
-    console::result(&ladder_md(&ladders))?;
+    console::result(&ladder_md(&ladders, &text))?;
     Ok(Exit::Done)
+}
+
+/// Runs the studies that names stand for, each once.
+fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Findings>, Failure> {
+    let is_asked =
+        |study: &&Study| names.iter().any(|name| studies_named(name).iter().any(|other| other.name == study.name));
+    let run = |study: &Study| {
+        let mut tell = |line: &str| {
+            if !arguments.quiet {
+                console::message(&format!("{}: {line}", study.name));
+            }
+        };
+        let mut wishes = studies::Wishes { quick: arguments.quick, tell: &mut tell };
+        (study.run)(&mut wishes).map(|found| found.marked(arguments.quick)).map_err(|error| Failure::Usage {
+            what: format!("the study \"{}\" cannot be run", study.name),
+            got: error,
+            expected: "room for its scenes in the temporary folder".to_owned(),
+            remedy: "make room there, or name another folder in TMPDIR".to_owned(),
+        })
+    };
+    STUDIES.iter().filter(is_asked).map(run).collect()
 }

@@ -3,8 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use super::exit::Failure;
-use super::method::Method;
-use crate::light_mesh::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, RADIUS_PER_STEP};
+use crate::light_mesh::{Accelerations, IndirectForm};
 use crate::validation::MeshChoice;
 
 /// Options of the light mesh.
@@ -54,8 +53,8 @@ fn length_m(text: &str) -> Result<f64, String> {
 
 impl MeshArguments {
     /// The mesh that the options ask for.
-    pub fn choice(&self, method: Method) -> Result<MeshChoice, Failure> {
-        if method != Method::LightMesh && !self.again().is_empty() {
+    pub fn choice(&self, is_mesh: bool) -> Result<MeshChoice, Failure> {
+        if !is_mesh && !self.again().is_empty() {
             return Err(Failure::Usage {
                 what: "only light meshes have a step and a radius".to_owned(),
                 got: self.again().trim().to_owned(),
@@ -63,20 +62,8 @@ impl MeshArguments {
                 remedy: "add --method light-mesh, or leave them out".to_owned(),
             });
         }
-        if let Some(radius_m) = self.mesh_radius {
-            let step_m = self.mesh_step.unwrap_or(radius_m / RADIUS_PER_STEP);
-            let ratio = radius_m / step_m;
-            if !(LEAST_RADIUS_PER_STEP..=MOST_RADIUS_PER_STEP).contains(&ratio) {
-                return Err(Failure::Usage {
-                    what: "the radius does not go with the step".to_owned(),
-                    got: format!("--mesh-radius {radius_m} is {ratio:.3} times --mesh-step {step_m}"),
-                    expected: format!("{LEAST_RADIUS_PER_STEP} to {MOST_RADIUS_PER_STEP} times"),
-                    remedy: "1.25 is exact for its cost, 2.1 and 3.1 make smooth pictures".to_owned(),
-                });
-            }
-        }
         let has = |saving: Saving| !self.mesh_without.contains(&saving);
-        Ok(MeshChoice {
+        let choice = MeshChoice {
             step_m: self.mesh_step,
             radius_m: self.mesh_radius,
             form: match self.mesh_indirect {
@@ -89,7 +76,14 @@ impl MeshArguments {
                 outer_first: has(Saving::OuterFirst),
                 inside_flags: has(Saving::InsideFlags),
             },
-        })
+        };
+        choice.check().map_err(|(got, expected)| Failure::Usage {
+            what: "the radius does not go with the step".to_owned(),
+            got: format!("{}: {got}", self.again().trim()),
+            expected,
+            remedy: "1.25 is exact for its cost, 2.1 and 3.1 make smooth pictures".to_owned(),
+        })?;
+        Ok(choice)
     }
 
     /// The options as they can be given again.

@@ -23,7 +23,7 @@ pub enum Method {
 
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<Method, String> {
-    const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (scenes without mirrors and glass)";
+    const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance without lobes)";
     match text {
         "auto" => Ok(Method::Auto),
         "collision" => Ok(Method::Collision),

@@ -63,7 +63,7 @@ pub struct SolveArguments {
     #[arg(long, value_name = "MAPS")]
     maps: Option<String>,
     /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
-    /// light-mesh (scenes without mirrors and glass; pays with many luminaires and many receivers)
+    /// light-mesh (planes and luminance without lobes; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     method: Method,
     /// Elements of the element map where the target binds it: adaptive (the scene's own, cut and sloped as far as the
@@ -89,7 +89,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     if arguments.method == Method::Radiosity {
         Radiosity::check(&scene)?;
     }
-    let mesh: MeshChoice = arguments.mesh.choice(arguments.method)?;
+    let mesh: MeshChoice = arguments.mesh.choice(arguments.method == Method::LightMesh)?;
     if arguments.method == Method::LightMesh {
         check_light_mesh(&scene, &settings)?;
     }
@@ -133,6 +133,9 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     console::result(&result_table(&scene, &solution))?;
     for warning in scene.warnings.iter().chain(&solution.warnings) {
         console::message(&format!("warning: {warning}"));
+    }
+    for note in &solution.notes {
+        tell(&format!("note: {note}"));
     }
     tell(&closing_lines(&solution, &arguments.out.display().to_string(), started.elapsed().as_secs_f64()));
     Ok(exit_of(&solution))

@@ -6,15 +6,19 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use clap::Args;
 
 use super::exit::Exit;
-use super::{Outcome, console};
+use super::mesh::MeshArguments;
+use super::{Failure, Outcome, console};
 use crate::output::{ResultDirectory, ResultFile};
-use crate::validation::{Validation, case_csv, find_cases, report_html, report_md, run_case};
+use crate::validation::{
+    RunMethod, Validation, case_csv, find_cases, method_names, report_html, report_md, run_case, run_case_by,
+};
 
 const EXAMPLES: &str = "\
 Examples:
   luxmc validate --out report                     all cases, some minutes
   luxmc validate quick --out report               under a minute
   luxmc validate sobolev cie171-5.8 --out report  two cases
+  luxmc validate cie171-5.6 --method light-mesh --out report   by another method than its own
   luxmc validate my/case --out report             a case of your own: a folder with a case.json
 
 Exit code 1: a case failed; its name stands on standard error and in the report.";
@@ -32,6 +36,11 @@ pub struct ValidateArguments {
     /// Folder whose folders are the cases [default: ./validation, or one beside or above the program]
     #[arg(long, value_name = "DIR")]
     cases: Option<PathBuf>,
+    /// Run every case by this method instead of its own: any that luxmc compare knows; what it cannot is left out
+    #[arg(long, value_name = "NAME")]
+    method: Option<String>,
+    #[command(flatten)]
+    mesh: MeshArguments,
     /// No progress on standard error; failures stay
     #[arg(long)]
     quiet: bool,
@@ -39,6 +48,7 @@ pub struct ValidateArguments {
 
 /// Validates.
 pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
+    let method = method_of(arguments)?;
     let found = find_cases(&arguments.names, arguments.cases.as_deref())?;
     let mut directory = ResultDirectory::open(&arguments.out)?;
     let tell = |line: &str| {
@@ -59,7 +69,11 @@ pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     let all = found.cases.len();
     for (index, case) in found.cases.iter().enumerate() {
         let mut tell_run = |run: &str| tell(&format!("{}/{all} {}: {run}", index + 1, case.name));
-        let outcome = run_case(case, &mut tell_run)?;
+        let outcome = match &method {
+            None => Some(run_case(case, &mut tell_run)?),
+            Some(method) => run_case_by(case, method, &mut tell_run)?,
+        };
+        let Some(outcome) = outcome else { continue };
         let verdict = if outcome.passes() { "pass" } else { "FAIL" };
         tell(&format!("{}/{all} {}: {verdict}, {}", index + 1, case.name, super::number_text::time(outcome.seconds())));
         validation.cases.push(outcome);
@@ -82,6 +96,19 @@ pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     }
     console::message(&format!("failed: {}", failures.join(", ")));
     Ok(Exit::CaseFailed)
+}
+
+/// The method that the user asks for, if one.
+fn method_of(arguments: &ValidateArguments) -> Result<Option<RunMethod>, Failure> {
+    let mesh = arguments.mesh.choice(arguments.method.as_deref() == Some("light-mesh"))?;
+    let Some(name) = &arguments.method else { return Ok(None) };
+    let method = RunMethod::named(name, mesh).ok_or_else(|| Failure::Usage {
+        what: "no such method".to_owned(),
+        got: format!("--method {name}"),
+        expected: method_names(),
+        remedy: "name one of those, or leave it out".to_owned(),
+    })?;
+    Ok(Some(method))
 }
 
 fn file(name: &str, text: String) -> ResultFile {

@@ -6,9 +6,7 @@ use crate::scene::{Quantity, ReflectionLaw, Scene};
 
 /// What of a scene light meshes cannot compute.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error(
-    "--method light-mesh cannot compute {what}\n  got:      {got}\n  expected: {expected}\n  remedy:   use --method collision, which computes every scene"
-)]
+#[error("--method light-mesh cannot compute {what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
 pub struct NotForLightMesh {
     /// What it cannot compute, in words.
     pub what: String,
@@ -16,30 +14,54 @@ pub struct NotForLightMesh {
     pub got: String,
     /// What it takes.
     pub expected: String,
+    /// Which method can.
+    pub remedy: String,
 }
 
 /// Whether light meshes can compute some receiver sets of a scene, by their numbers, and its elements.
 ///
 /// # Errors
-/// What they cannot: mirrors and glass, which pass light on unscattered, and receivers that are no planes.
+/// What they cannot: illuminance on cylinders, glare ratings, and the luminance of surfaces with a lobe.
 pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), NotForLightMesh> {
-    for surface in &scene.surfaces {
-        let material = &scene.materials[surface.material as usize];
-        if matches!(material.law, ReflectionLaw::Mirror { .. } | ReflectionLaw::Glass { .. }) {
-            return Err(NotForLightMesh {
-                what: "mirrors and glass: a mesh point knows luminaires in plain sight".to_owned(),
-                got: format!("surface \"{}\" of material \"{}\"", surface.name, material.name),
-                expected: "surfaces that scatter: diffuse, phong or translucent".to_owned(),
-            });
-        }
-    }
     for set in sets {
         let set = &scene.receivers[set];
-        if set.quantity != Quantity::Perpendicular {
+        let got = format!("receivers \"{}\", {}", set.name, set.quantity.name());
+        match set.quantity {
+            Quantity::Perpendicular => {}
+            Quantity::Luminance => refuse_lobes(scene, &got)?,
+            Quantity::Glare => {
+                return Err(NotForLightMesh {
+                    what: "glare ratings".to_owned(),
+                    got,
+                    expected: "receivers that are planes, or luminance".to_owned(),
+                    remedy: "use --method collision, which rates glare, or leave them out with --maps".to_owned(),
+                });
+            }
+            Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {
+                return Err(NotForLightMesh {
+                    what: "illuminance on cylinders".to_owned(),
+                    got,
+                    expected: "receivers that are planes, or luminance".to_owned(),
+                    remedy: "use --method collision, which computes every scene, or leave them out with --maps"
+                        .to_owned(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A mesh knows how much light arrives, not from where exactly: what a lobe sends on it cannot tell.
+fn refuse_lobes(scene: &Scene, receivers: &str) -> Result<(), NotForLightMesh> {
+    for surface in &scene.surfaces {
+        let material = &scene.materials[surface.material as usize];
+        if matches!(material.law, ReflectionLaw::Phong { specular_reflectance, .. } if specular_reflectance > 0.0) {
             return Err(NotForLightMesh {
-                what: "illuminance on cylinders".to_owned(),
-                got: format!("receivers \"{}\", {}", set.name, set.quantity.name()),
-                expected: "receivers that are planes".to_owned(),
+                what: "the luminance of glossy surfaces: a mesh knows how much light arrives, not from where"
+                    .to_owned(),
+                got: format!("{receivers}, and surface \"{}\" of material \"{}\"", surface.name, material.name),
+                expected: "surfaces that are diffuse, translucent, mirrors or glass".to_owned(),
+                remedy: "use --method local or --method collision, which follow lobes".to_owned(),
             });
         }
     }

@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::mesh::Surroundings;
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
+use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::{Cell, ReceiverPoint};
@@ -16,10 +17,8 @@ pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (
     for emitter in stage.emitters.list() {
         let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) else { continue };
         rays += 1;
-        if let Some(place) = look.place
-            && !stage.tracer.is_occluded(receiver.origin, &stage.origin(&place))
-        {
-            sum_lx += look.unshadowed_lx;
+        if let Some(place) = look.place {
+            sum_lx += look.unshadowed_lx * stage.transmittance(receiver.origin, &stage.origin(&place));
         }
     }
     (sum_lx, rays)
@@ -37,14 +36,30 @@ pub struct Spot {
     pub point_m: DVec3,
     /// Unit normal.
     pub normal: DVec3,
-    /// Triangle and weights of its corners, for a point of an element.
-    pub on: Option<(Cell, [f64; 2])>,
+    /// Where its rays start.
+    start: Start,
+}
+
+/// Where the rays of a spot start.
+#[derive(Clone, Copy)]
+enum Start {
+    /// On the side of whatever surface it lies on that its normal points to.
+    Side,
+    /// On an element side, at these weights of the triangle's corners.
+    Cell(Cell, [f64; 2]),
+    /// Known from the ray that met the surface.
+    At(Origin),
 }
 
 impl Spot {
     /// A receiver.
     pub fn of_point(point: &ReceiverPoint) -> Spot {
-        Spot { point_m: point.position_m, normal: point.normal, on: None }
+        Spot { point_m: point.position_m, normal: point.normal, start: Start::Side }
+    }
+
+    /// A place on a surface that a ray has met.
+    pub fn at_origin(point_m: DVec3, normal: DVec3, origin: Origin) -> Spot {
+        Spot { point_m, normal, start: Start::At(origin) }
     }
 
     /// A point of an element side by the weights of the element's second and third corner.
@@ -55,7 +70,7 @@ impl Spot {
         Spot {
             point_m: a + inner[0] * (b - a) + inner[1] * (c - a),
             normal: around.stage.normal(cell.triangle, cell.side),
-            on: Some((cell, inner)),
+            start: Start::Cell(cell, inner),
         }
     }
 
@@ -67,9 +82,10 @@ impl Spot {
     /// Hands the spot to `ask` as a receiver.
     #[inline]
     pub fn ask<T>(&self, stage: &Stage, ask: impl FnOnce(&Receiver) -> T) -> T {
-        let origin = match self.on {
-            Some((cell, inner)) => stage.tracer.surface_origin(cell.triangle, inner, cell.side),
-            None => stage.tracer.side_origin(self.point_m, self.normal),
+        let origin = match self.start {
+            Start::Side => stage.tracer.side_origin(self.point_m, self.normal),
+            Start::Cell(cell, inner) => stage.tracer.surface_origin(cell.triangle, inner, cell.side),
+            Start::At(origin) => origin,
         };
         ask(&Receiver { point_m: self.point_m, normal: self.normal, origin: &origin })
     }

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::lattice::{Index, Lattice};
 use super::mesh::{NEAREST, Surroundings};
@@ -14,6 +14,7 @@ use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
+use crate::estimators::images::look_into_mirrors;
 use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -23,10 +24,14 @@ use crate::sampling::warp::uniform_sphere;
 const COEFFICIENTS: usize = 9;
 /// Halves of the walks, for the random error.
 const HALVES: usize = 2;
-/// 1/φ: steps of it cover a turn evenly.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// The map number of the streams of a mesh's walks, less the level of refinement.
 const GATHERING: u32 = u32::MAX - 1;
+/// The map number of the streams of looks into mirrors.
+const IMAGES: u32 = u32::MAX - 4;
+/// Walks of a mesh point for each look into mirrors from a place.
+const WALKS_PER_LOOK: u32 = 32;
+/// Looks into mirrors from a place in each half, at most.
+const MOST_LOOKS: u32 = 64;
 
 /// Coefficients of the light that arrives at a point, from each half of its walks.
 type Field = [[f64; COEFFICIENTS]; HALVES];
@@ -57,7 +62,56 @@ fn illuminance(field: &[f64; COEFFICIENTS], normal: DVec3, form: IndirectForm) -
     let y = harmonics(normal);
     match form {
         IndirectForm::Scalar => field[0] * y[0],
-        IndirectForm::Directional => (0..COEFFICIENTS).map(|i| COSINE[i] * field[i] * y[i]).sum::<f64>().max(0.0),
+        IndirectForm::Directional => (0..COEFFICIENTS).map(|i| COSINE[i] * field[i] * y[i]).sum::<f64>(),
+    }
+}
+
+/// What the points of a set would bring to a place's plane, and the linear function of their offsets that fits it best:
+/// its value at the place has no error of first order, neither from the height that the set lies at nor from a set that
+/// lies to one side.
+#[derive(Default)]
+struct Fit {
+    members: f64,
+    /// Σ o and Σ o oᵀ of the offsets over the radius.
+    sum: DVec3,
+    square: DMat3,
+    /// Σ E and Σ E o of each half.
+    lx: [f64; HALVES],
+    moment: [DVec3; HALVES],
+}
+
+/// Least determinant of the offsets' covariance, over the radius to the sixth: a whole half ball's is 0.0024, a flat set's 0.
+const LEAST_SPREAD: f64 = 2e-4;
+
+impl Fit {
+    fn add(&mut self, offset: DVec3, lx: [f64; HALVES]) {
+        self.members += 1.0;
+        self.sum += offset;
+        self.square += DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z);
+        for half in 0..HALVES {
+            self.lx[half] += lx[half];
+            self.moment[half] += lx[half] * offset;
+        }
+    }
+
+    fn mean(&self) -> [f64; HALVES] {
+        self.lx.map(|lx| (lx / self.members).max(0.0))
+    }
+
+    /// The fit's value at the place; the mean where the set is too flat for a slope.
+    fn at_place(&self) -> [f64; HALVES] {
+        let center = self.sum / self.members;
+        let outer = DMat3::from_cols(center * center.x, center * center.y, center * center.z);
+        let spread = self.square * (1.0 / self.members) - outer;
+        if spread.determinant() < LEAST_SPREAD {
+            return self.mean();
+        }
+        let towards_place = spread.inverse() * -center;
+        [0, 1].map(|half| {
+            let mean = self.lx[half] / self.members;
+            let slope = self.moment[half] / self.members - mean * center;
+            (mean + slope.dot(towards_place)).max(0.0)
+        })
     }
 }
 
@@ -148,9 +202,27 @@ impl<'a> IndirectMesh<'a> {
         })
     }
 
-    /// Indirect illuminance of a place in lx by each half of the walks: the mean over its set of what each point
-    /// would bring to the place's plane.
+    /// Indirect illuminance of a place in lx by each half of the walks: what the points of its set would bring to the
+    /// place's plane (directional: their linear fit, scalar: their mean), and what the place itself finds in flat mirrors.
     pub fn indirect_lx(&self, receiver: &Receiver, place_number: u64, room: &mut GatherRoom) -> [f64; HALVES] {
+        let (stage, walks) = (self.around.stage, self.gathering.walks);
+        let gathered_lx = self.gathered_lx(receiver, room);
+        let GatherRoom { cut, counts, .. } = room;
+        let (lx, rays) = match gathered_lx {
+            // Walks look into mirrors themselves.
+            None => walks_at_place_lx(stage, receiver, place_number, walks, self.seed, cut),
+            Some(gathered_lx) => {
+                let looks = walks.div_ceil(WALKS_PER_LOOK).min(MOST_LOOKS);
+                let (images_lx, rays) = images_at_place_lx(stage, receiver, place_number, looks, self.seed, cut);
+                ([0, 1].map(|half| gathered_lx[half] + images_lx[half]), rays)
+            }
+        };
+        counts.walk_rays += rays;
+        lx
+    }
+
+    /// What the set of a place says; `None` where the set is empty.
+    fn gathered_lx(&self, receiver: &Receiver, room: &mut GatherRoom) -> Option<[f64; HALVES]> {
         let GatherRoom { candidates, cut, counts } = room;
         let (place_m, normal) = (receiver.point_m, receiver.normal);
         self.templates.candidates(&self.lattice, place_m, normal, self.least_height_m, candidates);
@@ -159,8 +231,8 @@ impl<'a> IndirectMesh<'a> {
         let tracer = &self.around.stage.tracer;
         let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
         loop {
-            let mut sum = [[0.0; COEFFICIENTS]; HALVES];
-            let (mut members, mut open) = (0u32, true);
+            let mut fit = Fit::default();
+            let mut open = true;
             for candidate in candidates.iter().filter(|candidate| self.lattice.contains(candidate.index)) {
                 let (leaf, place) = self.tree.leaf(candidate.index, || std::array::from_fn(|_| OnceLock::new()));
                 let Some(field) = leaf[place].get_or_init(|| self.field_at(candidate.index, cut, counts)) else {
@@ -174,24 +246,22 @@ impl<'a> IndirectMesh<'a> {
                         continue;
                     }
                 }
-                members += 1;
-                for half in 0..HALVES {
-                    (0..COEFFICIENTS).for_each(|i| sum[half][i] += field[half][i]);
-                }
+                let lx = [0, 1].map(|half| illuminance(&field[half], normal, self.gathering.form));
+                fit.add(candidate.offset_m / self.gathering.radius_m, lx);
             }
             // With one of the nearest points inside of a solid, the place may lie under it: each point is tested.
             if !open && !tests {
                 tests = true;
                 continue;
             }
-            if members == 0 {
+            if fit.members == 0.0 {
                 counts.places_without_set += 1;
-                let (lx, rays) =
-                    walks_at_place_lx(self.around.stage, receiver, place_number, self.gathering.walks, self.seed, cut);
-                counts.walk_rays += rays;
-                return lx;
+                return None;
             }
-            return sum.map(|half| illuminance(&half, normal, self.gathering.form) / f64::from(members));
+            return Some(match self.gathering.form {
+                IndirectForm::Scalar => fit.mean(),
+                IndirectForm::Directional => fit.at_place(),
+            });
         }
     }
 
@@ -209,26 +279,47 @@ impl<'a> IndirectMesh<'a> {
         // Half the key in the replica's number, half in the index: no two points share a stream.
         let key = self.lattice.key(index);
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, GATHERING, (key >> 32) as u32);
-        stream.seek(key << 32);
-        let shifts = [stream.pair(), stream.pair()];
-        for walk in 0..self.gathering.walks {
-            stream.seek((key << 32) | u64::from(walk + 1));
-            // Each half has a spiral of its own over the sphere, turned at random.
-            let half = walk as usize % HALVES;
-            let step = f64::from(walk / HALVES as u32) + 0.5;
-            let turns = (step * GOLDEN + shifts[half][0]).fract();
-            let height = (step / f64::from(self.gathering.walks / HALVES as u32) + shifts[half][1]).fract();
-            let direction = uniform_sphere([height, turns]);
-            let (arriving, rays) = sample_arriving_lx(self.around.stage, origin, direction, cut, &mut stream);
-            counts.walk_rays += rays;
-            let y = harmonics(direction);
-            (0..COEFFICIENTS).for_each(|i| field[half][i] += arriving * y[i]);
+        for (half, field) in field.iter_mut().enumerate() {
+            for walk in 0..u64::from(self.gathering.walks) / HALVES as u64 {
+                let number = (walk * HALVES as u64) + half as u64;
+                // Each half of each point has a sequence of its own, scrambled apart from all others.
+                stream.seek_quasi((key << 32) | number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
+                let direction = uniform_sphere(stream.pair());
+                let (arriving, rays) = sample_arriving_lx(self.around.stage, origin, direction, cut, &mut stream);
+                counts.walk_rays += rays;
+                let y = harmonics(direction);
+                (0..COEFFICIENTS).for_each(|i| field[i] += arriving * y[i]);
+            }
         }
         // ∫ f Y dω = 4π · mean, for each half of the walks.
         let scale = 4.0 * PI * HALVES as f64 / f64::from(self.gathering.walks);
         field.iter_mut().flatten().for_each(|coefficient| *coefficient *= scale);
         Some(field)
     }
+}
+
+/// What images of point-like luminaires in flat mirrors bring to a place, in two halves, and the rays they took: no ray of
+/// a walk meets them, and harmonics would blur them.
+pub fn images_at_place_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    place_number: u64,
+    looks: u32,
+    seed: u64,
+    cut: &mut Cut,
+) -> ([f64; HALVES], u64) {
+    let Some(mirrors) = &stage.mirrors else { return ([0.0; HALVES], 0) };
+    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
+    for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
+        let mut stream = Stream::new(seed, Purpose::LightMesh, IMAGES, half as u32);
+        for look in 0..looks {
+            stream.seek_quasi((place_number << 32) | u64::from(look), place_number, u64::from(look));
+            let (lx, look_rays) = look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, &mut stream);
+            *sum_lx += lx / f64::from(looks);
+            rays += look_rays;
+        }
+    }
+    (sum_lx, rays)
 }
 
 /// Indirect illuminance by walks from the place itself, in two halves, and the rays they took.
@@ -243,10 +334,12 @@ pub fn walks_at_place_lx(
     let mut stream = Stream::new(seed, Purpose::LightMesh, GATHERING - 1, 0);
     let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
     for walk in 0..walks {
-        stream.seek((place_number << 32) | u64::from(walk));
+        let half = walk as usize % HALVES;
+        let sequence = HALVES as u64 * place_number + half as u64;
+        stream.seek_quasi((place_number << 32) | u64::from(walk), sequence, u64::from(walk) / HALVES as u64);
         let (lx, walk_rays) = sample_indirect_lx(stage, receiver, cut, &mut stream);
         rays += walk_rays;
-        sum_lx[walk as usize % HALVES] += lx;
+        sum_lx[half] += lx;
     }
     (sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(walks)), rays)
 }
@@ -254,6 +347,30 @@ pub fn walks_at_place_lx(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// 1/φ: steps of it cover a turn evenly.
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+    /// A linear field is met to rounding by any set with a slope, and by the mean only where the set lies around the place.
+    #[test]
+    fn the_fit_knows_no_error_of_first_order() {
+        let lx = |offset: DVec3| 5.0 + offset.dot(DVec3::new(1.0, -2.0, 3.0));
+        let mut fit = Fit::default();
+        for k in 0..2 {
+            for j in -1..=1 {
+                for i in -1..=1 {
+                    let offset = 0.45 * DVec3::new(f64::from(i) + 0.3, f64::from(j) - 0.2, f64::from(k) + 0.5);
+                    fit.add(offset, [lx(offset), 2.0 * lx(offset)]);
+                }
+            }
+        }
+        let [even, odd] = fit.at_place();
+        assert!((even - 5.0).abs() < 1e-12 && (odd - 10.0).abs() < 1e-12, "{even} {odd}");
+        assert!((fit.mean()[0] - 5.0).abs() > 0.05);
+        let mut flat = Fit::default();
+        (0..4).for_each(|i| flat.add(DVec3::new(f64::from(i % 2), f64::from(i / 2), 0.5), [1.0, 2.0]));
+        assert_eq!(flat.at_place(), [1.0, 2.0]);
+    }
 
     /// ∫ Y_i Y_j dω = δ_ij over a spiral of 20,000 directions.
     #[test]

@@ -3,12 +3,19 @@
 
 use rayon::prelude::*;
 
+use super::entries::Entries;
 use super::exact::{Spot, look_at_all, looks_are_exact};
 use super::mesh::Surroundings;
-use super::tracing::{Entries, EntryLight};
+use super::sights::{SeenPlace, end_at};
+use super::tracing::EntryLight;
+use crate::estimators::direct::Receiver;
+use crate::estimators::luminance::sample_interreflected_cd_m2;
+use crate::estimators::sight::{SMALL_SHARE, Seen, look_along};
 use crate::estimators::walk::sample_indirect_lx;
+use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
+use crate::scene::ReceiverPoint;
 
 /// Places at which direct light is computed again.
 pub const DIRECT_PLACES: usize = 1024;
@@ -110,7 +117,7 @@ pub fn measure_direct(
     seed: u64,
     map: u32,
 ) -> Measured {
-    let exact = looks_are_exact(around.stage) && !entries.are_means();
+    let exact = looks_are_exact(around.stage) && !entries.are_means() && !entries.have_chance();
     let looks = if exact { 1 } else { LOOKS };
     let judged: Vec<(f64, bool, u64)> = chosen
         .par_iter()
@@ -120,10 +127,9 @@ pub fn measure_direct(
             let mut half_lx = |half: u64| {
                 let mut sum_lx = 0.0;
                 for look in 0..looks {
-                    stream.seek(((*entry as u64) << SAMPLE_BITS) | (half * looks + look));
-                    let spot = entries.drawn_spot(around, *entry, &mut stream);
-                    let (lx, look_rays) =
-                        spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, &mut stream));
+                    let index = ((*entry as u64) << SAMPLE_BITS) | (half * looks + look);
+                    stream.seek_quasi(index, 2 * *entry as u64 + half, look);
+                    let (lx, look_rays) = sample_direct(around, entries, *entry, &mut stream);
                     sum_lx += lx;
                     rays += look_rays;
                 }
@@ -147,6 +153,62 @@ pub fn measure_direct(
     }
 }
 
+/// One unbiased sample of the direct light of an entry, without a mesh and with lines of sight of its own, and its rays.
+fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> (f64, u64) {
+    let (mut sum_lx, mut rays) = (0.0, 0);
+    if let Some(eye) = eye_of(around, entries, entry) {
+        let mut places: Vec<SeenPlace> = Vec::new();
+        let origin = around.stage.tracer.side_origin(eye.position_m, eye.normal);
+        rays += look_along(around.stage, &origin, eye.normal, SMALL_SHARE, stream, |seen| match seen {
+            Seen::Luminaire(luminance_cd_m2) => sum_lx += luminance_cd_m2,
+            Seen::Surface(end) => end_at(around.stage, &end, &mut places),
+        });
+        for place in places {
+            let (lx, look_rays) = place.spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
+            sum_lx += place.weight_per_sr * lx;
+            rays += look_rays;
+        }
+        return (sum_lx, rays);
+    }
+    entries.each_drawn_spot(around, entry, stream, |spot: Spot, weight, stream| {
+        let (lx, look_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
+        sum_lx += weight * lx;
+        rays += look_rays;
+    });
+    (sum_lx, rays)
+}
+
+/// The same of its indirect light: a walk.
+fn sample_indirect(
+    around: &Surroundings,
+    entries: &Entries,
+    entry: usize,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    if let Some(eye) = eye_of(around, entries, entry) {
+        let origin = around.stage.tracer.side_origin(eye.position_m, eye.normal);
+        let eye = Receiver { point_m: eye.position_m, normal: eye.normal, origin: &origin };
+        return sample_interreflected_cd_m2(around.stage, &eye, cut, stream);
+    }
+    let (mut sum_lx, mut rays) = (0.0, 0);
+    entries.each_drawn_spot(around, entry, stream, |spot: Spot, weight, stream| {
+        let (lx, walk_rays) =
+            spot.ask(around.stage, |receiver| sample_indirect_lx(around.stage, receiver, cut, stream));
+        sum_lx += weight * lx;
+        rays += walk_rays;
+    });
+    (sum_lx, rays)
+}
+
+/// The eye of an entry that looks.
+fn eye_of<'a>(around: &Surroundings<'a>, entries: &Entries, entry: usize) -> Option<&'a ReceiverPoint> {
+    match (entries.kind, &entries.sights) {
+        (MapKind::Receivers(set), Some(_)) => Some(&around.scene.receivers[set].points[entry]),
+        _ => None,
+    }
+}
+
 /// Measures indirect light the same way, with walks; returns rays too.
 pub fn measure_indirect(
     around: &Surroundings,
@@ -165,11 +227,9 @@ pub fn measure_indirect(
             let mut half_lx = |half: u64| {
                 let mut sum_lx = 0.0;
                 for walk in 0..walks {
-                    stream.seek(((*entry as u64) << SAMPLE_BITS) | (half * walks + walk));
-                    let spot: Spot = entries.drawn_spot(around, *entry, &mut stream);
-                    let (lx, walk_rays) = spot.ask(around.stage, |receiver| {
-                        sample_indirect_lx(around.stage, receiver, &mut cut, &mut stream)
-                    });
+                    let index = ((*entry as u64) << SAMPLE_BITS) | (half * walks + walk);
+                    stream.seek_quasi(index, 2 * *entry as u64 + half, walk);
+                    let (lx, walk_rays) = sample_indirect(around, entries, *entry, &mut cut, &mut stream);
                     sum_lx += lx;
                     rays += walk_rays;
                 }

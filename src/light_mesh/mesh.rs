@@ -62,12 +62,14 @@ pub struct Counts {
     pub places_without_set: u64,
     /// Shadow rays from those.
     pub fallback_rays: u64,
+    /// Rays from places to luminaires that their sets see through panes.
+    pub pane_rays: u64,
 }
 
 impl Counts {
     /// Rays of all kinds.
     pub fn rays(&self) -> u64 {
-        self.visibility_rays + self.parity_rays + self.local_rays + self.fallback_rays
+        self.visibility_rays + self.parity_rays + self.local_rays + self.fallback_rays + self.pane_rays
     }
 }
 
@@ -82,6 +84,7 @@ impl std::ops::AddAssign for Counts {
         self.local_rays += other.local_rays;
         self.places_without_set += other.places_without_set;
         self.fallback_rays += other.fallback_rays;
+        self.pane_rays += other.pane_rays;
     }
 }
 
@@ -183,7 +186,8 @@ impl<'a> LightMesh<'a> {
             seen.any.clone_from(look);
             seen.all.clone_from(look);
             seen.members = 1;
-            let illuminance_lx = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
+            let (illuminance_lx, rays) = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
+            counts.fallback_rays += rays;
             return MeshLight { illuminance_lx, mixed: false };
         }
         let count = members.len() / words;
@@ -213,7 +217,9 @@ impl<'a> LightMesh<'a> {
                 }
             }
         }
-        MeshLight { illuminance_lx: self.around.samples.illuminance_lx(self.around.stage, receiver, seen), mixed }
+        let (illuminance_lx, rays) = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
+        counts.pane_rays += rays;
+        MeshLight { illuminance_lx, mixed }
     }
 
     /// Whether a solid is pressed onto a place, so that no light gets there: just over it the parity says inside.

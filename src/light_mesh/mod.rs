@@ -3,6 +3,7 @@
 //! After Debelov and Sevastyanov (2001, "An original approach to simulation of soft shadows and diffuse color bleeding
 //! in ray tracing") and Debelov and Novikov (2009, "Soft shadow generation via recursive ray tracing").
 
+mod entries;
 mod error;
 pub mod exact;
 mod indirect;
@@ -13,11 +14,13 @@ mod options;
 mod plan;
 mod result;
 mod samples;
+mod sights;
 mod solids;
 mod sparse;
 mod template;
 pub mod tracing;
 
+pub use entries::Entries;
 pub use error::{NotForLightMesh, check};
 pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh};
 pub use lattice::{Index, Lattice};

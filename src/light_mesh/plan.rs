@@ -2,18 +2,31 @@
 
 use std::f64::consts::PI;
 
+use super::entries::Entries;
 use super::indirect::{Gathering, IndirectMesh};
 use super::judge::{DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, choose, measure_direct, measure_indirect};
 use super::mesh::{LightMesh, Surroundings};
 use super::options::{Accelerations, IndirectForm, Options, RADIUS_PER_STEP};
-use super::tracing::{DirectBy, Effort, Entries, EntryLight, IndirectBy, light_of};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 
 /// Steps along the side of a map's area on the first mesh tried.
 const FIRST_STEPS: f64 = 16.0;
 /// Indirect light varies more smoothly: its mesh is this much coarser than a step that the user gives.
-const INDIRECT_COARSER: f64 = 4.0;
+const INDIRECT_COARSER: f64 = 3.0;
+/// Radius over step of the sets that indirect light with directions is fitted over.
+const DIRECTIONAL_RADIUS_PER_STEP: f64 = 2.1;
 /// Walks from a mesh point on the first try.
 const FIRST_WALKS: u32 = 512;
+/// The next try has this many times the walks at most.
+const MOST_MORE_WALKS: f64 = 16.0;
+/// Part of the squared error allowed to indirect light that its chance may take.
+const SHARE_OF_CHANCE: f64 = 0.5;
+/// A step half as long should leave less than this part of the squared error.
+const HELPED: f64 = 0.8;
+/// Chance in indirect light over its mean, where no target is set.
+const QUIET: f64 = 0.007;
+/// Walks from a mesh point at most where no target is set.
+const MOST_QUIET_WALKS: u32 = 8192;
 /// Walks from a mesh point at most.
 const MOST_WALKS: u32 = 1 << 15;
 /// Walks from a checked place in each half, first and at most.
@@ -139,6 +152,14 @@ impl<'a> Planner<'_, 'a> {
         }
     }
 
+    /// Sets of two layers, so that a slope across them is known; those of the paper's form are means, as close as can be.
+    fn indirect_radius_per_step(&self) -> f64 {
+        match (self.wishes.radius_m, self.wishes.form) {
+            (None, IndirectForm::Directional) => DIRECTIONAL_RADIUS_PER_STEP,
+            _ => self.radius_per_step(),
+        }
+    }
+
     fn plan_direct(
         &self,
         entries: &Entries,
@@ -200,25 +221,35 @@ impl<'a> Planner<'_, 'a> {
         let asked_m = self.wishes.step_m.map(|step_m| INDIRECT_COARSER * step_m);
         let mut step_m = asked_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS);
         let mut walks = FIRST_WALKS;
+        let ratio = self.indirect_radius_per_step();
         let mut indirect_lx = 0.0;
+        let mut last_mean = None;
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
-        let no_direct = DirectBy::Rays { passes: 0 };
+        // Errors are relative to all the light; a few shadow rays tell how much of it is direct.
+        let by_rays = DirectBy::Rays { passes: 1 };
         for refinement in 0..=MOST_REFINEMENTS {
-            let gathering =
-                Gathering { step_m, radius_m: self.radius_per_step() * step_m, walks, form: self.wishes.form };
+            let gathering = Gathering { step_m, radius_m: ratio * step_m, walks, form: self.wishes.form };
             let Some(mesh) = IndirectMesh::new(self.around, entries.bounds_m, gathering, self.wishes.seed) else {
                 break;
             };
             let by_mesh = IndirectBy::Mesh(&mesh);
             let (lights, effort) =
-                light_of(&self.around, entries, &chosen, &no_direct, &by_mesh, self.wishes.seed, PLANNING + map);
+                light_of(&self.around, entries, &chosen, &by_rays, &by_mesh, self.wishes.seed, PLANNING + map);
             plan.effort += effort;
             plan.indirect = IndirectPlan::Mesh(Box::new(mesh));
             indirect_lx = mean(lights.iter().map(EntryLight::indirect_mean_lx));
-            let Some(target_error) = target_error else { break };
-            // Direct light only adds to the mean that errors are relative to: without it the plan is on the safe side.
-            let allowed = (SHARE_OF_BOTH * target_error * indirect_lx).powi(2);
             let random = mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
+            let Some(target_error) = target_error else {
+                // Without a target the mesh is as it was asked for, and chance is not to be seen.
+                let quiet = (QUIET * indirect_lx).powi(2);
+                if random <= quiet || walks >= MOST_QUIET_WALKS || (self.stop)() {
+                    break;
+                }
+                walks = more_walks(walks, random / quiet).min(MOST_QUIET_WALKS);
+                continue;
+            };
+            let whole_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean_lx));
+            let allowed = (SHARE_OF_BOTH * target_error * whole_lx).powi(2);
             let pairs: Vec<(usize, EntryLight)> = chosen.iter().copied().zip(lights).collect();
             let measured = self.checked(entries, &pairs, map, allowed, plan);
             let refines_to_no_end = refinement == MOST_REFINEMENTS || (walks >= MOST_WALKS && asked_m.is_some());
@@ -226,15 +257,19 @@ impl<'a> Planner<'_, 'a> {
                 break;
             }
             // Walks from the places themselves would need this many for the same chance: a set shares those of its points.
-            let set = half_ball(self.radius_per_step());
+            let set = half_ball(ratio);
             let place_walks = random * f64::from(walks) * set / (0.5 * allowed).max(f64::MIN_POSITIVE);
-            let next = points_needed(entries, 0.5 * step_m, self.radius_per_step() * 0.5 * step_m);
-            if walks < MOST_WALKS && (random > 0.5 * measured.mean || asked_m.is_some()) {
-                walks *= 2;
-            } else if next * f64::from(walks) > place_walks * entries.places() as f64 {
+            let next = points_needed(entries, 0.5 * step_m, ratio * 0.5 * step_m);
+            // Chance must shrink in any case, and a coarse mesh is where that is cheap. What is left is the mesh's doing,
+            // unless finer ones do not help: then nothing near by is smooth enough for one (light that mirrors gather).
+            let helped = last_mean.is_none_or(|last_mean: f64| measured.mean < HELPED * last_mean);
+            if walks < MOST_WALKS && (random > SHARE_OF_CHANCE * allowed || asked_m.is_some()) {
+                walks = more_walks(walks, random / (SHARE_OF_CHANCE * allowed));
+            } else if !helped || next * f64::from(walks) > place_walks * entries.places() as f64 {
                 plan.indirect = IndirectPlan::Walks(walks);
                 break;
             } else {
+                last_mean = Some(measured.mean);
                 step_m *= 0.5;
             }
         }
@@ -263,6 +298,12 @@ impl<'a> Planner<'_, 'a> {
             plan.check_walks *= 2;
         }
     }
+}
+
+/// Walks for the next try: chance's square falls at least as 1/n, and a try that goes too far is the dearer mistake.
+fn more_walks(walks: u32, excess: f64) -> u32 {
+    let times = excess.clamp(2.0, MOST_MORE_WALKS).log2().ceil().exp2();
+    ((f64::from(walks) * times) as u32).min(MOST_WALKS)
 }
 
 /// Side of the square that a map stands for: of its area, or of the largest face of the box around it.

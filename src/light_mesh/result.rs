@@ -1,16 +1,17 @@
 //! From computed places to a map with the error it states.
 
+use super::entries::Entries;
 use super::judge::{
     DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct, measure_indirect,
 };
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
 use super::samples::Samples;
-use super::tracing::{DirectBy, Effort, Entries, EntryLight, IndirectBy, light_of};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
-use crate::scene::{Elements, ReceiverLayout, Scene, Side};
+use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side};
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
-const MOST_PASSES: u64 = 64;
+const MOST_PASSES: u64 = 1024;
 /// Walks from a place at most.
 const MOST_PLACE_WALKS: u32 = 1 << 20;
 /// Part of the target that chance in shadow rays may use.
@@ -55,6 +56,7 @@ impl Planner<'_, '_> {
         let seed = self.wishes.seed;
         let all: Vec<usize> = (0..entries.weights.len()).collect();
         let (mut effort, mut check_rays) = (plan.effort, plan.check_rays);
+        effort.sight_rays += entries.sights.as_ref().map_or(0, |sights| sights.rays);
         let mut compute = |direct: &DirectBy, indirect: &IndirectBy| {
             let (lights, more) = light_of(&self.around, entries, &all, direct, indirect, seed, map);
             effort += more;
@@ -94,7 +96,7 @@ impl Planner<'_, '_> {
         let chosen = |most: usize| -> Vec<(usize, EntryLight)> {
             choose(entries, most, seed, map).into_iter().map(|entry| (entry, lights[entry])).collect()
         };
-        if matches!(plan.direct, DirectPlan::Mesh(_)) {
+        if matches!(plan.direct, DirectPlan::Mesh(_)) || entries.have_chance() {
             measured = measure_direct(&self.around, entries, &chosen(DIRECT_PLACES), seed, map);
         }
         if let IndirectPlan::Mesh(_) = plan.indirect {
@@ -154,6 +156,9 @@ impl Planner<'_, '_> {
         let upper_lx = measured.total().upper_root_lx().hypot(short * of_places_lx).max(estimated_lx);
         let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
         let error_of = |light: &EntryLight| {
+            if light.is_known {
+                return 0.0;
+            }
             let direct = if light.mixed { measured.direct_mixed } else { measured.direct_agreed };
             // An error that chance hides is as large as chance could hide: 0 would mean exact.
             let known = |square: MeanSquare| square.mean.max(square.standard_error);
@@ -186,6 +191,7 @@ impl Planner<'_, '_> {
             MapKind::Receivers(set) => {
                 let set = &self.around.scene.receivers[set];
                 let (kind, area_m2) = match set.layout {
+                    _ if set.quantity == Quantity::Luminance => (TableKind::Luminance, 0.0),
                     ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
                     _ => (TableKind::Points, 0.0),
                 };

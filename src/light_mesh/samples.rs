@@ -23,6 +23,8 @@ const PLACING: u32 = u32::MAX;
 pub struct Samples {
     /// Words that hold all bits.
     pub words: usize,
+    /// First word of the bits of points that are seen through panes alone; `None` where there are no panes.
+    panes_from: Option<usize>,
     groups: Vec<Group>,
     points: Vec<Point>,
 }
@@ -67,7 +69,8 @@ impl Samples {
         let extended = list.iter().filter(|emitter| !emitter.is_point() || emitter.has_opening()).count();
         let stratified = EDGES[usize::from(extended > FEW)].pow(2);
         let count_of_extended = if let Placing::Count(count) = placing { count } else { stratified };
-        let mut samples = Samples { words: 0, groups: Vec::with_capacity(list.len()), points: Vec::new() };
+        let mut samples =
+            Samples { words: 0, panes_from: None, groups: Vec::with_capacity(list.len()), points: Vec::new() };
         let mut next_bit = 0;
         for (index, emitter) in list.iter().enumerate() {
             let is_extended = !emitter.is_point() || emitter.has_opening();
@@ -87,13 +90,16 @@ impl Samples {
             });
             let mut stream = Stream::new(seed, Purpose::LightMesh, PLACING, index as u32);
             for number in 0..count {
-                stream.seek(number as u64);
                 let variates = stratum(number, count, &mut stream);
                 samples.points.push(point_of(stage, emitter, variates, &mut stream));
             }
             next_bit += count;
         }
         samples.words = next_bit.div_ceil(WORD);
+        if stage.has_panes() {
+            samples.panes_from = Some(samples.words);
+            samples.words *= 2;
+        }
         samples
     }
 
@@ -112,38 +118,45 @@ impl Samples {
         words.fill(0);
         for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
             for number in 0..group.count as usize {
-                if self.is_seen(stage, sees, from, place_m, emitter, group.first + number) {
-                    words[group.word] |= 1 << (group.shift as usize + number);
+                let Some(origin) = self.origin_of(stage, place_m, emitter, group.first + number) else { continue };
+                let bit = 1 << (group.shift as usize + number);
+                if sees(&stage.tracer, from, &origin) {
+                    words[group.word] |= bit;
+                } else if let Some(panes_from) = self.panes_from
+                    && stage.transmittance(from, &origin) > 0.0
+                {
+                    words[panes_from + group.word] |= bit;
                 }
             }
         }
         self.points.len() as u64
     }
 
-    fn is_seen(
-        &self,
-        stage: &Stage,
-        sees: Sees,
-        from: &Origin,
-        place_m: DVec3,
-        emitter: &Emitter,
-        number: usize,
-    ) -> bool {
+    /// Where a point of an emitter is, for rays from a place; `None` for a ball that the place is inside of.
+    fn origin_of(&self, stage: &Stage, place_m: DVec3, emitter: &Emitter, number: usize) -> Option<Origin> {
         match self.points[number] {
-            Point::Fixed { origin, .. } => sees(&stage.tracer, from, &origin),
-            Point::OnBall(variates) => emitter
-                .point_seen_from(place_m, variates)
-                .is_some_and(|place| sees(&stage.tracer, from, &stage.origin(&place))),
+            Point::Fixed { origin, .. } => Some(origin),
+            Point::OnBall(variates) => emitter.point_seen_from(place_m, variates).map(|place| stage.origin(&place)),
         }
     }
 
-    /// Illuminance at a receiver from shares of visibility: Σ (share seen) × (unshadowed illuminance).
+    /// Illuminance at a receiver from shares of visibility: Σ (share seen) × (unshadowed illuminance); and the rays that
+    /// it took.
     ///
     /// `any` holds the bits that some of `members` points see, `all` those that all see; `planes[word·depth + b]` the
-    /// binary digits, from the lowest, of how many see each bit that only some see.
-    pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &Seen) -> f64 {
-        let mut sum_lx = 0.0;
+    /// binary digits, from the lowest, of how many see each bit that only some see. What is seen through panes by any of
+    /// them passes a pane whose share depends on the angle: the receiver asks for it with rays of its own.
+    pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &Seen) -> (f64, u64) {
+        let (mut sum_lx, mut rays) = (0.0, 0);
         for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
+            if let Some(panes_from) = self.panes_from
+                && seen.any[panes_from + group.word] & group.mask != 0
+            {
+                let (lx, more) = self.through_panes_lx(stage, emitter, group, receiver);
+                sum_lx += lx;
+                rays += more;
+                continue;
+            }
             let any = seen.any[group.word] & group.mask;
             if any == 0 {
                 continue;
@@ -162,7 +175,22 @@ impl Samples {
                 unshadowed_lx * share / f64::from(group.count)
             };
         }
-        sum_lx
+        (sum_lx, rays)
+    }
+
+    /// Illuminance of one emitter with a ray to each of its points, each weighed by what panes let pass; and the rays.
+    fn through_panes_lx(&self, stage: &Stage, emitter: &Emitter, group: &Group, receiver: &Receiver) -> (f64, u64) {
+        let mut sum_lx = 0.0;
+        let whole_lx = if group.in_parts { 0.0 } else { emitter.unshadowed_lx(receiver.point_m, receiver.normal) };
+        for number in group.first..group.first + group.count as usize {
+            let Some(origin) = self.origin_of(stage, receiver.point_m, emitter, number) else { continue };
+            let lx = match self.points[number] {
+                Point::Fixed { position_m, .. } if group.in_parts => point_lx(emitter, position_m, receiver),
+                _ => whole_lx,
+            };
+            sum_lx += lx * stage.transmittance(receiver.origin, &origin);
+        }
+        (sum_lx / f64::from(group.count), u64::from(group.count))
     }
 
     /// The same of an opening, whose parts count as points of their own.
@@ -195,8 +223,8 @@ impl Samples {
                 let lx = self.source_lx(emitter, number, receiver);
                 if lx > 0.0 {
                     rays += 1;
-                    let seen = self.is_seen(stage, by_tree, receiver.origin, receiver.point_m, emitter, number);
-                    of_emitter_lx += if seen { lx } else { 0.0 };
+                    let origin = self.origin_of(stage, receiver.point_m, emitter, number);
+                    of_emitter_lx += origin.map_or(0.0, |origin| lx * stage.transmittance(receiver.origin, &origin));
                 }
             }
             sum_lx += of_emitter_lx / f64::from(group.count);
@@ -231,9 +259,18 @@ fn point_lx(emitter: &Emitter, position_m: DVec3, receiver: &Receiver) -> f64 {
     emitter.intensity_cd(-direction) * cosine / (distance_m * distance_m)
 }
 
-/// Stratified variates: of a square number by its grid, of others along a sequence; a single one lies in the middle.
+/// Stratified variates: of a power of two by Sobol's net, which spreads them along every edge as evenly as over the whole;
+/// of another square number by its grid, of others along a sequence. A single one lies in the middle.
 fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
     let edge = count.isqrt();
+    if count > 1 && count.is_power_of_two() {
+        stream.seek_quasi(number as u64, 0, number as u64);
+        let variates = stream.pair();
+        // What draws points of openings by itself starts from the same coordinates.
+        stream.seek_quasi(number as u64, 0, number as u64);
+        return variates;
+    }
+    stream.seek(number as u64);
     if count == 1 {
         // The square's image on a triangle has its middle of gravity at (4/9, ½).
         return [4.0 / 9.0, 0.5];

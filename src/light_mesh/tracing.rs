@@ -1,97 +1,18 @@
 //! Maps by light meshes: every place of a map asked for its direct and indirect light.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
-use super::exact::{Spot, look_at_all, looks_are_exact};
+use super::entries::Entries;
+use super::exact::{look_at_all, looks_are_exact};
 use super::indirect::{GatherCounts, GatherRoom, IndirectMesh, walks_at_place_lx};
 use super::mesh::{Counts, LightMesh, Surroundings, Workroom};
 use super::samples::Samples;
-use crate::maps::MapKind;
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::ReceiverLayout;
 
-/// Places of an element at which a mesh is asked: their mean is exact for what varies quadratically.
-const PLACES_OF_ELEMENT: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];
 /// Entries that a thread takes at a time.
 const ENTRIES_PER_CHUNK: usize = 128;
 /// Bits of a stream's index that count samples.
 const SAMPLE_BITS: u32 = 32;
-
-/// The entries of a map: points of a receiver set, or element sides.
-pub struct Entries {
-    /// Which map.
-    pub kind: MapKind,
-    /// Weight of each entry in the map's error; 0 leaves it out.
-    pub weights: Vec<f64>,
-    /// Area in m² that the map stands for; `None` for loose points.
-    pub area_m2: Option<f64>,
-    /// Box around all places.
-    pub bounds_m: [DVec3; 2],
-}
-
-impl Entries {
-    /// The entries of a map.
-    pub fn of(around: &Surroundings, kind: MapKind) -> Entries {
-        let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let mut include = |place_m: DVec3| bounds_m = [bounds_m[0].min(place_m), bounds_m[1].max(place_m)];
-        let (weights, area_m2) = match kind {
-            MapKind::Receivers(set) => {
-                let set = &around.scene.receivers[set];
-                set.points.iter().filter(|point| !point.inside).for_each(|point| include(point.position_m));
-                let weights = set.points.iter().map(|point| if point.inside { 0.0 } else { point.weight });
-                let area_m2 = match set.layout {
-                    ReceiverLayout::Grid { area_m2, .. } => Some(area_m2),
-                    _ => None,
-                };
-                (weights.collect(), area_m2)
-            }
-            MapKind::Elements => {
-                around.scene.vertices_m.iter().for_each(|vertex_m| include(*vertex_m));
-                let elements = &around.stage.elements;
-                let weights: Vec<f64> = (0..elements.len() as u32)
-                    .map(|cell| elements.area_m2(around.scene, elements.cell(cell)))
-                    .collect();
-                let area_m2 = weights.iter().sum();
-                (weights, Some(area_m2))
-            }
-        };
-        Entries { kind, weights, area_m2, bounds_m }
-    }
-
-    /// Whether an entry is a mean over an area.
-    pub fn are_means(&self) -> bool {
-        self.kind == MapKind::Elements
-    }
-
-    /// Places at which the mesh is asked, over all entries.
-    pub fn places(&self) -> usize {
-        self.weights.len() * if self.are_means() { PLACES_OF_ELEMENT.len() } else { 1 }
-    }
-
-    /// A place of an entry: the receiver, or a random point of the element.
-    pub fn drawn_spot(&self, around: &Surroundings, entry: usize, stream: &mut Stream) -> Spot {
-        match self.kind {
-            MapKind::Receivers(set) => Spot::of_point(&around.scene.receivers[set].points[entry]),
-            MapKind::Elements => Spot::drawn_in_cell(around, around.stage.elements.cell(entry as u32), stream),
-        }
-    }
-
-    /// Hands the places at which the mesh is asked to `ask`.
-    fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(Spot)) -> f64 {
-        match self.kind {
-            MapKind::Receivers(set) => {
-                ask(Spot::of_point(&around.scene.receivers[set].points[entry]));
-                1.0
-            }
-            MapKind::Elements => {
-                let cell = around.stage.elements.cell(entry as u32);
-                PLACES_OF_ELEMENT.iter().for_each(|place| ask(Spot::of_cell(around, cell, *place)));
-                PLACES_OF_ELEMENT.len() as f64
-            }
-        }
-    }
-}
 
 /// How direct light is computed.
 pub enum DirectBy<'m, 'a> {
@@ -116,7 +37,7 @@ pub enum IndirectBy<'m, 'a> {
     Walks(u32),
 }
 
-/// What one entry of a map receives, in lx.
+/// What one entry of a map receives, in lx, or shows, in cd/m².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EntryLight {
     /// Direct light by each half.
@@ -125,6 +46,8 @@ pub struct EntryLight {
     pub indirect_lx: [f64; 2],
     /// The points of its set disagreed about some luminaire.
     pub mixed: bool,
+    /// No surface is in it: what it shows are luminaires, or nothing.
+    pub is_known: bool,
 }
 
 impl EntryLight {
@@ -153,12 +76,14 @@ pub struct Effort {
     pub gather: GatherCounts,
     /// Shadow rays from places that no mesh served.
     pub exact_rays: u64,
+    /// Rays of lines of sight.
+    pub sight_rays: u64,
 }
 
 impl Effort {
     /// Rays of all kinds.
     pub fn rays(&self) -> u64 {
-        self.mesh.rays() + self.gather.rays() + self.exact_rays
+        self.mesh.rays() + self.gather.rays() + self.exact_rays + self.sight_rays
     }
 }
 
@@ -167,6 +92,7 @@ impl std::ops::AddAssign for Effort {
         self.mesh += other.mesh;
         self.gather += other.gather;
         self.exact_rays += other.exact_rays;
+        self.sight_rays += other.sight_rays;
     }
 }
 
@@ -186,7 +112,7 @@ pub fn light_of(
             let (mut room, mut gather) = (Workroom::default(), GatherRoom::default());
             let mut exact_rays = 0;
             let lights = chunk.iter().map(|entry| {
-                let mut light = EntryLight::default();
+                let mut light = EntryLight { is_known: !entries.has_places(*entry), ..EntryLight::default() };
                 if entries.weights[*entry] <= 0.0 {
                     return light;
                 }
@@ -195,23 +121,24 @@ pub fn light_of(
                     light.direct_lx = halves_lx;
                     exact_rays += rays;
                 }
+                light.direct_lx = light.direct_lx.map(|lx| lx + entries.own_light(*entry));
                 let mut number = 0;
-                let places = entries.each_spot(around, *entry, |spot| {
+                entries.each_spot(around, *entry, |spot, weight| {
                     spot.ask(around.stage, |receiver| {
                         match direct {
                             DirectBy::Mesh(mesh) => {
                                 let here = mesh.direct(receiver, &mut room);
-                                light.direct_lx = light.direct_lx.map(|lx| lx + here.illuminance_lx);
+                                light.direct_lx = light.direct_lx.map(|lx| lx + weight * here.illuminance_lx);
                                 light.mixed |= here.mixed;
                             }
                             DirectBy::Points(points) => {
                                 let (here_lx, rays) = points.as_point_sources_lx(around.stage, receiver);
-                                light.direct_lx = light.direct_lx.map(|lx| lx + here_lx);
+                                light.direct_lx = light.direct_lx.map(|lx| lx + weight * here_lx);
                                 exact_rays += rays;
                             }
                             DirectBy::Rays { .. } => {}
                         }
-                        let place = (*entry * PLACES_OF_ELEMENT.len() + number) as u64;
+                        let place = entries.place_number(*entry, number);
                         let here_lx = match indirect {
                             IndirectBy::Nothing => [0.0; 2],
                             IndirectBy::Mesh(mesh) => mesh.indirect_lx(receiver, place, &mut gather),
@@ -222,20 +149,16 @@ pub fn light_of(
                                 lx
                             }
                         };
-                        light.indirect_lx = [0, 1].map(|half| light.indirect_lx[half] + here_lx[half]);
+                        light.indirect_lx = [0, 1].map(|half| light.indirect_lx[half] + weight * here_lx[half]);
                         number += 1;
                     });
                 });
-                if !matches!(direct, DirectBy::Rays { .. }) {
-                    light.direct_lx = light.direct_lx.map(|lx| lx / places);
-                    // Between its places an element may hold a shadow's edge that none of them is near.
-                    light.mixed |= entries.are_means();
-                }
-                light.indirect_lx = light.indirect_lx.map(|lx| lx / places);
+                // Between its places an element may hold a shadow's edge that none of them is near.
+                light.mixed |= entries.are_means() && !matches!(direct, DirectBy::Rays { .. });
                 light
             });
             let lights = lights.collect();
-            (lights, Effort { mesh: room.counts, gather: gather.counts, exact_rays })
+            (lights, Effort { mesh: room.counts, gather: gather.counts, exact_rays, sight_rays: 0 })
         })
         .collect();
     let mut lights = Vec::with_capacity(asked.len());
@@ -262,11 +185,12 @@ fn by_rays(
         let mut stream = Stream::new(seed, Purpose::Direct, map, half as u32);
         let mut sum_lx = 0.0;
         for pass in 0..passes {
-            stream.seek(((entry as u64) << SAMPLE_BITS) | pass);
-            let spot = entries.drawn_spot(around, entry, &mut stream);
-            let (lx, pass_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, &mut stream));
-            sum_lx += lx;
-            rays += pass_rays;
+            stream.seek_quasi(((entry as u64) << SAMPLE_BITS) | pass, entry as u64, pass);
+            entries.each_drawn_spot(around, entry, &mut stream, |spot, weight, stream| {
+                let (lx, pass_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
+                sum_lx += weight * lx;
+                rays += pass_rays;
+            });
         }
         sum_lx / passes.max(1) as f64
     };

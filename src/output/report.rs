@@ -135,11 +135,15 @@ impl Report<'_> {
 
     fn warnings(&self) -> String {
         let warnings: Vec<&String> = self.scene.warnings.iter().chain(&self.solution.warnings).collect();
-        if warnings.is_empty() {
-            return String::new();
-        }
-        let items: String = warnings.iter().map(|warning| format!("<li>{}</li>\n", escaped(warning))).collect();
-        format!("<div class=\"warning\">\n<p><b>Please note</b></p>\n<ul>\n{items}</ul>\n</div>\n")
+        let list = |class: &str, heading: &str, lines: &[&String]| {
+            if lines.is_empty() {
+                return String::new();
+            }
+            let items: String = lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
+            format!("<div class=\"{class}\">\n<p><b>{heading}</b></p>\n<ul>\n{items}</ul>\n</div>\n")
+        };
+        let notes: Vec<&String> = self.solution.notes.iter().collect();
+        list("warning", "Please note", &warnings) + &list("notes", "How these results came about", &notes)
     }
 
     fn results(&self) -> String {

@@ -81,6 +81,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "luminaires": scene.luminaires.iter().map(luminaire_entry).collect::<Vec<Value>>(),
         "paths_not_found": solution.paths_not_found,
         "warnings": warnings,
+        "notes": solution.notes,
         "files": record.files,
         "versions": versions(),
     });

@@ -84,6 +84,7 @@ pub(super) fn finish(
         build_s,
         compute_s,
         paths_not_found,
+        notes: Vec::new(),
         warnings,
     }
 }

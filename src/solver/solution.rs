@@ -181,4 +181,6 @@ pub struct Solution {
     pub paths_not_found: Vec<String>,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// How results came about: facts that nobody needs to act on.
+    pub notes: Vec<String>,
 }

@@ -8,6 +8,8 @@ use serde_json::{Map, Value};
 
 use super::error::CaseError;
 use super::fields::{Fraction, fill_in};
+use super::light_mesh::MeshChoice;
+use super::run_method::{RunMethod, indirect_form, method_names};
 use super::truth::{Truth, TruthSpec};
 use super::truth_room::RoomCache;
 use crate::scene::{Scene, SceneError, scene_from_json};
@@ -55,6 +57,8 @@ pub struct Run {
     pub chains: Option<u64>,
     /// Longest time in s.
     pub time_limit_s: Option<f64>,
+    /// Method, if the run names one; else forward chains and walks.
+    pub method: Option<RunMethod>,
     /// What is compared.
     pub comparisons: Vec<Comparison>,
 }
@@ -217,6 +221,10 @@ struct RunSpec {
     target_error: Option<Fraction>,
     chains: Option<u64>,
     time_limit_s: Option<f64>,
+    method: Option<String>,
+    mesh_step_m: Option<f64>,
+    mesh_radius_m: Option<f64>,
+    mesh_indirect: Option<String>,
 }
 
 impl Case {
@@ -339,9 +347,9 @@ fn check_file(path: &Path, file: &CaseFile) -> Result<(), CaseError> {
         if file.runs[..index].iter().any(|other| other.name == run.name) {
             return refuse("two runs have the same name", run.name.clone(), "a name for each run");
         }
-        if run.target_error.is_none() && run.chains.is_none() {
+        if run.target_error.is_none() && run.chains.is_none() && run.mesh_step_m.is_none() {
             let got = format!("run \"{}\" has neither", run.name);
-            return refuse("a run needs \"target_error\" or \"chains\"", got, "one of them, or both");
+            return refuse("a run needs \"target_error\" or \"chains\"", got, "one of them, or both (or a mesh step)");
         }
         if run.time_limit_s.is_some_and(|limit_s| limit_s.is_nan() || limit_s <= 0.0) {
             return refuse("a time limit must be above 0", format!("{:?}", run.time_limit_s), "seconds above 0");
@@ -384,8 +392,38 @@ fn read_run(
         target_error: run.target_error.map(|fraction| fraction.0),
         chains: run.chains,
         time_limit_s: run.time_limit_s,
+        method: method_of(path, run)?,
         comparisons,
     })
+}
+
+/// The method that a run names, and its mesh.
+fn method_of(path: &Path, run: &RunSpec) -> Result<Option<RunMethod>, CaseError> {
+    let refuse = |what: &str, got: String, expected: String| {
+        let what = format!("the run \"{}\": {what}", run.name);
+        Err(CaseError::new(path, what, got, expected, "correct the case"))
+    };
+    let Some(name) = &run.method else {
+        if run.mesh_step_m.or(run.mesh_radius_m).is_some() || run.mesh_indirect.is_some() {
+            return refuse("a mesh without its method", "no \"method\"".into(), "\"method\": \"light-mesh\"".into());
+        }
+        return Ok(None);
+    };
+    let mut mesh = MeshChoice { step_m: run.mesh_step_m, radius_m: run.mesh_radius_m, ..MeshChoice::default() };
+    if let Some(form) = &run.mesh_indirect {
+        let Some(form) = indirect_form(form) else {
+            return refuse("unknown \"mesh_indirect\"", form.clone(), "\"scalar\" or \"directional\"".into());
+        };
+        mesh.form = form;
+    }
+    if let Err((got, expected)) = mesh.check() {
+        return refuse("the mesh is out of proportion", got, expected);
+    }
+    let method = RunMethod::named(name, mesh);
+    if method.is_none() {
+        return refuse("unknown \"method\"", name.clone(), method_names());
+    }
+    Ok(method)
 }
 
 fn refused_scene(path: &Path, run: &RunSpec, error: &SceneError) -> CaseError {

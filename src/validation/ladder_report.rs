@@ -174,10 +174,13 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
     })
 }
 
-/// The page: a table and two pictures for every map.
-pub fn ladder_html(ladders: &[Ladder]) -> String {
+/// The page: a table and two pictures for every map, and sections that follow.
+pub fn ladder_html(ladders: &[Ladder], sections: &str) -> String {
     let mut page = opening("luxmc: speed against error");
-    page.push_str(&format!("<h1>luxmc: speed against error</h1>\n<p>{}</p>\n", escaped(HOW_TO_READ)));
+    page.push_str("<h1>luxmc: speed against error</h1>\n");
+    if !ladders.is_empty() {
+        page.push_str(&format!("<p>{}</p>\n", escaped(HOW_TO_READ)));
+    }
     for (name, group) in by_map(ladders) {
         page.push_str(&format!("<h2>{}</h2>\n{}", escaped(&name), html_table(&results(&group), false)));
         let by_time = plot(&group, "wall time, s", |rung| rung.seconds, |ladder| ladder.by_time);
@@ -191,19 +194,24 @@ pub fn ladder_html(ladders: &[Ladder]) -> String {
             page.push_str(&format!("<h3>{}</h3>\n{}", escaped(&name_of(ladder)), html_table(&rungs(ladder), false)));
         }
     }
+    page.push_str(sections);
     page.push_str("</body>\n</html>\n");
     page
 }
 
 /// The same without pictures.
-pub fn ladder_md(ladders: &[Ladder]) -> String {
-    let mut page = format!("# luxmc: speed against error\n\n{HOW_TO_READ}\n\n");
+pub fn ladder_md(ladders: &[Ladder], sections: &str) -> String {
+    let mut page = "# luxmc: speed against error\n\n".to_owned();
+    if !ladders.is_empty() {
+        page.push_str(&format!("{HOW_TO_READ}\n\n"));
+    }
     for (name, group) in by_map(ladders) {
         page.push_str(&format!("## {name}\n\n{}\n", md_table(&results(&group))));
         for ladder in group {
             page.push_str(&format!("### {}\n\n{}\n", name_of(ladder), md_table(&rungs(ladder))));
         }
     }
+    page.push_str(sections);
     page
 }
 

@@ -3,10 +3,9 @@
 use std::time::Instant;
 
 use crate::chain::Stage;
-use crate::light_mesh::tracing::Entries;
 use crate::light_mesh::{
-    Accelerations, DirectPlan, IndirectForm, NotForLightMesh, Placing, Planner, Samples, Solids, Surroundings,
-    TracedMap, Why, Wishes, check,
+    Accelerations, DirectPlan, Entries, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, NotForLightMesh,
+    Placing, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes, check,
 };
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Scene};
@@ -31,6 +30,31 @@ pub struct MeshChoice {
     pub form: IndirectForm,
     /// What saves time.
     pub accelerations: Accelerations,
+}
+
+impl MeshChoice {
+    /// Whether step and radius go together.
+    ///
+    /// # Errors
+    /// What was given, and what was expected.
+    pub fn check(&self) -> Result<(), (String, String)> {
+        let lengths = [self.step_m, self.radius_m];
+        if let Some(length_m) =
+            lengths.into_iter().flatten().find(|length_m| !(*length_m > 0.0 && length_m.is_finite()))
+        {
+            return Err((format!("{length_m} m"), "lengths above 0 in metres".to_owned()));
+        }
+        let Some(radius_m) = self.radius_m else { return Ok(()) };
+        let step_m = self.step_m.unwrap_or(radius_m / RADIUS_PER_STEP);
+        let ratio = radius_m / step_m;
+        if (LEAST_RADIUS_PER_STEP..=MOST_RADIUS_PER_STEP).contains(&ratio) {
+            return Ok(());
+        }
+        Err((
+            format!("a radius of {radius_m} m, {ratio:.3} times the step of {step_m} m"),
+            format!("{LEAST_RADIUS_PER_STEP} to {MOST_RADIUS_PER_STEP} times"),
+        ))
+    }
 }
 
 impl Default for MeshChoice {
@@ -77,7 +101,7 @@ pub fn solve_by_light_mesh(
 
     let mut traced: Vec<Option<TracedMap>> = requests.iter().map(|_| None).collect();
     let mut convergence = Vec::new();
-    let mut warnings = Vec::new();
+    let mut notes = Vec::new();
     let mut rays = 0;
     let mut finest_m = None;
     // Maps that the target binds go first.
@@ -89,7 +113,7 @@ pub fn solve_by_light_mesh(
             // What the target does not bind is not refined: it takes the finest step of what is bound.
             planner.wishes.step_m = finest_m;
         }
-        let entries = Entries::of(&planner.around, kind);
+        let entries = Entries::of(&planner.around, kind, settings.seed);
         let (number, mut attempt) = (index as u32, 0);
         planner.caution = 1.0;
         let (plan, map) = loop {
@@ -103,7 +127,7 @@ pub fn solve_by_light_mesh(
             attempt += 1;
             planner.caution *= NEXT_CAUTION;
         };
-        warnings.extend(said(&map, &plan.direct, samples.len(), entries.places()));
+        notes.extend(said(&map, &plan.direct, samples.len(), entries.places()));
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
@@ -138,7 +162,7 @@ pub fn solve_by_light_mesh(
         traced[index] = Some(TracedMap { map: result, ..map });
     }
     if solids.open_triangles() > 0 && traced.iter().flatten().any(|map| map.mesh.is_some()) {
-        warnings.push(format!(
+        notes.push(format!(
             "light mesh: {} of {} triangles belong to no closed solid; near them every mesh point was tested by a ray of its own",
             solids.open_triangles(),
             scene.triangles.len()
@@ -173,8 +197,9 @@ pub fn solve_by_light_mesh(
         convergence,
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s,
-        paths_not_found: Vec::new(),
-        warnings,
+        paths_not_found: stage.paths_not_found.clone(),
+        warnings: stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")).collect(),
+        notes,
     })
 }
 

@@ -4,6 +4,7 @@ use super::case::{Case, Comparison, What};
 use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::{RunRecord, Silent, record_of, settings_of};
+use super::run_method::RunMethod;
 use super::statistics::{EntrySet, Statistics};
 use super::verdict::{Check, judge};
 use crate::solver::solve;
@@ -84,7 +85,13 @@ pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, 
     let mut parts: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
     for run in &case.runs {
         tell(&run.name);
-        let solution = solve(&run.scene, &settings_of(run), &Silent::starting_now());
+        let settings = settings_of(run);
+        let solution = match &run.method {
+            None => solve(&run.scene, &settings, &Silent::starting_now()),
+            Some(method) => method
+                .solve(&run.scene, &settings, &Silent::starting_now())
+                .map_err(|reason| not_by(case, &run.name, method, reason))?,
+        };
         runs.push(record_of(run, &solution));
         for comparison in &run.comparisons {
             let set = ExactSide::new(case, run, comparison)?.beside(&solution)?;
@@ -92,12 +99,65 @@ pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, 
             parts.push((of_run, comparison.clone(), set));
         }
     }
+    Ok(outcome_of(case, runs, parts))
+}
+
+/// Runs a case by another method than its own: runs and comparisons that the method cannot answer are left out, and
+/// `tell` hears why. `None` if nothing is left.
+///
+/// # Errors
+///
+/// A truth that cannot be had.
+pub fn run_case_by(
+    case: &Case,
+    method: &RunMethod,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Option<CaseOutcome>, CaseError> {
+    let mut runs = Vec::new();
+    let mut parts: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
+    for run in &case.runs {
+        let settings = settings_of(run);
+        let solved = method.applies(&run.scene, &settings).and_then(|()| {
+            tell(&run.name);
+            method.solve(&run.scene, &settings, &Silent::starting_now())
+        });
+        let solution = match solved {
+            Ok(solution) => solution,
+            Err(reason) => {
+                tell(&format!("{}: left out: {reason}", run.name));
+                continue;
+            }
+        };
+        let before = parts.len();
+        for comparison in &run.comparisons {
+            let exact = ExactSide::new(case, run, comparison)?;
+            match exact.beside(&solution) {
+                Ok(set) => {
+                    let of_run = (case.runs.len() > 1 && comparison.what != What::Average).then(|| run.name.clone());
+                    parts.push((of_run, comparison.clone(), set));
+                }
+                Err(reason) => tell(&format!("{}: \"{}\" left out: {reason}", run.name, comparison.name)),
+            }
+        }
+        if parts.len() > before {
+            runs.push(record_of(run, &solution));
+        }
+    }
+    Ok((!parts.is_empty()).then(|| outcome_of(case, runs, parts)))
+}
+
+fn not_by(case: &Case, run: &str, method: &RunMethod, reason: String) -> CaseError {
+    let what = format!("the run \"{run}\" cannot be computed by {}", method.name());
+    CaseError::new(&case.folder, what, reason, "a scene that the method can compute", "name another method")
+}
+
+fn outcome_of(case: &Case, runs: Vec<RunRecord>, parts: Vec<(Option<String>, Comparison, EntrySet)>) -> CaseOutcome {
     let comparisons = merge_averages(parts).into_iter().map(|(run, comparison, set)| {
         let statistics = set.statistics();
         let checks = judge(&set, &statistics, &comparison.criterion);
         ComparisonOutcome { comparison, run, set, statistics, checks }
     });
-    Ok(CaseOutcome {
+    CaseOutcome {
         name: case.name.clone(),
         title: case.title.clone(),
         physics: case.physics.clone(),
@@ -105,7 +165,7 @@ pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, 
         sources: case.sources.clone(),
         runs,
         comparisons: comparisons.collect(),
-    })
+    }
 }
 
 /// Averages of one name become one comparison, whatever runs and surfaces they are of.

@@ -76,6 +76,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
     Ok(Solution {
         elements: Elements::of(scene),
         paths_not_found: Vec::new(),
+        notes: Vec::new(),
         method: "radiosity".to_owned(),
         seed: settings.seed,
         target_error,

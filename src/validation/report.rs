@@ -64,6 +64,7 @@ pub const HOW_TO_READ: [&str; 4] = [
 ];
 
 /// A table: header, which columns are text, rows.
+#[derive(Clone, Debug)]
 pub struct Table {
     /// Headings of the columns.
     pub header: Vec<&'static str>,

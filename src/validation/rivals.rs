@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use crate::chain::Stage;
-use crate::light_mesh::tracing::Entries;
-use crate::light_mesh::{Accelerations, IndirectForm, Placing, Planner, Samples, Solids, Surroundings, Wishes};
+use crate::light_mesh::{
+    Accelerations, Entries, IndirectForm, Placing, Planner, Samples, Solids, Surroundings, Wishes,
+};
 use crate::maps::MapResult;
 use crate::scene::{Elements, Scene};
 use crate::solver::{Observer, Settings, Solution, StopReason, map_requests};
@@ -51,7 +52,7 @@ pub fn solve_by_points(
     let (mut maps, mut rays, mut estimated_error, mut check_s) = (Vec::new(), 0, 0.0f64, 0.0);
     for (number, (kind, bound)) in map_requests(scene, &settings.maps).into_iter().enumerate() {
         let checking = Instant::now();
-        let entries = Entries::of(&planner.around, kind);
+        let entries = Entries::of(&planner.around, kind, settings.seed);
         let traced = planner.trace_points(&entries, number as u32, &points);
         // The check belongs to what is stated, not to the rival: its share of the rays is its share of the time.
         let all_rays = (traced.effort.rays() + traced.check_rays).max(1);
@@ -81,6 +82,7 @@ pub fn solve_by_points(
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s - check_s,
         paths_not_found: Vec::new(),
+        notes: Vec::new(),
         warnings: Vec::new(),
     })
 }

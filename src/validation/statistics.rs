@@ -119,6 +119,11 @@ pub struct Statistics {
 }
 
 impl EntrySet {
+    /// Whether the error bars are those of a bias that was measured: no replicas, no degrees of freedom.
+    pub fn states_a_bias(&self) -> bool {
+        self.degrees_of_freedom == 0.0 && self.entries.iter().any(|entry| !entry.is_exact())
+    }
+
     /// Sums up the deviations.
     pub fn statistics(&self) -> Statistics {
         let weight: f64 = self.entries.iter().map(|entry| entry.weight).sum();

@@ -6,6 +6,8 @@ use super::words::{percent, sigmas};
 
 /// Every comparison allows deviations that its error bars make likely: one false alarm in so many comparisons.
 const ALPHA: f64 = 1e-4;
+/// A bias is measured at some places of a map: others may have half as much again.
+const ROOM_FOR_THE_STATED: f64 = 1.5;
 /// Values that chance has no part in agree to this: seven digits, what an f32 shadow test can leave of a place.
 const EXACT_AGREEMENT: f64 = 1e-6;
 
@@ -37,6 +39,10 @@ pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> 
             holds: statistics.rms <= true_error.0,
         });
     }
+    if set.states_a_bias() {
+        checks.push(is_within_what_is_stated(statistics));
+        return checks;
+    }
     if let (Some(alpha), Some(within)) = (criterion.coverage_alpha, statistics.within) {
         for (index, name) in ["one standard error", "two standard errors"].into_iter().enumerate() {
             let expected = statistics.expected_within[index];
@@ -55,6 +61,16 @@ pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> 
     }
     checks.extend(fits_error_bars(set, statistics));
     checks
+}
+
+/// What a method states of a bias that it measured at some places: the deviations are no larger.
+fn is_within_what_is_stated(statistics: &Statistics) -> Check {
+    let stated = statistics.random;
+    Check {
+        condition: format!("the true error is at most {ROOM_FOR_THE_STATED} times what the error bars say"),
+        found: format!("{} against {}", percent(statistics.rms), percent(stated)),
+        holds: statistics.rms <= ROOM_FOR_THE_STATED * stated + statistics.known_shift() + EXACT_AGREEMENT,
+    }
 }
 
 fn fits_error_bars(set: &EntrySet, statistics: &Statistics) -> Vec<Check> {

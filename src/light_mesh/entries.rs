@@ -1,0 +1,129 @@
+//! The entries of a map, and the places at which a mesh is asked for each: the receiver itself, points of an element, or
+//! the surfaces that an eye sees.
+
+use glam::DVec3;
+
+use super::exact::Spot;
+use super::mesh::Surroundings;
+use super::sights::Sights;
+use crate::maps::MapKind;
+use crate::sampling::random::Stream;
+use crate::scene::{Quantity, ReceiverLayout};
+
+/// Places of an element at which a mesh is asked: their mean is exact for what varies quadratically.
+const PLACES_OF_ELEMENT: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];
+
+/// The entries of a map: points of a receiver set, directions of view, or element sides.
+pub struct Entries {
+    /// Which map.
+    pub kind: MapKind,
+    /// Weight of each entry in the map's error; 0 leaves it out.
+    pub weights: Vec<f64>,
+    /// Area in m² that the map stands for; `None` for loose points.
+    pub area_m2: Option<f64>,
+    /// Box around all places.
+    pub bounds_m: [DVec3; 2],
+    /// What the eye sees, for a set that asks for luminance.
+    pub sights: Option<Sights>,
+}
+
+impl Entries {
+    /// The entries of a map. Lines of sight that split beyond counting are thinned by the seed's chance.
+    pub fn of(around: &Surroundings, kind: MapKind, seed: u64) -> Entries {
+        let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let mut include = |place_m: DVec3| bounds_m = [bounds_m[0].min(place_m), bounds_m[1].max(place_m)];
+        let mut sights = None;
+        let (weights, area_m2) = match kind {
+            MapKind::Receivers(number) => {
+                let set = &around.scene.receivers[number];
+                if set.quantity == Quantity::Luminance {
+                    let found = Sights::of(around.stage, set, seed, number as u32);
+                    found.spots().for_each(|spot| include(spot.point_m));
+                    sights = Some(found);
+                } else {
+                    set.points.iter().filter(|point| !point.inside).for_each(|point| include(point.position_m));
+                }
+                let weights = set.points.iter().map(|point| if point.inside { 0.0 } else { point.weight });
+                let area_m2 = match set.layout {
+                    ReceiverLayout::Grid { area_m2, .. } => Some(area_m2),
+                    _ => None,
+                };
+                (weights.collect(), area_m2)
+            }
+            MapKind::Elements => {
+                around.scene.vertices_m.iter().for_each(|vertex_m| include(*vertex_m));
+                let elements = &around.stage.elements;
+                let weights: Vec<f64> = (0..elements.len() as u32)
+                    .map(|cell| elements.area_m2(around.scene, elements.cell(cell)))
+                    .collect();
+                let area_m2 = weights.iter().sum();
+                (weights, Some(area_m2))
+            }
+        };
+        Entries { kind, weights, area_m2, bounds_m, sights }
+    }
+
+    /// Whether an entry is a mean over an area.
+    pub fn are_means(&self) -> bool {
+        self.kind == MapKind::Elements
+    }
+
+    /// Whether chance chose among the branches of a line of sight.
+    pub fn have_chance(&self) -> bool {
+        self.sights.as_ref().is_some_and(|sights| sights.has_chance)
+    }
+
+    /// Places at which the mesh is asked, over all entries.
+    pub fn places(&self) -> usize {
+        match &self.sights {
+            Some(sights) => sights.places(),
+            None => self.weights.len() * if self.are_means() { PLACES_OF_ELEMENT.len() } else { 1 },
+        }
+    }
+
+    /// A number of its own for a place of an entry.
+    pub fn place_number(&self, entry: usize, number: usize) -> u64 {
+        let most = self.sights.as_ref().map_or(PLACES_OF_ELEMENT.len(), |sights| sights.most_places);
+        (entry * most + number) as u64
+    }
+
+    /// What an entry shows without any light on surfaces: luminaires in an eye's line of sight, in cd/m².
+    pub fn own_light(&self, entry: usize) -> f64 {
+        self.sights.as_ref().map_or(0.0, |sights| sights.luminaires_cd_m2(entry))
+    }
+
+    /// Whether light on surfaces is in an entry at all.
+    pub fn has_places(&self, entry: usize) -> bool {
+        self.sights.as_ref().is_none_or(|sights| !sights.places_of(entry).is_empty())
+    }
+
+    /// Hands the places at which the mesh is asked to `ask`, each with what its illuminance counts.
+    pub fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(Spot, f64)) {
+        match (self.kind, &self.sights) {
+            (_, Some(sights)) => sights.places_of(entry).iter().for_each(|place| ask(place.spot, place.weight_per_sr)),
+            (MapKind::Receivers(set), None) => ask(Spot::of_point(&around.scene.receivers[set].points[entry]), 1.0),
+            (MapKind::Elements, None) => {
+                let cell = around.stage.elements.cell(entry as u32);
+                let weight = 1.0 / PLACES_OF_ELEMENT.len() as f64;
+                PLACES_OF_ELEMENT.iter().for_each(|place| ask(Spot::of_cell(around, cell, *place), weight));
+            }
+        }
+    }
+
+    /// The same with a random point of an element instead of its fixed ones.
+    pub fn each_drawn_spot(
+        &self,
+        around: &Surroundings,
+        entry: usize,
+        stream: &mut Stream,
+        mut ask: impl FnMut(Spot, f64, &mut Stream),
+    ) {
+        if self.are_means() {
+            let cell = around.stage.elements.cell(entry as u32);
+            let spot = Spot::drawn_in_cell(around, cell, stream);
+            ask(spot, 1.0, stream);
+            return;
+        }
+        self.each_spot(around, entry, |spot, weight| ask(spot, weight, stream));
+    }
+}

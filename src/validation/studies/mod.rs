@@ -1,0 +1,112 @@
+//! Studies: what a method costs and changes over a range of steps, luminaires or receivers, told by tables and plots.
+//!
+//! `luxmc compare` runs them by name beside cases. Those there are ask what light meshes are worth (Debelov and
+//! Sevastyanov, 2001; Debelov and Novikov, 2009). Times are of the machine and its load; rays and errors are not.
+
+mod crossing;
+pub mod open_air;
+mod penumbra;
+mod pictures;
+mod report;
+mod savings;
+mod sources;
+mod steps;
+mod world;
+
+use super::report::Table;
+
+pub use report::{study_csv, study_md, study_section};
+
+/// What a study is told to do, and whom it tells.
+pub struct Wishes<'a> {
+    /// Small sizes: seconds instead of minutes, to see that it works.
+    pub quick: bool,
+    /// Hears of every step.
+    pub tell: &'a mut dyn FnMut(&str),
+}
+
+/// A study.
+pub struct Study {
+    /// Name, as `luxmc compare` takes it.
+    pub name: &'static str,
+    /// What it asks, in one line.
+    pub title: &'static str,
+    /// Runs it; an error says what could not be made.
+    pub run: fn(&mut Wishes) -> Result<Findings, String>,
+}
+
+/// The name that stands for all studies of light meshes.
+pub const GROUP: &str = "light-mesh";
+
+/// All studies.
+pub const STUDIES: &[Study] = &[
+    Study {
+        name: "light-mesh-luminaires",
+        title: "Light mesh and shadow rays: time against the number of luminaires",
+        run: crossing::over_luminaires,
+    },
+    Study {
+        name: "light-mesh-receivers",
+        title: "Light mesh and shadow rays: time against the number of receivers",
+        run: crossing::over_receivers,
+    },
+    Study {
+        name: "light-mesh-savings",
+        title: "What each acceleration of the light mesh saves",
+        run: savings::accelerations,
+    },
+    Study { name: "light-mesh-memory", title: "Memory of the light mesh, sparse against dense", run: savings::memory },
+    Study { name: "light-mesh-steps", title: "Error of the light mesh against its step and radius", run: steps::steps },
+    Study {
+        name: "light-mesh-penumbra",
+        title: "Width of soft shadows: a ball's penumbra and the light mesh",
+        run: penumbra::penumbra,
+    },
+    Study {
+        name: "light-mesh-sources",
+        title: "An area as 1, 5, 25 and 225 point sources, and by the light mesh",
+        run: sources::sources,
+    },
+];
+
+/// The studies that a name stands for: one, or all of light meshes; none if it is no study's.
+pub fn studies_named(name: &str) -> Vec<&'static Study> {
+    STUDIES.iter().filter(|study| study.name == name || name == GROUP).collect()
+}
+
+/// What a reader must know of small sizes.
+const QUICK: &str = "Small sizes: they show that the study works, not what a method is worth.";
+
+/// What a study found.
+#[derive(Clone, Debug)]
+pub struct Findings {
+    /// Name of the study.
+    pub name: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// What was set up, and how to read the tables.
+    pub setting: String,
+    /// What came out, in sentences with numbers.
+    pub results: Vec<String>,
+    /// Numbers, each table with its caption.
+    pub tables: Vec<(String, Table)>,
+    /// SVG pictures, each with its caption.
+    pub pictures: Vec<(String, String)>,
+}
+
+impl Findings {
+    /// Nothing found yet.
+    fn of(name: &'static str, setting: &str) -> Findings {
+        let title = STUDIES.iter().find(|study| study.name == name).map_or("", |study| study.title);
+        let (results, tables, pictures) = (Vec::new(), Vec::new(), Vec::new());
+        Findings { name, title, setting: setting.to_owned(), results, tables, pictures }
+    }
+
+    /// Says that the sizes are small, where they are.
+    pub fn marked(mut self, quick: bool) -> Findings {
+        if quick {
+            self.results.insert(0, QUICK.to_owned());
+        }
+        self
+    }
+}

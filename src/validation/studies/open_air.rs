@@ -1,0 +1,205 @@
+//! The two open-air scenes of the light-mesh studies, both 400 units wide as those of Debelov and Novikov (2009) are, but
+//! our own: a garden house on a lawn, and a playground.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+/// Closed solids seen from outside, as an OBJ file.
+#[derive(Default)]
+pub struct Things {
+    /// The OBJ text.
+    pub text: String,
+    /// Triangles.
+    pub triangles: usize,
+    /// Things.
+    pub parts: usize,
+    vertices: usize,
+}
+
+impl Things {
+    /// Starts the next solid: each has vertices of its own.
+    fn part(&mut self, name: &str) {
+        self.parts += 1;
+        writeln!(self.text, "o {name}-{}\nusemtl {name}", self.parts).ok();
+    }
+
+    fn vertex(&mut self, [x, y, z]: [f64; 3]) -> usize {
+        writeln!(self.text, "v {x:.4} {y:.4} {z:.4}").ok();
+        self.vertices += 1;
+        self.vertices
+    }
+
+    fn triangle(&mut self, corners: [usize; 3]) {
+        writeln!(self.text, "f {} {} {}", corners[0], corners[1], corners[2]).ok();
+        self.triangles += 1;
+    }
+
+    fn cuboid(&mut self, name: &str, low: [f64; 3], high: [f64; 3]) {
+        self.part(name);
+        let first = self.vertices + 1;
+        for corner in 0..8 {
+            self.vertex([0, 1, 2].map(|axis| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] }));
+        }
+        for [a, b, c, d] in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+            self.triangle([first + a, first + b, first + c]);
+            self.triangle([first + a, first + c, first + d]);
+        }
+    }
+
+    /// A body of revolution about a line: rings of radii at places along it, closed by two tips.
+    fn turned(&mut self, name: &str, foot: [f64; 3], axis: [f64; 3], rings: &[(f64, f64)], sides: usize) {
+        self.part(name);
+        let length = axis.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let along = axis.map(|part| part / length);
+        let helper = if along[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let u = cross(helper, along);
+        let size = u.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let u = u.map(|part| part / size);
+        let v = cross(along, u);
+        let low = self.vertex([0, 1, 2].map(|k| foot[k] + along[k] * rings[0].0));
+        let first = self.vertices + 1;
+        for (place, radius) in rings {
+            for side in 0..sides {
+                let (sin, cos) = (TAU * side as f64 / sides as f64).sin_cos();
+                self.vertex([0, 1, 2].map(|k| foot[k] + along[k] * place + radius * (cos * u[k] + sin * v[k])));
+            }
+        }
+        let top = self.vertex([0, 1, 2].map(|k| foot[k] + along[k] * rings[rings.len() - 1].0));
+        let at = |ring: usize, side: usize| first + ring * sides + side % sides;
+        for side in 0..sides {
+            self.triangle([low, at(0, side + 1), at(0, side)]);
+            for ring in 1..rings.len() {
+                self.triangle([at(ring - 1, side), at(ring - 1, side + 1), at(ring, side + 1)]);
+                self.triangle([at(ring - 1, side), at(ring, side + 1), at(ring, side)]);
+            }
+            self.triangle([at(rings.len() - 1, side), at(rings.len() - 1, side + 1), top]);
+        }
+    }
+
+    fn ball(&mut self, name: &str, center: [f64; 3], radius: f64, sides: usize) {
+        let rings: Vec<(f64, f64)> = (1..sides / 2)
+            .map(|ring| {
+                let (sin, cos) = (TAU * ring as f64 / sides as f64).sin_cos();
+                (-radius * cos, radius * sin)
+            })
+            .collect();
+        self.turned(name, center, [0.0, 0.0, 1.0], &rings, sides);
+    }
+}
+
+/// A fixed sequence of numbers in [0, 1): the scenes are always the same.
+struct Wheel(u64);
+
+impl Wheel {
+    fn turn(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f64 / (1u64 << 24) as f64
+    }
+}
+
+/// A garden house of some 300 triangles: platform, columns, roof, benches and a low wall.
+pub fn gazebo() -> Things {
+    let mut all = Things::default();
+    all.cuboid("lawn", [0.0, 0.0, -20.0], [400.0, 400.0, 0.0]);
+    // A round platform, six columns, a ring beam of six pieces, a cone of a roof, and benches within.
+    all.turned("stone", [200.0, 200.0, 0.0], [0.0, 0.0, 1.0], &[(0.0, 90.0), (12.0, 90.0)], 12);
+    for column in 0..6 {
+        let (sin, cos) = (TAU * (column as f64 + 0.5) / 6.0).sin_cos();
+        let foot = [200.0 + 70.0 * cos, 200.0 + 70.0 * sin, 12.0];
+        all.turned("wood", foot, [0.0, 0.0, 1.0], &[(0.0, 6.0), (90.0, 6.0)], 6);
+    }
+    all.turned("tiles", [200.0, 200.0, 102.0], [0.0, 0.0, 1.0], &[(0.0, 95.0), (12.0, 95.0), (60.0, 5.0)], 12);
+    for bench in [0.0, 1.0, 2.0] {
+        let x = 150.0 + 40.0 * bench;
+        all.cuboid("wood", [x, 195.0, 12.0], [x + 20.0, 215.0, 26.0]);
+    }
+    all.cuboid("stone", [40.0, 60.0, 0.0], [60.0, 340.0, 30.0]);
+    all
+}
+
+/// A playground of some 27,000 triangles: a house, a climbing frame, swings, a slide, benches, toy balls and trees.
+pub fn playground() -> Things {
+    let mut all = Things::default();
+    let mut wheel = Wheel(7);
+    all.cuboid("lawn", [0.0, 0.0, -20.0], [400.0, 350.0, 0.0]);
+    // A house with a chimney, and a wall along the rim.
+    all.cuboid("stone", [30.0, 230.0, 0.0], [130.0, 320.0, 90.0]);
+    all.turned("tiles", [80.0, 275.0, 90.0], [0.0, 0.0, 1.0], &[(0.0, 80.0), (50.0, 6.0)], 4);
+    all.cuboid("stone", [0.0, 335.0, 0.0], [400.0, 350.0, 40.0]);
+    // A climbing frame and swings of round bars, a sandpit, benches.
+    for bar in 0..7 {
+        for row in 0..2 {
+            let (x, y) = (180.0 + 14.0 * f64::from(bar), 60.0 + 70.0 * f64::from(row));
+            all.turned("paint", [x, y, 0.0], [0.0, 0.0, 1.0], &[(0.0, 2.5), (60.0, 2.5)], 12);
+        }
+        let x = 180.0 + 14.0 * f64::from(bar);
+        all.turned("paint", [x, 55.0, 60.0], [0.0, 1.0, 0.0], &[(0.0, 2.5), (80.0, 2.5)], 12);
+    }
+    for swing in 0..3 {
+        let x = 60.0 + 35.0 * f64::from(swing);
+        all.turned("paint", [x, 90.0, 0.0], [0.1, 0.0, 1.0], &[(0.0, 3.0), (80.0, 3.0)], 12);
+        all.cuboid("wood", [x - 8.0, 100.0, 18.0], [x + 8.0, 108.0, 21.0]);
+    }
+    for (low, high) in [
+        ([280.0, 180.0, 0.0], [360.0, 188.0, 10.0]),
+        ([280.0, 252.0, 0.0], [360.0, 260.0, 10.0]),
+        ([280.0, 188.0, 0.0], [288.0, 252.0, 10.0]),
+        ([352.0, 188.0, 0.0], [360.0, 252.0, 10.0]),
+        ([160.0, 180.0, 0.0], [230.0, 196.0, 16.0]),
+        ([160.0, 260.0, 0.0], [230.0, 276.0, 16.0]),
+    ] {
+        all.cuboid("wood", low, high);
+    }
+    // A slide: steps up and a chute down.
+    for step in 0..8 {
+        let x = 300.0 + 8.0 * f64::from(step);
+        all.cuboid("paint", [x, 110.0, 0.0], [x + 8.0, 130.0, 8.0 + 8.0 * f64::from(step)]);
+    }
+    // Toy balls on the lawn.
+    for _ in 0..12 {
+        let (x, y) = (20.0 + 360.0 * wheel.turn(), 20.0 + 190.0 * wheel.turn());
+        all.ball("paint", [x, y, 7.0], 7.0, 16);
+    }
+    // Trees: a trunk, and balls of leaves.
+    for (x, y) in [(40.0, 40.0), (370.0, 40.0), (250.0, 300.0), (340.0, 300.0), (150.0, 30.0)] {
+        all.turned("wood", [x, y, 0.0], [0.0, 0.0, 1.0], &[(0.0, 8.0), (50.0, 6.0), (70.0, 4.0)], 16);
+        for _ in 0..16 {
+            let offset = [0, 1, 2].map(|_| 40.0 * wheel.turn() - 20.0);
+            let radius = 9.0 + 6.0 * wheel.turn();
+            all.ball("leaves", [x + offset[0], y + offset[1], 85.0 + offset[2]], radius, 18);
+        }
+    }
+    all
+}
+
+/// The scene file around things in an OBJ file, on a lawn of 400 units by `depth`, with a grid of `edge`² receivers.
+pub fn scene_text(title: &str, file: &str, depth: f64, edge: usize) -> String {
+    format!(
+        r#"{{
+  "version": 1,
+  "title": "{title}",
+  "materials": {{
+    "lawn": {{ "type": "diffuse", "reflectance": 0 }},
+    "stone": {{ "type": "diffuse", "reflectance": 0 }},
+    "wood": {{ "type": "diffuse", "reflectance": 0 }},
+    "tiles": {{ "type": "diffuse", "reflectance": 0 }},
+    "paint": {{ "type": "diffuse", "reflectance": 0 }},
+    "leaves": {{ "type": "diffuse", "reflectance": 0 }}
+  }},
+  "geometry": [ {{ "name": "things", "type": "mesh", "file": "{file}", "material": "stone" }} ],
+  "luminaires": [
+    {{ "name": "lamp 1", "type": "point", "position": [60, 40, 220], "intensity_cd": 4e6, "maintenance_factor": 1 }},
+    {{ "name": "lamp 2", "type": "point", "position": [330, {far}, 260], "intensity_cd": 3e6 }}
+  ],
+  "receivers": [
+    {{ "name": "lawn", "type": "grid", "origin": [1, 1, 0], "u": [398, 0, 0], "v": [0, {across}, 0], "columns": {edge}, "rows": {edge} }}
+  ]
+}}
+"#,
+        far = depth - 60.0,
+        across = depth - 2.0,
+    )
+}

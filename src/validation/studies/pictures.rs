@@ -1,0 +1,120 @@
+//! Plots of studies.
+
+use plotters::prelude::*;
+
+use crate::output::numbers::count_tick;
+use crate::validation::plots::{Drawn, EXACT, FAINT, LEGEND_HEIGHT, MEASURED, Sign, TEXT, legend, svg, tick};
+
+/// Colours that everyone can tell apart (Okabe and Ito 2008).
+const COLOURS: [RGBColor; 4] = [EXACT, MEASURED, RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
+/// Numbers below this are written out on axes.
+const WRITTEN_OUT: f64 = 1000.0;
+
+/// A line of a plot.
+pub struct Line {
+    /// What it is.
+    pub name: String,
+    /// Its places.
+    pub places: Vec<(f64, f64)>,
+}
+
+impl Line {
+    /// A line without places.
+    pub fn new(name: impl Into<String>) -> Line {
+        Line { name: name.into(), places: Vec::new() }
+    }
+}
+
+/// Lines with dots on logarithmic axes.
+pub fn log_log(axes: [&str; 2], lines: &[Line]) -> String {
+    let all = || lines.iter().flat_map(|line| &line.places).filter(|place| place.1 > 0.0);
+    if all().next().is_none() {
+        return "<p>There is nothing to plot: every value is 0.</p>".to_owned();
+    }
+    let span = |of: fn(&(f64, f64)) -> f64| {
+        all().fold((f64::INFINITY, 0.0f64), |(low, high), place| (low.min(of(place)), high.max(of(place))))
+    };
+    let (x, y) = (span(|place| place.0), span(|place| place.1));
+    svg(400, |area| -> Drawn {
+        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
+        legend(&top, &signs(lines))?;
+        let mut chart = ChartBuilder::on(&below)
+            .margin(8)
+            .margin_right(18)
+            .x_label_area_size(46)
+            .y_label_area_size(72)
+            .build_cartesian_2d((x.0 / 1.3..x.1 * 1.3).log_scale(), (y.0 / 1.6..y.1 * 1.6).log_scale())?;
+        let words = |value: &f64| if *value < WRITTEN_OUT { tick(*value) } else { count_tick(*value) };
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .x_labels(8)
+            .y_labels(8)
+            .x_desc(axes[0])
+            .y_desc(axes[1])
+            .label_style(TEXT)
+            .x_label_formatter(&words)
+            .y_label_formatter(&words)
+            .draw()?;
+        for (index, line) in lines.iter().enumerate() {
+            let colour = COLOURS[index % COLOURS.len()];
+            let shown: Vec<(f64, f64)> = line.places.iter().copied().filter(|place| place.1 > 0.0).collect();
+            chart.draw_series(LineSeries::new(shown.clone(), colour.stroke_width(2)))?;
+            match index % 3 {
+                0 => chart.draw_series(shown.iter().map(|at| Circle::new(*at, 4, colour.filled())))?,
+                1 => chart.draw_series(shown.iter().map(|at| TriangleMarker::new(*at, 6, colour.filled())))?,
+                _ => chart.draw_series(shown.iter().map(|at| Cross::new(*at, 4, colour.stroke_width(2))))?,
+            };
+        }
+        Ok(())
+    })
+}
+
+/// Lines on linear axes from `x` and from 0.
+pub fn profiles(axes: [&str; 2], x: [f64; 2], lines: &[Line]) -> String {
+    let most = lines.iter().flat_map(|line| &line.places).map(|place| place.1).fold(0.0, f64::max);
+    svg(380, |area| -> Drawn {
+        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
+        let signs: Vec<(Sign, String)> = lines
+            .iter()
+            .enumerate()
+            .map(|(index, line)| (Sign::Line(COLOURS[index % COLOURS.len()]), line.name.clone()))
+            .collect();
+        legend(&top, &signs)?;
+        let mut chart = ChartBuilder::on(&below)
+            .margin(8)
+            .margin_right(18)
+            .x_label_area_size(46)
+            .y_label_area_size(72)
+            .build_cartesian_2d(x[0]..x[1], 0.0..1.08 * most.max(f64::MIN_POSITIVE))?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .x_desc(axes[0])
+            .y_desc(axes[1])
+            .label_style(TEXT)
+            .x_label_formatter(&|value| tick(if value.abs() < 1e-9 { 0.0 } else { *value }))
+            .y_label_formatter(&|value| tick(*value))
+            .draw()?;
+        for (index, line) in lines.iter().enumerate() {
+            let colour = COLOURS[index % COLOURS.len()];
+            let shown = line.places.iter().copied().filter(|place| (x[0]..=x[1]).contains(&place.0));
+            chart.draw_series(LineSeries::new(shown, colour.stroke_width(2)))?;
+        }
+        Ok(())
+    })
+}
+
+fn signs(lines: &[Line]) -> Vec<(Sign, String)> {
+    let sign = |index: usize| {
+        let colour = COLOURS[index % COLOURS.len()];
+        match index % 3 {
+            0 => Sign::Dot(colour),
+            1 => Sign::Triangle(colour),
+            _ => Sign::Cross(colour),
+        }
+    };
+    lines.iter().enumerate().map(|(index, line)| (sign(index), line.name.clone())).collect()
+}
