@@ -71,9 +71,8 @@ impl LocalPlan {
             .enumerate()
             .map(|(replica, sums)| {
                 let chains = rounds.start * self.chains_per_round..rounds.end * self.chains_per_round;
-                let walks = rounds.start * self.walks_per_round..rounds.end * self.walks_per_round;
                 self.chains(context, set, replica as u32, chains, sums)
-                    + self.walks(context, set, replica as u32, walks, sums)
+                    + self.walks(context, set, replica as u32, rounds.clone(), sums)
             })
             .collect();
         rays.iter().sum()
@@ -97,7 +96,7 @@ impl LocalPlan {
         for chain in chains {
             let choice = if self.quasi {
                 stream.seek_quasi(chain, 0, chain);
-                stream.fine_unit()
+                choice_of_emitter(stage, &mut stream)
             } else {
                 stream.seek(chain);
                 spread_choice(chain, shift)
@@ -113,23 +112,42 @@ impl LocalPlan {
         rays
     }
 
-    fn walks(&self, context: &Context, set: usize, replica: u32, walks: std::ops::Range<u64>, sums: &mut [f64]) -> u64 {
+    /// Walks of some rounds. An entry of less than one walk a round gets one every few rounds; in which of them its
+    /// first falls is drawn, so that the mean is right after any number of rounds.
+    fn walks(
+        &self,
+        context: &Context,
+        set: usize,
+        replica: u32,
+        rounds: std::ops::Range<u64>,
+        sums: &mut [f64],
+    ) -> u64 {
         let receivers = &context.scene.receivers[set];
         let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, replica);
         let mut cut = Cut::default();
         let mut rays = 0;
         for (entry, sum) in sums.iter_mut().enumerate() {
-            for walk in walks.clone() {
+            let a_round = self.walks_per_round as f64 * self.anchors.walk_rate(entry);
+            stream.seek(u64::MAX - entry as u64);
+            let phase = stream.unit();
+            let until = |round: u64| (round as f64 * a_round + phase) as u64;
+            for walk in until(rounds.start)..until(rounds.end) {
                 stream.seek_quasi((entry as u64) << 32 | walk, entry as u64, walk);
                 let bound = self.connecting.bound;
                 let (value, walk_rays) =
                     self.anchors.sample_rest(context.stage, receivers, entry, bound, &mut cut, &mut stream);
-                *sum += value / self.walks_per_round as f64;
+                *sum += value / a_round;
                 rays += walk_rays;
             }
         }
         rays
     }
+}
+
+/// A variate that chooses the emitter. Where there is one alone none is drawn: the first coordinates of a quasi-random
+/// point, which are spread best, are then those of the direction.
+fn choice_of_emitter(stage: &Stage, stream: &mut Stream) -> f64 {
+    if stage.emitters.list().len() == 1 { 0.0 } else { stream.fine_unit() }
 }
 
 /// Traces a chain and lists its vertices; returns the rays.
