@@ -1,9 +1,11 @@
 //! Pure decisions: when a map is right enough, how much work that takes, and when to look again.
 
+mod exponent;
 mod gather;
 mod schedule;
 mod stop;
 
+pub use exponent::{ErrorHistory, USUAL_EXPONENT};
 pub use gather::{GatherNeed, GatherState, gather_need};
 pub use schedule::next_judgement;
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};

@@ -27,6 +27,11 @@ const FAINT_BRANCH: f64 = 1e-4;
 
 /// Walks follow the inverse of an entry's level, at most so many doublings or halvings away from the usual number.
 const MOST_DOUBLINGS: f64 = 2.0;
+/// Branches of a chain after its first arrival: where most light is lies near the luminaires, and a single packet seldom
+/// leaves from there for where a receiver is.
+pub const BRANCHES: u32 = 4;
+/// Bounds for light reflected before are this many times higher for it: branches bring it more often.
+const BRANCHES_COUNT: f64 = 2.0;
 /// With more emitters the level of a place is taken for the same everywhere.
 const MOST_EMITTERS: usize = 32;
 /// Direct levels reach this far above indirect ones: near a luminaire the kernel must still be bounded.
@@ -88,7 +93,9 @@ pub struct ChainVertex {
     /// Unit normal of the side that it arrived at.
     pub normal: DVec3,
     point_m: DVec3,
-    /// About the illuminance of the place in lx by light that has met as much as this.
+    /// Share of the chain's flux that arrives.
+    share: f64,
+    /// About the illuminance of the place in lx by light that has met as much as this, times how often chains meet it.
     pub level_lx: f64,
 }
 
@@ -250,7 +257,8 @@ impl Anchors {
     }
 
     /// A vertex for an arrival of a chain; `None` where the surface scatters nothing that connections could find.
-    pub fn vertex(&self, stage: &Stage, arrival: &Arrival) -> Option<ChainVertex> {
+    /// `share` is the share of the chain's flux that arrives.
+    pub fn vertex(&self, stage: &Stage, arrival: &Arrival, share: f64) -> Option<ChainVertex> {
         let law = stage.law(arrival.hit.triangle);
         if law.is_black() || matches!(law, Law::Mirror(_) | Law::Glass(_)) {
             return None;
@@ -263,7 +271,7 @@ impl Anchors {
         }
         let [direct_lx, indirect_lx] = self.levels_lx(stage, point_m, normal);
         let level_lx = if arrival.bounces == 0 { direct_lx } else { indirect_lx };
-        Some(ChainVertex { arrival: *arrival, normal, point_m, level_lx })
+        Some(ChainVertex { arrival: *arrival, normal, point_m, share, level_lx })
     }
 
     /// Whether no anchor lies before a surface, or none faces it: nothing that it spreads comes to any.
@@ -282,11 +290,12 @@ impl Anchors {
     /// good one saves work.
     fn levels_lx(&self, stage: &Stage, point_m: DVec3, normal: DVec3) -> [f64; 2] {
         let emitters = stage.emitters.list();
+        let branched_lx = BRANCHES_COUNT * self.indirect_level_lx;
         if emitters.len() > MOST_EMITTERS {
-            return [self.indirect_level_lx; 2];
+            return [self.indirect_level_lx, branched_lx];
         }
         let direct_lx: f64 = emitters.iter().map(|emitter| emitter.importance(point_m, normal)).sum();
-        [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), self.indirect_level_lx]
+        [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), branched_lx]
     }
 
     /// What every anchor would score for one lm at a vertex if nothing stood between, with the kernel bounded.
@@ -298,7 +307,7 @@ impl Anchors {
             let [px, py, pz] = &self.points;
             let [nx, ny, nz] = &self.normals;
             let (at, normal) = (vertex.point_m, vertex.normal);
-            let factor = law.reflectance / PI;
+            let factor = vertex.share * law.reflectance / PI;
             scores.extend((0..self.list.len()).map(|j| {
                 let (dx, dy, dz) = (px[j] - at.x, py[j] - at.y, pz[j] - at.z);
                 let square = dx * dx + dy * dy + dz * dz;
@@ -312,7 +321,8 @@ impl Anchors {
         scores.extend(self.list.iter().zip(&self.bound_factors).map(|(anchor, factor)| {
             let offset_m = anchor.point_m - vertex.point_m;
             let leaving = offset_m.normalize_or_zero();
-            spread_per_sr(law, vertex, leaving)
+            vertex.share
+                * spread_per_sr(law, vertex, leaving)
                 * anchor.scale
                 * self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal).min(bound_per_m2 * factor)
         }));
@@ -324,7 +334,7 @@ impl Anchors {
         let leaving = (anchor.point_m - vertex.point_m).normalize_or_zero();
         [
             self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal),
-            spread_per_sr(stage.law(vertex.arrival.hit.triangle), vertex, leaving),
+            vertex.share * spread_per_sr(stage.law(vertex.arrival.hit.triangle), vertex, leaving),
         ]
     }
 

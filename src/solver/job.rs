@@ -10,6 +10,7 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_er
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
+use crate::control::ErrorHistory;
 use crate::maps::{Crossing, Judgement, MapKind, REPLICAS, ReplicaMap, Tally, Unit, judge};
 use crate::scene::{Quantity, Scene};
 
@@ -155,6 +156,7 @@ pub struct Job {
     /// What a count is worth, kept while the map gathers.
     counting_unit: Option<Unit>,
     judged_samples: u64,
+    history: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
     share: DirectShare,
@@ -222,6 +224,7 @@ impl Job {
             column_variance: 0.0,
             planned_samples: 0,
             judged_samples: 0,
+            history: ErrorHistory::default(),
             direct,
             indirect,
             share: DirectShare::of(direct, indirect, entries),
@@ -264,6 +267,7 @@ impl Job {
         }
         self.map.crossing = Some(Crossing::new(self.map.len()));
         self.samples = 0;
+        self.history.clear();
         self.engine = Engine::Gathering;
     }
 
@@ -278,6 +282,7 @@ impl Job {
         self.engine = Engine::unbiased(self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
         self.samples = 0;
+        self.history.clear();
     }
 
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
@@ -441,6 +446,7 @@ impl Job {
         self.map.settle();
         (self.row_variance, self.column_variance) = self.map.row_and_column_variance(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
+        self.history.note(self.samples, &self.judgement);
         if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
@@ -476,6 +482,11 @@ impl Job {
             MapKind::Receivers(set) => context.scene.receivers[set].quantity == Quantity::Luminance,
             MapKind::Elements => false,
         }
+    }
+
+    /// Power of the work with which its error falls, by its own history.
+    pub fn error_exponent(&self) -> f64 {
+        self.history.exponent()
     }
 
     /// Samples at the latest judgement.

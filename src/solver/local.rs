@@ -10,7 +10,7 @@ use super::job::Context;
 use super::pilot::PartCost;
 use super::sweep::{emission_shift, spread_choice};
 use crate::chain::Stage;
-use crate::estimators::local::{Anchors, ChainVertex, Connecting};
+use crate::estimators::local::{Anchors, BRANCHES, ChainVertex, Connecting};
 use crate::maps::ReplicaMap;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -94,14 +94,12 @@ impl LocalPlan {
         let mut scores = Vec::new();
         let mut rays = 0;
         for chain in chains {
-            let choice = if self.quasi {
-                stream.seek_quasi(chain, 0, chain);
-                choice_of_emitter(stage, &mut stream)
+            rays += if self.quasi {
+                trace(&self.anchors, stage, chain, &mut stream, &mut vertices)
             } else {
                 stream.seek(chain);
-                spread_choice(chain, shift)
+                trace_plain(&self.anchors, stage, spread_choice(chain, shift), &mut stream, &mut vertices)
             };
-            rays += trace(&self.anchors, stage, choice, &mut stream, &mut vertices);
             for vertex in &vertices {
                 let variate = stream.unit();
                 rays += self.anchors.connect(stage, vertex, &self.connecting, variate, &mut scores, |entry, score| {
@@ -150,8 +148,30 @@ fn choice_of_emitter(stage: &Stage, stream: &mut Stream) -> f64 {
     if stage.emitters.list().len() == 1 { 0.0 } else { stream.fine_unit() }
 }
 
-/// Traces a chain and lists its vertices; returns the rays.
-fn trace(anchors: &Anchors, stage: &Stage, choice: f64, stream: &mut Stream, vertices: &mut Vec<ChainVertex>) -> u64 {
+/// Traces a chain from quasi-random points and lists its vertices; returns the rays.
+///
+/// Its branches go on from one point by shifted digits: those of one chain are spread evenly, and each kind over all chains.
+fn trace(anchors: &Anchors, stage: &Stage, chain: u64, stream: &mut Stream, vertices: &mut Vec<ChainVertex>) -> u64 {
+    let first_index = chain * (u64::from(BRANCHES) + 1);
+    stream.seek_quasi(first_index, 0, chain);
+    let choice = choice_of_emitter(stage, stream);
     vertices.clear();
-    stage.trace_chain(choice, stream, |arrival| vertices.extend(anchors.vertex(stage, arrival))).1
+    // The first arrival is that of the whole chain.
+    let mut share = 1.0;
+    stage.trace_branches(choice, stream, BRANCHES, first_index + 1, |arrival| {
+        vertices.extend(anchors.vertex(stage, arrival, share));
+        share = 1.0 / f64::from(BRANCHES);
+    })
+}
+
+/// The same from random numbers, without branches.
+fn trace_plain(
+    anchors: &Anchors,
+    stage: &Stage,
+    choice: f64,
+    stream: &mut Stream,
+    vertices: &mut Vec<ChainVertex>,
+) -> u64 {
+    vertices.clear();
+    stage.trace_chain(choice, stream, |arrival| vertices.extend(anchors.vertex(stage, arrival, 1.0))).1
 }

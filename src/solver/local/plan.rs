@@ -1,7 +1,7 @@
 //! The pilot of local estimation: how many walks stand beside the chains, which bound follows from that, and how many
 //! connections are made.
 //!
-//! Walks get about the rays of chains, which is never far from the best. With B chains to
+//! Walks get about half the rays of chains, which is never far from the best. With B chains to
 //! W walks from every receiver a place of illuminance E is met by chains B E/Φ times per area, by walks W K/π times: the
 //! bound c = π B E/(Φ W) leaves each what it meets more often (Veach and Guibas 1995).
 
@@ -24,12 +24,14 @@ const WALKS: u64 = 8;
 const THRESHOLDS: i32 = 8;
 const STEP: f64 = 4.0;
 /// Chains from quasi-random points may vary by so much less than the pilot's, and what thinning adds must not drown that.
-const QUASI_GAIN: f64 = 16.0;
+const QUASI_GAIN: f64 = 4.0;
 /// Working out a score takes this many rays' time.
 const RAYS_PER_SCORE: f64 = 0.02;
 /// Bounds are set higher than the balance says: chains of many vertices and from quasi-random points vary less than single
 /// hits, walks that go on vary more. Measured on Sobolev's planes and on edges: 4 does better than 1 and than 16.
 const IN_FAVOUR_OF_CHAINS: f64 = 4.0;
+/// Rays of the walks over those of the chains.
+const WALKS_PER_CHAIN: f64 = 0.5;
 /// Chains or walks that a round holds at most for each of the other.
 const MOST_PER_ROUND: f64 = 64.0;
 
@@ -85,7 +87,7 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
 /// Chains a walk, by the rays of one each, and the bound that balances them. The ratio is a power of 2, as quasi-random
 /// points come.
 fn ratio_and_bound(context: &Context, walk_rays: f64, chain_rays: f64) -> [f64; 2] {
-    let ratio = walk_rays / chain_rays;
+    let ratio = walk_rays / (WALKS_PER_CHAIN * chain_rays);
     let ratio = ratio.clamp(1.0 / MOST_PER_ROUND, MOST_PER_ROUND).log2().round().exp2();
     [ratio, IN_FAVOUR_OF_CHAINS * PI * ratio / context.stage.emitters.luminous_flux_lm()]
 }
@@ -128,10 +130,8 @@ impl Pilot {
         let mut path_rays = 0;
         let chains: Vec<Vec<ChainVertex>> = (0..CHAINS)
             .map(|chain| {
-                stream.seek_quasi(chain, 0, chain);
-                let choice = super::choice_of_emitter(stage, &mut stream);
                 let mut vertices = Vec::new();
-                path_rays += trace(anchors, stage, choice, &mut stream, &mut vertices);
+                path_rays += trace(anchors, stage, chain, &mut stream, &mut vertices);
                 vertices
             })
             .collect();
