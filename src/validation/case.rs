@@ -11,6 +11,7 @@ use super::fields::{Fraction, fill_in};
 use super::truth::{Truth, TruthSpec};
 use super::truth_room::RoomCache;
 use crate::scene::{Scene, SceneError, scene_from_json};
+use crate::solver::Method;
 
 /// The file that makes a folder a case.
 pub const CASE_FILE: &str = "case.json";
@@ -55,6 +56,8 @@ pub struct Run {
     pub chains: Option<u64>,
     /// Longest time in s.
     pub time_limit_s: Option<f64>,
+    /// How it is computed.
+    pub method: Method,
     /// What is compared.
     pub comparisons: Vec<Comparison>,
 }
@@ -217,6 +220,7 @@ struct RunSpec {
     target_error: Option<Fraction>,
     chains: Option<u64>,
     time_limit_s: Option<f64>,
+    method: Option<String>,
 }
 
 impl Case {
@@ -384,8 +388,23 @@ fn read_run(
         target_error: run.target_error.map(|fraction| fraction.0),
         chains: run.chains,
         time_limit_s: run.time_limit_s,
+        method: method_of(path, run)?,
         comparisons,
     })
+}
+
+/// The method that a run names; without one chains and walks.
+fn method_of(path: &Path, run: &RunSpec) -> Result<Method, CaseError> {
+    match run.method.as_deref() {
+        None | Some("collision") => Ok(Method::Collision),
+        Some("auto") => Ok(Method::Auto),
+        Some("gather") => Ok(Method::Gather),
+        Some("local") => Ok(Method::Local),
+        Some(name) => {
+            let what = format!("the run \"{}\": unknown \"method\"", run.name);
+            Err(CaseError::new(path, what, name, "auto, collision, gather or local", "name one of them, or none"))
+        }
+    }
 }
 
 fn refused_scene(path: &Path, run: &RunSpec, error: &SceneError) -> CaseError {

@@ -64,7 +64,7 @@ pub fn settings_of(run: &Run) -> Settings {
     names.sort();
     names.dedup();
     Settings {
-        method: crate::solver::Method::Collision,
+        method: run.method,
         seed: run.seed,
         target_error: run.target_error,
         chains: run.chains,

@@ -20,11 +20,12 @@ const MOST_ENTRIES: usize = 256;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;
-/// Thresholds that are tried, each a quarter of the one before.
-const THRESHOLDS: i32 = 8;
-const STEP: f64 = 4.0;
+/// Thresholds that are tried, each half of the one before, the first so many halves of the largest score.
+const THRESHOLDS: i32 = 10;
+const FIRST_THRESHOLD: i32 = 3;
+const STEP: f64 = 2.0;
 /// Chains from quasi-random points may vary by so much less than the pilot's, and what thinning adds must not drown that.
-const QUASI_GAIN: f64 = 4.0;
+const QUASI_GAIN: f64 = 8.0;
 /// Working out a score takes this many rays' time.
 const RAYS_PER_SCORE: f64 = 0.02;
 /// Bounds are set higher than the balance says: chains of many vertices and from quasi-random points vary less than single
@@ -242,7 +243,7 @@ impl Pilot {
             relative.fold(largest, f64::max)
         });
         let tried = (0..THRESHOLDS)
-            .map(|step| largest * STEP.powi(-step))
+            .map(|step| largest * STEP.powi(-step - FIRST_THRESHOLD))
             .map(|threshold| (threshold, self.part(&scores, threshold)));
         tried.fold((0.0, unthinned), |best, tried| if cost(&tried.1) < cost(&best.1) { tried } else { best })
     }
