@@ -86,7 +86,7 @@ fn case(name: &'static str, text: &str, surface: &str) -> Result<Case, Box<dyn s
         let settings = Settings {
             method: Method::Gather,
             seed: 4711,
-            target_error: Some(0.0015),
+            target_error: Some(0.003),
             maps: MapSelection::Receivers,
             ..Settings::default()
         };

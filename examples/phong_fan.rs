@@ -75,7 +75,7 @@ fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = std::env::args().nth(1).ok_or("name the SVG file")?;
-    let paths: u64 = std::env::args().nth(2).map_or(Ok(1_000_000), |text| text.parse())?;
+    let paths: u64 = std::env::args().nth(2).map_or(Ok(200_000), |text| text.parse())?;
     // Every direction looks at the same point of the lower plane, 0.9 from the foot of the ball's centre.
     let angle = |index: usize| -WIDEST_DEG + 2.0 * WIDEST_DEG * index as f64 / (DIRECTIONS - 1) as f64;
     let receivers: Vec<String> = (0..DIRECTIONS)
@@ -95,7 +95,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = |method| Settings {
         method,
         seed: 1,
-        chains: Some(1 << 21),
+        chains: Some(1 << 18),
         maps: MapSelection::Receivers,
         ..Settings::default()
     };

@@ -69,6 +69,7 @@ impl LocalPlan {
     /// Rays in which local estimation brings the random error of a set of these weights down to `error_lx` (in the unit of
     /// the map), all replicas together, by what the pilot measured; at least one round of every replica. Counted rays
     /// alone decide, so that a choice by them is the same on every machine. Points of a sequence gain some more.
+    #[expect(dead_code, reason = "for a choice between methods by counted rays")]
     pub fn rays_to_error(&self, weights: &[f64], error_lx: f64) -> f64 {
         let weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let rounds = self.variance_per_round / (weight * error_lx * error_lx);
