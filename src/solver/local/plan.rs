@@ -26,8 +26,6 @@ const FIRST_THRESHOLD: i32 = 3;
 const STEP: f64 = 2.0;
 /// Chains from quasi-random points may vary by so much less than the pilot's, and what thinning adds must not drown that.
 const QUASI_GAIN: f64 = 4.0;
-    std::env::var("QG").ok().and_then(|t| t.parse().ok()).unwrap_or(8.0)
-}
 /// Working out a score takes this many rays' time.
 const RAYS_PER_SCORE: f64 = 0.02;
 /// Bounds are set higher than the balance says: chains of many vertices and from quasi-random points vary less than single
@@ -35,8 +33,6 @@ const RAYS_PER_SCORE: f64 = 0.02;
 const IN_FAVOUR_OF_CHAINS: f64 = 4.0;
 /// Rays of the walks over those of the chains.
 const WALKS_PER_CHAIN: f64 = 0.5;
-    std::env::var("WPC").ok().and_then(|t| t.parse().ok()).unwrap_or(0.5)
-}
 /// Chains or walks that a round holds at most for each of the other.
 const MOST_PER_ROUND: f64 = 64.0;
 
