@@ -103,7 +103,7 @@ fn local_estimation_holds_its_error_bars_in_corners() {
 }
 
 /// Local estimation finds what walks find where surfaces shine, mirror and let through: same means within 4.5 standard
-/// errors of their difference, and 3% more light (the planted fault) is rejected.
+/// errors of their difference, and 5% more light (the planted fault) is rejected.
 #[test]
 fn local_estimation_agrees_with_walks_on_every_material() {
     let scene = from_text(
@@ -132,7 +132,7 @@ fn local_estimation_agrees_with_walks_on_every_material() {
             &Settings {
                 method,
                 seed: 9,
-                target_error: Some(0.006),
+                target_error: Some(0.01),
                 maps: MapSelection::Receivers,
                 ..Settings::default()
             },
@@ -145,7 +145,7 @@ fn local_estimation_agrees_with_walks_on_every_material() {
         let error = averages[0].standard_error.hypot(averages[1].standard_error);
         let off = averages[1].value - averages[0].value;
         assert!(off.abs() < 4.5 * error, "{}: {averages:?}", walks.maps[map].name);
-        assert!(0.03 * averages[0].value - off.abs() > 4.5 * error, "{}: the fault passed", walks.maps[map].name);
+        assert!(0.05 * averages[0].value - off.abs() > 4.5 * error, "{}: the fault passed", walks.maps[map].name);
     }
 }
 
