@@ -7,13 +7,15 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use glam::DVec3;
 use luxmc::chain::Stage;
 use luxmc::geometry::Meeting;
 use luxmc::output::axes::{Frame, Scale};
 use luxmc::output::color::{BLUE, SOFT, VERMILION};
 use luxmc::output::picture::{Pen, Picture, Words};
 use luxmc::sampling::random::{Purpose, Stream};
-use luxmc::scene::scene_from_json;
+use luxmc::sampling::reflection::{Pair, Way};
+use luxmc::scene::{ReceiverPoint, scene_from_json};
 use luxmc::solver::{MapSelection, Method, Observer, Progress, Settings, solve};
 use rayon::prelude::*;
 
@@ -24,6 +26,9 @@ const SCENE: &str = r#"{ "version": 1,
     { "name": "plane 2", "type": "rectangle", "origin": [-50, -50, 1], "u": [0, 100, 0], "v": [100, 0, 0], "material": "lacquer" } ],
   "luminaires": [ { "name": "ball", "type": "sphere", "center": [0, 0, 0.5], "radius": 0.2, "luminous_flux_lm": 10 } ],
   "receivers": [ RECEIVERS ] }"#;
+/// The ball.
+const BALL_M: DVec3 = DVec3::new(0.0, 0.0, 0.5);
+const RADIUS_M: f64 = 0.2;
 /// Directions, and the angles of the first and the last from the normal.
 const DIRECTIONS: usize = 33;
 const WIDEST_DEG: f64 = 80.0;
@@ -40,9 +45,37 @@ impl Observer for Silent {
     }
 }
 
+/// One backward path: at every vertex the law towards a direction drawn uniformly in the cone that the ball fills, if
+/// nothing stands before it. Returns the luminance over that of the ball.
+fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64 {
+    let (mut origin, mut direction) = (stage.tracer.free_origin(eye.position_m), eye.normal);
+    let mut sum = 0.0;
+    while let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) {
+        let normal = stage.normal(hit.triangle, hit.side);
+        let law = stage.law(hit.triangle);
+        origin = stage.leave(&hit, Way::Spread);
+        let offset = BALL_M - stage.tracer.position_m(&origin);
+        let one_minus_cos = 1.0 - (1.0 - RADIUS_M * RADIUS_M / offset.length_squared()).sqrt();
+        let [u, v] = stream.pair();
+        let cosine = 1.0 - u * one_minus_cos;
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let axis = offset.normalize();
+        let (across, upright) = axis.any_orthonormal_pair();
+        let (turn_sine, turn_cosine) = (2.0 * PI * v).sin_cos();
+        let towards = cosine * axis + sine * (turn_cosine * across + turn_sine * upright);
+        if towards.dot(normal) > 0.0 && matches!(stage.tracer.first_hit(&origin, towards), Meeting::Ball(_)) {
+            let pair = Pair { normal, towards, leaving: -direction };
+            sum += law.eval_per_sr(&pair) * towards.dot(normal) * 2.0 * PI * one_minus_cos;
+        }
+        let Some(scattered) = law.sample(direction, normal, stream) else { break };
+        direction = scattered.direction;
+    }
+    sum
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = std::env::args().nth(1).ok_or("name the SVG file")?;
-    let paths: u64 = std::env::args().nth(2).map_or(Ok(2_000_000), |text| text.parse())?;
+    let paths: u64 = std::env::args().nth(2).map_or(Ok(200_000), |text| text.parse())?;
     // Every direction looks at the same point of the lower plane, 0.9 from the foot of the ball's centre.
     let angle = |index: usize| -WIDEST_DEG + 2.0 * WIDEST_DEG * index as f64 / (DIRECTIONS - 1) as f64;
     let receivers: Vec<String> = (0..DIRECTIONS)
@@ -62,7 +95,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = |method| Settings {
         method,
         seed: 1,
-        chains: Some(300_000),
+        chains: Some(1 << 18),
         maps: MapSelection::Receivers,
         ..Settings::default()
     };
@@ -75,30 +108,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .enumerate()
         .map(|(index, set)| {
             let mut stream = Stream::new(77, Purpose::Pilot, index as u32, 0);
-            let mut hits = 0.0;
+            let (mut sum, mut squares) = (0.0, 0.0);
             for path in 0..paths {
                 stream.seek(path);
-                let (mut origin, mut direction) =
-                    (stage.tracer.free_origin(set.points[0].position_m), set.points[0].normal);
-                loop {
-                    match stage.tracer.first_hit(&origin, direction) {
-                        Meeting::Nothing => break,
-                        Meeting::Ball(_) => {
-                            hits += 1.0;
-                            break;
-                        }
-                        Meeting::Surface(hit) => {
-                            let normal = stage.normal(hit.triangle, hit.side);
-                            let law = stage.law(hit.triangle);
-                            let Some(scattered) = law.sample(direction, normal, &mut stream) else { break };
-                            direction = scattered.direction;
-                            origin = stage.leave(&hit, scattered.way);
-                        }
-                    }
-                }
+                let luminance = ball_cd_m2 * backward_path(&stage, &set.points[0], &mut stream);
+                sum += luminance;
+                squares += luminance * luminance;
             }
-            let share = hits / paths as f64;
-            (share * ball_cd_m2, (share * (1.0 - share) / paths as f64).sqrt() * ball_cd_m2)
+            let mean = sum / paths as f64;
+            (mean, ((squares / paths as f64 - mean * mean) / paths as f64).sqrt())
         })
         .collect();
 

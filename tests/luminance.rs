@@ -12,7 +12,8 @@ use luxmc::base::glare::{position_index, unified_glare_rating};
 use luxmc::chain::Stage;
 use luxmc::geometry::Meeting;
 use luxmc::sampling::random::{Purpose, Stream};
-use luxmc::scene::{Emission, Scene, scene_from_json};
+use luxmc::sampling::reflection::{Pair, Way};
+use luxmc::scene::{Emission, ReceiverPoint, Scene, scene_from_json};
 use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
 
 fn from_text(text: &str) -> Scene {
@@ -59,13 +60,14 @@ fn diffuse_planes_look_alike_from_every_angle() {
         // Walks share nothing; what chains share at worst adds up as errors do, not as their squares.
         let share = if method == Method::Collision { square.sqrt() / 29.0 } else { (square / 29.0).sqrt() };
         assert!((sum / 29.0).abs() < 4.5 * share, "{method:?}: {} ± {share}", sum / 29.0);
-        assert!(0.02 - (sum / 29.0).abs() > 4.5 * share || method == Method::Local, "{method:?}: the fault passed");
+        assert!(0.02 - (sum / 29.0).abs() > 4.5 * share, "{method:?}: the fault passed, {} ± {share}", sum / 29.0);
     }
 }
 
-/// In an isothermal box E = πL₀ everywhere. On the floor at 1e-3 and 1e-5 m from a wall the error bars of local
-/// estimation hold 95% of 60 seeds × 8 points at two standard errors (at least 90%, as points of a seed hang together),
-/// and their root mean square error does not grow; the plain kernel's bars hold less than half.
+/// In an isothermal box E = πL₀ everywhere. On the floor at 0.1, 1e-3 and 1e-5 m from a wall the error bars of local
+/// estimation hold the truth at their nominal 95%, t with 15 degrees of freedom, within 4.5% (200 seeds × 8 points, which
+/// hang together: 200 of independent seeds alone have a standard deviation of 1.5%), and their root mean square error
+/// does not grow; the plain kernel's bars hold less than half.
 #[test]
 fn local_estimation_holds_its_error_bars_in_corners() {
     let mut errors = Vec::new();
@@ -89,8 +91,8 @@ fn local_estimation_holds_its_error_bars_in_corners() {
             let count = 8.0 * seeds as f64;
             (within / count, (squares / count).sqrt())
         };
-        let (within, error) = run(Method::Local, 60);
-        assert!(within > 0.90, "{distance_m} m: {within}");
+        let (within, error) = run(Method::Local, 200);
+        assert!((within - 0.95).abs() < 0.045, "{distance_m} m: {within}");
         errors.push(error);
         if distance_m < 0.01 {
             let (within, _) = run(Method::LocalNaive, 20);
@@ -147,9 +149,10 @@ fn local_estimation_agrees_with_walks_on_every_material() {
     }
 }
 
-/// A glossy plane under a bright ball, seen along a fan: what luxmc finds by looks, lobes and walks combined against
-/// plain backward paths that count the ball's luminance where they happen to hit it. Five directions, 2,000,000 paths each;
-/// within 4.9 standard errors of the difference; 8% less light (the planted fault) is rejected.
+/// A glossy plane under a bright ball, seen along a fan: what luxmc finds by looks, lobes and walks combined, and by double
+/// local estimation, against backward paths that draw a direction in the ball's cone at every vertex, share nothing with
+/// the estimators but the law. Five directions, 200,000 paths each; within 4.9 standard errors of the difference; in the
+/// mean over the directions 2% less light (the planted fault) is rejected.
 #[test]
 fn glossy_planes_shine_as_plain_paths_say() {
     let scene = from_text(
@@ -162,43 +165,67 @@ fn glossy_planes_shine_as_plain_paths_say() {
       "receivers": [ { "name": "fan", "type": "luminance", "position": [0.9, 0, 0.3],
         "fan": { "direction": [0, 0, -1], "axis": [0, 1, 0], "from_deg": -50, "to_deg": 70, "count": 5 } } ] }"#,
     );
-    const PATHS: u64 = 2_000_000;
-    let solution = with_chains(&scene, 1, MapSelection::Receivers, 5 * 1_000_000);
+    const PATHS: u64 = 200_000;
+    const FAULT: f64 = 0.02;
+    let walks = with_chains(&scene, 1, MapSelection::Receivers, 5 * (1 << 18));
+    let local = by_method(&scene, Method::Local, 2, 1 << 16);
     let stage = Stage::new(&scene);
     let ball_cd_m2 = stage.emitters.list()[0].exitance_lm_m2().expect("a ball") / PI;
+    let (mut mean, mut mean_square) = (0.0, 0.0f64);
     for (index, point) in scene.receivers[0].points.iter().enumerate() {
         let mut stream = Stream::new(77, Purpose::Pilot, index as u32, 0);
-        let mut hits = 0.0;
+        let (mut sum, mut squares) = (0.0, 0.0);
         for path in 0..PATHS {
             stream.seek(path);
-            let (mut origin, mut direction) = (stage.tracer.free_origin(point.position_m), point.normal);
-            loop {
-                match stage.tracer.first_hit(&origin, direction) {
-                    Meeting::Nothing => break,
-                    Meeting::Ball(_) => {
-                        hits += 1.0;
-                        break;
-                    }
-                    Meeting::Surface(hit) => {
-                        let normal = stage.normal(hit.triangle, hit.side);
-                        let Some(scattered) = stage.law(hit.triangle).sample(direction, normal, &mut stream) else {
-                            break;
-                        };
-                        direction = scattered.direction;
-                        origin = stage.leave(&hit, scattered.way);
-                    }
-                }
+            let luminance = ball_cd_m2 * backward_path(&stage, point, &mut stream);
+            sum += luminance;
+            squares += luminance * luminance;
+        }
+        let plain = sum / PATHS as f64;
+        let plain_error = ((squares / PATHS as f64 - plain * plain) / PATHS as f64).sqrt();
+        for (method, solution) in [("walks", &walks), ("local", &local)] {
+            let values = &solution.maps[0].values;
+            let error = plain_error.hypot(values.standard_error_lx[index]);
+            let off = values.illuminance_lx[index] - plain;
+            let value = values.illuminance_lx[index];
+            assert!(off.abs() < 4.9 * error, "{method} {index}: {value} against {plain} ± {error}");
+            if method == "walks" {
+                mean += off / plain / 5.0;
+                mean_square += (error / plain / 5.0).powi(2);
             }
         }
-        let share = hits / PATHS as f64;
-        let plain = share * ball_cd_m2;
-        let plain_error = (share * (1.0 - share) / PATHS as f64).sqrt() * ball_cd_m2;
-        let values = &solution.maps[0].values;
-        let error = plain_error.hypot(values.standard_error_lx[index]);
-        let off = values.illuminance_lx[index] - plain;
-        assert!(off.abs() < 4.9 * error, "{index}: {} against {plain} ± {error}", values.illuminance_lx[index]);
-        assert!(0.08 * plain - off.abs() > 4.9 * error, "{index}: the planted fault passed, ± {}", error / plain);
     }
+    // Walks of different directions share nothing.
+    let error = mean_square.sqrt();
+    assert!(mean.abs() < 4.5 * error, "{mean} ± {error}");
+    assert!(FAULT - mean.abs() > 4.5 * error, "the planted fault passed: {mean} ± {error}");
+}
+
+/// One backward path to the ball of radius 0.2 at (0, 0, 0.5): the luminance that it finds over that of the ball.
+fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64 {
+    let (mut origin, mut direction) = (stage.tracer.free_origin(eye.position_m), eye.normal);
+    let mut sum = 0.0;
+    while let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) {
+        let normal = stage.normal(hit.triangle, hit.side);
+        let law = stage.law(hit.triangle);
+        origin = stage.leave(&hit, Way::Spread);
+        let offset = DVec3::new(0.0, 0.0, 0.5) - stage.tracer.position_m(&origin);
+        let one_minus_cos = 1.0 - (1.0 - 0.04 / offset.length_squared()).sqrt();
+        let [u, v] = stream.pair();
+        let cosine = 1.0 - u * one_minus_cos;
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let axis = offset.normalize();
+        let (across, upright) = axis.any_orthonormal_pair();
+        let (turn_sine, turn_cosine) = (2.0 * PI * v).sin_cos();
+        let towards = cosine * axis + sine * (turn_cosine * across + turn_sine * upright);
+        if towards.dot(normal) > 0.0 && matches!(stage.tracer.first_hit(&origin, towards), Meeting::Ball(_)) {
+            let pair = Pair { normal, towards, leaving: -direction };
+            sum += law.eval_per_sr(&pair) * towards.dot(normal) * 2.0 * PI * one_minus_cos;
+        }
+        let Some(scattered) = law.sample(direction, normal, stream) else { break };
+        direction = scattered.direction;
+    }
+    sum
 }
 
 /// In the office the rating follows from a quadrature over the luminaires (60 × 60 parts of each troffer, all in sight) and
@@ -264,5 +291,5 @@ fn the_glare_of_the_office_is_that_of_a_quadrature() {
     let error = ugr.standard_error.hypot(8.0 / 10f64.ln() * background_error / background);
     assert!((ugr.value - expected).abs() < 4.0 * error, "{ugr:?} {expected} ± {error}");
     // A background 2% off (the planted fault) is 0.069.
-    assert!((ugr.value - expected).abs() + 0.069 > 4.0 * error, "± {error}");
+    assert!(0.069 - (ugr.value - expected).abs() > 4.0 * error, "the fault passed: {ugr:?} {expected} ± {error}");
 }

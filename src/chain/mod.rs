@@ -143,11 +143,53 @@ impl Stage {
 
     /// Follows one packet from a luminaire to its end and shows every arrival on its way; returns the end and the
     /// number of rays traced.
-    pub fn trace_chain(&self, choice: f64, stream: &mut Stream, mut arrive: impl FnMut(&Arrival)) -> (End, u64) {
+    pub fn trace_chain(&self, choice: f64, stream: &mut Stream, arrive: impl FnMut(&Arrival)) -> (End, u64) {
         let emitted = self.emitters.emit(choice, stream);
-        let mut origin = self.origin(&emitted.place);
-        let mut direction = emitted.direction;
-        let mut bounces = 0;
+        self.follow(self.origin(&emitted.place), emitted.direction, 0, stream, arrive)
+    }
+
+    /// Follows one packet from a luminaire to its first arrival, and from there on so many branches of it, each a packet of
+    /// its own that carries its part of the flux. Branch `b` draws from the stream's index `first_index + b`. Returns the
+    /// number of rays.
+    pub fn trace_branches(
+        &self,
+        choice: f64,
+        stream: &mut Stream,
+        branches: u32,
+        first_index: u64,
+        mut arrive: impl FnMut(&Arrival),
+    ) -> u64 {
+        let emitted = self.emitters.emit(choice, stream);
+        let direction = emitted.direction;
+        let Meeting::Surface(hit) = self.tracer.first_hit(&self.origin(&emitted.place), direction) else {
+            return 1;
+        };
+        if !self.receives(hit.triangle, hit.side) {
+            return 1;
+        }
+        arrive(&Arrival { hit, direction, bounces: 0 });
+        let mut rays = 1;
+        let mark = stream.mark();
+        for branch in 0..branches {
+            stream.branch(&mark, first_index + u64::from(branch), branch);
+            let scattered = self.law(hit.triangle).sample(direction, self.normal(hit.triangle, hit.side), stream);
+            if let Some(scattered) = scattered {
+                let bounces = u32::from(scattered.way != Way::Passed);
+                let origin = self.leave(&hit, scattered.way);
+                rays += self.follow(origin, scattered.direction, bounces, stream, &mut arrive).1;
+            }
+        }
+        rays
+    }
+
+    fn follow(
+        &self,
+        mut origin: Origin,
+        mut direction: DVec3,
+        mut bounces: u32,
+        stream: &mut Stream,
+        mut arrive: impl FnMut(&Arrival),
+    ) -> (End, u64) {
         for rays in 1.. {
             let hit = match self.tracer.first_hit(&origin, direction) {
                 Meeting::Surface(hit) => hit,

@@ -43,14 +43,15 @@ pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
     safe_error.hypot(judgement.shared_error()) <= target_error && judgement.stated_error() <= target_error
 }
 
-/// How many times the present work a map will have taken when the rule accepts it, by random error ∝ work^(−½): infinite
+/// How many times the present work a map will have taken when the rule accepts it, by random error ∝ work^(−α): infinite
 /// where the bias alone is too large.
-pub fn needed_work(target_error: f64, judgement: &Judgement) -> f64 {
+pub fn needed_work(target_error: f64, judgement: &Judgement, exponent: f64) -> f64 {
     if judgement.dark || judgement.unseen || judgement.shared_error() >= target_error {
         return f64::INFINITY;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
-    safe_error.powi(2) / (target_error * target_error - judgement.shared_error().powi(2))
+    let squared = safe_error.powi(2) / (target_error * target_error - judgement.shared_error().powi(2));
+    squared.powf(0.5 / exponent)
 }
 
 #[cfg(test)]
@@ -84,8 +85,10 @@ mod tests {
     }
 
     #[test]
-    fn work_grows_with_the_square_of_the_error() {
-        let twice = needed_work(0.01, &judged(0.02, 0.02, 1e6));
+    fn work_grows_with_the_square_of_the_error_or_as_the_exponent_says() {
+        let twice = needed_work(0.01, &judged(0.02, 0.02, 1e6), 0.5);
         assert!((twice - 4.0).abs() < 0.05, "{twice}");
+        let twice = needed_work(0.01, &judged(0.02, 0.02, 1e6), 1.0);
+        assert!((twice - 2.0).abs() < 0.05, "{twice}");
     }
 }

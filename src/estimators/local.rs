@@ -25,6 +25,13 @@ use crate::scene::{Quantity, ReceiverSet};
 /// anew, so that they must be nothing to speak of.
 const FAINT_BRANCH: f64 = 1e-4;
 
+/// Walks follow the inverse of an entry's level, at most so many doublings or halvings away from the usual number.
+const MOST_DOUBLINGS: f64 = 2.0;
+/// Branches of a chain after its first arrival: where most light is lies near the luminaires, and a single packet seldom
+/// leaves from there for where a receiver is.
+pub const BRANCHES: u32 = 4;
+/// Bounds for light reflected before are this many times higher for it: branches bring it more often.
+const BRANCHES_COUNT: f64 = 2.0;
 /// With more emitters the level of a place is taken for the same everywhere.
 const MOST_EMITTERS: usize = 32;
 /// Direct levels reach this far above indirect ones: near a luminaire the kernel must still be bounded.
@@ -63,11 +70,19 @@ pub struct Anchors {
     planes: bool,
     /// About the indirect illuminance of what receivers see, in lx.
     indirect_level_lx: f64,
+    /// Corners of the box that holds all anchors, in m.
+    box_m: [DVec3; 2],
+    /// The normal that all planes share, if they do.
+    common_normal: Option<DVec3>,
     points: [Vec<f64>; 3],
     normals: [Vec<f64>; 3],
     scales: Vec<f64>,
     /// About what every anchor receives, in units of the map.
     own_levels_lx: Vec<f64>,
+    /// Bound of an anchor over that of others: fewer walks, higher bound.
+    bound_factors: Vec<f64>,
+    /// Walks of every entry over those of the usual one: a power of 2.
+    walk_rates: Vec<f64>,
 }
 
 /// A vertex of a chain: a surface that a packet met.
@@ -78,8 +93,10 @@ pub struct ChainVertex {
     /// Unit normal of the side that it arrived at.
     pub normal: DVec3,
     point_m: DVec3,
-    /// About the illuminance of the place in lx by light that has met as much as this.
-    level_lx: f64,
+    /// Share of the chain's flux that arrives.
+    share: f64,
+    /// About the illuminance of the place in lx by light that has met as much as this, times how often chains meet it.
+    pub level_lx: f64,
 }
 
 /// How connections are made.
@@ -100,10 +117,14 @@ impl Anchors {
             sub_points: Vec::new(),
             planes: true,
             indirect_level_lx: 1.0,
+            box_m: [DVec3::INFINITY, DVec3::NEG_INFINITY],
+            common_normal: None,
             points: [Vec::new(), Vec::new(), Vec::new()],
             normals: [Vec::new(), Vec::new(), Vec::new()],
             scales: Vec::new(),
             own_levels_lx: Vec::new(),
+            bound_factors: Vec::new(),
+            walk_rates: vec![1.0; receivers.points.len()],
         };
         let mut stream = Stream::new(seed, Purpose::Pilot, number, 2);
         for (entry, point) in receivers.points.iter().enumerate() {
@@ -144,6 +165,12 @@ impl Anchors {
             anchors.normals[axis] = anchors.list.iter().map(|anchor| anchor.normal[axis]).collect();
         }
         anchors.scales = anchors.list.iter().map(|anchor| anchor.scale).collect();
+        anchors.bound_factors = vec![1.0; anchors.list.len()];
+        for anchor in &anchors.list {
+            anchors.box_m = [anchors.box_m[0].min(anchor.point_m), anchors.box_m[1].max(anchor.point_m)];
+        }
+        let shared = |normal: &DVec3| anchors.planes && anchors.list.iter().all(|anchor| anchor.normal == *normal);
+        anchors.common_normal = anchors.list.first().map(|anchor| anchor.normal).filter(shared);
         anchors
     }
 
@@ -182,24 +209,46 @@ impl Anchors {
         self.own_levels_lx = levels.collect();
     }
 
+    /// Gives dark entries more walks and bright ones fewer: chains come where it is bright, so that what they leave of the
+    /// relative error is the larger, the darker it is.
+    pub fn set_walk_rates(&mut self) {
+        let level = |entry: &std::ops::Range<u32>| {
+            self.own_levels_lx[entry.start as usize..entry.end as usize].iter().sum::<f64>()
+        };
+        let logs: Vec<f64> = self.of_entry.iter().map(|entry| level(entry).log2()).collect();
+        let lit = || logs.iter().filter(|log| log.is_finite());
+        let usual = lit().sum::<f64>() / lit().count().max(1) as f64;
+        for (rate, log) in self.walk_rates.iter_mut().zip(&logs).filter(|(_, log)| log.is_finite()) {
+            *rate = (usual - log).round().clamp(-MOST_DOUBLINGS, MOST_DOUBLINGS).exp2();
+        }
+        for (factor, anchor) in self.bound_factors.iter_mut().zip(&self.list) {
+            *factor = 1.0 / self.walk_rates[anchor.entry as usize];
+        }
+    }
+
+    /// Walks of an entry over those of the usual one: a power of 2.
+    pub fn walk_rate(&self, entry: usize) -> f64 {
+        self.walk_rates[entry]
+    }
+
+    /// Bound of an anchor over that of the usual one.
+    pub fn bound_factor(&self, anchor: usize) -> f64 {
+        self.bound_factors[anchor]
+    }
+
     /// Level of an anchor itself, in units of the map.
     pub fn own_level_lx(&self, anchor: usize) -> f64 {
         self.own_levels_lx[anchor]
     }
 
-    /// Number of anchors.
-    pub fn len(&self) -> usize {
-        self.list.len()
+    /// Anchors of an entry of the map.
+    pub fn of_entry(&self, entry: usize) -> std::ops::Range<usize> {
+        self.of_entry[entry].start as usize..self.of_entry[entry].end as usize
     }
 
-    /// Whether there is none: nothing that is seen scatters.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
-    /// Entry of the map that an anchor scores for.
-    pub fn entry(&self, anchor: usize) -> usize {
-        self.list[anchor].entry as usize
+    /// What a full response of an anchor is worth.
+    pub fn scale(&self, anchor: usize) -> f64 {
+        self.scales[anchor]
     }
 
     /// Mean over the anchors of what a full response is worth.
@@ -208,27 +257,45 @@ impl Anchors {
     }
 
     /// A vertex for an arrival of a chain; `None` where the surface scatters nothing that connections could find.
-    pub fn vertex(&self, stage: &Stage, arrival: &Arrival) -> Option<ChainVertex> {
+    /// `share` is the share of the chain's flux that arrives.
+    pub fn vertex(&self, stage: &Stage, arrival: &Arrival, share: f64) -> Option<ChainVertex> {
         let law = stage.law(arrival.hit.triangle);
         if law.is_black() || matches!(law, Law::Mirror(_) | Law::Glass(_)) {
             return None;
         }
         let point_m = stage.tracer.position_m(&stage.leave(&arrival.hit, Way::Spread));
         let normal = stage.normal(arrival.hit.triangle, arrival.hit.side);
+        let scatters_through = matches!(law, Law::Translucent(_));
+        if !scatters_through && self.is_out_of_reach(point_m, normal) {
+            return None;
+        }
         let [direct_lx, indirect_lx] = self.levels_lx(stage, point_m, normal);
         let level_lx = if arrival.bounces == 0 { direct_lx } else { indirect_lx };
-        Some(ChainVertex { arrival: *arrival, normal, point_m, level_lx })
+        Some(ChainVertex { arrival: *arrival, normal, point_m, share, level_lx })
+    }
+
+    /// Whether no anchor lies before a surface, or none faces it: nothing that it spreads comes to any.
+    fn is_out_of_reach(&self, point_m: DVec3, normal: DVec3) -> bool {
+        let foremost_m = DVec3::select(normal.cmpgt(DVec3::ZERO), self.box_m[1], self.box_m[0]);
+        let is_behind_all = || {
+            self.common_normal.is_some_and(|facing| {
+                let lowest_m = DVec3::select(facing.cmpgt(DVec3::ZERO), self.box_m[0], self.box_m[1]);
+                (point_m - lowest_m).dot(facing) <= 0.0
+            })
+        };
+        (foremost_m - point_m).dot(normal) <= 0.0 || is_behind_all()
     }
 
     /// About the illuminances of a place in lx, by luminaires and by reflections: any function of the place is right, a
     /// good one saves work.
     fn levels_lx(&self, stage: &Stage, point_m: DVec3, normal: DVec3) -> [f64; 2] {
         let emitters = stage.emitters.list();
+        let branched_lx = BRANCHES_COUNT * self.indirect_level_lx;
         if emitters.len() > MOST_EMITTERS {
-            return [self.indirect_level_lx; 2];
+            return [self.indirect_level_lx, branched_lx];
         }
         let direct_lx: f64 = emitters.iter().map(|emitter| emitter.importance(point_m, normal)).sum();
-        [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), self.indirect_level_lx]
+        [direct_lx.min(MOST_LEVELS * self.indirect_level_lx), branched_lx]
     }
 
     /// What every anchor would score for one lm at a vertex if nothing stood between, with the kernel bounded.
@@ -240,24 +307,35 @@ impl Anchors {
             let [px, py, pz] = &self.points;
             let [nx, ny, nz] = &self.normals;
             let (at, normal) = (vertex.point_m, vertex.normal);
-            let factor = law.reflectance / PI;
+            let factor = vertex.share * law.reflectance / PI;
             scores.extend((0..self.list.len()).map(|j| {
                 let (dx, dy, dz) = (px[j] - at.x, py[j] - at.y, pz[j] - at.z);
                 let square = dx * dx + dy * dy + dz * dz;
                 let leaving = (dx * normal.x + dy * normal.y + dz * normal.z).max(0.0);
                 let arriving = (-(dx * nx[j] + dy * ny[j] + dz * nz[j])).max(0.0);
                 let kernel = leaving * arriving / (square * square + f64::MIN_POSITIVE);
-                factor * self.scales[j] * kernel.min(bound_per_m2)
+                factor * self.scales[j] * kernel.min(bound_per_m2 * self.bound_factors[j])
             }));
             return;
         }
-        scores.extend(self.list.iter().map(|anchor| {
+        scores.extend(self.list.iter().zip(&self.bound_factors).map(|(anchor, factor)| {
             let offset_m = anchor.point_m - vertex.point_m;
             let leaving = offset_m.normalize_or_zero();
-            spread_per_sr(law, vertex, leaving)
+            vertex.share
+                * spread_per_sr(law, vertex, leaving)
                 * anchor.scale
-                * self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal).min(bound_per_m2)
+                * self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal).min(bound_per_m2 * factor)
         }));
+    }
+
+    /// For the pilot: the kernel of an anchor and a vertex in 1/m², and what the vertex spreads that way, in 1/sr.
+    pub fn kernel_and_spread(&self, stage: &Stage, anchor: usize, vertex: &ChainVertex) -> [f64; 2] {
+        let anchor = &self.list[anchor];
+        let leaving = (anchor.point_m - vertex.point_m).normalize_or_zero();
+        [
+            self.kernel_per_m2(stage, anchor, vertex.point_m, vertex.normal),
+            vertex.share * spread_per_sr(stage.law(vertex.arrival.hit.triangle), vertex, leaving),
+        ]
     }
 
     /// R(ω) cos θ′/d² of an anchor and a place with a normal, in 1/m²; of scatterers to both sides the nearer counts.
@@ -323,6 +401,7 @@ impl Anchors {
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {
+        let bound = bound / self.walk_rates[entry];
         let share_at = |anchor: &Anchor, point_m: DVec3, normal: DVec3| {
             let kernel_per_m2 = self.kernel_per_m2(stage, anchor, point_m, normal);
             self.levels_lx(stage, point_m, normal).map(|level_lx| {
@@ -330,7 +409,7 @@ impl Anchors {
                 if kernel_per_m2 > bound_per_m2 { 1.0 - bound_per_m2 / kernel_per_m2 } else { 0.0 }
             })
         };
-        let anchors = &self.list[self.of_entry[entry].start as usize..self.of_entry[entry].end as usize];
+        let anchors = &self.list[self.of_entry(entry)];
         if receivers.quantity != Quantity::Luminance {
             let Some(anchor) = anchors.first() else {
                 return (0.0, 0);

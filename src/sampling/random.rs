@@ -35,6 +35,10 @@ pub struct Stream {
     lot: Lot,
 }
 
+/// A place among the coordinates of a quasi-random point.
+#[derive(Clone, Copy, Debug)]
+pub struct Mark(Option<QuasiPoint>);
+
 /// One variate that decides again and again: what is left of its interval is stretched to [0, 1) after each decision.
 #[derive(Clone, Copy, Debug)]
 struct Lot {
@@ -76,6 +80,20 @@ impl Stream {
         self.seek(index);
         self.lot.length = 0.0;
         self.quasi = Some(QuasiPoint::new(splitmix64(self.quasi_key ^ splitmix64(sequence)), number));
+    }
+
+    /// Where a stream stands among the coordinates of its quasi-random point.
+    #[inline]
+    pub fn mark(&self) -> Mark {
+        Mark(self.quasi)
+    }
+
+    /// Goes to an index, as [`Stream::seek`] does, and back to the mark in a branch of its point.
+    #[inline]
+    pub fn branch(&mut self, mark: &Mark, index: u64, branch: u32) {
+        self.seek(index);
+        self.lot.length = 0.0;
+        self.quasi = mark.0.map(|point| point.branch(branch));
     }
 
     /// A quasi-random stream goes to the same point of another sequence: what is decided next gets the first, best spread

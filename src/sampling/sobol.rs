@@ -93,6 +93,9 @@ pub struct QuasiPoint {
     index: u32,
     key: u64,
     dimension: u32,
+    /// Number of the branch and the dimension at which it began; branch 0 is the point itself.
+    branch: u32,
+    branch_start: u32,
 }
 
 impl QuasiPoint {
@@ -101,13 +104,38 @@ impl QuasiPoint {
     pub fn new(key: u64, index: u64) -> QuasiPoint {
         let lap = index >> 32;
         let key = if lap == 0 { key } else { splitmix64(key ^ splitmix64(lap)) };
-        QuasiPoint { index: index as u32, key, dimension: 0 }
+        QuasiPoint { index: index as u32, key, dimension: 0, branch: 0, branch_start: 0 }
     }
 
     /// The same point of a sequence with another scramble.
     #[inline]
     pub fn of_sequence(&self, sequence: u64) -> QuasiPoint {
         QuasiPoint { key: splitmix64(self.key ^ splitmix64(!sequence)), dimension: 0, ..*self }
+    }
+
+    /// A branch of the point: its coordinates from here on are shifted digit by digit, by the same digits for all points of
+    /// a sequence, which keeps the sequence as even as it was. Of four branches the first coordinate has two in each half,
+    /// the second and third one in each quarter of their square.
+    #[inline]
+    pub fn branch(&self, branch: u32) -> QuasiPoint {
+        QuasiPoint { branch, branch_start: self.dimension, ..*self }
+    }
+
+    /// The digits by which a coordinate of a branch is shifted.
+    #[inline]
+    fn shift(&self, dimension: u32) -> u32 {
+        if self.branch == 0 {
+            return 0;
+        }
+        let random = splitmix64(self.key ^ splitmix64(u64::from(self.branch) << 32 | u64::from(dimension))) as u32;
+        let branch = self.branch;
+        let [digits, count] = match dimension - self.branch_start {
+            0 => [(branch ^ branch >> 1) & 1, 1],
+            1 => [branch & 1, 1],
+            2 => [branch >> 1 & 1, 1],
+            _ => [0, 0],
+        };
+        if count == 0 { random } else { digits << 31 | random >> 1 }
     }
 
     /// The next coordinate as 32 bits; `None` after the last dimension.
@@ -119,7 +147,7 @@ impl QuasiPoint {
         }
         self.dimension += 1;
         let seed = splitmix64(self.key.wrapping_add(u64::from(dimension).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
-        Some(scrambled(sobol(self.index, dimension as usize), seed))
+        Some(scrambled(sobol(self.index, dimension as usize), seed) ^ self.shift(dimension))
     }
 }
 

@@ -11,6 +11,7 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_er
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
+use crate::control::ErrorHistory;
 use crate::maps::{
     CrossedVariances, Crossing, Judgement, MapKind, MapValues, REPLICAS, ReplicaMap, Tally, Unit, judge,
 };
@@ -164,6 +165,7 @@ pub struct Job {
     /// What a count is worth, kept while the map gathers.
     counting_unit: Option<Unit>,
     judged_samples: u64,
+    history: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
     share: DirectShare,
@@ -253,6 +255,7 @@ impl Job {
             variances: CrossedVariances::default(),
             planned_samples: 0,
             judged_samples: 0,
+            history: ErrorHistory::default(),
             direct,
             indirect,
             share: DirectShare::of(direct, indirect, entries),
@@ -300,6 +303,7 @@ impl Job {
         }
         self.samples = 0;
         self.given_up_rays = self.rays;
+        self.history.clear();
         self.engine = Engine::Gathering;
     }
 
@@ -317,6 +321,7 @@ impl Job {
         self.engine = Engine::unbiased(self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
         self.samples = 0;
+        self.history.clear();
     }
 
     /// Starts anew on finer elements, where those at hand cannot show what the target asks for by the latest look;
@@ -338,6 +343,7 @@ impl Job {
         self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
         self.counting_unit = None;
         self.samples = 0;
+        self.history.clear();
         self.given_up_rays = self.rays;
         true
     }
@@ -545,6 +551,7 @@ impl Job {
             let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
+        self.history.note(self.samples, &self.judgement);
         if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
@@ -580,6 +587,11 @@ impl Job {
             MapKind::Receivers(set) => context.scene.receivers[set].quantity == Quantity::Luminance,
             MapKind::Elements => false,
         }
+    }
+
+    /// Power of the work with which its error falls, by its own history.
+    pub fn error_exponent(&self) -> f64 {
+        self.history.exponent()
     }
 
     /// Samples at the latest judgement.

@@ -266,7 +266,8 @@ impl Run<'_> {
         }
         let samples = job.samples;
         job.judge(self.context);
-        let needed = self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement));
+        let needed =
+            self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
         job.met = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
         job.next_judgement = next_judgement(samples, needed);
         if job.bound {
@@ -375,7 +376,8 @@ impl Run<'_> {
             Some(_) if job.engine == Engine::Gathering => job.planned_samples as f64 - done,
             Some(target) if job.judgement.mean_lx > 0.0 => {
                 // The judgement is of the last look; samples have been added since.
-                (needed_work(target, &job.judgement) * job.judged_samples() as f64 - done).max(0.0)
+                (needed_work(target, &job.judgement, job.error_exponent()) * job.judged_samples() as f64 - done)
+                    .max(0.0)
             }
             _ => f64::INFINITY,
         };

@@ -248,7 +248,7 @@ fn over_points(
                 let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
                 let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
                 for number in samples.clone() {
-                    stream.seek(stream_index(first + offset, number));
+                    stream.seek_quasi(stream_index(first + offset, number), (first + offset) as u64, number);
                     let (lx, sample_rays) = sample(&receiver, &mut cut, &mut stream);
                     *sum_lx += lx;
                     rays += sample_rays;

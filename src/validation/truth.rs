@@ -12,8 +12,8 @@ use super::reference::Reference;
 use super::stored_run::StoredRun;
 use super::truth_enclosure::{concentric, two_hemispheres, uniform_enclosure};
 use super::truth_room::{RoomCache, RoomTruth, room_truth};
-use super::truth_sobolev::{SobolevTruth, sobolev_truth};
-use crate::scene::Scene;
+use super::truth_sobolev::{SobolevTruth, sobolev_luminance, sobolev_truth};
+use crate::scene::{Quantity, ReceiverSet, Scene};
 
 /// Where the exact numbers of a comparison come from, as a case writes it.
 #[derive(Clone, Debug, Deserialize)]
@@ -198,8 +198,15 @@ impl<'a> Truth<'a> {
         Ok(exact)
     }
 
+    /// Whether luminances are compared, in cd/m² instead of lx.
+    fn is_luminance(&self) -> bool {
+        let of_set = |set: &ReceiverSet| set.name == self.comparison.map && set.quantity == Quantity::Luminance;
+        self.scene.receivers.iter().any(of_set)
+    }
+
     fn of_spec(&self, site: &Site, light: Light) -> Result<Exact, String> {
         match &self.comparison.truth {
+            TruthSpec::Sobolev(truth) if self.is_luminance() => sobolev_luminance(truth, site, light),
             TruthSpec::Sobolev(truth) => sobolev_truth(truth, site, light),
             TruthSpec::UniformEnclosure { luminous_flux_lm, reflectance, ideal_area_m2 } => {
                 uniform_enclosure(self.scene, *luminous_flux_lm, *reflectance, *ideal_area_m2, light)
@@ -233,6 +240,7 @@ impl<'a> Truth<'a> {
                 light,
             ),
             TruthSpec::Isothermal { luminance_cd_m2 } => match light {
+                Light::Total if self.is_luminance() => Ok(Exact { value_lx: *luminance_cd_m2, ..Exact::default() }),
                 Light::Total => Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
                 _ => Err("the isothermal rule tells the total alone".to_owned()),
             },

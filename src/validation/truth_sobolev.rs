@@ -1,5 +1,7 @@
 //! Sobolev's two planes as a truth for finite rectangles.
 
+use std::f64::consts::PI;
+
 use serde::Deserialize;
 
 use super::case::Light;
@@ -78,6 +80,31 @@ pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &Site, light: Light) -> 
         value_lx: value_lx * scale,
         uncertainty_lx: uncertainty * scale,
         truncation_lx: truncation * scale,
+        ..Exact::default()
+    })
+}
+
+/// Luminance in cd/m² of what an observer between the planes sees: ρE/π of the sub-point on the plane asked about, whatever
+/// the angle.
+pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &Site, light: Light) -> Result<Exact, String> {
+    let Site::Point { position_m, normal, index } = *site else {
+        return Err("luminances are compared at points".to_owned());
+    };
+    if light != Light::Total {
+        return Err("the luminance of Sobolev's planes is known in total alone".to_owned());
+    }
+    let (height_m, rho) = if truth.plane == 1 { (0.0, truth.rho1) } else { (truth.distance_m, truth.rho2) };
+    let reach_m = (height_m - position_m.z) / normal.z;
+    if !(reach_m > 0.0 && reach_m.is_finite()) {
+        return Err(format!("direction {index} does not look at plane {}", truth.plane));
+    }
+    let site = Site::Point { position_m: position_m + reach_m * normal, normal, index };
+    let exact = sobolev_truth(truth, &site, light)?;
+    let share = rho / PI;
+    Ok(Exact {
+        value_lx: share * exact.value_lx,
+        uncertainty_lx: share * exact.uncertainty_lx,
+        truncation_lx: share * exact.truncation_lx,
         ..Exact::default()
     })
 }

@@ -1,7 +1,7 @@
 //! The pilot of local estimation: how many walks stand beside the chains, which bound follows from that, and how many
 //! connections are made.
 //!
-//! Walks get about twice the rays of chains, which is never far from the best. With B chains to
+//! Walks get about half the rays of chains, which is never far from the best. With B chains to
 //! W walks from every receiver a place of illuminance E is met by chains B E/Φ times per area, by walks W K/π times: the
 //! bound c = π B E/(Φ W) leaves each what it meets more often (Veach and Guibas 1995).
 
@@ -13,26 +13,26 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::job::Context;
 
-/// Chains of the pilot, fewer where they meet very many receivers.
+/// Chains of the pilot.
 const CHAINS: u64 = 256;
-const FEWEST_CHAINS: u64 = 32;
-/// Scores that the pilot works out at a time, about.
-const SCORES: u64 = 1 << 18;
+/// Entries that the pilot's chains score at.
+const MOST_ENTRIES: usize = 256;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;
-/// Thresholds that are tried, each a quarter of the one before.
-const THRESHOLDS: u32 = 8;
-const STEP: f64 = 4.0;
+/// Thresholds that are tried, each half of the one before, the first so many halves of the largest score.
+const THRESHOLDS: i32 = 10;
+const FIRST_THRESHOLD: i32 = 3;
+const STEP: f64 = 2.0;
 /// Chains from quasi-random points may vary by so much less than the pilot's, and what thinning adds must not drown that.
-const QUASI_GAIN: f64 = 16.0;
+const QUASI_GAIN: f64 = 4.0;
 /// Working out a score takes this many rays' time.
 const RAYS_PER_SCORE: f64 = 0.02;
 /// Bounds are set higher than the balance says: chains of many vertices and from quasi-random points vary less than single
 /// hits, walks that go on vary more. Measured on Sobolev's planes and on edges: 4 does better than 1 and than 16.
 const IN_FAVOUR_OF_CHAINS: f64 = 4.0;
 /// Rays of the walks over those of the chains.
-const WALKS_PER_CHAIN: f64 = 2.0;
+const WALKS_PER_CHAIN: f64 = 0.5;
 /// Chains or walks that a round holds at most for each of the other.
 const MOST_PER_ROUND: f64 = 64.0;
 
@@ -43,23 +43,16 @@ struct Part {
     rays: f64,
 }
 
-struct Pilot<'a> {
-    context: &'a Context<'a>,
-    set: usize,
-    anchors: &'a Anchors,
-    /// Vertices, chain by chain.
-    chains: Vec<Vec<ChainVertex>>,
-    path_rays: f64,
-}
-
 pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: Anchors) -> LocalPlan {
     let (whole, mean) = walks(context, set, &anchors, 0.0);
-    anchors.set_levels(context.stage, mean / anchors.mean_scale().max(f64::MIN_POSITIVE));
-    let pilot = Pilot::new(context, set, &anchors);
+    let mean_level_lx = mean / anchors.mean_scale().max(f64::MIN_POSITIVE);
+    anchors.set_levels(context.stage, mean_level_lx);
+    let mut pilot = Pilot::new(context, set, &anchors);
     if kernel == Kernel::Naive {
-        let chains = pilot.chains(&Connecting { bound: f64::INFINITY, threshold: 0.0 });
+        let connecting = Connecting { bound: f64::INFINITY, threshold: 0.0 };
+        let chains = pilot.part(&pilot.scores(f64::INFINITY), 0.0);
         return LocalPlan {
-            connecting: Connecting { bound: f64::INFINITY, threshold: 0.0 },
+            connecting,
             chains_per_round: 1,
             walks_per_round: 0,
             rays_per_round: chains.rays,
@@ -69,20 +62,21 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
             anchors,
         };
     }
+    anchors.set_walk_rates();
+    pilot.set_bounds(&anchors);
     // The bound follows from the ratio, the thinning from the bound, and the ratio from the rays that thinning leaves.
-    let chain_rays = pilot.chains(&Connecting { bound: 1.0, threshold: 0.0 }).rays;
-    let [_, bound] = ratio_and_bound(context, whole.rays, chain_rays);
+    let [_, bound] = ratio_and_bound(context, whole.rays, pilot.part(&pilot.scores(1.0), 0.0).rays);
     let (_, thinned) = pilot.thin(bound);
+    let (whole, _) = walks(context, set, &anchors, 0.0);
     let [ratio, bound] = ratio_and_bound(context, whole.rays, thinned.rays);
-    let (connecting, chains) = pilot.thin(bound);
-    let (chains_per_round, walks_per_round) =
-        if ratio >= 1.0 { (ratio.round() as u64, 1) } else { (1, (1.0 / ratio).round() as u64) };
-    let (b, w) = (chains_per_round as f64, walks_per_round as f64);
+    let (threshold, chains) = pilot.thin(bound);
+    let connecting = Connecting { bound, threshold };
+    let (b, w) = (ratio.max(1.0), (1.0 / ratio).max(1.0));
     let walks = walks(context, set, &anchors, bound).0;
     LocalPlan {
         connecting,
-        chains_per_round,
-        walks_per_round,
+        chains_per_round: b as u64,
+        walks_per_round: w as u64,
         rays_per_round: b * chains.rays + w * walks.rays,
         variance_per_round: chains.variance / b + walks.variance / w,
         mean_lx: mean,
@@ -91,96 +85,167 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
     }
 }
 
-/// Chains a walk, by the rays of one each, and the bound that balances them.
+/// Chains a walk, by the rays of one each, and the bound that balances them. The ratio is a power of 2, as quasi-random
+/// points come.
 fn ratio_and_bound(context: &Context, walk_rays: f64, chain_rays: f64) -> [f64; 2] {
     let ratio = walk_rays / (WALKS_PER_CHAIN * chain_rays);
-    let ratio = ratio.clamp(1.0 / MOST_PER_ROUND, MOST_PER_ROUND);
-    let ratio = if ratio >= 1.0 { ratio.round() } else { 1.0 / (1.0 / ratio).round() };
+    let ratio = ratio.clamp(1.0 / MOST_PER_ROUND, MOST_PER_ROUND).log2().round().exp2();
     [ratio, IN_FAVOUR_OF_CHAINS * PI * ratio / context.stage.emitters.luminous_flux_lm()]
 }
 
-impl Pilot<'_> {
-    fn new<'a>(context: &'a Context<'a>, set: usize, anchors: &'a Anchors) -> Pilot<'a> {
-        let count = (SCORES / anchors.len().max(1) as u64).clamp(FEWEST_CHAINS, CHAINS);
+/// Chains that enter no result, and what lies between their vertices and the anchors of some entries.
+struct Pilot {
+    chains: Vec<Vec<ChainVertex>>,
+    path_rays: f64,
+    flux_lm: f64,
+    anchors: Vec<PilotAnchor>,
+    /// Weights of the entries looked at.
+    weights: Vec<f64>,
+    /// Entries of the set over those looked at.
+    share_inverse: f64,
+    /// Vertex by vertex, anchor by anchor: the kernel in 1/m², and what the vertex spreads, in 1/sr.
+    pairs: Vec<[f64; 2]>,
+}
+
+struct PilotAnchor {
+    number: usize,
+    /// Its entry's place among those looked at.
+    entry: usize,
+    scale: f64,
+    own_level: f64,
+    bound_factor: f64,
+}
+
+/// What the pilot's chains score under a bound.
+struct Scores {
+    /// For one lm, vertex by vertex, anchor by anchor.
+    each: Vec<f64>,
+    /// Weighted variance of a chain that is not thinned.
+    variance: f64,
+}
+
+impl Pilot {
+    fn new(context: &Context, set: usize, anchors: &Anchors) -> Pilot {
+        let stage = context.stage;
         let mut stream = Stream::new(context.seed, Purpose::Pilot, set as u32 + 1, 3);
         let mut path_rays = 0;
-        let chains: Vec<Vec<ChainVertex>> = (0..count)
+        let chains: Vec<Vec<ChainVertex>> = (0..CHAINS)
             .map(|chain| {
-                stream.seek(chain);
-                let choice = (chain as f64 + stream.fine_unit()) / count as f64;
                 let mut vertices = Vec::new();
-                path_rays += trace(anchors, context.stage, choice, &mut stream, &mut vertices);
+                path_rays += trace(anchors, stage, chain, &mut stream, &mut vertices);
                 vertices
             })
             .collect();
-        Pilot { context, set, anchors, chains, path_rays: path_rays as f64 / count as f64 }
+        let points = &context.scene.receivers[set].points;
+        let stride = points.len().div_ceil(MOST_ENTRIES).max(1);
+        let entries: Vec<usize> = (0..points.len()).step_by(stride).collect();
+        let of_entry = |(place, entry): (usize, &usize)| {
+            anchors.of_entry(*entry).map(move |number| (place, number)).collect::<Vec<_>>()
+        };
+        let looked_at: Vec<PilotAnchor> = entries
+            .iter()
+            .enumerate()
+            .flat_map(of_entry)
+            .map(|(entry, number)| PilotAnchor {
+                number,
+                entry,
+                scale: anchors.scale(number),
+                own_level: anchors.own_level_lx(number),
+                bound_factor: 1.0,
+            })
+            .collect();
+        let pairs = chains
+            .iter()
+            .flatten()
+            .flat_map(|vertex| {
+                looked_at.iter().map(move |anchor| anchors.kernel_and_spread(stage, anchor.number, vertex))
+            })
+            .collect();
+        Pilot {
+            chains,
+            path_rays: path_rays as f64 / CHAINS as f64,
+            flux_lm: stage.emitters.luminous_flux_lm(),
+            anchors: looked_at,
+            weights: entries.iter().map(|entry| points[*entry].weight).collect(),
+            share_inverse: points.len() as f64 / entries.len().max(1) as f64,
+            pairs,
+        }
+    }
+
+    /// Takes over bounds that have changed.
+    fn set_bounds(&mut self, anchors: &Anchors) {
+        self.anchors.iter_mut().for_each(|anchor| anchor.bound_factor = anchors.bound_factor(anchor.number));
+    }
+
+    /// What every vertex brings to every anchor for one lm, as if nothing stood between; without the anchors' scales.
+    fn brought(&self, bound: f64) -> impl Iterator<Item = impl Iterator<Item = (&PilotAnchor, f64)>> {
+        let count = self.anchors.len().max(1);
+        self.chains.iter().flatten().zip(self.pairs.chunks(count)).map(move |(vertex, pairs)| {
+            let bound_per_m2 = bound * vertex.level_lx;
+            self.anchors.iter().zip(pairs).map(move |(anchor, [kernel, spread])| {
+                (anchor, spread * kernel.min(bound_per_m2 * anchor.bound_factor))
+            })
+        })
+    }
+
+    fn scores(&self, bound: f64) -> Scores {
+        let mut each = Vec::with_capacity(self.pairs.len());
+        for of_vertex in self.brought(bound) {
+            each.extend(of_vertex.map(|(anchor, brought)| anchor.scale * brought));
+        }
+        let mut of_chain = vec![0.0; self.weights.len()];
+        let (mut sums, mut squares) = (vec![0.0; self.weights.len()], 0.0);
+        let mut of_vertices = each.chunks(self.anchors.len().max(1));
+        for vertices in &self.chains {
+            of_chain.fill(0.0);
+            for scores in of_vertices.by_ref().take(vertices.len()) {
+                scores.iter().zip(&self.anchors).for_each(|(score, anchor)| of_chain[anchor.entry] += score);
+            }
+            for ((sum, weight), of_chain) in sums.iter_mut().zip(&self.weights).zip(&of_chain) {
+                *sum += of_chain;
+                squares += weight * of_chain * of_chain;
+            }
+        }
+        let count = CHAINS as f64;
+        let of_means: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * (sum / count).powi(2)).sum();
+        Scores { each, variance: (squares / count - of_means).max(0.0) }
+    }
+
+    /// Variance and rays of one chain whose scores are thinned below a threshold.
+    fn part(&self, scores: &Scores, threshold: f64) -> Part {
+        let (mut thinning, mut rays) = (0.0, 0.0);
+        for of_vertex in scores.each.chunks(self.anchors.len().max(1)) {
+            for (score, anchor) in of_vertex.iter().zip(&self.anchors) {
+                let threshold = threshold * anchor.own_level;
+                if *score < threshold {
+                    thinning += self.weights[anchor.entry] * score * (threshold - score);
+                    rays += score / threshold;
+                } else {
+                    rays += f64::from(u8::from(*score > 0.0));
+                }
+            }
+        }
+        rays += RAYS_PER_SCORE * scores.each.len() as f64;
+        let count = CHAINS as f64;
+        Part {
+            variance: (scores.variance + thinning / count) * self.flux_lm * self.flux_lm * self.share_inverse,
+            rays: self.path_rays + self.share_inverse * rays / count,
+        }
     }
 
     /// The thinning that makes variance times rays least, under a bound.
-    fn thin(&self, bound: f64) -> (Connecting, Part) {
-        let mut best = Connecting { bound, threshold: 0.0 };
-        let unthinned = self.chains(&best);
-        let mut chains = unthinned;
-        let cost = |part: &Part| {
-            let variance = part.variance - (1.0 - 1.0 / QUASI_GAIN) * unthinned.variance;
-            variance * part.rays
-        };
-        let largest = self.largest_score(bound);
-        for step in 0..THRESHOLDS {
-            let tried = Connecting { bound, threshold: largest * STEP.powi(-(step as i32)) };
-            let part = self.chains(&tried);
-            if cost(&part) < cost(&chains) {
-                (best, chains) = (tried, part);
-            }
-        }
-        (best, chains)
-    }
-
-    fn largest_score(&self, bound: f64) -> f64 {
-        let mut scores = Vec::new();
-        let mut largest = 0.0f64;
-        for vertex in self.chains.iter().flatten() {
-            self.anchors.scores(self.context.stage, vertex, bound, &mut scores);
-            let levels = (0..scores.len()).map(|anchor| self.anchors.own_level_lx(anchor));
-            largest = scores.iter().zip(levels).fold(largest, |most, (score, level)| most.max(score / level));
-        }
-        largest
-    }
-
-    /// One chain, as if nothing stood between.
-    fn chains(&self, connecting: &Connecting) -> Part {
-        let points = &self.context.scene.receivers[self.set].points;
-        let mut scores = Vec::new();
-        let mut of_chain = vec![0.0; points.len()];
-        let (mut sums, mut squares) = (vec![0.0; points.len()], 0.0);
-        let (mut thinning, mut rays) = (0.0, 0.0);
-        for vertices in &self.chains {
-            of_chain.fill(0.0);
-            for vertex in vertices {
-                self.anchors.scores(self.context.stage, vertex, connecting.bound, &mut scores);
-                rays += RAYS_PER_SCORE * scores.len() as f64;
-                for (anchor, score) in scores.iter().enumerate().filter(|(_, score)| **score > 0.0) {
-                    let entry = self.anchors.entry(anchor);
-                    of_chain[entry] += score;
-                    let threshold = connecting.threshold * self.anchors.own_level_lx(anchor);
-                    if *score < threshold {
-                        thinning += points[entry].weight * score * (threshold - score);
-                        rays += score / threshold;
-                    } else {
-                        rays += 1.0;
-                    }
-                }
-            }
-            for (entry, sum) in of_chain.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
-                sums[entry] += sum;
-                squares += points[entry].weight * sum * sum;
-            }
-        }
-        let count = self.chains.len() as f64;
-        let mean_squares: f64 = sums.iter().zip(points).map(|(sum, point)| point.weight * (sum / count).powi(2)).sum();
-        let flux_lm = self.context.stage.emitters.luminous_flux_lm();
-        let variance = ((squares + thinning) / count - mean_squares).max(0.0) * flux_lm * flux_lm;
-        Part { variance, rays: self.path_rays + rays / count }
+    fn thin(&self, bound: f64) -> (f64, Part) {
+        let scores = self.scores(bound);
+        let unthinned = self.part(&scores, 0.0);
+        let cost = |part: &Part| (part.variance - (1.0 - 1.0 / QUASI_GAIN) * unthinned.variance) * part.rays;
+        let largest = scores.each.chunks(self.anchors.len().max(1)).fold(0.0f64, |largest, of_vertex| {
+            let relative = of_vertex.iter().zip(&self.anchors).map(|(score, anchor)| score / anchor.own_level);
+            relative.fold(largest, f64::max)
+        });
+        let tried = (0..THRESHOLDS)
+            .map(|step| largest * STEP.powi(-step - FIRST_THRESHOLD))
+            .map(|threshold| (threshold, self.part(&scores, threshold)));
+        tried.fold((0.0, unthinned), |best, tried| if cost(&tried.1) < cost(&best.1) { tried } else { best })
     }
 }
 
@@ -193,15 +258,16 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part,
     let (mut part, mut total, mut sites) = (Part::default(), 0.0, 0.0);
     for (entry, point) in receivers.points.iter().enumerate().step_by(stride).filter(|(_, point)| !point.inside) {
         let (mut sum, mut squares) = (0.0, 0.0);
+        let rate = anchors.walk_rate(entry);
         for walk in 0..WALKS {
             stream.seek(entry as u64 * WALKS + walk);
             let (value, rays) = anchors.sample_rest(context.stage, receivers, entry, bound, &mut cut, &mut stream);
             sum += value;
             squares += value * value;
-            part.rays += rays as f64;
+            part.rays += rate * rays as f64;
         }
         let count = WALKS as f64;
-        part.variance += point.weight * ((squares - sum * sum / count) / (count - 1.0)).max(0.0);
+        part.variance += point.weight / rate * ((squares - sum * sum / count) / (count - 1.0)).max(0.0);
         total += sum;
         sites += 1.0;
     }
