@@ -201,6 +201,7 @@ impl Planner<'_, '_> {
             error,
             bound: false,
             target_met: None,
+            checks: Vec::new(),
             tables,
         };
         (map, relative(upper_lx))

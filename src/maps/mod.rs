@@ -1,15 +1,19 @@
 //! Even and odd halves of independent replicas, merged into maps with their errors.
 
 mod crossing;
+mod history;
 mod judge;
 mod replicas;
 mod result;
+mod scores;
 mod stated;
 mod tables;
 
 pub use crossing::{Crossing, ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores};
+pub use history::{History, Look};
 pub use judge::{Judgement, judge};
 pub use replicas::{REPLICAS, ReplicaMap, Tally, Unit, standard_error};
 pub use result::*;
+pub use scores::{EntryScores, LARGEST, Levels, ScoreEvidence, Scores};
 pub use stated::{StatedValues, stated_error, stated_row};
 pub use tables::{TableSubject, table_row};

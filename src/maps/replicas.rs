@@ -1,6 +1,8 @@
 //! The sums of one map, replica by replica.
 
-use super::{Crossing, HALF, MapValues};
+use std::ops::Range;
+
+use super::{Crossing, HALF, Levels, MapValues, ScoreEvidence, Scores};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
@@ -23,6 +25,10 @@ pub struct ReplicaMap {
     pub indirect_unit_lx: Unit,
     /// What gathering adds to the replicas' rows; `None` for other samples.
     pub crossing: Option<Crossing>,
+    /// Single scores of direct and of indirect light, all replicas together; packets that are counted are not among them.
+    pub scores: [Scores; 2],
+    /// What these scores deviate from.
+    pub levels: [Levels; 2],
 }
 
 /// How many samples the entries of a map have: a sweep over all entries may stand in the middle.
@@ -71,7 +77,49 @@ impl ReplicaMap {
             indirect_samples: Tally::default(),
             indirect_unit_lx,
             crossing: None,
+            scores: Default::default(),
+            levels: Default::default(),
         }
+    }
+
+    /// Fixes the levels of direct light from which scores deviate, where entries have samples and none yet.
+    pub fn fix_direct_levels(&mut self, entries: Range<usize>) {
+        let (slabs, tally) = (&self.direct, self.direct_samples);
+        self.levels[0].fix(entries, |entry| {
+            (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
+        });
+    }
+
+    /// The same of indirect light in lx.
+    pub fn fix_indirect_levels(&mut self, entries: Range<usize>) {
+        let (slabs, tally) = (&self.indirect, self.indirect_samples);
+        self.levels[1].fix(entries, |entry| {
+            (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
+        });
+    }
+
+    /// Forgets what single scores of indirect light have said: they begin anew.
+    pub fn forget_indirect_scores(&mut self) {
+        self.scores[1] = Scores::default();
+        self.levels[1] = Levels::default();
+    }
+
+    /// What single scores of direct and of indirect light say of the map's error.
+    pub fn score_evidence(&self) -> [ScoreEvidence; 2] {
+        let samples = |tally: Tally| tally.complete as f64 * REPLICAS as f64;
+        let direct = self.scores[0].evidence(samples(self.direct_samples));
+        let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
+            return [direct, self.scores[1].evidence(samples(self.indirect_samples))];
+        };
+        // Each packet that an element counts is a score of Φ/A, and none is larger: the tail has an end.
+        let flux_per_packet_lm = luminous_flux_lm / samples(self.indirect_samples).max(1.0);
+        let (mut variance, mut fourth) = (0.0, 0.0);
+        for (entry, area_m2) in area_m2.iter().enumerate() {
+            let square = flux_per_packet_lm * flux_per_packet_lm / area_m2;
+            variance += square * self.indirect_sum(entry);
+            fourth += square * square * self.indirect_sum(entry);
+        }
+        [direct, ScoreEvidence { variance, fourth, ..ScoreEvidence::default() }]
     }
 
     /// Entries of the map.

@@ -245,5 +245,16 @@ fn result(
     tables: Vec<crate::maps::TableRow>,
 ) -> MapResult {
     let (name, method) = (name.to_owned(), "radiosity".to_owned());
-    MapResult { name, kind, method, chains: 0, values, error, bound: false, target_met: None, tables }
+    MapResult {
+        name,
+        kind,
+        method,
+        chains: 0,
+        values,
+        error,
+        bound: false,
+        target_met: None,
+        checks: Vec::new(),
+        tables,
+    }
 }

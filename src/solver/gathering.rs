@@ -12,7 +12,7 @@ use crate::estimators::direct::Receiver;
 use crate::estimators::reception::one_plane;
 use crate::estimators::walk::gather_indirect_lx;
 use crate::geometry::Origin;
-use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, ReplicaMap};
+use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, ReplicaMap, Scores};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Cell, Quantity};
@@ -32,12 +32,15 @@ pub struct Gatherer<'a> {
 impl Gatherer<'_> {
     /// Samples of a range of entries in every replica, added to the map; returns the rays traced.
     pub fn gather(&self, map: &mut ReplicaMap, entries: Range<usize>, samples: Range<u64>) -> u64 {
+        map.fix_indirect_levels(entries.clone());
         let parts: Vec<(usize, Range<usize>)> =
             parts_of(entries).flat_map(|part| [(0, part.clone()), (1, part)]).collect();
-        let gathered: Vec<(Vec<HalfScores>, HalfChecks, u64)> =
-            parts.par_iter().map(|(parity, part)| self.gather_part(*parity, part.clone(), samples.clone())).collect();
+        let before: &ReplicaMap = map;
+        let gather =
+            |(parity, part): &(usize, Range<usize>)| self.gather_part(before, *parity, part.clone(), samples.clone());
+        let gathered: Vec<(Vec<HalfScores>, HalfChecks, u64, Scores)> = parts.par_iter().map(gather).collect();
         let mut rays = 0;
-        for ((parity, part), (scores, checks, part_rays)) in parts.into_iter().zip(gathered) {
+        for ((parity, part), (scores, checks, part_rays, single)) in parts.into_iter().zip(gathered) {
             let block = part.start / ENTRIES_PER_BLOCK;
             for (entry, scores) in part.clone().zip(&scores) {
                 for (row, sum_lx) in scores.rows_lx.iter().enumerate() {
@@ -53,6 +56,7 @@ impl Gatherer<'_> {
                     crossing.count(block, part.len() as u64 * (samples.end - samples.start));
                 }
             }
+            map.scores[1].merge(single);
             rays += part_rays;
         }
         rays
@@ -61,10 +65,11 @@ impl Gatherer<'_> {
     /// The eight replicas of a half, from entries that lie in one block.
     fn gather_part(
         &self,
+        before: &ReplicaMap,
         parity: usize,
         entries: Range<usize>,
         samples: Range<u64>,
-    ) -> (Vec<HalfScores>, HalfChecks, u64) {
+    ) -> (Vec<HalfScores>, HalfChecks, u64, Scores) {
         let number = match self.kind {
             MapKind::Elements => 0,
             MapKind::Receivers(set) => set as u32 + 1,
@@ -75,6 +80,7 @@ impl Gatherer<'_> {
         let mut memory = Recollection::new(self.context, self.forward, parity, self.checked_share);
         let mut cut = Cut::default();
         let mut rays = 0;
+        let mut single = Scores::for_task(&before.scores[1]);
         let scores = entries.map(|entry| {
             memory.scores = HalfScores::default();
             let Some(site) = self.site(entry) else {
@@ -82,17 +88,30 @@ impl Gatherer<'_> {
             };
             for (row, stream) in streams.iter_mut().enumerate() {
                 memory.row = row;
+                let mut entry_scores = single.of_entry(self.weight(entry), before.levels[1].of(entry));
                 for number in samples.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
                     let (lx, sample_rays) = self.sample(&site, &mut memory, &mut cut, stream);
                     memory.scores.rows_lx[row] += lx;
+                    entry_scores.add(lx);
                     rays += sample_rays;
                 }
             }
             memory.scores
         });
         let scores = scores.collect();
-        (scores, memory.checks, rays)
+        (scores, memory.checks, rays, single)
+    }
+
+    /// Area of an element side in m², or weight of a receiver.
+    fn weight(&self, entry: usize) -> f64 {
+        match self.kind {
+            MapKind::Elements => {
+                let elements = &self.context.stage.elements;
+                elements.area_m2(self.context.scene, elements.cell(entry as u32))
+            }
+            MapKind::Receivers(set) => self.context.scene.receivers[set].points[entry].weight,
+        }
     }
 
     /// Where the rays of an entry start; `None` for a point inside a solid.

@@ -10,7 +10,10 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_er
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
-use crate::maps::{Crossing, Judgement, MapKind, REPLICAS, ReplicaMap, Tally, Unit, judge};
+use crate::control::statistical_checks;
+use crate::maps::{
+    Crossing, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge,
+};
 use crate::scene::{Quantity, Scene};
 
 /// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
@@ -144,6 +147,12 @@ pub struct Job {
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
     pub judgement: Judgement,
+    /// All judgements of its present samples.
+    pub history: History,
+    /// What the statistical checks found when they were last asked.
+    pub checks: Vec<StatisticalCheck>,
+    /// Whether the stop rule accepted the latest judgement and a statistical check refused it.
+    pub refused: bool,
     /// What estimates its indirect light.
     pub engine: Engine,
     /// Variance in lx² of a replica of what it gathers, by chance of its rays and of its chains; weighted means over the entries.
@@ -216,6 +225,9 @@ impl Job {
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
+            history: History::default(),
+            checks: Vec::new(),
+            refused: false,
             engine,
             counting_unit: None,
             row_variance: 0.0,
@@ -263,6 +275,8 @@ impl Job {
             self.counting_unit = Some(unit);
         }
         self.map.crossing = Some(Crossing::new(self.map.len()));
+        self.map.forget_indirect_scores();
+        self.history.clear();
         self.samples = 0;
         self.engine = Engine::Gathering;
     }
@@ -272,6 +286,8 @@ impl Job {
         self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
         self.map.indirect_samples = Tally::default();
         self.map.crossing = None;
+        self.map.forget_indirect_scores();
+        self.history.clear();
         if let Some(unit) = self.counting_unit.take() {
             self.map.indirect_unit_lx = unit;
         }
@@ -448,6 +464,23 @@ impl Job {
             self.judgement.expected_error = self.judgement.expected_error.max(bound);
             self.judgement.unseen = false;
         }
+        self.history.add(Look {
+            samples: self.samples,
+            rays: self.rays,
+            // Of what is gathered, more samples lower the chance of the rays alone.
+            squared_error: match self.engine {
+                Engine::Gathering => self.row_variance / REPLICAS as f64,
+                _ => (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
+            },
+            degrees_of_freedom: self.judgement.degrees_of_freedom,
+            means_lx: self.judgement.means_lx,
+        });
+    }
+
+    /// Asks the statistical checks about what has been judged; whether all pass.
+    pub fn passes_checks(&mut self) -> bool {
+        self.checks = statistical_checks(&self.history, self.map.score_evidence(), &self.judgement);
+        self.checks.iter().all(|check| check.passed)
     }
 
     /// Flux of all luminaires over the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.

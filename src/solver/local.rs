@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use super::job::Context;
 use super::pilot::PartCost;
-use super::sweep::{emission_shift, spread_choice};
+use super::sweep::{emission_shift, merged, spread_choice};
 use crate::chain::Stage;
 use crate::estimators::local::{Anchors, ChainVertex, Connecting};
-use crate::maps::ReplicaMap;
+use crate::maps::{ReplicaMap, Scores};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
@@ -65,31 +65,27 @@ impl LocalPlan {
 
     /// Does some rounds in every replica; returns the rays traced.
     pub fn rounds(&self, context: &Context, set: usize, map: &mut ReplicaMap, rounds: std::ops::Range<u64>) -> u64 {
-        let rays: Vec<u64> = map
+        let whole = &map.scores[1];
+        let done: Vec<(u64, Scores)> = map
             .indirect
             .par_iter_mut()
             .enumerate()
             .map(|(replica, sums)| {
                 let chains = rounds.start * self.chains_per_round..rounds.end * self.chains_per_round;
                 let walks = rounds.start * self.walks_per_round..rounds.end * self.walks_per_round;
-                self.chains(context, set, replica as u32, chains, sums)
-                    + self.walks(context, set, replica as u32, walks, sums)
+                let mut task = Task { replica: replica as u32, sums, scores: Scores::for_task(whole) };
+                let chain_rays = self.chains(context, set, chains, &mut task);
+                let walk_rays = self.walks(context, set, walks, &mut task);
+                (chain_rays + walk_rays, task.scores)
             })
             .collect();
-        rays.iter().sum()
+        merged(&mut map.scores[1], done)
     }
 
-    fn chains(
-        &self,
-        context: &Context,
-        set: usize,
-        replica: u32,
-        chains: std::ops::Range<u64>,
-        sums: &mut [f64],
-    ) -> u64 {
-        let stage = context.stage;
+    fn chains(&self, context: &Context, set: usize, chains: std::ops::Range<u64>, task: &mut Task) -> u64 {
+        let (stage, points) = (context.stage, &context.scene.receivers[set].points);
         let flux_lm = stage.emitters.luminous_flux_lm() / self.chains_per_round as f64;
-        let mut stream = Stream::new(context.seed, Purpose::Chains, set as u32 + 1, replica);
+        let mut stream = Stream::new(context.seed, Purpose::Chains, set as u32 + 1, task.replica);
         let shift = emission_shift(&mut stream);
         let mut vertices = Vec::new();
         let mut scores = Vec::new();
@@ -106,29 +102,44 @@ impl LocalPlan {
             for vertex in &vertices {
                 let variate = stream.unit();
                 rays += self.anchors.connect(stage, vertex, &self.connecting, variate, &mut scores, |entry, score| {
-                    sums[entry] += flux_lm * score;
+                    task.add(entry, points[entry].weight, flux_lm * score);
                 });
             }
         }
         rays
     }
 
-    fn walks(&self, context: &Context, set: usize, replica: u32, walks: std::ops::Range<u64>, sums: &mut [f64]) -> u64 {
+    fn walks(&self, context: &Context, set: usize, walks: std::ops::Range<u64>, task: &mut Task) -> u64 {
         let receivers = &context.scene.receivers[set];
-        let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, replica);
+        let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, task.replica);
         let mut cut = Cut::default();
         let mut rays = 0;
-        for (entry, sum) in sums.iter_mut().enumerate() {
+        for (entry, point) in receivers.points.iter().enumerate() {
             for walk in walks.clone() {
                 stream.seek_quasi((entry as u64) << 32 | walk, entry as u64, walk);
                 let bound = self.connecting.bound;
                 let (value, walk_rays) =
                     self.anchors.sample_rest(context.stage, receivers, entry, bound, &mut cut, &mut stream);
-                *sum += value / self.walks_per_round as f64;
+                task.add(entry, point.weight, value / self.walks_per_round as f64);
                 rays += walk_rays;
             }
         }
         rays
+    }
+}
+
+/// One replica's part of some rounds.
+struct Task<'a> {
+    replica: u32,
+    sums: &'a mut [f64],
+    scores: Scores,
+}
+
+impl Task<'_> {
+    #[inline]
+    fn add(&mut self, entry: usize, weight: f64, value: f64) {
+        self.sums[entry] += value;
+        self.scores.add(weight.sqrt() * value);
     }
 }
 

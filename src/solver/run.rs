@@ -8,7 +8,7 @@ use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
 use super::{ConvergenceRow, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::Stage;
-use crate::control::{accepts, needed_work, next_judgement};
+use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::{MapKind, REPLICAS};
 use crate::scene::Scene;
 
@@ -165,7 +165,7 @@ impl Run<'_> {
             return;
         };
         let job = &self.jobs[index];
-        if job.met || !job.bound || self.settings.chains.is_some() {
+        if job.met || job.refused || !job.bound || self.settings.chains.is_some() {
             return;
         }
         if self.settings.time_limit_s.is_some() {
@@ -250,8 +250,10 @@ impl Run<'_> {
         let samples = job.samples;
         job.judge(self.context);
         let needed = self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement));
-        job.met = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
-        job.next_judgement = next_judgement(samples, needed);
+        let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
+        job.met = accepted && job.passes_checks();
+        job.refused = accepted && !job.met;
+        job.next_judgement = if job.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
         if job.bound {
             let row = self.convergence_row();
             self.convergence.extend(row);
@@ -295,6 +297,9 @@ impl Run<'_> {
                 fill_sparse_elements(self.context, job);
             }
             job.judge(self.context);
+            if !job.met {
+                job.passes_checks();
+            }
         }
         if let Some(row) = self.convergence_row()
             && self.convergence.last().is_none_or(|last| last.chains != row.chains)
@@ -352,6 +357,7 @@ impl Run<'_> {
         let done = job.samples as f64;
         let to_target = match self.target_error {
             Some(_) if job.met => 0.0,
+            Some(_) if job.refused => job.next_judgement as f64 - done,
             Some(_) if job.engine == Engine::Gathering => job.planned_samples as f64 - done,
             Some(target) if job.judgement.mean_lx > 0.0 => {
                 // The judgement is of the last look; samples have been added since.

@@ -12,7 +12,7 @@ use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
 use crate::geometry::Origin;
-use crate::maps::{REPLICAS, ReplicaMap, Unit};
+use crate::maps::{REPLICAS, ReplicaMap, Scores, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
@@ -40,27 +40,43 @@ pub(super) fn stream_index(entry: usize, sample: u64) -> u64 {
 
 /// Passes over the direct light of a range of element sides; returns the rays traced.
 pub fn direct_over_cells(context: &Context, map: &mut ReplicaMap, cells: Range<usize>, passes: Range<u64>) -> u64 {
-    let rays: Vec<u64> = map
+    map.fix_direct_levels(cells.clone());
+    let (whole, levels) = (&map.scores[0], &map.levels[0]);
+    let done: Vec<(u64, Scores)> = map
         .direct
         .par_iter_mut()
         .enumerate()
         .map(|(replica, direct)| {
             let mut rays = 0;
+            let mut scores = Scores::for_task(whole);
             let mut room = DirectPass::default();
             let mut stream = Stream::new(context.seed, Purpose::Direct, ELEMENTS, replica as u32);
             for index in cells.clone() {
                 let cell = context.stage.elements.cell(index as u32);
+                let area_m2 = context.stage.elements.area_m2(context.scene, cell);
+                let mut entry = scores.of_entry(area_m2, levels.of(index));
                 for pass in passes.clone() {
                     stream.seek_quasi(stream_index(index, pass), index as u64, pass);
                     let (lx, pass_rays) = room.over_cell(context.stage, context.scene, cell, &mut stream);
                     direct[index] += lx;
+                    entry.add(lx);
                     rays += pass_rays;
                 }
             }
-            rays
+            (rays, scores)
         })
         .collect();
-    rays.iter().sum()
+    merged(&mut map.scores[0], done)
+}
+
+/// Adds what tasks have counted, in their order; returns their rays.
+pub(super) fn merged(whole: &mut Scores, tasks: Vec<(u64, Scores)>) -> u64 {
+    let mut rays = 0;
+    for (task_rays, scores) in tasks {
+        whole.merge(scores);
+        rays += task_rays;
+    }
+    rays
 }
 
 /// Chains of every replica; returns rays and ends, replica by replica.
@@ -109,8 +125,11 @@ pub fn direct_at_points(
 ) -> u64 {
     let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
     let firsts: Vec<usize> = points.clone().step_by(POINTS_PER_CHUNK).collect();
+    map.fix_direct_levels(points.clone());
+    let (whole, levels) = (&map.scores[0], &map.levels[0]);
     let looked = firsts.par_iter().map(|first| {
         let mut rays = 0;
+        let mut scores = Scores::for_task(whole);
         let mut pass = DirectPass::default();
         let mut streams: [Stream; REPLICAS] =
             std::array::from_fn(|replica| Stream::new(context.seed, Purpose::Direct, set as u32 + 1, replica as u32));
@@ -125,25 +144,28 @@ pub fn direct_at_points(
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let mut look = DirectLook::prepare(stage, receivers.quantity, &receiver, &mut pass);
             for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
+                let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
                     let (lx, sample_rays) = look.sample(stage, stream);
                     *sum_lx += lx;
+                    entry_scores.add(lx);
                     rays += sample_rays;
                 }
             }
             sums_lx
         });
         let sums: Vec<[f64; REPLICAS]> = sums.collect();
-        (sums, rays)
+        (sums, rays, scores)
     });
     let mut rays = 0;
-    for (first, (sums, chunk_rays)) in firsts.iter().zip(looked.collect::<Vec<_>>()) {
+    for (first, (sums, chunk_rays, scores)) in firsts.iter().zip(looked.collect::<Vec<_>>()) {
         for (offset, sums_lx) in sums.iter().enumerate() {
             for (slab, sum_lx) in map.direct.iter_mut().zip(sums_lx) {
                 slab[first + offset] += sum_lx;
             }
         }
+        map.scores[0].merge(scores);
         rays += chunk_rays;
     }
     rays
@@ -158,7 +180,7 @@ pub fn walks_from_points(
     walks: Range<u64>,
 ) -> u64 {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    over_points(context, set, Purpose::Walks, &mut map.indirect, points, walks, |receiver, cut, stream| {
+    over_points(context, set, map, points, walks, |receiver, cut, stream| {
         sample_reflected_lx(stage, quantity, receiver, cut, stream)
     })
 }
@@ -175,14 +197,16 @@ pub(super) fn origin_in_element(stage: &Stage, cell: &Cell, corners: &[[f64; 2];
 fn over_points(
     context: &Context,
     set: usize,
-    purpose: Purpose,
-    slabs: &mut [Vec<f64>],
+    map: &mut ReplicaMap,
     points: Range<usize>,
     samples: Range<u64>,
     sample: impl Fn(&Receiver, &mut Cut, &mut Stream) -> (f64, u64) + Sync,
 ) -> u64 {
     let receivers = &context.scene.receivers[set].points;
-    let chunks: Vec<(usize, usize, &mut [f64])> = slabs
+    map.fix_indirect_levels(points.clone());
+    let (whole, levels) = (&map.scores[1], &map.levels[1]);
+    let chunks: Vec<(usize, usize, &mut [f64])> = map
+        .indirect
         .iter_mut()
         .enumerate()
         .flat_map(|(replica, slab)| {
@@ -191,12 +215,13 @@ fn over_points(
             chunks.map(move |(chunk, sums)| (replica, first + chunk * POINTS_PER_CHUNK, sums))
         })
         .collect();
-    let rays: Vec<u64> = chunks
+    let done: Vec<(u64, Scores)> = chunks
         .into_par_iter()
         .map(|(replica, first, sums)| {
             let mut rays = 0;
+            let mut scores = Scores::for_task(whole);
             let mut cut = Cut::default();
-            let mut stream = Stream::new(context.seed, purpose, set as u32 + 1, replica as u32);
+            let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, replica as u32);
             for (offset, sum_lx) in sums.iter_mut().enumerate() {
                 let point = &receivers[first + offset];
                 if point.inside {
@@ -204,17 +229,19 @@ fn over_points(
                 }
                 let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
                 let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
+                let mut entry_scores = scores.of_entry(point.weight, levels.of(first + offset));
                 for number in samples.clone() {
                     stream.seek(stream_index(first + offset, number));
                     let (lx, sample_rays) = sample(&receiver, &mut cut, &mut stream);
                     *sum_lx += lx;
+                    entry_scores.add(lx);
                     rays += sample_rays;
                 }
             }
-            rays
+            (rays, scores)
         })
         .collect();
-    rays.iter().sum()
+    merged(&mut map.scores[1], done)
 }
 
 /// Index of the stream that shifts a replica's choices of emitters: the last one, which no chain reaches.
