@@ -5,16 +5,23 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 
-use super::exit::Exit;
+use super::exit::{Exit, Failure};
+use super::values;
 use super::{Outcome, console};
 use crate::output::{ResultDirectory, ResultFile};
-use crate::validation::{Validation, case_csv, find_cases, report_html, report_md, run_case};
+use crate::validation::{
+    CampaignSettings, Case, Validation, calibrate, calibration_csv, calibration_html, calibration_md,
+    calibration_pictures, calibration_table, case_csv, find_cases, report_html, report_md, run_case,
+};
 
 const EXAMPLES: &str = "\
 Examples:
   luxmc validate --out report                     all cases, some minutes
   luxmc validate quick --out report               under a minute
   luxmc validate sobolev cie171-5.8 --out report  two cases
+  luxmc validate hard --out report                hard cases: rooms that break naive methods
+  luxmc validate calibration --out report         60 runs a map: error bars, stop rule and forecast; some minutes
+  luxmc validate calibration --seeds 300 --target-error 2% --out report   the full campaign
   luxmc validate my/case --out report             a case of your own: a folder with a case.json
 
 Exit code 1: a case failed; its name stands on standard error and in the report.";
@@ -32,6 +39,12 @@ pub struct ValidateArguments {
     /// Folder whose folders are the cases [default: ./validation, or one beside or above the program]
     #[arg(long, value_name = "DIR")]
     cases: Option<PathBuf>,
+    /// Runs of every map, for the group calibration [default: 60]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
+    seeds: Option<u64>,
+    /// Target of every run, for the group calibration [default: 3%]
+    #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
+    target_error: Option<f64>,
     /// No progress on standard error; failures stay
     #[arg(long)]
     quiet: bool,
@@ -39,7 +52,21 @@ pub struct ValidateArguments {
 
 /// Validates.
 pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
+    let calibrates = arguments.names.iter().any(|name| name == CALIBRATION);
+    if (calibrates && arguments.names.len() > 1)
+        || (!calibrates && (arguments.seeds.is_some() || arguments.target_error.is_some()))
+    {
+        return Err(Failure::Usage {
+            what: "a calibration is asked for by its name alone".to_owned(),
+            got: arguments.names.join(" "),
+            expected: "luxmc validate calibration [--seeds N] [--target-error ERROR] --out DIR".to_owned(),
+            remedy: "run cases and calibration one after the other".to_owned(),
+        });
+    }
     let found = find_cases(&arguments.names, arguments.cases.as_deref())?;
+    if calibrates {
+        return run_calibration(arguments, &found.cases);
+    }
     let mut directory = ResultDirectory::open(&arguments.out)?;
     let tell = |line: &str| {
         if !arguments.quiet {
@@ -81,6 +108,54 @@ pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
         return Ok(Exit::Done);
     }
     console::message(&format!("failed: {}", failures.join(", ")));
+    Ok(Exit::CaseFailed)
+}
+
+/// The group that is run many times over.
+const CALIBRATION: &str = "calibration";
+/// Runs of every map where nothing else is asked for.
+const COARSE_SEEDS: u64 = 60;
+/// Target of every run where nothing else is asked for.
+const CHEAP_TARGET: f64 = 0.03;
+
+fn run_calibration(arguments: &ValidateArguments, cases: &[Case]) -> Outcome {
+    let mut directory = ResultDirectory::open(&arguments.out)?;
+    let tell = |line: &str| {
+        if !arguments.quiet {
+            console::message(line)
+        }
+    };
+    let settings = CampaignSettings {
+        seeds: arguments.seeds.unwrap_or(COARSE_SEEDS),
+        target_error: arguments.target_error.unwrap_or(CHEAP_TARGET),
+        threads: rayon::current_num_threads(),
+    };
+    let unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let mut campaigns = Vec::new();
+    for (index, case) in cases.iter().enumerate() {
+        let mut tell_run = |run: &str| tell(&format!("{}/{} {}: {run}", index + 1, cases.len(), case.name));
+        campaigns.extend(calibrate(case, &settings, &mut tell_run)?);
+    }
+    directory.stage(&file("calibration.csv", calibration_csv(&campaigns)))?;
+    for (name, picture) in calibration_pictures(&campaigns) {
+        directory.stage(&file(name, picture))?;
+    }
+    directory.stage(&file("calibration.md", calibration_md(&campaigns, &settings, unix_s)))?;
+    directory.stage(&file("calibration.html", calibration_html(&campaigns, &settings, unix_s)))?;
+    directory.commit()?;
+
+    let table = calibration_table(&campaigns);
+    console::result(&super::text_table::text_table(&table.header, &table.text_columns, table.rows.into_iter()))?;
+    tell(&format!("report in {}", arguments.out.join("calibration.html").display()));
+    let failures: Vec<String> = campaigns
+        .iter()
+        .filter(|campaign| !campaign.passes())
+        .map(|campaign| format!("{}: {}, {}", campaign.case, campaign.comparison, campaign.method))
+        .collect();
+    if failures.is_empty() {
+        return Ok(Exit::Done);
+    }
+    console::message(&format!("failed: {}", failures.join("; ")));
     Ok(Exit::CaseFailed)
 }
 

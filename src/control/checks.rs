@@ -25,8 +25,8 @@ const ONE_IN_TWENTY: f64 = 1.645;
 const LEAST_TAIL: usize = 128;
 /// A tail with less than this share of the variance does not matter yet, whatever its shape.
 const LEAST_TAIL_SHARE: f64 = 0.1;
-/// Scores that must carry the variance, effectively: then it is known to a tenth, as far as single scores matter.
-const ENOUGH_SCORES: f64 = 100.0;
+/// Scores that must carry the variance, effectively: then single scores make it uncertain by less than a fifth.
+const ENOUGH_SCORES: f64 = 30.0;
 /// Relative deviations below this one are the rounding of sums.
 const ROUNDING: f64 = 1e-9;
 

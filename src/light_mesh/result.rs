@@ -201,6 +201,7 @@ impl Planner<'_, '_> {
             error,
             bound: false,
             target_met: None,
+            refusals: 0,
             checks: Vec::new(),
             tables,
         };

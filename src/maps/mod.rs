@@ -14,6 +14,6 @@ pub use history::{History, Look};
 pub use judge::{Judgement, judge};
 pub use replicas::{REPLICAS, ReplicaMap, Tally, Unit, standard_error};
 pub use result::*;
-pub use scores::{EntryScores, LARGEST, Levels, ScoreEvidence, Scores};
+pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, stated_error, stated_row};
 pub use tables::{TableSubject, table_row};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Crossing, HALF, Levels, MapValues, ScoreEvidence, Scores};
+use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
@@ -26,7 +26,7 @@ pub struct ReplicaMap {
     /// What gathering adds to the replicas' rows; `None` for other samples.
     pub crossing: Option<Crossing>,
     /// Single scores of direct and of indirect light, all replicas together; packets that are counted are not among them.
-    pub scores: [Scores; 2],
+    pub scores: [PartScores; 2],
     /// What these scores deviate from.
     pub levels: [Levels; 2],
 }
@@ -100,16 +100,18 @@ impl ReplicaMap {
 
     /// Forgets what single scores of indirect light have said: they begin anew.
     pub fn forget_indirect_scores(&mut self) {
-        self.scores[1] = Scores::default();
+        self.scores[1] = PartScores::default();
         self.levels[1] = Levels::default();
     }
 
     /// What single scores of direct and of indirect light say of the map's error.
     pub fn score_evidence(&self) -> [ScoreEvidence; 2] {
         let samples = |tally: Tally| tally.complete as f64 * REPLICAS as f64;
-        let direct = self.scores[0].evidence(samples(self.direct_samples));
+        let part =
+            |part: usize, tally: Tally| self.scores[part].evidence(samples(tally), samples(tally) * self.len() as f64);
+        let direct = part(0, self.direct_samples);
         let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
-            return [direct, self.scores[1].evidence(samples(self.indirect_samples))];
+            return [direct, part(1, self.indirect_samples)];
         };
         // Each packet that an element counts is a score of Φ/A, and none is larger: the tail has an end.
         let flux_per_packet_lm = luminous_flux_lm / samples(self.indirect_samples).max(1.0);

@@ -51,6 +51,8 @@ pub struct MapResult {
     pub bound: bool,
     /// Whether the stop rule accepted it; `None` without a target.
     pub target_met: Option<bool>,
+    /// Looks at which the stop rule accepted it and a statistical check refused.
+    pub refusals: u64,
     /// Statistical checks of its samples; empty where there are none to check.
     pub checks: Vec<StatisticalCheck>,
     /// One row a surface side, or one row for the set.

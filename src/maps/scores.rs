@@ -4,6 +4,7 @@
 //! once one of them has come. The largest scores so far tell of it earlier. They are kept by every task for itself and
 //! merged after each slice, so that nothing is shared in a chain.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
 use crate::base::pareto::pareto_shape;
@@ -71,21 +72,24 @@ impl Scores {
         self.sort_out();
     }
 
-    /// What the scores say, if all went into entries of so many samples.
-    pub fn evidence(&self, samples: f64) -> ScoreEvidence {
+    /// What the scores say of a part of a map with so many samples of every entry, of so many scores in all.
+    pub fn evidence(&self, samples: f64, all: f64) -> ScoreEvidence {
         let mut largest = self.largest.clone();
         largest.sort_by(|one, other| other.total_cmp(one));
-        // The largest law holds in the limit alone: no more than three roots of the number (Vehtari et al. 2024).
-        let counted = LARGEST.min(largest.len()).min((3.0 * (self.count as f64).sqrt()) as usize).saturating_sub(1);
-        let threshold = largest.get(counted).copied().unwrap_or(0.0);
-        let excesses: Vec<f64> = largest[..counted.min(largest.len())].iter().map(|score| score - threshold).collect();
+        // The largest follow their law in the limit alone: no more than three roots of the number (Vehtari et al. 2024,
+        // "Pareto smoothed importance sampling"), and no more than one entry has, since entries differ in size.
+        let most = (3.0 * (self.count as f64).sqrt()).min(samples) as usize;
+        let tail = LARGEST.min(largest.len()).min(most).saturating_sub(1);
+        let threshold = largest.get(tail).copied().unwrap_or(0.0);
+        let excesses: Vec<f64> = largest[..tail].iter().map(|score| score - threshold).collect();
+        // What was counted stands for all.
+        let scale = if self.count > 0 { all / self.count as f64 } else { 0.0 };
         let squared_samples = (samples * samples).max(f64::MIN_POSITIVE);
         ScoreEvidence {
-            variance: self.squares / squared_samples,
-            fourth: self.fourths / (squared_samples * squared_samples),
-            tail: counted,
-            tail_variance: largest[..counted.min(largest.len())].iter().map(|score| score * score).sum::<f64>()
-                / squared_samples,
+            variance: scale * self.squares / squared_samples,
+            fourth: scale * self.fourths / (squared_samples * squared_samples),
+            tail,
+            tail_variance: largest[..tail].iter().map(|score| score * score).sum::<f64>() / squared_samples,
             shape: pareto_shape(&excesses),
         }
     }
@@ -106,19 +110,56 @@ pub struct ScoreEvidence {
     pub shape: Option<f64>,
 }
 
+/// Scores of a part of a map, by what they deviate from.
+#[derive(Clone, Debug, Default)]
+pub struct PartScores {
+    /// From the entry's level; a part that has them is judged by them.
+    levelled: Scores,
+    /// From the score before, over √2, as long as the entry has no level.
+    stepped: Scores,
+}
+
+impl PartScores {
+    /// An empty set for a task that adds to `whole`.
+    pub fn for_task(whole: &PartScores) -> PartScores {
+        PartScores { levelled: Scores::for_task(&whole.levelled), stepped: Scores::for_task(&whole.stepped) }
+    }
+
+    /// Adds what a task has counted.
+    pub fn merge(&mut self, task: PartScores) {
+        self.levelled.merge(task.levelled);
+        self.stepped.merge(task.stepped);
+    }
+
+    /// Adds a weighted score that deviates from nothing.
+    #[inline]
+    pub fn add(&mut self, score: f64) {
+        self.levelled.add(score);
+    }
+
+    /// Counts the scores of an entry of this weight.
+    #[inline]
+    pub fn of_entry(&mut self, weight: f64, level: Option<f64>) -> EntryScores<'_> {
+        let (scores, root_weight) = match level {
+            Some(_) => (&mut self.levelled, weight.max(0.0).sqrt()),
+            None => (&mut self.stepped, weight.max(0.0).sqrt() * FRAC_1_SQRT_2),
+        };
+        EntryScores { scores, root_weight, moves: level.is_none(), level: level.unwrap_or(f64::NAN) }
+    }
+
+    /// What they say: see [`Scores::evidence`].
+    pub fn evidence(&self, samples: f64, all: f64) -> ScoreEvidence {
+        let chosen = if self.levelled.count >= self.stepped.count { &self.levelled } else { &self.stepped };
+        chosen.evidence(samples, all)
+    }
+}
+
 /// Scores of one entry.
 pub struct EntryScores<'a> {
     scores: &'a mut Scores,
     root_weight: f64,
+    moves: bool,
     level: f64,
-}
-
-impl Scores {
-    /// Counts the scores of an entry of this weight by how far they are from its level; without a level none counts.
-    #[inline]
-    pub fn of_entry(&mut self, weight: f64, level: Option<f64>) -> EntryScores<'_> {
-        EntryScores { scores: self, root_weight: weight.max(0.0).sqrt(), level: level.unwrap_or(f64::NAN) }
-    }
 }
 
 impl EntryScores<'_> {
@@ -127,6 +168,9 @@ impl EntryScores<'_> {
     pub fn add(&mut self, score: f64) {
         if !self.level.is_nan() {
             self.scores.add(self.root_weight * (score - self.level).abs());
+        }
+        if self.moves {
+            self.level = score;
         }
     }
 }
@@ -173,22 +217,22 @@ mod tests {
             part.iter().for_each(|score| task.add(*score));
             in_parts.merge(task);
         }
-        let (one, other) = (in_one.evidence(1.0), in_parts.evidence(1.0));
+        let (one, other) = (in_one.evidence(1e4, 1e4), in_parts.evidence(1e4, 1e4));
         assert_eq!((in_one.count, one.tail, one.shape), (in_parts.count, other.tail, other.shape));
         assert_eq!((one.tail_variance, one.variance), (other.tail_variance, other.variance));
         let mut sorted = scores.clone();
         sorted.sort_by(|a, b| b.total_cmp(a));
         let exact: f64 = sorted[..one.tail].iter().map(|score| score * score).sum();
-        assert!((one.tail_variance / exact - 1.0).abs() < 1e-12);
+        assert!((1e8 * one.tail_variance / exact - 1.0).abs() < 1e-12);
         assert!(one.shape.is_some_and(|shape| shape < -0.5), "a uniform tail has an end: {:?}", one.shape);
     }
 
     #[test]
     fn constant_scores_have_no_tail() {
-        let mut scores = Scores::default();
-        let mut entry = scores.of_entry(2.0, Some(3.0));
+        let mut scores = PartScores::default();
+        let mut entry = scores.of_entry(2.0, None);
         (0..5000).for_each(|_| entry.add(3.0));
-        let evidence = scores.evidence(5000.0);
+        let evidence = scores.evidence(5000.0, 5000.0);
         assert_eq!((evidence.variance, evidence.shape), (0.0, None));
     }
 }

@@ -107,6 +107,7 @@ fn map_entry(map: &MapResult) -> Value {
         "luminance": luminance_entry(map),
         "bound": map.bound,
         "target_met": map.target_met,
+        "refusals": map.refusals,
         "checks": map.checks.iter().map(check_entry).collect::<Vec<Value>>(),
         "chains": map.chains,
         "dark": map.error.dark_upper_bound_lx.is_some(),

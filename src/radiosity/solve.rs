@@ -254,6 +254,7 @@ fn result(
         error,
         bound: false,
         target_met: None,
+        refusals: 0,
         checks: Vec::new(),
         tables,
     }

@@ -120,6 +120,7 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
         values: job.map.values(),
         error,
         bound: job.bound,
+        refusals: job.refusals,
         checks: job.checks.clone(),
         target_met: target_error.map(|_| (job.met || job.is_exact()) && !dark),
         tables: match job.kind {

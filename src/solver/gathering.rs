@@ -12,7 +12,7 @@ use crate::estimators::direct::Receiver;
 use crate::estimators::reception::one_plane;
 use crate::estimators::walk::gather_indirect_lx;
 use crate::geometry::Origin;
-use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, ReplicaMap, Scores};
+use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Cell, Quantity};
@@ -38,7 +38,7 @@ impl Gatherer<'_> {
         let before: &ReplicaMap = map;
         let gather =
             |(parity, part): &(usize, Range<usize>)| self.gather_part(before, *parity, part.clone(), samples.clone());
-        let gathered: Vec<(Vec<HalfScores>, HalfChecks, u64, Scores)> = parts.par_iter().map(gather).collect();
+        let gathered: Vec<(Vec<HalfScores>, HalfChecks, u64, PartScores)> = parts.par_iter().map(gather).collect();
         let mut rays = 0;
         for ((parity, part), (scores, checks, part_rays, single)) in parts.into_iter().zip(gathered) {
             let block = part.start / ENTRIES_PER_BLOCK;
@@ -69,7 +69,7 @@ impl Gatherer<'_> {
         parity: usize,
         entries: Range<usize>,
         samples: Range<u64>,
-    ) -> (Vec<HalfScores>, HalfChecks, u64, Scores) {
+    ) -> (Vec<HalfScores>, HalfChecks, u64, PartScores) {
         let number = match self.kind {
             MapKind::Elements => 0,
             MapKind::Receivers(set) => set as u32 + 1,
@@ -80,7 +80,7 @@ impl Gatherer<'_> {
         let mut memory = Recollection::new(self.context, self.forward, parity, self.checked_share);
         let mut cut = Cut::default();
         let mut rays = 0;
-        let mut single = Scores::for_task(&before.scores[1]);
+        let mut single = PartScores::for_task(&before.scores[1]);
         let scores = entries.map(|entry| {
             memory.scores = HalfScores::default();
             let Some(site) = self.site(entry) else {

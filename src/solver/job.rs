@@ -151,7 +151,9 @@ pub struct Job {
     pub history: History,
     /// What the statistical checks found when they were last asked.
     pub checks: Vec<StatisticalCheck>,
-    /// Whether the stop rule accepted the latest judgement and a statistical check refused it.
+    /// Looks at which the stop rule accepted it and a statistical check refused.
+    pub refusals: u64,
+    /// Whether the latest was one of them.
     pub refused: bool,
     /// What estimates its indirect light.
     pub engine: Engine,
@@ -227,6 +229,7 @@ impl Job {
             judgement: Judgement::default(),
             history: History::default(),
             checks: Vec::new(),
+            refusals: 0,
             refused: false,
             engine,
             counting_unit: None,

@@ -11,7 +11,7 @@ use super::pilot::PartCost;
 use super::sweep::{emission_shift, merged, spread_choice};
 use crate::chain::Stage;
 use crate::estimators::local::{Anchors, ChainVertex, Connecting};
-use crate::maps::{ReplicaMap, Scores};
+use crate::maps::{PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
@@ -66,14 +66,14 @@ impl LocalPlan {
     /// Does some rounds in every replica; returns the rays traced.
     pub fn rounds(&self, context: &Context, set: usize, map: &mut ReplicaMap, rounds: std::ops::Range<u64>) -> u64 {
         let whole = &map.scores[1];
-        let done: Vec<(u64, Scores)> = map
+        let done: Vec<(u64, PartScores)> = map
             .indirect
             .par_iter_mut()
             .enumerate()
             .map(|(replica, sums)| {
                 let chains = rounds.start * self.chains_per_round..rounds.end * self.chains_per_round;
                 let walks = rounds.start * self.walks_per_round..rounds.end * self.walks_per_round;
-                let mut task = Task { replica: replica as u32, sums, scores: Scores::for_task(whole) };
+                let mut task = Task { replica: replica as u32, sums, scores: PartScores::for_task(whole) };
                 let chain_rays = self.chains(context, set, chains, &mut task);
                 let walk_rays = self.walks(context, set, walks, &mut task);
                 (chain_rays + walk_rays, task.scores)
@@ -132,7 +132,7 @@ impl LocalPlan {
 struct Task<'a> {
     replica: u32,
     sums: &'a mut [f64],
-    scores: Scores,
+    scores: PartScores,
 }
 
 impl Task<'_> {

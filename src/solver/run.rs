@@ -253,6 +253,7 @@ impl Run<'_> {
         let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
         job.met = accepted && job.passes_checks();
         job.refused = accepted && !job.met;
+        job.refusals += u64::from(job.refused);
         job.next_judgement = if job.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
         if job.bound {
             let row = self.convergence_row();

@@ -12,7 +12,7 @@ use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
 use crate::geometry::Origin;
-use crate::maps::{REPLICAS, ReplicaMap, Scores, Unit};
+use crate::maps::{PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
@@ -42,13 +42,13 @@ pub(super) fn stream_index(entry: usize, sample: u64) -> u64 {
 pub fn direct_over_cells(context: &Context, map: &mut ReplicaMap, cells: Range<usize>, passes: Range<u64>) -> u64 {
     map.fix_direct_levels(cells.clone());
     let (whole, levels) = (&map.scores[0], &map.levels[0]);
-    let done: Vec<(u64, Scores)> = map
+    let done: Vec<(u64, PartScores)> = map
         .direct
         .par_iter_mut()
         .enumerate()
         .map(|(replica, direct)| {
             let mut rays = 0;
-            let mut scores = Scores::for_task(whole);
+            let mut scores = PartScores::for_task(whole);
             let mut room = DirectPass::default();
             let mut stream = Stream::new(context.seed, Purpose::Direct, ELEMENTS, replica as u32);
             for index in cells.clone() {
@@ -70,7 +70,7 @@ pub fn direct_over_cells(context: &Context, map: &mut ReplicaMap, cells: Range<u
 }
 
 /// Adds what tasks have counted, in their order; returns their rays.
-pub(super) fn merged(whole: &mut Scores, tasks: Vec<(u64, Scores)>) -> u64 {
+pub(super) fn merged(whole: &mut PartScores, tasks: Vec<(u64, PartScores)>) -> u64 {
     let mut rays = 0;
     for (task_rays, scores) in tasks {
         whole.merge(scores);
@@ -129,7 +129,7 @@ pub fn direct_at_points(
     let (whole, levels) = (&map.scores[0], &map.levels[0]);
     let looked = firsts.par_iter().map(|first| {
         let mut rays = 0;
-        let mut scores = Scores::for_task(whole);
+        let mut scores = PartScores::for_task(whole);
         let mut pass = DirectPass::default();
         let mut streams: [Stream; REPLICAS] =
             std::array::from_fn(|replica| Stream::new(context.seed, Purpose::Direct, set as u32 + 1, replica as u32));
@@ -215,11 +215,11 @@ fn over_points(
             chunks.map(move |(chunk, sums)| (replica, first + chunk * POINTS_PER_CHUNK, sums))
         })
         .collect();
-    let done: Vec<(u64, Scores)> = chunks
+    let done: Vec<(u64, PartScores)> = chunks
         .into_par_iter()
         .map(|(replica, first, sums)| {
             let mut rays = 0;
-            let mut scores = Scores::for_task(whole);
+            let mut scores = PartScores::for_task(whole);
             let mut cut = Cut::default();
             let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, replica as u32);
             for (offset, sum_lx) in sums.iter_mut().enumerate() {
