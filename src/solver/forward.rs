@@ -1,8 +1,8 @@
 //! The forward stage of gathering: chains leave the light of their bounces in patches, where gathering rays look it up.
 //!
 //! A patch holds the mean of its indirect illuminance and, where chains meet it often enough, the slopes: the projection
-//! of the deposits on linear functions, every coefficient of which is unbiased. Each replica has its own maps, so that
-//! what gathers with one is independent of all others.
+//! of the deposits on linear functions, every coefficient of which is unbiased. Each replica has its own memory; the
+//! rays of a half's eight replicas all look up the eight memories of that half, so that the halves stay independent.
 
 use std::ops::Range;
 
@@ -42,6 +42,8 @@ pub struct Forward {
     /// Rays so far, all replicas: those of the chains and those of the patches' own gathering.
     pub rays: u64,
     chain_rays: u64,
+    /// Chains that the patches' light was last worked out from.
+    settled_chains: u64,
     /// How the packets ended.
     pub ends: [Ends; REPLICAS],
 }
@@ -57,6 +59,12 @@ struct Layer {
     values_lx: Vec<Vec<[f64; 3]>>,
     /// The same as the even and the odd half look it up.
     tables: [Vec<Remembered>; 2],
+}
+
+/// Mean of what the eight memories of a half say.
+#[inline]
+fn mean_of(memories_lx: &[f64; HALF]) -> f64 {
+    memories_lx.iter().sum::<f64>() / HALF as f64
 }
 
 /// What the eight replicas of a half remember of a patch: illuminance in lx at its middle, and its slopes along the two
@@ -132,6 +140,7 @@ impl Forward {
             chains: 0,
             rays: 0,
             chain_rays: 0,
+            settled_chains: 0,
             ends: [Ends::default(); REPLICAS],
         }
     }
@@ -158,7 +167,7 @@ impl Forward {
         place.map_or(0.0, |place| {
             let patch = place.patch as usize;
             let count: f64 = (0..HALF).map(|memory| self.fine.sums[2 * memory + parity][patch][0]).sum();
-            let mean_lx = self.fine.tables[parity][patch][0].iter().sum::<f64>() / HALF as f64;
+            let mean_lx = mean_of(&self.fine.tables[parity][patch][0]);
             if count > 0.0 { mean_lx * mean_lx / count } else { 0.0 }
         })
     }
@@ -169,6 +178,10 @@ impl Forward {
     /// Deposits scatter from patch to patch; what a patch gathers is the mean over all that it sees. Each replica gathers
     /// with its own rays from its own deposits, so that replicas stay independent.
     pub fn settle(&mut self, context: &Context) {
+        if self.settled_chains == self.chains {
+            return;
+        }
+        self.settled_chains = self.chains;
         let flux_per_chain_lm = context.stage.emitters.luminous_flux_lm() / self.chains as f64;
         self.fine.value(flux_per_chain_lm);
         self.coarse.value(flux_per_chain_lm);
@@ -404,11 +417,11 @@ impl Memory for Recollection<'_> {
         let Some(known_lx) = forward.fine.recall(self.parity, hit) else {
             return (Recall::Nothing, 0);
         };
-        let mean_lx = known_lx.iter().sum::<f64>() / HALF as f64;
+        let mean_lx = mean_of(&known_lx);
         let weight = self.weight * reflectance;
         self.scores.columns_lx.iter_mut().zip(&known_lx).for_each(|(sum, lx)| *sum += weight * lx);
         if let Some(coarse_lx) = forward.coarse.recall(self.parity, hit) {
-            self.scores.coarser_lx += weight * (coarse_lx.iter().sum::<f64>() / HALF as f64 - mean_lx);
+            self.scores.coarser_lx += weight * (mean_of(&coarse_lx) - mean_lx);
         }
         if self.is_pilot {
             self.noise += weight * weight * forward.variance(self.parity, hit);
@@ -439,6 +452,6 @@ impl Memory for Guide<'_> {
     #[inline]
     fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
         let known_lx = self.forward.fine.recall(self.parity, hit);
-        (known_lx.map_or(Recall::Nothing, |lx| Recall::Guide(lx.iter().sum::<f64>() / HALF as f64)), 0)
+        (known_lx.map_or(Recall::Nothing, |lx| Recall::Guide(mean_of(&lx))), 0)
     }
 }
