@@ -45,6 +45,9 @@ pub struct ValidateArguments {
     /// Target of every run, for the group calibration [default: 3%]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
+    /// Leave out the maps by --method auto, for the group calibration
+    #[arg(long)]
+    collision_only: bool,
     /// No progress on standard error; failures stay
     #[arg(long)]
     quiet: bool,
@@ -54,7 +57,7 @@ pub struct ValidateArguments {
 pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     let calibrates = arguments.names.iter().any(|name| name == CALIBRATION);
     if (calibrates && arguments.names.len() > 1)
-        || (!calibrates && (arguments.seeds.is_some() || arguments.target_error.is_some()))
+        || (!calibrates && (arguments.seeds.is_some() || arguments.target_error.is_some() || arguments.collision_only))
     {
         return Err(Failure::Usage {
             what: "a calibration is asked for by its name alone".to_owned(),
@@ -128,6 +131,7 @@ fn run_calibration(arguments: &ValidateArguments, cases: &[Case]) -> Outcome {
     let settings = CampaignSettings {
         seeds: arguments.seeds.unwrap_or(COARSE_SEEDS),
         target_error: arguments.target_error.unwrap_or(CHEAP_TARGET),
+        with_auto: !arguments.collision_only,
         threads: rayon::current_num_threads(),
     };
     let unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());

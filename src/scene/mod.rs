@@ -14,6 +14,7 @@ mod model;
 mod names;
 mod obj;
 mod observers;
+mod overlaps;
 mod parse;
 pub mod patches;
 pub mod photometry;
@@ -30,6 +31,7 @@ mod surfaces;
 mod texts;
 mod units;
 mod vectors;
+mod weld;
 mod winding;
 
 pub use elements::{Cell, Elements, Side};

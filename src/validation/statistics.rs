@@ -134,7 +134,10 @@ impl EntrySet {
         let worst = self
             .entries
             .iter()
-            .map(|entry| Worst { value: part(entry.deviation_lx().abs(), own_size_lx(entry)), label: entry.label.clone() })
+            .map(|entry| Worst {
+                value: part(entry.deviation_lx().abs(), own_size_lx(entry)),
+                label: entry.label.clone(),
+            })
             .max_by(|a, b| a.value.total_cmp(&b.value));
         let noisy: Vec<(f64, &Entry)> = self.entries.iter().filter_map(|entry| entry.z().map(|z| (z, entry))).collect();
         let count = noisy.len() as f64;

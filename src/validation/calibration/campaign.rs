@@ -14,6 +14,10 @@ pub(super) const AT_NOMINAL: usize = 6;
 /// Forecasts are held to what comes true after this share of the work, as the source of the method did.
 const EARLY: f64 = 0.024;
 
+/// A campaign of dear runs has fewer seeds: so many rays for each seed that was asked for, and no fewer seeds than this.
+const RAYS_PER_SEED: f64 = 1.5e6;
+const FEWEST_SEEDS: u64 = 20;
+
 /// What a campaign is asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct CampaignSettings {
@@ -21,6 +25,8 @@ pub struct CampaignSettings {
     pub seeds: u64,
     /// Target of every run, as a fraction.
     pub target_error: f64,
+    /// Whether maps by `auto` are run beside those by `collision`.
+    pub with_auto: bool,
     /// Runs at a time.
     pub threads: usize,
 }
@@ -99,7 +105,8 @@ pub fn calibrate(
     let counts = |comparison: &&Comparison| comparison.what != What::Average && comparison.light == Light::Total;
     for comparison in run.comparisons.iter().filter(counts) {
         let truth = ExactSide::new(case, run, comparison)?;
-        for (name, method) in [("collision", Method::Collision), ("auto", Method::Auto)] {
+        let methods = [("collision", Method::Collision), ("auto", Method::Auto)];
+        for (name, method) in methods.into_iter().take(if settings.with_auto { 2 } else { 1 }) {
             tell(&format!("{}, {name}", comparison.name));
             let solutions = solve_all(run, comparison, method, settings);
             let mut runs = Vec::new();
@@ -131,9 +138,13 @@ fn solve_all(run: &Run, comparison: &Comparison, method: Method, settings: &Camp
         };
         solve(&run.scene, &settings, &Silent::starting_now())
     };
+    // The first run tells what the others will cost.
+    let first = solve_one(0);
+    let affordable = RAYS_PER_SEED * settings.seeds as f64 / first.rays.max(1) as f64;
+    let seeds = settings.seeds.min((affordable as u64).max(FEWEST_SEEDS));
     let threads = settings.threads.max(1) as u64;
     let worker = |first: u64| -> Vec<(u64, Solution)> {
-        let seeds = (first..settings.seeds).step_by(threads as usize);
+        let seeds = (1 + first..seeds).step_by(threads as usize);
         let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         match &one_thread {
             Ok(pool) => pool.install(|| seeds.map(|seed| (seed, solve_one(seed))).collect()),
@@ -144,6 +155,7 @@ fn solve_all(run: &Run, comparison: &Comparison, method: Method, settings: &Camp
         let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || worker(first))).collect();
         workers.into_iter().flat_map(|worker| worker.join().expect("a run that ends")).collect()
     });
+    solved.push((0, first));
     solved.sort_by_key(|(seed, _)| *seed);
     solved.into_iter().map(|(_, solution)| solution).collect()
 }
