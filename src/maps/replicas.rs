@@ -203,6 +203,20 @@ impl ReplicaMap {
         self.indirect.iter().map(|slab| slab[entry]).sum()
     }
 
+    /// Bound in lx of the mean over entries that packets could have met and none has: that of three packets, which stands
+    /// for its error, since 0 would claim that it is exact. 0 where one has.
+    pub fn unseen_bound_lx(&self, entries: impl Iterator<Item = usize> + Clone) -> f64 {
+        let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
+            return 0.0;
+        };
+        let packets = self.indirect_samples.complete as f64 * REPLICAS as f64;
+        let entries_area_m2: f64 = entries.clone().map(|entry| area_m2[entry]).sum();
+        if packets == 0.0 || entries_area_m2 == 0.0 || entries.into_iter().any(|entry| self.indirect_sum(entry) > 0.0) {
+            return 0.0;
+        }
+        3.0 * luminous_flux_lm / (packets * entries_area_m2)
+    }
+
     /// Means over the replicas and the standard errors that their spread gives, with 15 degrees of freedom.
     ///
     /// An entry that chains could have reached but none has gets the bound of three packets as its error, since 0

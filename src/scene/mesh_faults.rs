@@ -18,8 +18,10 @@ const FLAT: f64 = 1e-6;
 const MOST_PLACES: usize = 8;
 /// Corners of a hole that are listed.
 const MOST_CORNERS: usize = 32;
-/// Beyond so many edges times vertices of rims it is not looked for T-junctions: some seconds' work.
+/// Beyond so many edges times vertices of rims it is not looked for T-junctions: some seconds' work for those who ask for
+/// it, a fraction of one when a scene is read.
 const MOST_LOOKS: usize = 1_000_000_000;
+const MOST_LOOKS_WHEN_READ: usize = 50_000_000;
 
 /// What a scene's triangles do that closed rooms and solids don't.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -99,6 +101,10 @@ struct RimEdge {
 
 /// Looks at all triangles of a scene. `vertex_of` makes vertices at one place one; `shells` are those of the scene.
 pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) -> MeshFaults {
+    faults_within(scene, shells, vertex_of, MOST_LOOKS)
+}
+
+fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks: usize) -> MeshFaults {
     let mut faults = MeshFaults { t_junctions_looked_for: true, ..MeshFaults::default() };
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let name = |triangle: u32| scene.surface_of(triangle).name.as_str();
@@ -150,7 +156,7 @@ pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) ->
     for shell in shells.iter().filter(|shell| !shell.closed && lies_in_a_plane(scene, shell)) {
         shell.triangles.iter().for_each(|triangle| is_flat[*triangle as usize] = true);
     }
-    let rim = closed_at_t_junctions(scene, rim, &mut faults);
+    let rim = closed_at_t_junctions(scene, rim, most_looks, &mut faults);
     faults.holes = holes(scene, &rim, &is_flat);
     faults
 }
@@ -164,12 +170,12 @@ fn lies_in_a_plane(scene: &Scene, shell: &Shell) -> bool {
 }
 
 /// Cuts the edges of rims where vertices of rims lie on them, and drops pieces that then lie on each other.
-fn closed_at_t_junctions(scene: &Scene, rim: Vec<RimEdge>, faults: &mut MeshFaults) -> Vec<RimEdge> {
+fn closed_at_t_junctions(scene: &Scene, rim: Vec<RimEdge>, most_looks: usize, faults: &mut MeshFaults) -> Vec<RimEdge> {
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let mut vertices: Vec<u32> = rim.iter().flat_map(|edge| edge.ends).collect();
     vertices.sort_unstable();
     vertices.dedup();
-    if vertices.len() * rim.len() > MOST_LOOKS {
+    if vertices.len() * rim.len() > most_looks {
         faults.t_junctions_looked_for = false;
         return rim;
     }
@@ -294,7 +300,12 @@ const SMALL_HOLE: f64 = 0.01;
 /// Warnings for what is wrong with a scene's meshes: each kind of fault once, with its number and first place.
 pub(super) fn warn_of_faults(scene: &mut Scene) {
     let vertex_of = one_vertex_a_place(scene);
-    let found = mesh_faults(scene, &plain_shells_over(scene, &vertex_of), &vertex_of);
+    let found = faults_within(scene, &plain_shells_over(scene, &vertex_of), &vertex_of, MOST_LOOKS_WHEN_READ);
+    if !found.t_junctions_looked_for {
+        scene
+            .warnings
+            .push(format!("{MESH}too many open edges to look for T-junctions here; luxmc inspect looks longer"));
+    }
     let square_m2 = size_m(scene).powi(2);
     let kinds = [
         (
