@@ -27,14 +27,19 @@ const LEAST_TAIL: usize = 128;
 const LEAST_TAIL_SHARE: f64 = 0.1;
 /// Scores that must carry the variance, effectively: then single scores make it uncertain by less than a fifth.
 const ENOUGH_SCORES: f64 = 30.0;
+/// A map that was held up is not held up for few scores alone beyond so many times its samples then: what then still
+/// carries the variance is a score so rare that the spread errs on the safe side.
+const LONGEST_WAIT: u64 = 4;
 /// Relative deviations below this one are the rounding of sums.
 const ROUNDING: f64 = 1e-9;
 
-/// Judges a map; `parts` are what the scores of direct and indirect light say.
+/// Judges a map; `parts` are what the scores of direct and indirect light say, `held_since` the samples at which a check
+/// first held the map up.
 pub fn statistical_checks(
     history: &History,
     parts: [ScoreEvidence; 2],
     judgement: &Judgement,
+    held_since: Option<u64>,
 ) -> Vec<StatisticalCheck> {
     let is_judged = judgement.mean_lx > 0.0 && !judgement.dark && !judgement.unseen;
     let Some(now) = history.last().filter(|_| is_judged) else {
@@ -42,12 +47,13 @@ pub fn statistical_checks(
     };
     let past = |(share, between)| history.at_share(share, between);
     let rounding_lx = ROUNDING * judgement.mean_lx;
+    let has_waited = held_since.is_some_and(|samples| now.samples >= LONGEST_WAIT * samples);
     vec![
         mean_check(now, [past(HALF), past(QUARTER)], rounding_lx),
         growth_check("error", now, past(QUARTER), |look| look.samples as f64, rounding_lx),
         growth_check("figure of merit", now, past(HALF), |look| look.rays as f64, rounding_lx),
         tail_check(parts),
-        scores_check(parts),
+        scores_check(parts, has_waited),
     ]
 }
 
@@ -113,7 +119,7 @@ fn tail_check(parts: [ScoreEvidence; 2]) -> StatisticalCheck {
 }
 
 /// Enough scores must carry the variance: (Σx²)²/Σx⁴, one over what transport codes call the variance of the variance.
-fn scores_check(parts: [ScoreEvidence; 2]) -> StatisticalCheck {
+fn scores_check(parts: [ScoreEvidence; 2], has_waited: bool) -> StatisticalCheck {
     let variance: f64 = parts.iter().map(|part| part.variance).sum();
     let fourth: f64 = parts.iter().map(|part| part.fourth).sum();
     let says = "too few scores carry the map's error for it to be known";
@@ -121,7 +127,7 @@ fn scores_check(parts: [ScoreEvidence; 2]) -> StatisticalCheck {
         return check("scores", None, ENOUGH_SCORES, true, says);
     }
     let effective = variance * variance / fourth;
-    check("scores", Some(effective), ENOUGH_SCORES, effective >= ENOUGH_SCORES, says)
+    check("scores", Some(effective), ENOUGH_SCORES, has_waited || effective >= ENOUGH_SCORES, says)
 }
 
 fn student_quantile(probability: f64) -> f64 {

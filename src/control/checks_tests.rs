@@ -63,7 +63,7 @@ fn simulated(seed: u64, points: usize, score: Score, target: f64, most: u64, rep
         if accepted || samples >= most {
             let samples_an_entry = count * REPLICAS as f64;
             let parts = [ScoreEvidence::default(), scores.evidence(samples_an_entry, samples_an_entry * points as f64)];
-            let checks = statistical_checks(&history, parts, &judgement);
+            let checks = statistical_checks(&history, parts, &judgement, None);
             let failed: Vec<&str> = checks.iter().filter(|check| !check.passed).map(|check| check.name).collect();
             return Simulated { passed: failed.is_empty(), failed, mean: mean_lx };
         }

@@ -151,6 +151,8 @@ pub struct Job {
     pub history: History,
     /// What the statistical checks found when they were last asked.
     pub checks: Vec<StatisticalCheck>,
+    /// Samples at which a statistical check first refused it.
+    held_since: Option<u64>,
     /// Looks at which the stop rule accepted it and a statistical check refused.
     pub refusals: u64,
     /// Whether the latest was one of them.
@@ -229,6 +231,7 @@ impl Job {
             judgement: Judgement::default(),
             history: History::default(),
             checks: Vec::new(),
+            held_since: None,
             refusals: 0,
             refused: false,
             engine,
@@ -280,6 +283,7 @@ impl Job {
         self.map.crossing = Some(Crossing::new(self.map.len()));
         self.map.forget_indirect_scores();
         self.history.clear();
+        self.held_since = None;
         self.samples = 0;
         self.engine = Engine::Gathering;
     }
@@ -291,6 +295,7 @@ impl Job {
         self.map.crossing = None;
         self.map.forget_indirect_scores();
         self.history.clear();
+        self.held_since = None;
         if let Some(unit) = self.counting_unit.take() {
             self.map.indirect_unit_lx = unit;
         }
@@ -482,8 +487,13 @@ impl Job {
 
     /// Asks the statistical checks about what has been judged; whether all pass.
     pub fn passes_checks(&mut self) -> bool {
-        self.checks = statistical_checks(&self.history, self.map.score_evidence(), &self.judgement);
-        self.checks.iter().all(|check| check.passed)
+        let parts = self.map.score_evidence();
+        self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since);
+        let all_pass = self.checks.iter().all(|check| check.passed);
+        if !all_pass {
+            self.held_since.get_or_insert(self.samples);
+        }
+        all_pass
     }
 
     /// Flux of all luminaires over the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.

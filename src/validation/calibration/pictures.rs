@@ -12,6 +12,8 @@ const OTHER: RGBColor = RGBColor(0, 158, 115);
 const ROW: u32 = 30;
 /// Forecasts beyond these factors are drawn at the border.
 const FORECAST_REACH: f64 = 8.0;
+/// Errors beyond so many times the target, likewise.
+const ERROR_REACH: f64 = 3.0;
 /// Smallest share of a run that is shown.
 const FIRST_SHARE: f64 = 1e-3;
 
@@ -72,7 +74,7 @@ pub(super) fn error_picture(campaigns: &[Campaign]) -> String {
     let height = 90 + ROW * campaigns.len() as u32;
     svg(height, |area| {
         let ratios = |campaign: &Campaign| -> Vec<f64> {
-            campaign.runs.iter().map(|run| run.true_error / campaign.target_error).collect()
+            campaign.runs.iter().map(|run| (run.true_error / campaign.target_error).min(ERROR_REACH)).collect()
         };
         let most = campaigns.iter().flat_map(ratios).fold(1.3, f64::max);
         let rows = campaigns.len() as f64;
@@ -93,7 +95,7 @@ pub(super) fn error_picture(campaigns: &[Campaign]) -> String {
             .light_line_style(TRANSPARENT)
             .bold_line_style(FAINT)
             .y_labels(2 * campaigns.len() + 2)
-            .x_desc("true error over target")
+            .x_desc("true error over target (at 3 all beyond)")
             .label_style((TEXT.0, 11))
             .x_label_formatter(&|value| tick(*value))
             .y_label_formatter(&row_name)
