@@ -252,7 +252,8 @@ impl Run<'_> {
         let needed = self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement));
         let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
         job.met = accepted && job.passes_checks();
-        job.refused = accepted && !job.met;
+        let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
+        job.refused = without_mean || (accepted && !job.met);
         job.refusals += u64::from(job.refused);
         job.next_judgement = if job.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
         if job.bound {
