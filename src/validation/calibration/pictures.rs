@@ -14,6 +14,8 @@ const ROW: u32 = 30;
 const FORECAST_REACH: f64 = 8.0;
 /// Errors beyond so many times the target, likewise.
 const ERROR_REACH: f64 = 3.0;
+/// Forecasts of a campaign that are drawn, evenly chosen.
+const MOST_DOTS: usize = 400;
 /// Smallest share of a run that is shown.
 const FIRST_SHARE: f64 = 1e-3;
 
@@ -139,8 +141,12 @@ pub(super) fn forecast_picture(campaigns: &[Campaign]) -> String {
             .y_label_formatter(&|value| tick(*value))
             .draw()?;
         for campaign in campaigns {
-            let forecasts = campaign.runs.iter().flat_map(|run| &run.forecasts);
-            let dots = forecasts.filter(|forecast| (FIRST_SHARE..1.0).contains(&forecast.share)).map(|forecast| {
+            let forecasts = || {
+                let all = campaign.runs.iter().flat_map(|run| &run.forecasts);
+                all.filter(|forecast| (FIRST_SHARE..1.0).contains(&forecast.share))
+            };
+            let step = forecasts().count().div_ceil(MOST_DOTS).max(1);
+            let dots = forecasts().step_by(step).map(|forecast| {
                 let ratio = forecast.ratio.clamp(1.0 / FORECAST_REACH, FORECAST_REACH);
                 Circle::new((100.0 * forecast.share, ratio), 2, colour(campaign).mix(0.25).filled())
             });
