@@ -1,4 +1,6 @@
-//! The methods and plot formats that `--method` and `--plots` name.
+//! The methods, elements and plot formats that `--method`, `--elements` and `--plots` name.
+
+use crate::solver::ElementChoice;
 
 /// How a scene is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +33,15 @@ pub fn method(text: &str) -> Result<Method, String> {
         "local" => Ok(Method::Local),
         "local-naive" => Ok(Method::LocalNaive),
         _ => Err(format!("no such method; {THERE}")),
+    }
+}
+
+/// Reads which elements a map has, for clap.
+pub fn elements(text: &str) -> Result<ElementChoice, String> {
+    match text {
+        "adaptive" => Ok(ElementChoice::Adaptive),
+        "given" => Ok(ElementChoice::Given),
+        _ => Err("elements are adaptive or given".to_owned()),
     }
 }
 

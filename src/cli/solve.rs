@@ -20,7 +20,7 @@ use crate::output::{
 };
 use crate::radiosity::Radiosity;
 use crate::scene::{Elements, Scene, read_scene};
-use crate::solver::{Settings, Solution, StopReason, solve};
+use crate::solver::{ElementChoice, Settings, Solution, StopReason, solve};
 use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
 const EXAMPLES: &str = "\
@@ -67,6 +67,10 @@ pub struct SolveArguments {
     /// light-mesh (scenes without mirrors and glass; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     method: Method,
+    /// Elements of the element map where the target binds it: adaptive (the scene's own, cut and sloped as far as the
+    /// target asks, with their discretisation error) or given (the scene's own, as means)
+    #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = method::elements)]
+    elements: ElementChoice,
     #[command(flatten)]
     mesh: MeshArguments,
     /// Plots: svg, png, both with a comma between, or none [default: svg]
@@ -222,6 +226,7 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
             Method::LocalNaive => crate::solver::Method::LocalNaive,
             Method::Collision | Method::Radiosity | Method::LightMesh => crate::solver::Method::Collision,
         },
+        elements: arguments.elements,
         seed: arguments.seed,
         target_error: arguments.target_error,
         chains: arguments.chains,

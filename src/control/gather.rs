@@ -5,6 +5,8 @@ use crate::maps::Judgement;
 
 /// Squared errors of gathering rays fall with this power of their number: their points are quasi-random.
 const RAY_EXPONENT: f64 = 1.5;
+/// What even and odd share may take of the target, in a plan.
+const MOST_SHARED: f64 = 0.7;
 /// More chains are tried in steps of this factor, up to so many steps.
 const STEP: f64 = 1.1;
 const STEPS: i32 = 60;
@@ -17,6 +19,8 @@ pub struct GatherState {
     pub rows: f64,
     /// By chance of the chains.
     pub columns: f64,
+    /// By chance of which rays asked which chains.
+    pub cross: f64,
     /// Rays spent on gathering and direct light.
     pub gather_rays: f64,
     /// Rays spent on chains.
@@ -37,22 +41,22 @@ pub struct GatherNeed {
 /// The cheapest way on to a target error.
 pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState) -> GatherNeed {
     let margin = margin(judgement.degrees_of_freedom);
-    // A bias above the target leaves nothing to chance; more chains will not help, more patches might.
-    let allowed =
-        ((target_error.powi(2) - judgement.bias.powi(2)) / (margin * margin)).max(0.05 * target_error.powi(2));
-    let rest = (judgement.expected_error.powi(2) - state.rows - state.columns).max(0.0);
-    let samples = |columns: f64| {
-        let left = allowed - columns;
-        (left > 0.0).then(|| samples_for(left, state.rows, rest))
+    // Against a bias above its share neither rays nor chains help: finer patches and elements do, which come before.
+    let shared = judgement.shared_error().min(target_error * MOST_SHARED);
+    let allowed = (target_error.powi(2) - shared.powi(2)) / (margin * margin);
+    let rest = (judgement.expected_error.powi(2) - state.rows - state.columns - state.cross).max(0.0);
+    let samples = |chains: f64| {
+        let left = allowed - state.columns / chains;
+        (left > 0.0).then(|| samples_for(left, state.rows, rest + state.cross / chains))
     };
-    let as_it_is = samples(state.columns).map(|samples| GatherNeed {
+    let as_it_is = samples(1.0).map(|samples| GatherNeed {
         chains: 1.0,
         samples: samples.max(1.0),
         rays: state.gather_rays * (samples - 1.0).max(0.0),
     });
     let with_more = (1..=STEPS).filter_map(|step| {
         let chains = STEP.powi(step);
-        let samples = samples(state.columns / chains)?;
+        let samples = samples(chains)?;
         let rays = state.chain_rays * (chains - 1.0) + state.gather_rays * samples;
         Some(GatherNeed { chains, samples, rays })
     });
@@ -83,7 +87,7 @@ mod tests {
 
     #[test]
     fn chance_of_rays_asks_for_rays_and_chance_of_chains_for_chains() {
-        let state = GatherState { rows: 4e-4, columns: 1e-6, gather_rays: 1e6, chain_rays: 1e6 };
+        let state = GatherState { rows: 4e-4, columns: 1e-6, cross: 0.0, gather_rays: 1e6, chain_rays: 1e6 };
         let need = gather_need(0.01, &judged(0.02), &state);
         assert!(need.chains == 1.0 && (2.4..2.7).contains(&need.samples), "{need:?}");
         let state = GatherState { rows: 1e-6, columns: 4e-4, ..state };

@@ -1,10 +1,12 @@
 //! Pure decisions: when a map is right enough, whether that can be believed, how much work that takes, and when to look again.
 
+mod adapt;
 mod checks;
 mod gather;
 mod schedule;
 mod stop;
 
+pub use adapt::{ElementLoss, cuts_for};
 pub use checks::statistical_checks;
 pub use gather::{GatherNeed, GatherState, gather_need};
 pub use schedule::{after_refusal, next_judgement};

@@ -41,17 +41,17 @@ pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
         return false;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
-    safe_error.hypot(judgement.bias) <= target_error && judgement.stated_error() <= target_error
+    safe_error.hypot(judgement.shared_error()) <= target_error && judgement.stated_error() <= target_error
 }
 
 /// How many times the present work a map will have taken when the rule accepts it, by random error ∝ work^(−½): infinite
 /// where the bias alone is too large.
 pub fn needed_work(target_error: f64, judgement: &Judgement) -> f64 {
-    if judgement.dark || judgement.unseen || judgement.mean_lx <= 0.0 || judgement.bias >= target_error {
+    if judgement.dark || judgement.unseen || judgement.mean_lx <= 0.0 || judgement.shared_error() >= target_error {
         return f64::INFINITY;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
-    safe_error.powi(2) / (target_error * target_error - judgement.bias * judgement.bias)
+    safe_error.powi(2) / (target_error * target_error - judgement.shared_error().powi(2))
 }
 
 #[cfg(test)]

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
+use super::element::Element;
 use crate::chain::Stage;
 use crate::geometry::Origin;
 use crate::sampling::emitter::{Emitter, Look};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::triangle::SeenTriangle;
-use crate::sampling::warp::uniform_triangle;
-use crate::scene::{Cell, Scene, Side};
+use crate::scene::Side;
 
 /// Up to this many emitters are each looked at in every pass; of more, a stratified choice stands for all.
 const MOST_EACH: usize = 24;
@@ -18,7 +18,7 @@ const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
 /// Share of the bound of what an emitter brings that is added to what it brings unshadowed.
 const SHARE_OF_BOUND: f64 = 0.05;
 /// Looks of one pass at an element where emitters are chosen: elements are many.
-const LOOKS_OVER_CELL: usize = 6;
+const LOOKS_OVER_ELEMENT: usize = 6;
 
 /// Room for one pass over the emitters, so that a pass allocates nothing.
 #[derive(Clone, Debug, Default)]
@@ -152,30 +152,20 @@ impl DirectPass {
     ///
     /// Point emitters look at the element through its exact solid angle, Ē = I Ω/A; for all others a point is drawn
     /// uniformly in the element.
-    pub fn over_cell(&mut self, stage: &Stage, scene: &Scene, cell: Cell, stream: &mut Stream) -> (f64, u64) {
-        let corners = stage.elements.corners_m(scene, cell);
-        let part = stage.elements.part_corners(cell.triangle, cell.part);
-        let normal = stage.normal(cell.triangle, cell.side);
-        let area_m2 = stage.elements.area_m2(scene, cell);
-        let inner = |[u, v]: [f64; 2]| {
-            [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]))
-        };
-        let origin_at = |inner: [f64; 2]| stage.tracer.surface_origin(cell.triangle, inner, cell.side);
+    pub fn over_element(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> (f64, u64) {
         if stage.emitters.list().len() <= MOST_EACH {
             let mut sum_lx = 0.0;
             let mut rays = 0;
             for emitter in stage.emitters.list() {
                 let looked = match emitter.draw_point(stream) {
-                    Some(position_m) => point_over_cell(
-                        stage, emitter, position_m, &corners, cell.side, area_m2, &origin_at, &inner, stream,
-                    ),
+                    Some(position_m) => point_over_element(stage, emitter, position_m, element, stream),
                     None => {
-                        let [u, v] = uniform_triangle(stream.pair());
-                        let point_m = corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
-                        emitter.look(point_m, normal, stream).map(|look| {
-                            let origin = origin_at(inner([u, v]));
-                            look.unshadowed_lx
-                                * seen_share(stage, &look, &Receiver { point_m, normal, origin: &origin })
+                        let at = element.draw(stream);
+                        let point_m = element.point_m(at);
+                        emitter.look(point_m, element.normal, stream).map(|look| {
+                            let origin = element.origin(stage, at);
+                            let receiver = Receiver { point_m, normal: element.normal, origin: &origin };
+                            look.unshadowed_lx * seen_share(stage, &look, &receiver)
                         })
                     }
                 };
@@ -184,10 +174,39 @@ impl DirectPass {
             }
             return (sum_lx, rays);
         }
-        let [u, v] = uniform_triangle(stream.pair());
-        let point_m = corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
-        let origin = origin_at(inner([u, v]));
-        self.looks(stage, &Receiver { point_m, normal, origin: &origin }, LOOKS_OVER_CELL, stream)
+        let at = element.draw(stream);
+        let origin = element.origin(stage, at);
+        let receiver = Receiver { point_m: element.point_m(at), normal: element.normal, origin: &origin };
+        self.looks(stage, &receiver, LOOKS_OVER_ELEMENT, stream)
+    }
+
+    /// Two unbiased samples of the direct illuminance at a point of an element in lx, and the rays of both.
+    ///
+    /// What point emitters bring has no chance and is looked at once.
+    pub fn twice(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> ([f64; 2], u64) {
+        let emitters = stage.emitters.list();
+        if emitters.len() > MOST_EACH {
+            let (one_lx, one_rays) = self.looks(stage, receiver, LOOKS_OVER_ELEMENT, stream);
+            let (other_lx, other_rays) = self.looks(stage, receiver, LOOKS_OVER_ELEMENT, stream);
+            return ([one_lx, other_lx], one_rays + other_rays);
+        }
+        let mut sums_lx = [0.0; 2];
+        let mut rays = 0;
+        for (number, emitter) in emitters.iter().enumerate() {
+            let mut look_lx = |sequence: usize, stream: &mut Stream| {
+                stream.turn_to(sequence as u64);
+                emitter.look(receiver.point_m, receiver.normal, stream).map_or(0.0, |look| {
+                    rays += 1;
+                    look.unshadowed_lx * seen_share(stage, &look, receiver)
+                })
+            };
+            let first_lx = look_lx(number, stream);
+            let is_point = !emitter.has_opening() && emitter.draw_point(stream).is_some();
+            let second_lx = if is_point { first_lx } else { look_lx(emitters.len() + number, stream) };
+            sums_lx[0] += first_lx;
+            sums_lx[1] += second_lx;
+        }
+        (sums_lx, rays)
     }
 }
 
@@ -232,20 +251,16 @@ pub fn one_look<'a>(stage: &'a Stage, receiver: &Receiver, cut: &mut Cut, stream
 
 /// Mean illuminance that a point emitter gives an element: its intensity towards a point drawn by solid angle, times
 /// Ω/A, times visibility; `None` where the element turns away.
-#[allow(clippy::too_many_arguments)]
-fn point_over_cell(
+fn point_over_element(
     stage: &Stage,
     emitter: &Emitter,
     position_m: DVec3,
-    corners: &[DVec3; 3],
-    side: Side,
-    area_m2: f64,
-    origin_at: &impl Fn([f64; 2]) -> Origin,
-    inner: &impl Fn([f64; 2]) -> [f64; 2],
+    element: &Element,
     stream: &mut Stream,
 ) -> Option<f64> {
-    let [a, b, c] = corners.map(|corner| corner - position_m);
+    let [a, b, c] = element.corners_m.map(|corner| corner - position_m);
     let facing = -(b - a).cross(c - a).dot(a);
+    let side = element.cell.side;
     if (side == Side::Front && facing <= 0.0) || (side == Side::Back && facing >= 0.0) {
         return None;
     }
@@ -256,8 +271,8 @@ fn point_over_cell(
         return None;
     }
     let source = stage.origin(&emitter.place_of_point(position_m));
-    let seen_share = stage.transmittance(&origin_at(inner(barycentric)), &source);
-    Some(intensity_cd * seen.solid_angle_sr() / area_m2 * seen_share)
+    let seen_share = stage.transmittance(&element.origin(stage, barycentric), &source);
+    Some(intensity_cd * seen.solid_angle_sr() / element.area_m2 * seen_share)
 }
 
 /// Share of the light that gets to the receiver from the point that it looks at: 1 or 0, or what panes let pass.

@@ -49,7 +49,7 @@ impl Spot {
 
     /// A point of an element side by the weights of the element's second and third corner.
     pub fn of_cell(around: &Surroundings, cell: Cell, [u, v]: [f64; 2]) -> Spot {
-        let part = around.stage.elements.part_corners(cell.triangle, cell.part);
+        let part = around.stage.elements.corners(&cell);
         let inner = [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]));
         let [a, b, c] = around.scene.corners_m(cell.triangle);
         Spot {

@@ -168,6 +168,7 @@ impl Planner<'_, '_> {
                 .collect(),
             direct_lx: lights.iter().map(EntryLight::direct_mean_lx).collect(),
             indirect_lx: lights.iter().map(EntryLight::indirect_mean_lx).collect(),
+            ..MapValues::default()
         };
         let error = MapError {
             random: relative(random_lx),
@@ -175,6 +176,7 @@ impl Planner<'_, '_> {
             estimated: relative(estimated_lx),
             degrees_of_freedom: 0.0,
             dark_upper_bound_lx: None,
+            ..MapError::default()
         };
         let (name, tables) = match entries.kind {
             MapKind::Elements => {

@@ -27,6 +27,8 @@ pub struct Crossing {
     corrections: Vec<Vec<[f64; 2]>>,
     /// Samples of each block's entries so far, in every replica alike.
     samples: Vec<f64>,
+    /// Entries of means; those behind them are coefficients of slopes, which pooled corrections leave alone.
+    sites: usize,
     /// Correction of every replica in lx, pooled over all entries: of its row, and of its column beyond the mean.
     pooled_lx: [[f64; 2]; REPLICAS],
 }
@@ -42,6 +44,16 @@ pub struct HalfScores {
     pub coarser_lx: f64,
 }
 
+impl HalfScores {
+    /// Adds other scores times a factor.
+    #[inline]
+    pub fn add_times(&mut self, other: &HalfScores, factor: f64) {
+        self.rows_lx.iter_mut().zip(&other.rows_lx).for_each(|(sum, lx)| *sum += factor * lx);
+        self.columns_lx.iter_mut().zip(&other.columns_lx).for_each(|(sum, lx)| *sum += factor * lx);
+        self.coarser_lx += factor * other.coarser_lx;
+    }
+}
+
 /// What the checks of one half's rays found: corrections in lx, row by row and column by column.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct HalfChecks {
@@ -52,14 +64,15 @@ pub struct HalfChecks {
 }
 
 impl Crossing {
-    /// Nothing gathered yet, for so many entries.
-    pub fn new(entries: usize) -> Crossing {
-        let blocks = entries.div_ceil(ENTRIES_PER_BLOCK);
+    /// Nothing gathered yet, for so many entries, of which the first `sites` are means.
+    pub fn new(entries: usize, sites: usize) -> Crossing {
+        let blocks = sites.div_ceil(ENTRIES_PER_BLOCK);
         Crossing {
             columns: vec![vec![0.0; entries]; REPLICAS],
             coarser: [vec![0.0; entries], vec![0.0; entries]],
             corrections: vec![vec![[0.0; 2]; blocks]; REPLICAS],
             samples: vec![0.0; blocks],
+            sites,
             pooled_lx: [[0.0; 2]; REPLICAS],
         }
     }
@@ -102,13 +115,15 @@ impl Crossing {
     /// What a replica adds to its row's mean at an entry of so many samples, in lx.
     #[inline]
     pub fn lx(&self, replica: usize, entry: usize, inverse_samples: f64) -> f64 {
-        self.column_lx(replica, entry, inverse_samples) + self.pooled_lx[replica][0]
+        let pooled_lx = if entry < self.sites { self.pooled_lx[replica][0] } else { 0.0 };
+        self.column_lx(replica, entry, inverse_samples) + pooled_lx
     }
 
     /// What a replica's column holds at an entry beyond the mean of its half, correction included, in lx.
     #[inline]
     pub fn column_lx(&self, replica: usize, entry: usize, inverse_samples: f64) -> f64 {
-        self.columns[replica][entry] * inverse_samples / HALF as f64 + self.pooled_lx[replica][1]
+        let pooled_lx = if entry < self.sites { self.pooled_lx[replica][1] } else { 0.0 };
+        self.columns[replica][entry] * inverse_samples / HALF as f64 + pooled_lx
     }
 
     /// Mean correction in lx.
@@ -128,7 +143,9 @@ impl Crossing {
         let (mut sum, mut weight_sum) = (0.0, 0.0);
         for (entry, weight) in entries {
             sum += weight * self.coarser[0][entry] * self.coarser[1][entry];
-            weight_sum += weight;
+            if entry < self.sites {
+                weight_sum += weight;
+            }
         }
         (inverse_samples / HALF as f64).powi(2) * sum / weight_sum.max(f64::MIN_POSITIVE)
     }

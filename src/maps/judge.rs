@@ -13,6 +13,9 @@ pub struct Judgement {
     pub expected_error: f64,
     /// Estimated bias that even and odd share; 0 for an unbiased estimator.
     pub bias: f64,
+    /// Estimated discretisation error: what elements cannot show of the illuminance within them; 0 for points and for
+    /// elements that stand for nothing but their means.
+    pub discretisation: f64,
     /// Effective degrees of freedom k = (tr C)²/tr C² of the map's error.
     pub degrees_of_freedom: f64,
     /// Weighted mean of the map in each replica, in lx.
@@ -24,9 +27,14 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// The stated error: the random error of the halves and the bias, in quadrature.
+    /// The stated error: the random error of the halves and what they share, in quadrature.
     pub fn stated_error(&self) -> f64 {
-        self.halves_error.hypot(self.bias)
+        self.halves_error.hypot(self.shared_error())
+    }
+
+    /// What even and odd share: bias and discretisation, in quadrature.
+    pub fn shared_error(&self) -> f64 {
+        self.bias.hypot(self.discretisation)
     }
 }
 
@@ -52,9 +60,12 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
         unseen &= map.indirect_sum(entry) == 0.0;
         let pairs: [f64; PAIRS] = std::array::from_fn(|pair| replicas[2 * pair + 1] - replicas[2 * pair]);
         let halves = pairs.iter().sum::<f64>() / PAIRS as f64;
-        weight_sum += weight;
-        illuminance_sum += weight * mean;
-        means_lx.iter_mut().zip(&replicas).for_each(|(sum, value)| *sum += weight * value);
+        // Coefficients of slopes add to the error, not to the mean.
+        if entry < map.len() {
+            weight_sum += weight;
+            illuminance_sum += weight * mean;
+            means_lx.iter_mut().zip(&replicas).for_each(|(sum, value)| *sum += weight * value);
+        }
         halves_sum += weight * halves * halves;
         spread_sum += weight * replicas.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
         for i in 0..PAIRS {
@@ -80,6 +91,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
         halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
         expected_error: (spread_sum / weight_sum / (REPLICAS * (REPLICAS - 1)) as f64).sqrt() / mean_lx,
         bias: map.look_up_bias_lx(counted) / mean_lx,
+        discretisation: 0.0,
         means_lx: means_lx.map(|sum| sum / weight_sum),
         degrees_of_freedom: if of_squares > 0.0 { (of_traces / of_squares).max(1.0) } else { 1.0 },
         dark,

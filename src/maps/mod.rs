@@ -1,6 +1,8 @@
 //! Even and odd halves of independent replicas, merged into maps with their errors.
 
+pub mod basis;
 mod crossing;
+mod detail;
 mod history;
 mod judge;
 mod replicas;
@@ -10,9 +12,10 @@ mod stated;
 mod tables;
 
 pub use crossing::{Crossing, ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores};
+pub use detail::{Detail, DirectDetail, Variation};
 pub use history::{History, Look};
 pub use judge::{Judgement, judge};
-pub use replicas::{REPLICAS, ReplicaMap, Tally, Unit, standard_error};
+pub use replicas::{CrossedVariances, REPLICAS, ReplicaMap, Tally, Unit, standard_error};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, stated_error, stated_row};

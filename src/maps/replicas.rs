@@ -2,12 +2,17 @@
 
 use std::ops::Range;
 
+use super::basis::SLOPES;
 use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
 
 /// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
+///
+/// A map of elements may show slopes too: then the entries behind those of the means are the coefficients of the first
+/// linear polynomial ([`super::basis`]) of every element, and behind these those of the second. The polynomials are
+/// orthonormal, so that weighted sums of squares over all entries are integrals over the elements.
 ///
 /// A replica's illuminance is `direct sum · direct_scale + indirect sum · indirect_scale[i]`: the scales turn sums
 /// over samples into means, and counted flux into flux over area.
@@ -29,6 +34,7 @@ pub struct ReplicaMap {
     pub scores: [PartScores; 2],
     /// What these scores deviate from.
     pub levels: [Levels; 2],
+    sites: usize,
 }
 
 /// How many samples the entries of a map have: a sweep over all entries may stand in the middle.
@@ -53,6 +59,17 @@ impl Tally {
     }
 }
 
+/// Variances in lx² of a replica of a map that is gathered, weighted means over elements or points.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CrossedVariances {
+    /// By chance of the gathering rays.
+    pub rows: f64,
+    /// By chance of the chains.
+    pub columns: f64,
+    /// By chance of which rays ask which chains: it falls with both.
+    pub cross: f64,
+}
+
 /// What one unit of an indirect sum is worth.
 #[derive(Clone, Debug)]
 pub enum Unit {
@@ -70,15 +87,25 @@ pub enum Unit {
 impl ReplicaMap {
     /// An empty map of `len` entries.
     pub fn new(len: usize, indirect_unit_lx: Unit) -> ReplicaMap {
+        ReplicaMap::with_entries(len, len, indirect_unit_lx)
+    }
+
+    /// An empty map of `len` elements that show slopes.
+    pub fn linear(len: usize, indirect_unit_lx: Unit) -> ReplicaMap {
+        ReplicaMap::with_entries(len, len * (1 + SLOPES), indirect_unit_lx)
+    }
+
+    fn with_entries(sites: usize, entries: usize, indirect_unit_lx: Unit) -> ReplicaMap {
         ReplicaMap {
-            direct: vec![vec![0.0; len]; REPLICAS],
-            indirect: vec![vec![0.0; len]; REPLICAS],
+            direct: vec![vec![0.0; entries]; REPLICAS],
+            indirect: vec![vec![0.0; entries]; REPLICAS],
             direct_samples: Tally::default(),
             indirect_samples: Tally::default(),
             indirect_unit_lx,
             crossing: None,
             scores: Default::default(),
             levels: Default::default(),
+            sites,
         }
     }
 
@@ -124,9 +151,30 @@ impl ReplicaMap {
         [direct, ScoreEvidence { variance, fourth, ..ScoreEvidence::default() }]
     }
 
-    /// Entries of the map.
+    /// Elements or points of the map.
     pub fn len(&self) -> usize {
+        self.sites
+    }
+
+    /// Entries of the map: as many, or three times as many where elements show slopes.
+    pub fn entries(&self) -> usize {
         self.direct[0].len()
+    }
+
+    /// Whether elements show slopes.
+    pub fn is_linear(&self) -> bool {
+        self.entries() > self.sites
+    }
+
+    /// The element that an entry belongs to.
+    #[inline]
+    fn site_of(&self, entry: usize) -> usize {
+        if entry < self.sites { entry } else { (entry - self.sites) % self.sites }
+    }
+
+    /// What one unit of the direct and of the indirect sums is worth in an element or at a point, in lx.
+    pub fn scales(&self, site: usize) -> (f64, f64) {
+        (self.direct_samples.inverse(site), self.indirect_scale(site))
     }
 
     /// Whether the map has no entry.
@@ -134,22 +182,46 @@ impl ReplicaMap {
         self.len() == 0
     }
 
-    fn indirect_scale(&self, entry: usize) -> f64 {
+    fn indirect_scale(&self, site: usize) -> f64 {
         let unit_lx = match &self.indirect_unit_lx {
             Unit::Lux => 1.0,
-            Unit::Packets { luminous_flux_lm, area_m2 } => luminous_flux_lm / area_m2[entry],
+            Unit::Packets { luminous_flux_lm, area_m2 } => luminous_flux_lm / area_m2[site],
         };
-        unit_lx * self.indirect_samples.inverse(entry)
+        unit_lx * self.indirect_samples.inverse(site)
     }
 
     /// Illuminance of one entry in one replica, in lx.
     #[inline]
     pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
-        let inverse = self.indirect_samples.inverse(entry);
+        let site = self.site_of(entry);
+        let inverse = self.indirect_samples.inverse(site);
         let crossed_lx = self.crossing.as_ref().map_or(0.0, |crossing| crossing.lx(replica, entry, inverse));
-        self.direct[replica][entry] * self.direct_samples.inverse(entry)
-            + self.indirect[replica][entry] * self.indirect_scale(entry)
+        self.direct[replica][entry] * self.direct_samples.inverse(site)
+            + self.indirect[replica][entry] * self.indirect_scale(site)
             + crossed_lx
+    }
+
+    /// Direct and indirect light of an element, each as the coefficients in lx of what it shows.
+    pub fn parts_lx(&self, site: usize) -> [[f64; 1 + SLOPES]; 2] {
+        let (direct_scale, indirect_scale) = self.scales(site);
+        [(&self.direct, direct_scale), (&self.indirect, indirect_scale)].map(|(slabs, scale)| {
+            std::array::from_fn(|number| {
+                let entry = number * self.sites + site;
+                if entry < self.entries() { mean(slabs.iter().map(|slab| slab[entry])) * scale } else { 0.0 }
+            })
+        })
+    }
+
+    /// Coefficients in lx of the two linear polynomials of an element, mean over the replicas; 0 where none are kept.
+    pub fn slopes_lx(&self, site: usize) -> [f64; SLOPES] {
+        std::array::from_fn(|k| {
+            let entry = (1 + k) * self.sites + site;
+            if entry < self.entries() {
+                mean((0..REPLICAS).map(|replica| self.illuminance_lx(replica, entry)))
+            } else {
+                0.0
+            }
+        })
     }
 
     /// Direct illuminance of one entry, mean over the replicas, in lx.
@@ -163,26 +235,31 @@ impl ReplicaMap {
             + self.crossing.as_ref().map_or(0.0, Crossing::correction_lx)
     }
 
-    /// Variances in lx² of a replica's rows and of its columns, weighted means over the entries: which of rays and chains
-    /// holds up the error of a map that is gathered.
-    pub fn row_and_column_variance(&self, weights: &[f64]) -> (f64, f64) {
+    /// What holds up the error of a map that is gathered: variances of one replica.
+    pub fn crossed_variances(&self, weights: &[f64]) -> CrossedVariances {
+        let mut found = CrossedVariances::default();
         let Some(crossing) = &self.crossing else {
-            return (0.0, 0.0);
+            return found;
         };
-        let (mut rows, mut columns, mut weight_sum) = (0.0, 0.0, 0.0);
+        let mut weight_sum = 0.0;
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let inverse = self.indirect_samples.inverse(entry);
+            let inverse = self.indirect_samples.inverse(self.site_of(entry));
             for parity in 0..2 {
                 let row = |j: usize| self.indirect[2 * j + parity][entry] * inverse;
                 let mean_lx = (0..HALF).map(row).sum::<f64>() / HALF as f64;
-                rows += weight * (0..HALF).map(|j| (row(j) - mean_lx).powi(2)).sum::<f64>();
-                columns +=
-                    weight * (0..HALF).map(|j| crossing.column_lx(2 * j + parity, entry, inverse).powi(2)).sum::<f64>();
+                found.rows += weight * (0..HALF).map(|j| (row(j) - mean_lx).powi(2)).sum::<f64>();
+                let column = |j: usize| crossing.column_lx(2 * j + parity, entry, inverse);
+                let columns = weight * (0..HALF).map(|j| column(j).powi(2)).sum::<f64>();
+                // What memories differ by in slopes is mostly the chance of which rays asked them.
+                if entry < self.sites { found.columns += columns } else { found.cross += columns }
             }
-            weight_sum += weight * (2 * (HALF - 1)) as f64;
+            if entry < self.sites {
+                weight_sum += weight * (2 * (HALF - 1)) as f64;
+            }
         }
         let weight_sum = weight_sum.max(f64::MIN_POSITIVE);
-        (rows / weight_sum, columns / weight_sum)
+        let CrossedVariances { rows, columns, cross } = found;
+        CrossedVariances { rows: rows / weight_sum, columns: columns / weight_sum, cross: cross / weight_sum }
     }
 
     /// Estimated bias in lx of look-ups, root mean square over weighted entries.

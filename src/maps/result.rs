@@ -1,5 +1,7 @@
 //! A finished map: values, standard errors, tables and the error it states.
 
+use super::basis::Linear;
+
 /// A number and the standard error of it; an error of 0 means exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
@@ -18,6 +20,16 @@ pub enum MapKind {
     Receivers(usize),
 }
 
+impl MapKind {
+    /// Number among the maps of a scene, for random streams: 0 for the elements, `i + 1` for receiver set `i`.
+    pub fn number(self) -> u32 {
+        match self {
+            MapKind::Elements => 0,
+            MapKind::Receivers(set) => set as u32 + 1,
+        }
+    }
+}
+
 /// Illuminances of one map, arrays by structure: entry `i` is element side or point `i`. For a set that asks for
 /// luminance all four are cd/m² instead, and *direct* is what the eye sees of luminaires and of light reflected once.
 #[derive(Clone, Debug, Default)]
@@ -30,6 +42,23 @@ pub struct MapValues {
     pub direct_lx: Vec<f64>,
     /// The rest, in lx.
     pub indirect_lx: Vec<f64>,
+    /// Adaptive elements: coefficients in lx of the two linear polynomials of [`super::basis`]. Else empty.
+    pub slopes_lx: Vec<[f64; 2]>,
+    /// Adaptive elements: estimated root mean square in lx of what the element cannot show. Else empty.
+    pub discretisation_lx: Vec<f64>,
+}
+
+impl MapValues {
+    /// What an element shows at its three corners in lx: its mean, or what its slopes make of it, 0 at least.
+    pub fn at_corners_lx(&self, site: usize) -> [f64; 3] {
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| self.at_lx(site, corner).max(0.0))
+    }
+
+    /// What an element shows at a point of it in lx, by the weights of its second and third corner.
+    pub fn at_lx(&self, site: usize, at: [f64; 2]) -> f64 {
+        let [first_lx, second_lx] = self.slopes_lx.get(site).copied().unwrap_or_default();
+        Linear([self.illuminance_lx[site], first_lx, second_lx]).at(at)
+    }
 }
 
 /// A finished map.
@@ -79,9 +108,11 @@ pub struct StatisticalCheck {
 pub struct MapError {
     /// Random part: from the even and the odd half.
     pub random: f64,
-    /// Estimated bias (discretisation, look-up, mesh); 0 for an unbiased method.
+    /// Estimated bias (look-up, mesh); 0 for an unbiased method.
     pub bias: f64,
-    /// Both in quadrature: the stated error.
+    /// Estimated discretisation error of adaptive elements; 0 where values stand for means and points alone.
+    pub discretisation: f64,
+    /// All of them in quadrature: the stated error.
     pub estimated: f64,
     /// Effective degrees of freedom k = (tr C)²/tr C² of the random part.
     pub degrees_of_freedom: f64,

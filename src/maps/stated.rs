@@ -36,7 +36,14 @@ impl<'a> StatedValues<'a> {
 /// The stated error of a map: all of it a bias.
 pub fn stated_error(values: &StatedValues) -> MapError {
     let bias = values.relative_error();
-    MapError { random: 0.0, bias, estimated: bias, degrees_of_freedom: 0.0, dark_upper_bound_lx: None }
+    MapError {
+        random: 0.0,
+        bias,
+        discretisation: 0.0,
+        estimated: bias,
+        degrees_of_freedom: 0.0,
+        dark_upper_bound_lx: None,
+    }
 }
 
 /// A table row of one side.

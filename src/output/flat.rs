@@ -7,8 +7,11 @@ use glam::DVec3;
 use super::contour::Field;
 use super::picture::Spot;
 use crate::maps::{MapKind, MapResult, TableKind, TableRow};
+use crate::scene::elements::part_corners;
 use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side, SurfaceId};
 
+/// Pieces that the sloped elements of a surface are drawn in, about.
+const MOST_PIECES: f64 = 8_000.0;
 /// Triangles whose unit normals differ by less than this lie in one plane: rounding of f64 coordinates stays far below.
 const FLAT_NORMAL: f64 = 1e-6;
 /// Corners off the plane by less than this share of the surface's size lie in it.
@@ -257,19 +260,34 @@ fn side_map<'a>(
     let plane = Plane::new(normal, triangles.flat_map(|triangle| scene.corners_m(triangle)));
     let mut cells = Vec::new();
     let mut areas_m2 = Vec::new();
-    for index in elements.cells_of_surface(scene, surface) {
+    let mut count = 0;
+    let range = elements.cells_of_surface(scene, surface);
+    let is_sloped = !map.values.slopes_lx.is_empty();
+    let pieces = if is_sloped { (MOST_PIECES / range.len() as f64).sqrt().clamp(1.0, 8.0) as u32 } else { 1 };
+    for index in range {
         let cell = elements.cell(index);
         if cell.side == side {
-            let ring = elements.corners_m(scene, cell).map(|corner| plane.spot(corner)).to_vec();
-            cells.push(FlatCell { ring, illuminance_lx: Some(map.values.illuminance_lx[index as usize]) });
-            areas_m2.push(elements.area_m2(scene, cell));
+            count += 1;
+            let corners = elements.corners_m(scene, cell);
+            let area_m2 = elements.area_m2(scene, cell) / f64::from(pieces * pieces);
+            for piece in 0..pieces * pieces {
+                // A sloped element is drawn in pieces, each in the colour of its middle.
+                let inner = part_corners(pieces, piece);
+                let middle = [0, 1].map(|k| (inner[0][k] + inner[1][k] + inner[2][k]) / 3.0);
+                let ring = inner.map(|[u, v]| {
+                    plane.spot(corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]))
+                });
+                let lx = map.values.at_lx(index as usize, middle).max(0.0);
+                cells.push(FlatCell { ring: ring.to_vec(), illuminance_lx: Some(lx) });
+                areas_m2.push(area_m2);
+            }
         }
     }
     FlatMap {
         row,
         quantity: quantity_words(Quantity::Perpendicular),
         field: element_field(&cells, &areas_m2),
-        count: format!("{} elements", cells.len()),
+        count: format!("{count} elements"),
         estimated_error: row.estimated_error,
         points: Vec::new(),
         cells,

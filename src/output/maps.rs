@@ -2,9 +2,12 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 use super::observers::{maps_of, observer_files};
 use super::sheet::{Field, Sheet};
 use super::{OutputError, ResultFile};
+use crate::maps::basis::Linear;
 use crate::maps::{MapKind, MapResult, TableRow};
 use crate::scene::{Elements, Emission, Quantity, Scene, Side};
 use crate::solver::{ConvergenceRow, Solution};
@@ -27,6 +30,9 @@ const ELEMENT_COLUMNS: &[&str] = &[
     "exitance_lm_m2",
     "luminance_cd_m2",
 ];
+/// Behind these where elements adapt.
+const ADAPTIVE_COLUMNS: &[&str] =
+    &["discretisation_error_lx", "gradient_x_lx_per_m", "gradient_y_lx_per_m", "gradient_z_lx_per_m"];
 const RECEIVER_COLUMNS: &[&str] = &[
     "receiver",
     "index",
@@ -70,7 +76,7 @@ pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile
     let mut files = Vec::new();
     for map in &solution.maps {
         if map.kind == MapKind::Elements {
-            files.push(element_file(scene, map)?);
+            files.push(element_file(scene, &solution.elements, map)?);
         }
     }
     let planes = maps_of(scene, solution, Quantity::is_illuminance);
@@ -84,35 +90,37 @@ pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile
     Ok(files)
 }
 
-fn element_file(scene: &Scene, map: &MapResult) -> Result<ResultFile, OutputError> {
-    let elements = Elements::of(scene);
+fn element_file(scene: &Scene, elements: &Elements, map: &MapResult) -> Result<ResultFile, OutputError> {
     let own_emission = OwnEmission::of(scene);
-    let mut sheet = Sheet::new("elements.csv", ELEMENT_COLUMNS);
+    let adapts = !map.values.slopes_lx.is_empty();
+    let columns = [ELEMENT_COLUMNS, if adapts { ADAPTIVE_COLUMNS } else { &[] }].concat();
+    let mut sheet = Sheet::new("elements.csv", &columns);
 
     // Elements are counted from 0 within their surface; both sides of one share its number.
-    let mut first_of_triangle = Vec::with_capacity(scene.triangles.len());
-    for surface in &scene.surfaces {
-        let mut next = 0;
-        for triangle in surface.triangles.clone() {
-            first_of_triangle.push(next);
-            next += scene.divisions[triangle as usize] * scene.divisions[triangle as usize];
-        }
-    }
-
+    let mut next = vec![0u64; scene.surfaces.len()];
+    let mut numbers = vec![0u64; elements.len()];
     for index in 0..elements.len() {
         let cell = elements.cell(index as u32);
         let surface = scene.triangle_surfaces[cell.triangle as usize];
+        let number = match (cell.side, elements.opposite(index as u32)) {
+            (Side::Back, Some(front)) => numbers[front as usize],
+            _ => {
+                next[surface as usize] += 1;
+                next[surface as usize] - 1
+            }
+        };
+        numbers[index] = number;
         let [a, b, c] = elements.corners_m(scene, cell);
         let centroid_m = (a + b + c) / 3.0;
         let front = scene.triangle_normal(cell.triangle);
         let normal = if cell.side == Side::Front { front } else { -front };
         let illuminance_lx = map.values.illuminance_lx[index];
 
-        let exitance_lm_m2 = own_emission.with_reflected_lm_m2(scene, &elements, map, index as u32);
+        let exitance_lm_m2 = own_emission.with_reflected_lm_m2(scene, elements, map, index as u32);
 
-        sheet.row(&[
+        let mut fields = vec![
             Field::Text(&scene.surfaces[surface as usize].name),
-            Field::Count(u64::from(first_of_triangle[cell.triangle as usize] + cell.part)),
+            Field::Count(number),
             Field::Text(cell.side.name()),
             Field::Number(centroid_m.x),
             Field::Number(centroid_m.y),
@@ -127,9 +135,25 @@ fn element_file(scene: &Scene, map: &MapResult) -> Result<ResultFile, OutputErro
             Field::Number(map.values.indirect_lx[index]),
             Field::Number(exitance_lm_m2),
             Field::Number(exitance_lm_m2 / PI),
-        ])?;
+        ];
+        if adapts {
+            let gradient = gradient_lx_per_m([a, b, c], map.values.slopes_lx[index]);
+            fields.push(Field::Number(map.values.discretisation_lx[index]));
+            fields.extend(gradient.to_array().map(Field::Number));
+        }
+        sheet.row(&fields)?;
     }
     Ok(sheet.finish())
+}
+
+/// Gradient in lx/m, along the element, of the linear function with two coefficients of [`crate::maps::basis`].
+fn gradient_lx_per_m([a, b, c]: [DVec3; 3], slopes_lx: [f64; 2]) -> DVec3 {
+    // What the function gains along two of the edges, and the vector of their plane that gains as much.
+    let function = Linear([0.0, slopes_lx[0], slopes_lx[1]]);
+    let gains_lx = [[1.0, 0.0], [0.0, 1.0]].map(|corner| function.at(corner) - function.at([0.0, 0.0]));
+    let (p, q) = (b - a, c - a);
+    let normal = p.cross(q);
+    (gains_lx[0] * q.cross(normal) - gains_lx[1] * p.cross(normal)) / normal.length_squared().max(f64::MIN_POSITIVE)
 }
 
 /// What area luminaires emit from either side of every surface, in lm/m².

@@ -16,7 +16,7 @@ use super::schedule::Schedule;
 use super::{ResultFile, file_name_part, raster};
 use crate::maps::MapKind;
 use crate::scene::photometry::IntensityWeb;
-use crate::scene::{Elements, Emission, Quantity, Scene};
+use crate::scene::{Emission, Quantity, Scene};
 use crate::solver::Solution;
 
 /// Surfaces that are plotted at most; those with the most elements, if there are more.
@@ -138,12 +138,12 @@ fn luminaire_plot(name: &str, web: &IntensityWeb, stems: &mut Stems) -> Plot {
 
 fn flat_surfaces<'a>(scene: &Scene, solution: &'a Solution) -> Vec<FlatMap<'a>> {
     let Some(map) = solution.maps.iter().find(|map| map.kind == MapKind::Elements) else { return Vec::new() };
-    let elements = Elements::of(scene);
+    let elements = &solution.elements;
     let mut surfaces: Vec<u32> = (0..scene.surfaces.len() as u32).collect();
     surfaces.sort_by_key(|surface| std::cmp::Reverse(elements.cells_of_surface(scene, *surface).len()));
     let mut chosen: Vec<(u32, Vec<FlatMap>)> = surfaces
         .into_iter()
-        .map(|surface| (surface, surface_maps(scene, &elements, map, surface)))
+        .map(|surface| (surface, surface_maps(scene, elements, map, surface)))
         .filter(|(_, maps)| !maps.is_empty())
         .take(MOST_SURFACES)
         .collect();

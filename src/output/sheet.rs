@@ -17,7 +17,7 @@ pub(super) enum Field<'a> {
 /// A CSV table (RFC 4180 quoting, lines end with a line feed).
 pub(super) struct Sheet {
     name: &'static str,
-    columns: &'static [&'static str],
+    columns: Vec<&'static str>,
     writer: csv::Writer<Vec<u8>>,
     rows: usize,
 }
@@ -27,10 +27,10 @@ const IN_MEMORY: &str = "a table in memory takes every row";
 
 impl Sheet {
     /// A table with its header.
-    pub fn new(name: &'static str, columns: &'static [&'static str]) -> Sheet {
+    pub fn new(name: &'static str, columns: &[&'static str]) -> Sheet {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(columns).expect(IN_MEMORY);
-        Sheet { name, columns, writer, rows: 0 }
+        Sheet { name, columns: columns.to_vec(), writer, rows: 0 }
     }
 
     /// Adds a row with a cell for every column.
@@ -41,7 +41,7 @@ impl Sheet {
     pub fn row(&mut self, fields: &[Field]) -> Result<(), OutputError> {
         debug_assert_eq!(fields.len(), self.columns.len());
         self.rows += 1;
-        for (field, column) in fields.iter().zip(self.columns) {
+        for (field, column) in fields.iter().zip(&self.columns) {
             match field {
                 Field::Text(text) => self.writer.write_field(text).expect(IN_MEMORY),
                 Field::Count(count) => self.writer.write_field(count.to_string()).expect(IN_MEMORY),

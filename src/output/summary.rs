@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::ResultFile;
 use crate::base::glare::POSITION_INDEX;
 use crate::maps::{MapResult, StatisticalCheck, TableKind};
-use crate::scene::{Elements, Luminaire, Scene};
+use crate::scene::{Luminaire, Scene};
 use crate::solver::{GlareRating, Solution};
 
 /// Version of the scene file that this program reads.
@@ -60,7 +60,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "threads": record.threads,
         "surfaces": scene.surfaces.len(),
         "triangles": scene.triangles.len(),
-        "elements": Elements::of(scene).len(),
+        "elements": solution.elements.len(),
         "read_s": record.read_s,
         "build_s": solution.build_s,
         "compute_s": solution.compute_s,
@@ -102,6 +102,7 @@ fn map_entry(map: &MapResult) -> Value {
         "estimated_error": map.error.estimated,
         "random_error": map.error.random,
         "bias": map.error.bias,
+        "discretisation_error": map.error.discretisation,
         "degrees_of_freedom": map.error.degrees_of_freedom,
         "method": map.method,
         "luminance": luminance_entry(map),

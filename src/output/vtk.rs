@@ -20,26 +20,29 @@ const BLOCK_BYTES: usize = 1 << 20;
 /// Coordinates in m and values are f64. `None` where no element map was computed.
 pub fn vtk_file(scene: &Scene, solution: &Solution) -> Option<ResultFile> {
     let map = solution.maps.iter().find(|map| map.kind == MapKind::Elements)?;
-    Some(ResultFile { name: "scene.vtp".to_owned(), bytes: poly_data(scene, map).into_bytes() })
+    Some(ResultFile { name: "scene.vtp".to_owned(), bytes: poly_data(scene, &solution.elements, map).into_bytes() })
 }
 
-fn poly_data(scene: &Scene, map: &MapResult) -> String {
-    let elements = Elements::of(scene);
+fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> String {
     let count = elements.len();
     let own = OwnEmission::of(scene);
     let mut points_m: Vec<f64> = Vec::with_capacity(9 * count);
+    let mut corners_lx: Vec<f64> = Vec::with_capacity(3 * count);
     let (mut surfaces, mut sides) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (mut areas_m2, mut exitances_lm_m2) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for index in 0..count {
         let cell = elements.cell(index as u32);
         let surface = scene.triangle_surfaces[cell.triangle as usize];
         let [a, b, c] = elements.corners_m(scene, cell);
-        let corners = if cell.side == Side::Front { [a, b, c] } else { [a, c, b] };
+        let front = cell.side == Side::Front;
+        let corners = if front { [a, b, c] } else { [a, c, b] };
+        let [at_a, at_b, at_c] = map.values.at_corners_lx(index);
+        corners_lx.extend(if front { [at_a, at_b, at_c] } else { [at_a, at_c, at_b] });
         points_m.extend(corners.iter().flat_map(|corner| corner.to_array()));
         surfaces.push(surface as i32);
         sides.push(u8::from(cell.side == Side::Back));
         areas_m2.push(elements.area_m2(scene, cell));
-        exitances_lm_m2.push(own.with_reflected_lm_m2(scene, &elements, map, index as u32));
+        exitances_lm_m2.push(own.with_reflected_lm_m2(scene, elements, map, index as u32));
     }
     let luminances_cd_m2: Vec<f64> = exitances_lm_m2.iter().map(|exitance| exitance / std::f64::consts::PI).collect();
 
@@ -65,7 +68,15 @@ fn poly_data(scene: &Scene, map: &MapResult) -> String {
     file.numbers("area_m2", &areas_m2);
     file.array("Int32", "surface", 1, &bytes(&surfaces, |id| id.to_le_bytes()));
     file.array("UInt8", "side", 1, &sides);
+    if !map.values.discretisation_lx.is_empty() {
+        file.numbers("discretisation_error_lx", &map.values.discretisation_lx);
+    }
     file.line(3, "</CellData>");
+    if !map.values.slopes_lx.is_empty() {
+        file.line(3, "<PointData Scalars=\"illuminance_at_corner_lx\">");
+        file.numbers("illuminance_at_corner_lx", &corners_lx);
+        file.line(3, "</PointData>");
+    }
     file.line(3, "<Points>");
     file.array("Float64", "Points", 3, &bytes(&points_m, |number| number.to_le_bytes()));
     file.line(3, "</Points>");

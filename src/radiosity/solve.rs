@@ -234,6 +234,7 @@ fn values_of(entries: &[(f64, f64, f64)]) -> MapValues {
         standard_error_lx: entries.iter().map(|(_, _, error)| *error).collect(),
         direct_lx: entries.iter().map(|(direct, _, _)| *direct).collect(),
         indirect_lx: entries.iter().map(|(_, indirect, _)| *indirect).collect(),
+        ..MapValues::default()
     }
 }
 

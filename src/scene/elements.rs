@@ -5,6 +5,8 @@
 
 use glam::DVec3;
 
+pub use super::leaves::MOST_CUTS;
+use super::leaves::{Leaves, WHOLE, corners_of, cuts_of};
 use super::{Scene, SurfaceId};
 
 /// A side of a surface.
@@ -36,12 +38,14 @@ impl Side {
 }
 
 /// Numbers every element side ("cell") of a scene: triangle by triangle, front cells first, then the back cells of
-/// two-sided surfaces.
-#[derive(Clone, Debug)]
+/// two-sided surfaces. The parts of triangles may be cut further, into leaves: these are the elements then.
+#[derive(Clone, Debug, Default)]
 pub struct Elements {
+    /// First uncut cell of every triangle, and the number of all behind them.
     first_cell: Vec<u32>,
     divisions: Vec<u32>,
     two_sided: Vec<bool>,
+    leaves: Option<Leaves>,
 }
 
 /// One element side: where it is and what it belongs to.
@@ -49,10 +53,19 @@ pub struct Elements {
 pub struct Cell {
     /// Triangle of the scene.
     pub triangle: u32,
-    /// Number within the triangle, 0 to n² − 1.
+    /// Number of the part of the triangle, 0 to n² − 1.
     pub part: u32,
     /// Front or back.
     pub side: Side,
+    /// Where in the part, if that is cut into leaves.
+    path: u32,
+}
+
+impl Cell {
+    /// How often the part was cut to get here.
+    pub fn cuts(&self) -> u32 {
+        cuts_of(self.path)
+    }
 }
 
 impl Elements {
@@ -67,12 +80,56 @@ impl Elements {
             next += divisions * divisions * if *two_sided { 2 } else { 1 };
         }
         first_cell.push(next);
-        Elements { first_cell, divisions: scene.divisions.clone(), two_sided }
+        Elements { first_cell, divisions: scene.divisions.clone(), two_sided, leaves: None }
+    }
+
+    /// The same with every cell cut as many times over as `cuts` says, both sides of a surface alike.
+    pub fn cut(&self, cuts: impl Fn(u32) -> u32) -> Elements {
+        let parts = self.uncut_len();
+        let mirrored = |part: u32| {
+            let (triangle, local) = self.uncut(part);
+            let count = self.divisions[triangle] * self.divisions[triangle];
+            if !self.two_sided[triangle] {
+                part
+            } else if local < count {
+                part + count
+            } else {
+                part - count
+            }
+        };
+        let wanted = |part: u32, path: u32| {
+            // A piece is cut if it was cut before, or if the leaf that holds it has cuts left there.
+            match &self.leaves {
+                Some(leaves) if leaves.is_cut(part, path) => true,
+                Some(leaves) => {
+                    let (leaf, above) = leaves.holder(part, path);
+                    cuts_of(path) - above < cuts(leaf)
+                }
+                None => cuts_of(path) < cuts(part),
+            }
+        };
+        let leaves = Leaves::of(parts, |part, path| wanted(part, path) || wanted(mirrored(part), path));
+        Elements { leaves: Some(leaves), ..self.clone() }
     }
 
     /// Number of cells (element sides).
     pub fn len(&self) -> usize {
-        self.first_cell[self.first_cell.len() - 1] as usize
+        self.leaves.as_ref().map_or(self.uncut_len(), Leaves::len)
+    }
+
+    fn uncut_len(&self) -> usize {
+        self.first_cell.last().map_or(0, |count| *count as usize)
+    }
+
+    /// First cell of an uncut one.
+    fn first_of(&self, uncut: u32) -> u32 {
+        self.leaves.as_ref().map_or(uncut, |leaves| leaves.first_of(uncut))
+    }
+
+    /// Triangle of an uncut cell, and its number there.
+    fn uncut(&self, uncut: u32) -> (usize, u32) {
+        let triangle = self.first_cell.partition_point(|first| *first <= uncut) - 1;
+        (triangle, uncut - self.first_cell[triangle])
     }
 
     /// Whether there is no cell at all.
@@ -83,64 +140,80 @@ impl Elements {
     /// The cell in which a triangle was hit at barycentric coordinates `(u, v)` (weights of its second and third
     /// corner), or `None` for the back of a one-sided surface.
     #[inline]
-    pub fn cell_at(&self, triangle: u32, [u, v]: [f64; 2], side: Side) -> Option<u32> {
+    pub fn cell_at(&self, triangle: u32, at: [f64; 2], side: Side) -> Option<u32> {
+        let uncut = self.first_uncut(triangle, side)? + part_at(self.divisions[triangle as usize], at[0], at[1]);
+        match &self.leaves {
+            None => Some(uncut),
+            Some(leaves) => Some(leaves.at(uncut, inner_at(self.divisions[triangle as usize], at)).0),
+        }
+    }
+
+    /// The same, and where in the cell: the weights of its second and third corner.
+    #[inline]
+    pub fn place_at(&self, triangle: u32, at: [f64; 2], side: Side) -> Option<(u32, [f64; 2])> {
+        let divisions = self.divisions[triangle as usize];
+        let uncut = self.first_uncut(triangle, side)? + part_at(divisions, at[0], at[1]);
+        let inner = inner_at(divisions, at);
+        Some(self.leaves.as_ref().map_or((uncut, inner), |leaves| leaves.at(uncut, inner)))
+    }
+
+    fn first_uncut(&self, triangle: u32, side: Side) -> Option<u32> {
         let index = triangle as usize;
-        let divisions = self.divisions[index];
-        let skip = match side {
-            Side::Front => 0,
-            Side::Back if self.two_sided[index] => divisions * divisions,
-            Side::Back => return None,
-        };
-        Some(self.first_cell[index] + skip + part_at(divisions, u, v))
+        match side {
+            Side::Front => Some(self.first_cell[index]),
+            Side::Back if self.two_sided[index] => {
+                Some(self.first_cell[index] + self.divisions[index] * self.divisions[index])
+            }
+            Side::Back => None,
+        }
     }
 
     /// What a cell number stands for.
     pub fn cell(&self, cell: u32) -> Cell {
-        let triangle = self.first_cell.partition_point(|first| *first <= cell) - 1;
+        let (uncut, path) = self.leaves.as_ref().map_or((cell, WHOLE), |leaves| leaves.part_and_path(cell));
+        let (triangle, local) = self.uncut(uncut);
         let parts = self.divisions[triangle] * self.divisions[triangle];
-        let local = cell - self.first_cell[triangle];
         Cell {
             triangle: triangle as u32,
             part: local % parts,
             side: if local < parts { Side::Front } else { Side::Back },
+            path,
         }
     }
 
     /// The same part of the triangle on its other side; `None` where that is not reported.
     pub fn opposite(&self, cell: u32) -> Option<u32> {
-        let Cell { triangle, side, .. } = self.cell(cell);
-        let parts = self.divisions[triangle as usize] * self.divisions[triangle as usize];
-        match side {
-            Side::Front => self.two_sided[triangle as usize].then_some(cell + parts),
-            Side::Back => Some(cell - parts),
-        }
+        let Cell { triangle, part, side, .. } = self.cell(cell);
+        let here = self.first_of(self.first_uncut(triangle, side)? + part);
+        let there = self.first_of(self.first_uncut(triangle, side.other())? + part);
+        Some(cell - here + there)
     }
 
     /// The cells of a triangle, both sides.
     pub fn cells_of_triangle(&self, triangle: u32) -> std::ops::Range<u32> {
-        self.first_cell[triangle as usize]..self.first_cell[triangle as usize + 1]
+        self.first_of(self.first_cell[triangle as usize])..self.first_of(self.first_cell[triangle as usize + 1])
     }
 
     /// Cells of a surface, both sides.
     pub fn cells_of_surface(&self, scene: &Scene, surface: SurfaceId) -> std::ops::Range<u32> {
         let triangles = &scene.surfaces[surface as usize].triangles;
-        self.first_cell[triangles.start as usize]..self.first_cell[triangles.end as usize]
+        self.first_of(self.first_cell[triangles.start as usize])..self.first_of(self.first_cell[triangles.end as usize])
     }
 
-    /// Barycentric coordinates `(u, v)` of the three corners of a part of a triangle.
-    pub fn part_corners(&self, triangle: u32, part: u32) -> [[f64; 2]; 3] {
-        part_corners(self.divisions[triangle as usize], part)
+    /// Barycentric coordinates `(u, v)` of the three corners of a cell in its triangle.
+    pub fn corners(&self, cell: &Cell) -> [[f64; 2]; 3] {
+        corners_of(part_corners(self.divisions[cell.triangle as usize], cell.part), cell.path)
     }
 
     /// Corners of a cell in m, turned like its triangle's front.
     pub fn corners_m(&self, scene: &Scene, cell: Cell) -> [DVec3; 3] {
         let [a, b, c] = scene.corners_m(cell.triangle);
-        self.part_corners(cell.triangle, cell.part).map(|[u, v]| a + u * (b - a) + v * (c - a))
+        self.corners(&cell).map(|[u, v]| a + u * (b - a) + v * (c - a))
     }
 
     /// Area of a cell in m².
     pub fn area_m2(&self, scene: &Scene, cell: Cell) -> f64 {
-        let divisions = f64::from(self.divisions[cell.triangle as usize]);
+        let divisions = f64::from(self.divisions[cell.triangle as usize] << cell.cuts());
         scene.triangle_area_m2(cell.triangle) / (divisions * divisions)
     }
 }
@@ -158,7 +231,19 @@ pub(super) fn part_at(divisions: u32, u: f64, v: f64) -> u32 {
     row * (2 * divisions - row) + 2 * column + u32::from(upside_down)
 }
 
-pub(super) fn part_corners(divisions: u32, part: u32) -> [[f64; 2]; 3] {
+/// Where in its part a point of a triangle lies: the weights of the part's second and third corner.
+#[inline]
+fn inner_at(divisions: u32, [u, v]: [f64; 2]) -> [f64; 2] {
+    let n = f64::from(divisions);
+    let row = ((v * n) as u32).min(divisions - 1);
+    let column = ((u * n) as u32).min(divisions - 1 - row);
+    let (a, b) = (u * n - f64::from(column), v * n - f64::from(row));
+    // The same question as that of `part_at`.
+    if column < divisions - 1 - row && a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] }
+}
+
+/// Barycentric coordinates of the corners of one of the `divisions²` parts of a triangle.
+pub fn part_corners(divisions: u32, part: u32) -> [[f64; 2]; 3] {
     let mut row = 0;
     let mut first = 0;
     while first + 2 * (divisions - row) - 1 <= part {
@@ -190,6 +275,34 @@ mod tests {
                 assert!((twice_area - expected).abs() < 1e-12 * expected.max(1e-3), "{twice_area} {expected}");
             }
         }
+    }
+
+    #[test]
+    fn cells_that_are_cut_keep_their_places_and_areas_on_both_sides() {
+        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [ { "name": "table", "type": "rectangle", "origin": [0,0,0], "u": [3,0,0], "v": [0,2,0], "two_sided": true,
+                            "max_element_edge": 1.3, "material": "m" } ],
+            "luminaires": [ { "name": "lamp", "type": "point", "position": [2,1,0.9], "intensity_cd": 1 } ] }"#;
+        let scene = crate::scene::scene_from_json(text, None, std::path::Path::new(".")).expect("the table is valid");
+        let given = Elements::of(&scene);
+        // Twice: what was cut stays cut, and the back follows the front.
+        let once = given.cut(|cell| u32::from(cell == 1));
+        let cut = once.cut(|cell| if cell == 3 { 2 } else { 0 });
+        assert_eq!(once.len(), given.len() + 2 * 3);
+        assert_eq!(cut.len(), once.len() + 2 * 15);
+        let mut area_m2 = 0.0;
+        for index in 0..cut.len() as u32 {
+            let cell = cut.cell(index);
+            area_m2 += cut.area_m2(&scene, cell);
+            let [a, b, c] = cut.corners(&cell);
+            let at = [0, 1].map(|k| a[k] + 0.4 * (b[k] - a[k]) + 0.3 * (c[k] - a[k]));
+            let (found, inner) = cut.place_at(cell.triangle, at, cell.side).expect("both sides count");
+            assert_eq!((found, cut.cell_at(cell.triangle, at, cell.side)), (index, Some(index)));
+            assert!((inner[0] - 0.4).abs() < 1e-9 && (inner[1] - 0.3).abs() < 1e-9, "{inner:?}");
+            let other = cut.opposite(index).expect("the table has two sides");
+            assert_eq!((cut.corners(&cut.cell(other)), cut.opposite(other)), ([a, b, c], Some(index)));
+        }
+        assert!((area_m2 - 12.0).abs() < 1e-12);
     }
 
     #[test]

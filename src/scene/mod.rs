@@ -7,6 +7,7 @@ pub mod elements;
 mod error;
 mod file;
 mod inspect;
+mod leaves;
 mod luminaires;
 mod materials;
 mod mesh_faults;

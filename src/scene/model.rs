@@ -362,6 +362,16 @@ impl Scene {
         self.triangle_surfaces[triangle as usize]
     }
 
+    /// Area in m² of all surfaces, both sides of those that count on both.
+    pub fn area_m2(&self) -> f64 {
+        (0..self.triangles.len() as u32)
+            .map(|triangle| {
+                let sides = if self.surface_of(triangle).two_sided { 2.0 } else { 1.0 };
+                sides * self.triangle_area_m2(triangle)
+            })
+            .sum()
+    }
+
     /// Maintained flux of all luminaires in lm.
     pub fn luminous_flux_lm(&self) -> f64 {
         self.luminaires.iter().map(|luminaire| luminaire.luminous_flux_lm).sum()

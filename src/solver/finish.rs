@@ -48,6 +48,7 @@ pub(super) fn finish(
         warnings.push(format!("{}: no glare rating, since {why}", context.scene.receivers[rating.set].name));
     }
     let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact() || job.judgement.dark);
+    let elements = jobs.iter().find(|job| job.kind == MapKind::Elements).map(|job| job.elements.clone());
     let maps: Vec<MapResult> = jobs.into_iter().map(|job| map_result(context, job, target_error)).collect();
     for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
         warnings.push(format!(
@@ -85,6 +86,7 @@ pub(super) fn finish(
         rays,
         replicas: REPLICAS,
         maps,
+        elements: elements.unwrap_or_else(|| context.stage.elements.clone()),
         glare,
         estimated_error,
         target_met: target_error.map(|_| bound_met),
@@ -101,12 +103,13 @@ pub(super) fn finish(
 
 fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResult {
     let judgement = job.judgement;
-    let weight_sum: f64 = job.weights.iter().sum();
+    let weight_sum: f64 = job.site_weights().iter().sum();
     let dark = judgement.dark && !job.is_black() && weight_sum > 0.0;
     let samples = (job.map.indirect_samples.complete.max(1) * REPLICAS as u64) as f64;
     let error = MapError {
         random: judgement.halves_error,
         bias: judgement.bias,
+        discretisation: judgement.discretisation,
         estimated: judgement.stated_error(),
         degrees_of_freedom: judgement.degrees_of_freedom,
         dark_upper_bound_lx: dark
@@ -117,7 +120,7 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
         kind: job.kind,
         method: job.engine.name().to_owned(),
         chains: job.chains(),
-        values: job.map.values(),
+        values: job.values(),
         error,
         bound: job.bound,
         refusals: job.refusals,
@@ -131,7 +134,7 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
 }
 
 fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
-    let (scene, elements) = (context.scene, &context.stage.elements);
+    let (scene, elements) = (context.scene, &job.elements);
     let mut rows = Vec::new();
     for (id, surface) in scene.surfaces.iter().enumerate() {
         let cells = elements.cells_of_surface(scene, id as u32);
@@ -216,7 +219,7 @@ fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result
     }
     let emitted_lm = context.stage.emitters.luminous_flux_lm();
     let absorptance: Vec<f64> = (0..job.map.len() as u32)
-        .map(|cell| match context.stage.law(context.stage.elements.cell(cell).triangle) {
+        .map(|cell| match context.stage.law(job.elements.cell(cell).triangle) {
             // What panes absorb depends on the angle and is counted instead.
             Law::Glass(_) => 0.0,
             law => 1.0 - law.total(1.0),

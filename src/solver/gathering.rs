@@ -5,17 +5,20 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::adapt::Adaptive;
 use super::forward::{Forward, Recollection};
 use super::job::Context;
-use super::sweep::{origin_in_element, stream_index};
+use super::sweep::stream_index;
 use crate::estimators::direct::Receiver;
+use crate::estimators::element::Element;
 use crate::estimators::reception::one_plane;
 use crate::estimators::walk::gather_indirect_lx;
 use crate::geometry::Origin;
+use crate::maps::basis::{BENDS, Linear, SLOPES, bends_at};
 use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::{Cell, Quantity};
+use crate::scene::{Elements, Quantity};
 
 /// What gathering needs besides the map that it fills.
 pub struct Gatherer<'a> {
@@ -25,29 +28,50 @@ pub struct Gatherer<'a> {
     pub forward: &'a Forward,
     /// Elements or a receiver set.
     pub kind: MapKind,
+    /// The elements, where they are what gathers.
+    pub elements: &'a Elements,
     /// Share of the look-ups that are checked.
     pub checked_share: f64,
 }
 
 impl Gatherer<'_> {
-    /// Samples of a range of entries in every replica, added to the map; returns the rays traced.
-    pub fn gather(&self, map: &mut ReplicaMap, entries: Range<usize>, samples: Range<u64>) -> u64 {
+    /// Samples of a range of elements or points in every replica, added to the map; returns the rays traced.
+    ///
+    /// Elements that adapt take what they need beside their means with them.
+    pub fn gather(
+        &self,
+        map: &mut ReplicaMap,
+        mut adaptive: Option<&mut Adaptive>,
+        entries: Range<usize>,
+        samples: Range<u64>,
+    ) -> u64 {
         map.fix_indirect_levels(entries.clone());
         let parts: Vec<(usize, Range<usize>)> =
             parts_of(entries).flat_map(|part| [(0, part.clone()), (1, part)]).collect();
         let before: &ReplicaMap = map;
-        let gather =
-            |(parity, part): &(usize, Range<usize>)| self.gather_part(before, *parity, part.clone(), samples.clone());
-        let gathered: Vec<(Vec<HalfScores>, HalfChecks, u64, PartScores)> = parts.par_iter().map(gather).collect();
+        let gathered: Vec<(Vec<SiteScores>, HalfChecks, u64, PartScores)> = parts
+            .par_iter()
+            .map(|(parity, part)| self.gather_part(before, *parity, adaptive.as_deref(), part.clone(), samples.clone()))
+            .collect();
         let mut rays = 0;
+        let (sites, numbers) = (map.len(), map.entries() / map.len().max(1));
         for ((parity, part), (scores, checks, part_rays, single)) in parts.into_iter().zip(gathered) {
             let block = part.start / ENTRIES_PER_BLOCK;
-            for (entry, scores) in part.clone().zip(&scores) {
-                for (row, sum_lx) in scores.rows_lx.iter().enumerate() {
-                    map.indirect[2 * row + parity][entry] += sum_lx;
+            for (site, scores) in part.clone().zip(&scores) {
+                for (number, scores) in scores.numbers[..numbers].iter().enumerate() {
+                    let entry = number * sites + site;
+                    for (row, sum_lx) in scores.rows_lx.iter().enumerate() {
+                        map.indirect[2 * row + parity][entry] += sum_lx;
+                    }
+                    if let Some(crossing) = &mut map.crossing {
+                        crossing.add(parity, entry, scores);
+                    }
                 }
-                if let Some(crossing) = &mut map.crossing {
-                    crossing.add(parity, entry, scores);
+                if let Some(adaptive) = adaptive.as_deref_mut() {
+                    for (row, bends_lx) in scores.bends_lx.iter().enumerate() {
+                        let sums = &mut adaptive.detail.indirect[2 * row + parity][site];
+                        sums.iter_mut().zip(bends_lx).for_each(|(sum, lx)| *sum += lx);
+                    }
                 }
             }
             if let Some(crossing) = &mut map.crossing {
@@ -67,13 +91,11 @@ impl Gatherer<'_> {
         &self,
         before: &ReplicaMap,
         parity: usize,
+        adaptive: Option<&Adaptive>,
         entries: Range<usize>,
         samples: Range<u64>,
-    ) -> (Vec<HalfScores>, HalfChecks, u64, PartScores) {
-        let number = match self.kind {
-            MapKind::Elements => 0,
-            MapKind::Receivers(set) => set as u32 + 1,
-        };
+    ) -> (Vec<SiteScores>, HalfChecks, u64, PartScores) {
+        let number = adaptive.map_or(self.kind.number(), Adaptive::stream_number);
         let seed = self.context.seed;
         let mut streams: [Stream; HALF] =
             std::array::from_fn(|row| Stream::new(seed, Purpose::Gathering, number, (2 * row + parity) as u32));
@@ -82,22 +104,31 @@ impl Gatherer<'_> {
         let mut rays = 0;
         let mut single = PartScores::for_task(&before.scores[1]);
         let scores = entries.map(|entry| {
+            let mut found = SiteScores::default();
             memory.scores = HalfScores::default();
             let Some(site) = self.site(entry) else {
-                return memory.scores;
+                return found;
             };
+            let reference = adaptive.map(|adaptive| &adaptive.references_lx[entry][1]);
             for (row, stream) in streams.iter_mut().enumerate() {
                 memory.row = row;
                 let mut entry_scores = single.of_entry(self.weight(entry), before.levels[1].of(entry));
                 for number in samples.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
-                    let (lx, sample_rays) = self.sample(&site, &mut memory, &mut cut, stream);
+                    let (at, (lx, sample_rays)) = self.sample(&site, &mut memory, &mut cut, stream);
                     memory.scores.rows_lx[row] += lx;
                     entry_scores.add(lx);
                     rays += sample_rays;
+                    if let Some(reference) = reference {
+                        let scores = std::mem::take(&mut memory.scores);
+                        found.add(row, at, &scores, reference);
+                    }
                 }
             }
-            memory.scores
+            if reference.is_none() {
+                found.numbers[0] = memory.scores;
+            }
+            found
         });
         let scores = scores.collect();
         (scores, memory.checks, rays, single)
@@ -106,10 +137,7 @@ impl Gatherer<'_> {
     /// Area of an element side in m², or weight of a receiver.
     fn weight(&self, entry: usize) -> f64 {
         match self.kind {
-            MapKind::Elements => {
-                let elements = &self.context.stage.elements;
-                elements.area_m2(self.context.scene, elements.cell(entry as u32))
-            }
+            MapKind::Elements => self.elements.area_m2(self.context.scene, self.elements.cell(entry as u32)),
             MapKind::Receivers(set) => self.context.scene.receivers[set].points[entry].weight,
         }
     }
@@ -119,9 +147,7 @@ impl Gatherer<'_> {
         let stage = self.context.stage;
         match self.kind {
             MapKind::Elements => {
-                let cell = stage.elements.cell(entry as u32);
-                let corners = stage.elements.part_corners(cell.triangle, cell.part);
-                Some(Site::Element { cell, corners, normal: stage.normal(cell.triangle, cell.side) })
+                Some(Site::Element(Element::of(stage, self.context.scene, self.elements, entry as u32)))
             }
             MapKind::Receivers(set) => {
                 let receivers = &self.context.scene.receivers[set];
@@ -133,22 +159,31 @@ impl Gatherer<'_> {
         }
     }
 
-    /// One sample of the indirect illuminance at a site in lx, and the rays it took.
+    /// One sample of the indirect illuminance at a site in lx, and the rays it took; before them where in an element it
+    /// was taken.
     #[inline]
-    pub fn sample(&self, site: &Site, memory: &mut Recollection, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    pub fn sample(
+        &self,
+        site: &Site,
+        memory: &mut Recollection,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> ([f64; 2], (f64, u64)) {
         let stage = self.context.stage;
         match site {
-            Site::Element { cell, corners, normal } => {
-                let origin = origin_in_element(stage, cell, corners, stream);
-                let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal: *normal, origin: &origin };
-                gather_indirect_lx(stage, &receiver, memory, cut, stream)
+            Site::Element(element) => {
+                let at = element.draw(stream);
+                let origin = element.origin(stage, at);
+                let point_m = stage.tracer.position_m(&origin);
+                let receiver = Receiver { point_m, normal: element.normal, origin: &origin };
+                (at, gather_indirect_lx(stage, &receiver, memory, cut, stream))
             }
             Site::Point { point_m, normal, origin, quantity } => {
                 let receiver = Receiver { point_m: *point_m, normal: *normal, origin };
                 let (plane, weight) = one_plane(*quantity, &receiver, stream);
                 memory.weight = weight;
                 let (lx, rays) = gather_indirect_lx(stage, &plane, memory, cut, stream);
-                (weight * lx, rays)
+                ([0.0; 2], (weight * lx, rays))
             }
         }
     }
@@ -157,14 +192,7 @@ impl Gatherer<'_> {
 /// Where gathering rays start.
 pub enum Site {
     /// Anywhere in an element side.
-    Element {
-        /// The element.
-        cell: Cell,
-        /// Barycentric coordinates of its corners in its triangle.
-        corners: [[f64; 2]; 3],
-        /// Unit normal.
-        normal: DVec3,
-    },
+    Element(Element),
     /// At a receiver.
     Point {
         /// Place in m.
@@ -176,6 +204,34 @@ pub enum Site {
         /// What the receiver measures.
         quantity: Quantity,
     },
+}
+
+/// What the rays of one half found in one element or at one point.
+#[derive(Clone, Copy, Debug, Default)]
+struct SiteScores {
+    /// Of the mean, and of the slopes where the element adapts.
+    numbers: [HalfScores; 1 + SLOPES],
+    /// Of the polynomials, row by row, for what the element cannot show.
+    bends_lx: [[f32; BENDS]; HALF],
+}
+
+impl SiteScores {
+    /// Adds one sample of an element that adapts, taken at a point of it.
+    #[inline]
+    fn add(&mut self, row: usize, at: [f64; 2], scores: &HalfScores, reference: &Linear) {
+        let beyond_lx = scores.rows_lx[row] - reference.at(at);
+        let bends = bends_at(at);
+        for (sum, bend) in self.bends_lx[row].iter_mut().zip(bends) {
+            *sum += (beyond_lx * bend) as f32;
+        }
+        // The row is compared with its reference; columns and coarser patches tell of differences alone.
+        let differences = HalfScores { rows_lx: [0.0; HALF], ..*scores };
+        let factors = [1.0, bends[0], bends[1]];
+        for ((number, factor), known_lx) in self.numbers.iter_mut().zip(factors).zip(reference.0) {
+            number.add_times(&differences, factor);
+            number.rows_lx[row] += known_lx + beyond_lx * factor;
+        }
+    }
 }
 
 /// Cuts a range of entries into parts that lie in one block each.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::Method;
+use super::adapt::{Adaptive, Loss, first_elements};
 use super::forward::Forward;
 use super::gathering::Gatherer;
 use super::local::{Kernel, LocalPlan};
@@ -12,9 +13,10 @@ use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
 use crate::control::statistical_checks;
 use crate::maps::{
-    Crossing, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge,
+    CrossedVariances, Crossing, History, Judgement, Look, MapKind, MapValues, REPLICAS, ReplicaMap, StatisticalCheck,
+    Tally, Unit, judge,
 };
-use crate::scene::{Quantity, Scene};
+use crate::scene::{Elements, Quantity, Scene};
 
 /// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
 /// sharing it out over threads costs nothing.
@@ -41,6 +43,8 @@ pub struct Context<'a> {
     pub seed: u64,
     /// How maps are estimated.
     pub method: Method,
+    /// Error that elements adapt to, if they do.
+    pub adapt_to: Option<f64>,
 }
 
 /// How the packets of forward chains ended, counted.
@@ -127,9 +131,13 @@ pub struct Job {
     pub name: String,
     /// What it is about.
     pub kind: MapKind,
+    /// The elements of an element map; none for receivers.
+    pub elements: Elements,
+    /// What elements that adapt keep beside their sums.
+    pub adaptive: Option<Adaptive>,
     /// The sums.
     pub map: ReplicaMap,
-    /// Area or weight of every entry; 0 leaves it out of errors.
+    /// Area or weight of every entry of the map; 0 leaves it out of errors.
     pub weights: Vec<f64>,
     /// Whether the target binds it.
     pub bound: bool,
@@ -141,6 +149,8 @@ pub struct Job {
     pub next_judgement: u64,
     /// Rays traced for it.
     pub rays: u64,
+    /// Of these, rays whose samples were given up when the map started anew.
+    given_up_rays: u64,
     /// Seconds of computing spent on it, for forecasts in seconds only.
     pub seconds: f64,
     /// Ends of its packets (elements only), replica by replica.
@@ -159,10 +169,8 @@ pub struct Job {
     pub refused: bool,
     /// What estimates its indirect light.
     pub engine: Engine,
-    /// Variance in lx² of a replica of what it gathers, by chance of its rays and of its chains; weighted means over the entries.
-    pub row_variance: f64,
-    /// The same by chance of its chains.
-    pub column_variance: f64,
+    /// Variances of what it gathers, by the latest look.
+    pub variances: CrossedVariances,
     /// Gathering rays an entry that the plan gives it.
     pub planned_samples: u64,
     /// What a count is worth, kept while the map gathers.
@@ -172,6 +180,8 @@ pub struct Job {
     indirect: PartCost,
     share: DirectShare,
     checked_share: f64,
+    /// What adaptive elements cannot show, by the latest look.
+    loss: Loss,
     /// Rounds of local estimation, where vertices of chains score.
     local: Option<LocalPlan>,
     black: bool,
@@ -180,13 +190,21 @@ pub struct Job {
 impl Job {
     /// A job for the element map.
     pub fn elements(context: &Context, bound: bool) -> Job {
-        let elements = &context.stage.elements;
-        let area_m2: Vec<f64> =
-            (0..elements.len() as u32).map(|cell| elements.area_m2(context.scene, elements.cell(cell))).collect();
-        let unit =
-            Unit::Packets { luminous_flux_lm: context.stage.emitters.luminous_flux_lm(), area_m2: area_m2.clone() };
-        let map = ReplicaMap::new(elements.len(), unit);
-        Job::new(context, "elements".to_owned(), MapKind::Elements, 0, map, area_m2, bound)
+        let given = &context.stage.elements;
+        let (elements, adaptive) = match context.adapt_to.filter(|_| bound && !given.is_empty()) {
+            Some(target_error) => {
+                let mean_lx = [
+                    direct_cost(context, MapKind::Elements, given, None),
+                    indirect_cost(context, MapKind::Elements, given),
+                ];
+                let (elements, adaptive) = first_elements(context, target_error, mean_lx.map(|cost| cost.mean_lx));
+                (elements, Some(adaptive))
+            }
+            None => (given.clone(), None),
+        };
+        let (map, weights) = element_map(context, &elements, adaptive.as_ref());
+        let name = "elements".to_owned();
+        Job::new(context, name, MapKind::Elements, elements, adaptive, map, weights, bound)
     }
 
     /// A job for a receiver set.
@@ -194,20 +212,24 @@ impl Job {
         let receivers = &context.scene.receivers[set];
         let weights = receivers.points.iter().map(|point| if point.inside { 0.0 } else { point.weight }).collect();
         let map = ReplicaMap::new(receivers.points.len(), Unit::Lux);
-        Job::new(context, receivers.name.clone(), MapKind::Receivers(set), set as u32 + 1, map, weights, bound)
+        let (name, kind) = (receivers.name.clone(), MapKind::Receivers(set));
+        Job::new(context, name, kind, Elements::default(), None, map, weights, bound)
     }
 
+    #[allow(clippy::too_many_arguments)]
     fn new(
         context: &Context,
         name: String,
         kind: MapKind,
-        number: u32,
+        elements: Elements,
+        adaptive: Option<Adaptive>,
         map: ReplicaMap,
         weights: Vec<f64>,
         bound: bool,
     ) -> Job {
-        let entries = map.len();
-        let direct = direct_cost(context, kind, number);
+        // Where elements show slopes, these have chance of their own.
+        let numbers = weights.iter().sum::<f64>() / weights[..map.len()].iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let direct = direct_cost(context, kind, &elements, adaptive.as_ref());
         let engine = Engine::unbiased(kind, context.method);
         let local = match (kind, engine) {
             (MapKind::Receivers(set), Engine::Connecting(kernel)) if context.stage.reflects() => {
@@ -215,10 +237,17 @@ impl Job {
             }
             _ => None,
         };
-        let indirect = local.as_ref().map_or_else(|| indirect_cost(context, kind, number), |plan| plan.cost(&weights));
+        let indirect = match &local {
+            Some(plan) => plan.cost(&weights),
+            None => indirect_cost(context, kind, &elements),
+        };
+        let (direct, indirect) = (direct.times(numbers), indirect.times(numbers));
+        let entries = map.len();
         Job {
             name,
             kind,
+            elements,
+            adaptive,
             map,
             weights,
             bound,
@@ -226,6 +255,7 @@ impl Job {
             samples: 0,
             next_judgement: 0,
             rays: 0,
+            given_up_rays: 0,
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
@@ -236,14 +266,14 @@ impl Job {
             refused: false,
             engine,
             counting_unit: None,
-            row_variance: 0.0,
-            column_variance: 0.0,
+            variances: CrossedVariances::default(),
             planned_samples: 0,
             judged_samples: 0,
             direct,
             indirect,
             share: DirectShare::of(direct, indirect, entries),
             checked_share: 0.0,
+            loss: Loss::default(),
             local,
             black: !context.stage.reflects(),
         }
@@ -280,11 +310,15 @@ impl Job {
         if matches!(unit, Unit::Packets { .. }) {
             self.counting_unit = Some(unit);
         }
-        self.map.crossing = Some(Crossing::new(self.map.len()));
+        self.map.crossing = Some(Crossing::new(self.map.entries(), self.map.len()));
+        if let Some(adaptive) = &mut self.adaptive {
+            adaptive.detail.restart_indirect();
+        }
         self.map.forget_indirect_scores();
         self.history.clear();
         self.held_since = None;
         self.samples = 0;
+        self.given_up_rays = self.rays;
         self.engine = Engine::Gathering;
     }
 
@@ -293,6 +327,9 @@ impl Job {
         self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
         self.map.indirect_samples = Tally::default();
         self.map.crossing = None;
+        if let Some(adaptive) = &mut self.adaptive {
+            adaptive.detail.restart_indirect();
+        }
         self.map.forget_indirect_scores();
         self.history.clear();
         self.held_since = None;
@@ -302,6 +339,63 @@ impl Job {
         self.engine = Engine::unbiased(self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
         self.samples = 0;
+    }
+
+    /// Starts anew on finer elements, where those at hand cannot show what the target asks for by the latest look;
+    /// whether it did.
+    ///
+    /// What gathers is to be started by its plan then.
+    pub fn refine_elements(&mut self, context: &Context) -> bool {
+        let refined = self.adaptive.as_ref().and_then(|adaptive| {
+            adaptive.refined(context, &self.elements, &self.map, &self.loss, self.judgement.mean_lx)
+        });
+        let Some((elements, adaptive)) = refined else {
+            return false;
+        };
+        (self.map, self.weights) = element_map(context, &elements, Some(&adaptive));
+        self.history.clear();
+        self.held_since = None;
+        (self.elements, self.adaptive) = (elements, Some(adaptive));
+        let numbers = self.numbers_per_site();
+        self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).times(numbers);
+        self.indirect = indirect_cost(context, self.kind, &self.elements).times(numbers);
+        self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
+        self.counting_unit = None;
+        self.samples = 0;
+        self.given_up_rays = self.rays;
+        true
+    }
+
+    /// Numbers that an element of the map shows, in the mean over the area: its own and those of its slopes.
+    pub fn numbers_per_site(&self) -> f64 {
+        self.weights.iter().sum::<f64>() / self.site_weights().iter().sum::<f64>().max(f64::MIN_POSITIVE)
+    }
+
+    /// Area or weight of every element or point.
+    pub fn site_weights(&self) -> &[f64] {
+        &self.weights[..self.map.len()]
+    }
+
+    /// Share of the look-ups that are checked.
+    pub fn checked_share(&self) -> f64 {
+        self.checked_share
+    }
+
+    /// Rays of the samples that are in the map.
+    pub fn kept_rays(&self) -> u64 {
+        self.rays - self.given_up_rays
+    }
+
+    /// The finished values.
+    pub fn values(&self) -> MapValues {
+        let mut values = self.map.values();
+        if let Some(adaptive) = &self.adaptive {
+            let slopes = adaptive.sloped.iter().enumerate();
+            values.slopes_lx =
+                slopes.map(|(site, sloped)| if *sloped { self.map.slopes_lx(site) } else { [0.0; 2] }).collect();
+            values.discretisation_lx = self.loss.lost_lx2.iter().map(|lost_lx2| lost_lx2.max(0.0).sqrt()).collect();
+        }
+        values
     }
 
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
@@ -390,14 +484,17 @@ impl Job {
     /// `forward` is what gathering rays look up; there is none where nothing gathers.
     pub fn advance(&mut self, context: &Context, forward: Option<&Forward>, goal: u64) -> bool {
         let passes = self.passes_at(goal);
+        let elements = &self.elements;
         if self.map.direct_samples.complete < passes {
             let (entries, times) =
                 slice_of_sweep(self.map.direct_samples, passes, self.map.len(), self.share.rays_per_pass);
-            self.rays += match self.kind {
-                MapKind::Elements => sweep::direct_over_cells(context, &mut self.map, entries.clone(), times.clone()),
-                MapKind::Receivers(set) => {
-                    sweep::direct_at_points(context, set, &mut self.map, entries.clone(), times.clone())
+            let (map, part) = (&mut self.map, (entries.clone(), times.clone()));
+            self.rays += match (self.kind, &mut self.adaptive) {
+                (MapKind::Elements, Some(adaptive)) => {
+                    sweep::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
                 }
+                (MapKind::Elements, None) => sweep::direct_over_elements(context, elements, map, part.0, part.1),
+                (MapKind::Receivers(set), _) => sweep::direct_at_points(context, set, map, part.0, part.1),
             };
             self.map.direct_samples = after_sweep(entries, times, self.map.len());
         } else if !self.black {
@@ -411,8 +508,9 @@ impl Job {
         if let (Engine::Gathering, Some(forward)) = (self.engine, forward) {
             let rays = self.share.rays_per_indirect;
             let (entries, times) = slice_of_sweep(self.map.indirect_samples, goal, self.map.len(), rays);
-            let gatherer = Gatherer { context, forward, kind: self.kind, checked_share: self.checked_share };
-            self.rays += gatherer.gather(&mut self.map, entries.clone(), times.clone());
+            let (kind, elements, checked_share) = (self.kind, &self.elements, self.checked_share);
+            let gatherer = Gatherer { context, forward, kind, elements, checked_share };
+            self.rays += gatherer.gather(&mut self.map, self.adaptive.as_mut(), entries.clone(), times.clone());
             self.map.indirect_samples = after_sweep(entries, times, self.map.len());
             return;
         }
@@ -443,7 +541,8 @@ impl Job {
 
     fn chains_until(&mut self, context: &Context, until: u64, deposits: Deposits) {
         let chains = self.map.indirect_samples.complete..until;
-        for (replica, (rays, ends)) in sweep::chains(context, &mut self.map, chains, deposits).into_iter().enumerate() {
+        let traced = sweep::chains(context, &self.elements, &mut self.map, self.adaptive.as_mut(), chains, deposits);
+        for (replica, (rays, ends)) in traced.into_iter().enumerate() {
             self.rays += rays;
             self.ends[replica] += ends;
         }
@@ -463,8 +562,13 @@ impl Job {
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
         self.map.settle();
-        (self.row_variance, self.column_variance) = self.map.row_and_column_variance(&self.weights);
+        self.variances = self.map.crossed_variances(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
+        if let Some(adaptive) = &self.adaptive {
+            self.loss = adaptive.loss(context, &self.elements, &self.map);
+            let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
+            self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
+        }
         if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
@@ -477,7 +581,7 @@ impl Job {
             rays: self.rays,
             // Of what is gathered, more samples lower the chance of the rays alone.
             squared_error: match self.engine {
-                Engine::Gathering => self.row_variance / REPLICAS as f64,
+                Engine::Gathering => self.variances.rows / REPLICAS as f64,
                 _ => (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
             },
             degrees_of_freedom: self.judgement.degrees_of_freedom,
@@ -500,7 +604,7 @@ impl Job {
     fn flux_over_map(&self, context: &Context) -> f64 {
         match self.kind {
             MapKind::Elements => {
-                let area_m2: f64 = self.weights.iter().sum();
+                let area_m2: f64 = self.site_weights().iter().sum();
                 context.stage.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean_lx)
             }
             MapKind::Receivers(_) => 1.0,
@@ -528,6 +632,20 @@ impl Job {
     pub fn judged_samples(&self) -> u64 {
         self.judged_samples
     }
+}
+
+/// An empty map of elements, and its weights.
+fn element_map(context: &Context, elements: &Elements, adaptive: Option<&Adaptive>) -> (ReplicaMap, Vec<f64>) {
+    let area_m2: Vec<f64> =
+        (0..elements.len() as u32).map(|cell| elements.area_m2(context.scene, elements.cell(cell))).collect();
+    let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
+    let unit = Unit::Packets { luminous_flux_lm, area_m2: area_m2.clone() };
+    let Some(adaptive) = adaptive else {
+        return (ReplicaMap::new(elements.len(), unit), area_m2);
+    };
+    let of_slopes = area_m2.iter().zip(&adaptive.sloped).map(|(area_m2, sloped)| if *sloped { *area_m2 } else { 0.0 });
+    let of_slopes: Vec<f64> = of_slopes.collect();
+    (ReplicaMap::linear(elements.len(), unit), [area_m2, of_slopes.clone(), of_slopes].concat())
 }
 
 /// The part of a sweep that one slice does: entries, and how many times over.

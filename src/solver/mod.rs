@@ -1,5 +1,6 @@
 //! The batch loop: work in replicas over threads, merged in order, until a stop rule ends it.
 
+mod adapt;
 mod finish;
 mod forward;
 mod gathering;

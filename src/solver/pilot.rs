@@ -3,12 +3,15 @@
 //! Its samples enter no result. With variance v and cost c (in counted rays) a sample, two independent parts of a
 //! sum are best sampled in the ratio √(v₁c₂ / v₂c₁), and reach an error ε with (√(v₁c₁) + √(v₂c₂))²/ε² rays.
 
+use super::adapt::Adaptive;
 use super::job::Context;
 use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::element::Element;
 use crate::estimators::reception::{sample_direct_lx, sample_reflected_lx};
 use crate::maps::{MapKind, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
+use crate::scene::Elements;
 
 /// Points or elements that the pilot looks at, at most.
 const MOST_SITES: usize = 256;
@@ -35,6 +38,13 @@ pub struct PartCost {
     pub rays: f64,
     /// Weighted mean of the part in lx.
     pub mean_lx: f64,
+}
+
+impl PartCost {
+    /// The same of entries that show so many numbers each.
+    pub fn times(self, numbers: f64) -> PartCost {
+        PartCost { variance: self.variance * numbers, ..self }
+    }
 }
 
 /// How direct light shares in the work of a map.
@@ -69,20 +79,26 @@ pub fn rays_to_error(direct: PartCost, indirect: PartCost, entries: usize, error
     entries as f64 * (scale * scale / (error_lx * error_lx)).max(at_least_one_pass)
 }
 
-/// Measures a pass over the direct light of a map; `number` is the map's, for its streams.
-pub fn direct_cost(context: &Context, kind: MapKind, number: u32) -> PartCost {
+/// Measures a pass over the direct light of a map; elements that adapt are looked at point by point.
+pub fn direct_cost(context: &Context, kind: MapKind, elements: &Elements, adaptive: Option<&Adaptive>) -> PartCost {
     let (stage, scene) = (context.stage, context.scene);
     let mut room = DirectPass::default();
-    let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 0);
+    let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 0);
     let mut sites = Sites::default();
     match kind {
         MapKind::Elements => {
-            let cells = stage.elements.len();
-            for index in (0..cells).step_by(cells.div_ceil(MOST_SITES).max(1)) {
+            for index in (0..elements.len()).step_by(elements.len().div_ceil(MOST_SITES).max(1)) {
                 stream.seek(index as u64);
-                let cell = stage.elements.cell(index as u32);
-                let area_m2 = stage.elements.area_m2(scene, cell);
-                sites.add(area_m2, PASSES, || room.over_cell(stage, scene, cell, &mut stream));
+                let element = Element::of(stage, scene, elements, index as u32);
+                match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
+                    Some(reference) => sites.add(element.area_m2, PASSES, || {
+                        // The mean, which the reference knows, and the chance of what goes beyond it there.
+                        let seen = element.look_twice(stage, &mut room, &mut stream);
+                        let lx = 0.5 * (seen.looks_lx[0] + seen.looks_lx[1]);
+                        (reference.0[0] + lx - reference.at(seen.at), seen.rays)
+                    }),
+                    None => sites.add(element.area_m2, PASSES, || room.over_element(stage, &element, &mut stream)),
+                }
             }
         }
         MapKind::Receivers(set) => {
@@ -96,14 +112,14 @@ pub fn direct_cost(context: &Context, kind: MapKind, number: u32) -> PartCost {
 }
 
 /// Measures a sample of the indirect light of a map by chains (elements) or walks (receivers).
-pub fn indirect_cost(context: &Context, kind: MapKind, number: u32) -> PartCost {
+pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> PartCost {
     let (stage, scene) = (context.stage, context.scene);
     if !stage.reflects() {
         return PartCost::default();
     }
-    let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 1);
+    let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 1);
     match kind {
-        MapKind::Elements => chain_cost(context, &mut stream),
+        MapKind::Elements => chain_cost(context, elements, &mut stream),
         MapKind::Receivers(set) => {
             let quantity = scene.receivers[set].quantity;
             let mut cut = Cut::default();
@@ -128,11 +144,11 @@ fn over_receivers(context: &Context, set: usize, stream: &mut Stream, mut at: im
 }
 
 /// One chain scores Φ/A in every element that it meets: Σ A·var E is Φ² times its mean of Σ 1/A.
-fn chain_cost(context: &Context, stream: &mut Stream) -> PartCost {
+fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> PartCost {
     let (stage, scene) = (context.stage, context.scene);
-    let area_of = |cell: u32| stage.elements.area_m2(scene, stage.elements.cell(cell));
+    let area_of = |cell: u32| elements.area_m2(scene, elements.cell(cell));
     let flux_squared = stage.emitters.luminous_flux_lm().powi(2);
-    let cells = stage.elements.len();
+    let cells = elements.len();
     let area_m2: f64 = (0..cells as u32).map(area_of).sum();
     let (mut variance, mut sum_lm) = (0.0, 0.0);
     let mut rays = 0;
@@ -142,7 +158,7 @@ fn chain_cost(context: &Context, stream: &mut Stream) -> PartCost {
         let (_, chain_rays) = stage.trace_chain(choice, stream, |arrival| {
             let hit = &arrival.hit;
             if arrival.bounces > 0
-                && let Some(cell) = stage.elements.cell_at(hit.triangle, hit.barycentric, hit.side)
+                && let Some(cell) = elements.cell_at(hit.triangle, hit.barycentric, hit.side)
             {
                 variance += flux_squared / area_of(cell) / area_m2;
                 sum_lm += stage.emitters.luminous_flux_lm();

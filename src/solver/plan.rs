@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use super::forward::{Forward, Recollection};
 use super::gathering::Gatherer;
 use super::job::{Context, Job};
-use crate::maps::{HALF, HalfChecks, HalfScores, MapKind, REPLICAS};
+use super::sweep::stream_index;
+use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
@@ -89,14 +90,8 @@ pub fn pilot_chains(context: &Context) -> Forward {
 
 /// Edge in m of so many patches of the scene.
 pub fn patch_edge_m(context: &Context, patches: f64) -> f64 {
-    let area_m2: f64 = (0..context.scene.triangles.len() as u32)
-        .map(|triangle| {
-            let sides = if context.scene.surface_of(triangle).two_sided { 2.0 } else { 1.0 };
-            sides * context.scene.triangle_area_m2(triangle)
-        })
-        .sum();
     // The parts of a right-angled isosceles triangle have half the square of their short edges.
-    (2.0 * area_m2 / patches).sqrt()
+    (2.0 * context.scene.area_m2() / patches).sqrt()
 }
 
 /// Patches that a target error asks for: the look-up's bias falls as their area.
@@ -106,15 +101,12 @@ pub fn patches_for(error: f64) -> f64 {
 
 /// Measures a map's variances and costs with the pilot's chains.
 pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCosts {
-    let gatherer = Gatherer { context, forward, kind: job.kind, checked_share: CHECKED_SHARE };
-    let entries: Vec<usize> = (0..job.weights.len()).filter(|entry| job.weights[*entry] > 0.0).collect();
+    let gatherer = Gatherer { context, forward, elements: &job.elements, kind: job.kind, checked_share: CHECKED_SHARE };
+    let entries: Vec<usize> = (0..job.map.len()).filter(|entry| job.weights[*entry] > 0.0).collect();
     let stride = entries.len().div_ceil(MOST_SITES).max(1);
     let sites: Vec<usize> = entries.iter().step_by(stride).copied().collect();
     let pairs = LEAST_RAYS.div_ceil(sites.len().max(1)).max(1);
-    let number = match job.kind {
-        MapKind::Elements => 0,
-        MapKind::Receivers(set) => set as u32 + 1,
-    };
+    let number = job.kind.number();
     let halves: Vec<Vec<SiteSample>> = (0..2)
         .into_par_iter()
         .map(|parity| {
@@ -140,7 +132,7 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
     let mean_lx = mean(&|site| site.mean_lx);
     GatherCosts {
         // Chance can make the rays' own part vanish; a tenth is always left.
-        ray_variance: (ray_variance - noise).max(0.1 * ray_variance),
+        ray_variance: (ray_variance - noise).max(0.1 * ray_variance) * job.numbers_per_site(),
         deposit_variance: noise * forward.deposits_per_chain() * (CHAINS as usize * HALF) as f64
             / forward.patch_count() as f64,
         check_variance: mean(&|site| site.check_squared),
@@ -185,9 +177,9 @@ fn sample_site(
     memory.check_count = [0; 2];
     for pair in 0..pairs as u64 {
         let both = [0, 1].map(|second| {
-            stream.seek(((entry as u64) << 32) | (2 * pair + second));
+            stream.seek(stream_index(entry, 2 * pair + second));
             memory.checks = HalfChecks::default();
-            let (lx, rays) = gatherer.sample(&site, memory, cut, stream);
+            let (lx, rays) = gatherer.sample(&site, memory, cut, stream).1;
             found.rays += rays as f64;
             // A check is drawn with the share p and counts 1/p: its mean square is p times what a sum shows.
             found.check_squared += memory.checks.rows_lx[0].powi(2) * CHECKED_SHARE / count;

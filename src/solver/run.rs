@@ -6,7 +6,7 @@ use super::finish::finish;
 use super::job::{Context, Engine, Job, RAYS_PER_SLICE};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
-use super::{ConvergenceRow, MapSelection, Method, Settings, Solution, StopReason};
+use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::Stage;
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::{MapKind, REPLICAS};
@@ -60,10 +60,11 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
-    let context = Context { scene, stage: &stage, seed: settings.seed, method: settings.method };
     let target_error = settings
         .target_error
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
+    let adapt_to = (settings.elements == ElementChoice::Adaptive).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
+    let context = Context { scene, stage: &stage, seed: settings.seed, method: settings.method, adapt_to };
     let mut run = Run {
         context: &context,
         settings,
@@ -156,6 +157,22 @@ impl Run<'_> {
         if until == stages.goal_chains {
             stages.forward.settle(self.context);
         }
+        true
+    }
+
+    /// Finer elements, where these cannot show what the target asks for; the map starts anew then.
+    fn refine_elements(&mut self, index: usize) -> bool {
+        let job = &mut self.jobs[index];
+        if self.settings.chains.is_some() || job.met || !job.refine_elements(self.context) {
+            return false;
+        }
+        if job.engine == Engine::Gathering
+            && let Some(stages) = &mut self.stages
+        {
+            stages.restart(self.context, &mut self.jobs, index);
+        }
+        let job = &mut self.jobs[index];
+        job.next_judgement = job.first_samples();
         true
     }
 
@@ -259,6 +276,9 @@ impl Run<'_> {
         if job.bound {
             let row = self.convergence_row();
             self.convergence.extend(row);
+        }
+        if self.refine_elements(index) {
+            return;
         }
         self.extend_forward(index);
     }

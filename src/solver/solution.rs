@@ -2,6 +2,7 @@
 
 use super::glare::GlareRating;
 use crate::maps::MapResult;
+use crate::scene::Elements;
 
 /// How maps are estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,11 +20,24 @@ pub enum Method {
     LocalNaive,
 }
 
+/// Which elements the element map has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ElementChoice {
+    /// Those of the scene: its triangles, or the parts that `max_element_edge` cuts them into. Their truth is their means.
+    #[default]
+    Given,
+    /// These cut further and sloped as far as the target asks, where the target binds the element map: its truth is the
+    /// illuminance at every point.
+    Adaptive,
+}
+
 /// What a run is asked to do.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     /// How maps are estimated.
     pub method: Method,
+    /// Which elements the element map has.
+    pub elements: ElementChoice,
     /// Seed of all random streams.
     pub seed: u64,
     /// Target of the stated error as a fraction, if one is set.
@@ -143,6 +157,8 @@ pub struct Solution {
     pub replicas: usize,
     /// One entry a computed map: elements first, then receivers in file order.
     pub maps: Vec<MapResult>,
+    /// The elements of the element map: those of the scene, or those that adapted to the light.
+    pub elements: Elements,
     /// Glare ratings of observers, in the order of their maps.
     pub glare: Vec<GlareRating>,
     /// Worst stated error of the bound maps.

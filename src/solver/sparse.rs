@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 
 use super::job::{Context, Job};
-use super::sweep::origin_in_element;
 use crate::estimators::direct::Receiver;
+use crate::estimators::element::Element;
 use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::{MapKind, REPLICAS, Unit};
 use crate::sampling::emitter_tree::Cut;
@@ -32,7 +32,9 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     };
     // Chains find every path; walks must not replace them where they miss some.
     let misses_paths = !context.stage.paths_not_found.is_empty();
-    if job.kind != MapKind::Elements || job.map.indirect_samples.complete == 0 || misses_paths {
+    // Elements that adapt are as large as the target allows, and their slopes must not be parted from their means.
+    if job.kind != MapKind::Elements || job.adaptive.is_some() || job.map.indirect_samples.complete == 0 || misses_paths
+    {
         return 0;
     }
     let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());
@@ -94,10 +96,9 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
 fn walk_from_cell(context: &Context, cell: u32, walk: u64, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
     let stage = context.stage;
     stream.seek((u64::from(cell) << 32) | walk);
-    let cell = stage.elements.cell(cell);
-    let corners = stage.elements.part_corners(cell.triangle, cell.part);
-    let origin = origin_in_element(stage, &cell, &corners, stream);
-    let normal = stage.normal(cell.triangle, cell.side);
-    let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
+    let element = Element::of(stage, context.scene, &stage.elements, cell);
+    let at = element.draw(stream);
+    let origin = element.origin(stage, at);
+    let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal: element.normal, origin: &origin };
     sample_indirect_lx(stage, &receiver, cut, stream)
 }

@@ -17,6 +17,8 @@ const GROWTH: f64 = 4.0;
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
 const MOST_REFINEMENTS: u32 = 2;
+/// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
+const LEAVING: f64 = 2.0;
 /// Chains of a replica in the first of such stages.
 const FIRST_CHAINS: f64 = 1024.0;
 
@@ -109,6 +111,16 @@ impl Stages {
         }
     }
 
+    /// Starts a map anew whose elements were cut; its share of the plan stays what the chains are right for.
+    pub fn restart(&mut self, context: &Context, jobs: &mut [Job], index: usize) {
+        let job = &mut jobs[index];
+        if let Some(costs) = &mut self.costs[index] {
+            costs.entries = job.map.len() as f64;
+            let samples = job.planned_samples as f64;
+            job.start_gathering(context, costs, samples, job.checked_share());
+        }
+    }
+
     /// Decides after a look how a map that gathers goes on to its target: with more rays, or with more chains and its
     /// rays anew.
     ///
@@ -124,14 +136,15 @@ impl Stages {
         let job = &mut jobs[index];
         let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
         let state = GatherState {
-            rows: job.row_variance / mean_squared,
-            columns: job.column_variance / mean_squared,
-            gather_rays: job.rays as f64,
+            rows: job.variances.rows / mean_squared,
+            columns: job.variances.columns / mean_squared,
+            cross: job.variances.cross / mean_squared,
+            gather_rays: job.kept_rays() as f64,
             chain_rays: self.forward.rays as f64,
         };
         let need = gather_need(target, &job.judgement, &state);
         let error_lx = target * job.judgement.mean_lx / margin(job.judgement.degrees_of_freedom);
-        if may_leave && need.rays > job.rays_without_gathering(error_lx) {
+        if may_leave && need.rays > LEAVING * job.rays_without_gathering(error_lx) {
             job.stop_gathering();
             self.costs[index] = None;
             return;
@@ -141,7 +154,7 @@ impl Stages {
             return;
         }
         self.goal_chains = (self.forward.chains as f64 * need.chains).ceil() as u64;
-        let planned = ((job.samples as f64 * need.samples).ceil() as u64).max(1);
+        let planned = job.planned_samples;
         for (number, (job, costs)) in jobs.iter_mut().zip(&self.costs).enumerate() {
             if let Some(costs) = costs
                 && !job.met

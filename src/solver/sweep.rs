@@ -7,16 +7,16 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::adapt::{Adaptive, add_direct};
 use super::job::{Context, Ends};
-use crate::chain::Stage;
 use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
-use crate::geometry::Origin;
+use crate::maps::basis::{SLOPES, bends_at};
 use crate::maps::{PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::warp::uniform_triangle;
-use crate::scene::Cell;
+use crate::scene::Elements;
 
 /// Points of a receiver set that a thread takes at a time.
 const POINTS_PER_CHUNK: usize = 64;
@@ -39,33 +39,36 @@ pub(super) fn stream_index(entry: usize, sample: u64) -> u64 {
 }
 
 /// Passes over the direct light of a range of element sides; returns the rays traced.
-pub fn direct_over_cells(context: &Context, map: &mut ReplicaMap, cells: Range<usize>, passes: Range<u64>) -> u64 {
-    map.fix_direct_levels(cells.clone());
+pub fn direct_over_elements(
+    context: &Context,
+    elements: &Elements,
+    map: &mut ReplicaMap,
+    range: Range<usize>,
+    passes: Range<u64>,
+) -> u64 {
+    map.fix_direct_levels(range.clone());
     let (whole, levels) = (&map.scores[0], &map.levels[0]);
-    let done: Vec<(u64, PartScores)> = map
-        .direct
-        .par_iter_mut()
-        .enumerate()
-        .map(|(replica, direct)| {
-            let mut rays = 0;
-            let mut scores = PartScores::for_task(whole);
-            let mut room = DirectPass::default();
-            let mut stream = Stream::new(context.seed, Purpose::Direct, ELEMENTS, replica as u32);
-            for index in cells.clone() {
-                let cell = context.stage.elements.cell(index as u32);
-                let area_m2 = context.stage.elements.area_m2(context.scene, cell);
-                let mut entry = scores.of_entry(area_m2, levels.of(index));
-                for pass in passes.clone() {
-                    stream.seek_quasi(stream_index(index, pass), index as u64, pass);
-                    let (lx, pass_rays) = room.over_cell(context.stage, context.scene, cell, &mut stream);
-                    direct[index] += lx;
-                    entry.add(lx);
-                    rays += pass_rays;
-                }
+    let replicas = map.direct.par_iter_mut().enumerate();
+    let done = replicas.map(|(replica, direct)| {
+        let mut rays = 0;
+        let mut scores = PartScores::for_task(whole);
+        let mut room = DirectPass::default();
+        let mut stream = Stream::new(context.seed, Purpose::Direct, ELEMENTS, replica as u32);
+        for index in range.clone() {
+            let element = Element::of(context.stage, context.scene, elements, index as u32);
+            let area_m2 = elements.area_m2(context.scene, elements.cell(index as u32));
+            let mut entry = scores.of_entry(area_m2, levels.of(index));
+            for pass in passes.clone() {
+                stream.seek_quasi(stream_index(index, pass), index as u64, pass);
+                let (lx, pass_rays) = room.over_element(context.stage, &element, &mut stream);
+                direct[index] += lx;
+                entry.add(lx);
+                rays += pass_rays;
             }
-            (rays, scores)
-        })
-        .collect();
+        }
+        (rays, scores)
+    });
+    let done = done.collect();
     merged(&mut map.scores[0], done)
 }
 
@@ -79,28 +82,78 @@ pub(super) fn merged(whole: &mut PartScores, tasks: Vec<(u64, PartScores)>) -> u
     rays
 }
 
+/// The same for elements that adapt: from single points of them, so that slopes and what these leave out are seen too.
+pub fn direct_in_elements(
+    context: &Context,
+    elements: &Elements,
+    map: &mut ReplicaMap,
+    adaptive: &mut Adaptive,
+    range: Range<usize>,
+    passes: Range<u64>,
+) -> u64 {
+    let sites = map.len();
+    let number = adaptive.stream_number();
+    let (detail, references_lx) = (&mut adaptive.detail, &adaptive.references_lx);
+    let replicas = map.direct.par_iter_mut().zip(detail.direct.par_iter_mut()).enumerate();
+    let rays = replicas.map(|(replica, (direct, detail))| {
+        let mut rays = 0;
+        let mut room = DirectPass::default();
+        let mut stream = Stream::new(context.seed, Purpose::Direct, number, replica as u32);
+        for index in range.clone() {
+            let element = Element::of(context.stage, context.scene, elements, index as u32);
+            for pass in passes.clone() {
+                stream.seek_quasi(stream_index(index, pass), index as u64, pass);
+                let seen = element.look_twice(context.stage, &mut room, &mut stream);
+                let scores_lx = add_direct(&mut detail[index], &seen, &references_lx[index][0]);
+                for (number, lx) in scores_lx.into_iter().enumerate() {
+                    direct[number * sites + index] += lx;
+                }
+                rays += seen.rays;
+            }
+        }
+        rays
+    });
+    rays.collect::<Vec<u64>>().iter().sum()
+}
+
 /// Chains of every replica; returns rays and ends, replica by replica.
-pub fn chains(context: &Context, map: &mut ReplicaMap, chains: Range<u64>, deposits: Deposits) -> Vec<(u64, Ends)> {
+pub fn chains(
+    context: &Context,
+    elements: &Elements,
+    map: &mut ReplicaMap,
+    adaptive: Option<&mut Adaptive>,
+    chains: Range<u64>,
+    deposits: Deposits,
+) -> Vec<(u64, Ends)> {
     let stage = context.stage;
+    let sites = map.len();
+    let number = adaptive.as_deref().map_or(ELEMENTS, Adaptive::stream_number);
+    let mut nothing = vec![Vec::new(); if adaptive.is_some() { 0 } else { REPLICAS }];
+    let bends = adaptive.map_or(&mut nothing, |adaptive| &mut adaptive.detail.indirect);
     let Unit::Packets { luminous_flux_lm, area_m2 } = &map.indirect_unit_lx else {
         return Vec::new();
     };
-    let replicas = map.direct.par_iter_mut().zip(map.indirect.par_iter_mut()).enumerate();
-    let traced = replicas.map(|(replica, (direct, indirect))| {
+    let replicas = map.direct.par_iter_mut().zip(map.indirect.par_iter_mut()).zip(bends.par_iter_mut()).enumerate();
+    let traced = replicas.map(|(replica, ((direct, indirect), bends))| {
         let mut rays = 0;
         let mut ends = Ends::default();
-        let mut stream = Stream::new(context.seed, Purpose::Chains, ELEMENTS, replica as u32);
+        let mut stream = Stream::new(context.seed, Purpose::Chains, number, replica as u32);
         let shift = emission_shift(&mut stream);
         for chain in chains.clone() {
             stream.seek(chain);
             let choice = spread_choice(chain, shift);
             let (end, chain_rays) = stage.trace_chain(choice, &mut stream, |arrival| {
                 let hit = &arrival.hit;
-                let Some(cell) = stage.elements.cell_at(hit.triangle, hit.barycentric, hit.side) else {
+                let Some((cell, at)) = elements.place_at(hit.triangle, hit.barycentric, hit.side) else {
                     return;
                 };
                 if arrival.bounces > 0 {
                     indirect[cell as usize] += 1.0;
+                    if let Some(bends) = bends.get_mut(cell as usize) {
+                        let scores = bends_at(at);
+                        bends.iter_mut().zip(scores).for_each(|(sum, score)| *sum += score as f32);
+                        (0..SLOPES).for_each(|k| indirect[(1 + k) * sites + cell as usize] += scores[k]);
+                    }
                 } else if deposits == Deposits::DirectToo {
                     direct[cell as usize] += luminous_flux_lm / area_m2[cell as usize];
                 }
@@ -185,15 +238,6 @@ pub fn walks_from_points(
     })
 }
 
-/// Where a ray leaves an element side whose corners have these barycentric coordinates: a random point of it.
-#[inline]
-pub(super) fn origin_in_element(stage: &Stage, cell: &Cell, corners: &[[f64; 2]; 3], stream: &mut Stream) -> Origin {
-    let [u, v] = uniform_triangle(stream.pair());
-    let inner =
-        [0, 1].map(|k| corners[0][k] + u * (corners[1][k] - corners[0][k]) + v * (corners[2][k] - corners[0][k]));
-    stage.tracer.surface_origin(cell.triangle, inner, cell.side)
-}
-
 fn over_points(
     context: &Context,
     set: usize,
@@ -266,6 +310,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::chain::Stage;
     use crate::scene::scene_from_json;
     use crate::solver::Method;
 
@@ -294,11 +339,11 @@ mod tests {
                             { "name": "b", "type": "point", "position": [0.4,0.6,0.5], "luminous_flux_lm": 50 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
-        let context = Context { scene: &scene, stage: &stage, seed: 3, method: Method::Collision };
+        let context = Context { scene: &scene, stage: &stage, seed: 3, method: Method::Collision, adapt_to: None };
         let counts = |first: u64| -> Vec<f64> {
             let unit = Unit::Packets { luminous_flux_lm: 150.0, area_m2: vec![0.5; 12] };
             let mut map = ReplicaMap::new(12, unit);
-            chains(&context, &mut map, first..first + 4000, Deposits::DirectToo);
+            chains(&context, &stage.elements, &mut map, None, first..first + 4000, Deposits::DirectToo);
             map.indirect.iter().map(|slab| slab.iter().sum::<f64>() / 4000.0).collect()
         };
         let runs = [0, (1u64 << 32) - 2000, 1 << 40].map(counts);

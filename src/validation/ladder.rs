@@ -5,7 +5,7 @@ use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::Silent;
 use super::methods::{Climb, Method};
-use crate::solver::{MapSelection, Settings};
+use crate::solver::{ElementChoice, MapSelection, Settings};
 
 /// Chains a map on the lowest rung.
 const FIRST_CHAINS: u64 = 1024;
@@ -132,6 +132,7 @@ pub fn climb(
     'comparisons: for comparison in run.comparisons.iter().filter(|comparison| comparison.what != What::Average) {
         let settings = |chains: u64, target_error: f64, seed: u64| Settings {
             method: crate::solver::Method::Collision,
+            elements: ElementChoice::Given,
             seed,
             target_error: (method.climbs == Climb::Targets).then_some(target_error),
             chains: (method.climbs == Climb::Chains).then_some(chains),

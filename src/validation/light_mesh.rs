@@ -9,7 +9,7 @@ use crate::light_mesh::{
     TracedMap, Why, Wishes, check,
 };
 use crate::maps::{MapKind, MapResult};
-use crate::scene::Scene;
+use crate::scene::{Elements, Scene};
 use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
@@ -156,6 +156,7 @@ pub fn solve_by_light_mesh(
         _ => StopReason::FinestMesh,
     };
     Ok(Solution {
+        elements: Elements::of(scene),
         method: "light-mesh".to_owned(),
         seed: settings.seed,
         target_error,

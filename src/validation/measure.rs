@@ -7,7 +7,7 @@ use super::statistics::EntrySet;
 use super::truth_enclosure::mesh_area_m2;
 use crate::maps::{MapKind, MapResult, REPLICAS, TableRow, standard_error};
 use crate::scene::{Elements, Scene};
-use crate::solver::{MapSelection, Observer, Progress, Settings, Solution, StopReason};
+use crate::solver::{ElementChoice, MapSelection, Observer, Progress, Settings, Solution, StopReason};
 
 /// What a run cost and how it ended.
 #[derive(Clone, Debug)]
@@ -65,6 +65,7 @@ pub fn settings_of(run: &Run) -> Settings {
     names.dedup();
     Settings {
         method: crate::solver::Method::Collision,
+        elements: ElementChoice::Given,
         seed: run.seed,
         target_error: run.target_error,
         chains: run.chains,

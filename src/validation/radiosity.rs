@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::maps::{MapKind, MapResult};
 use crate::radiosity::{NotARoom, Radiosity};
-use crate::scene::Scene;
+use crate::scene::{Elements, Scene};
 use crate::solver::{ConvergenceRow, MapCheck, Observer, Progress, Settings, Solution, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
@@ -74,6 +74,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         MapResult { bound: *bound, target_met, ..map }
     });
     Ok(Solution {
+        elements: Elements::of(scene),
         paths_not_found: Vec::new(),
         method: "radiosity".to_owned(),
         seed: settings.seed,

@@ -6,7 +6,7 @@ use crate::chain::Stage;
 use crate::light_mesh::tracing::Entries;
 use crate::light_mesh::{Accelerations, IndirectForm, Placing, Planner, Samples, Solids, Surroundings, Wishes};
 use crate::maps::MapResult;
-use crate::scene::Scene;
+use crate::scene::{Elements, Scene};
 use crate::solver::{Observer, Settings, Solution, StopReason, map_requests};
 
 use super::light_mesh::check_requests;
@@ -63,6 +63,7 @@ pub fn solve_by_points(
         maps.push(MapResult { bound, ..traced.map });
     }
     Ok(Solution {
+        elements: Elements::of(scene),
         method: format!("points-{count}"),
         seed: settings.seed,
         target_error: settings.target_error,

@@ -1,7 +1,7 @@
 //! Runs of one map with many seeds, and what they sum up to.
 
 use super::{NOMINAL, coverage_allowance, fewest_met, most_cost, student_within};
-use crate::solver::{MapSelection, Method, Settings, Solution, solve};
+use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 use crate::validation::case::{Case, Comparison, Light, Run, What};
 use crate::validation::error::CaseError;
 use crate::validation::exact_side::ExactSide;
@@ -134,6 +134,7 @@ fn solve_all(run: &Run, comparison: &Comparison, method: Method, settings: &Camp
             seed,
             target_error: Some(settings.target_error),
             maps: MapSelection::Named(vec![comparison.map.clone()]),
+            elements: ElementChoice::Given,
             ..Settings::default()
         };
         solve(&run.scene, &settings, &Silent::starting_now())

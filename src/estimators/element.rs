@@ -1,0 +1,80 @@
+//! An element side as rays see it: where they start, and how its light varies from point to point.
+
+use glam::DVec3;
+
+use super::direct::{DirectPass, Receiver};
+use crate::chain::Stage;
+use crate::geometry::Origin;
+use crate::sampling::random::Stream;
+use crate::sampling::warp::uniform_triangle;
+use crate::scene::{Cell, Elements, Scene};
+
+/// An element side with all that its samples need.
+#[derive(Clone, Copy, Debug)]
+pub struct Element {
+    /// What it is.
+    pub cell: Cell,
+    /// Its corners in m, turned like its triangle's front.
+    pub corners_m: [DVec3; 3],
+    /// Barycentric coordinates of its corners in its triangle.
+    corners: [[f64; 2]; 3],
+    /// Unit normal of the side.
+    pub normal: DVec3,
+    /// Area in m².
+    pub area_m2: f64,
+}
+
+/// Direct light at a random point of an element, looked at twice.
+#[derive(Clone, Copy, Debug)]
+pub struct TwoLooks {
+    /// The point: the weights of the element's second and third corner.
+    pub at: [f64; 2],
+    /// Two samples of the direct illuminance there in lx, independent but for the point.
+    pub looks_lx: [f64; 2],
+    /// Rays they took.
+    pub rays: u64,
+}
+
+impl Element {
+    /// The element side of a number.
+    pub fn of(stage: &Stage, scene: &Scene, elements: &Elements, index: u32) -> Element {
+        let cell = elements.cell(index);
+        Element {
+            cell,
+            corners_m: elements.corners_m(scene, cell),
+            corners: elements.corners(&cell),
+            normal: stage.normal(cell.triangle, cell.side),
+            area_m2: elements.area_m2(scene, cell),
+        }
+    }
+
+    /// A random point: the weights of the second and third corner.
+    #[inline]
+    pub fn draw(&self, stream: &mut Stream) -> [f64; 2] {
+        uniform_triangle(stream.pair())
+    }
+
+    /// Where a ray leaves the element.
+    #[inline]
+    pub fn origin(&self, stage: &Stage, [u, v]: [f64; 2]) -> Origin {
+        let [a, b, c] = self.corners;
+        let inner = [0, 1].map(|k| a[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]));
+        stage.tracer.surface_origin(self.cell.triangle, inner, self.cell.side)
+    }
+
+    /// The point in m.
+    #[inline]
+    pub fn point_m(&self, [u, v]: [f64; 2]) -> DVec3 {
+        let [a, b, c] = self.corners_m;
+        a + u * (b - a) + v * (c - a)
+    }
+
+    /// Two samples of the direct light at a random point.
+    pub fn look_twice(&self, stage: &Stage, pass: &mut DirectPass, stream: &mut Stream) -> TwoLooks {
+        let at = self.draw(stream);
+        let origin = self.origin(stage, at);
+        let receiver = Receiver { point_m: self.point_m(at), normal: self.normal, origin: &origin };
+        let (looks_lx, rays) = pass.twice(stage, &receiver, stream);
+        TwoLooks { at, looks_lx, rays }
+    }
+}

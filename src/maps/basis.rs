@@ -1,0 +1,100 @@
+//! Polynomials on a triangle that are orthonormal over its area: what an element map shows, and what it leaves out.
+//!
+//! With coefficients c_k of these, the mean square of a function over the triangle is Σ c_k² (Parseval); c₀ is its mean.
+//! Source: Koornwinder, "Two-variable analogues of the classical orthogonal polynomials", 1975.
+
+/// Linear polynomials beside the constant.
+pub const SLOPES: usize = 2;
+/// Linear and quadratic ones.
+pub const BENDS: usize = 5;
+
+/// The two linear polynomials at `(a, b)`, the weights of the second and third corner.
+#[inline]
+pub fn slopes_at([a, b]: [f64; 2]) -> [f64; SLOPES] {
+    [std::f64::consts::SQRT_2 * (3.0 * a - 1.0), 6f64.sqrt() * (2.0 * b + a - 1.0)]
+}
+
+/// The two linear and the three quadratic polynomials there.
+#[inline]
+pub fn bends_at([a, b]: [f64; 2]) -> [f64; BENDS] {
+    let [first, second] = slopes_at([a, b]);
+    let across = 2.0 * b + a - 1.0;
+    [
+        first,
+        second,
+        3f64.sqrt() * (10.0 * a * a - 8.0 * a + 1.0),
+        3.0 * (5.0 * a - 1.0) * across,
+        15f64.sqrt() * 0.5 * (3.0 * across * across - (1.0 - a) * (1.0 - a)),
+    ]
+}
+
+/// A linear function on a triangle by its coefficients: its mean and those of the two linear polynomials.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Linear(pub [f64; 1 + SLOPES]);
+
+impl Linear {
+    /// The value at a point.
+    #[inline]
+    pub fn at(&self, at: [f64; 2]) -> f64 {
+        let [mean, first, second] = self.0;
+        let [p, q] = slopes_at(at);
+        mean + first * p + second * q
+    }
+
+    /// The function that has these values at the corners.
+    pub fn through([a, b, c]: [f64; 3]) -> Linear {
+        let mean = (a + b + c) / 3.0;
+        Linear([mean, (b - mean) / 8f64.sqrt(), (c - a) / 24f64.sqrt()])
+    }
+
+    /// The same function on a piece of the triangle with these corners.
+    pub fn on_piece(&self, corners: [[f64; 2]; 3]) -> Linear {
+        Linear::through(corners.map(|corner| self.at(corner)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_linear_function_is_known_by_its_corners_and_on_its_pieces() {
+        let function = Linear::through([1.0, 4.0, -2.0]);
+        let exact = |[a, b]: [f64; 2]| 1.0 + 3.0 * a - 3.0 * b;
+        let corners = [[0.5, 0.5], [0.0, 0.5], [0.5, 0.0]];
+        let piece = function.on_piece(corners);
+        for at in [[0.0, 0.0], [1.0, 0.0], [0.2, 0.7]] {
+            assert!((function.at(at) - exact(at)).abs() < 1e-12);
+            let outer = [0, 1].map(|k| {
+                corners[0][k] + at[0] * (corners[1][k] - corners[0][k]) + at[1] * (corners[2][k] - corners[0][k])
+            });
+            assert!((piece.at(at) - exact(outer)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_polynomials_are_orthonormal() {
+        // Means over the triangle by the midpoints of a fine lattice; its error falls with the square of the step.
+        const STEPS: usize = 600;
+        let mut products = [[0.0; BENDS + 1]; BENDS + 1];
+        let mut count = 0.0;
+        for (i, j) in (0..STEPS).flat_map(|i| (0..STEPS - i).map(move |j| (i, j))) {
+            let thirds: &[f64] = if i + j + 1 < STEPS { &[1.0 / 3.0, 2.0 / 3.0] } else { &[1.0 / 3.0] };
+            for third in thirds {
+                let at = [i, j].map(|step| (step as f64 + third) / STEPS as f64);
+                let [p, q, r, s, t] = bends_at(at);
+                let all = [1.0, p, q, r, s, t];
+                for (row, x) in products.iter_mut().zip(all) {
+                    row.iter_mut().zip(all).for_each(|(sum, y)| *sum += x * y);
+                }
+                count += 1.0;
+            }
+        }
+        for (i, row) in products.iter().enumerate() {
+            for (j, product) in row.iter().enumerate() {
+                let expected = f64::from(u8::from(i == j));
+                assert!((product / count - expected).abs() < 1e-4, "{i} {j}: {}", product / count);
+            }
+        }
+    }
+}
