@@ -19,10 +19,10 @@ const QUARTER: (f64, [f64; 2]) = (0.25, [0.05, 0.35]);
 const SURE_DEGREES: f64 = 0.5;
 /// Tails of at least this shape have no variance.
 const INFINITE_VARIANCE: f64 = 0.5;
-/// A tail counts as infinite from so many standard errors below that shape on: 95% of infinite ones are seen.
-const ONE_IN_TWENTY: f64 = 1.645;
+/// A tail counts as infinite from so many standard errors below that shape on: over 95% of infinite ones are seen.
+const SAFE_SIDE: f64 = 2.0;
 /// Fewer of the largest scores than this tell nothing of a tail.
-const LEAST_TAIL: usize = 128;
+const LEAST_TAIL: usize = 160;
 /// A tail with less than this share of the variance does not matter yet, whatever its shape.
 const LEAST_TAIL_SHARE: f64 = 0.1;
 /// Scores that must carry the variance, effectively: then single scores make it uncertain by less than a fifth.
@@ -106,9 +106,8 @@ fn tail_check(parts: [ScoreEvidence; 2]) -> StatisticalCheck {
         part.tail >= LEAST_TAIL && part.shape.is_some() && part.tail_variance > LEAST_TAIL_SHARE * variance
     });
     // The part whose tail is heaviest for its number of scores.
-    let limit_of = |part: &ScoreEvidence| {
-        INFINITE_VARIANCE - ONE_IN_TWENTY * (1.0 + INFINITE_VARIANCE) / (part.tail as f64).sqrt()
-    };
+    let limit_of =
+        |part: &ScoreEvidence| INFINITE_VARIANCE - SAFE_SIDE * (1.0 + INFINITE_VARIANCE) / (part.tail as f64).sqrt();
     let excess = |part: &&ScoreEvidence| part.shape.unwrap_or(f64::NEG_INFINITY) - limit_of(part);
     let worst = telling.max_by(|a, b| excess(a).total_cmp(&excess(b)));
     let says = "a few very large scores carry the map, and more of them are to come: its variance may be infinite";
