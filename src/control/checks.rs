@@ -20,9 +20,9 @@ const SURE_DEGREES: f64 = 0.5;
 /// Tails of at least this shape have no variance.
 const INFINITE_VARIANCE: f64 = 0.5;
 /// A tail counts as infinite from so many standard errors below that shape on: over 95% of infinite ones are seen.
-const SAFE_SIDE: f64 = 2.0;
+const SAFE_SIDE: f64 = 2.4;
 /// Fewer of the largest scores than this tell nothing of a tail.
-const LEAST_TAIL: usize = 160;
+const LEAST_TAIL: usize = 200;
 /// A tail with less than this share of the variance does not matter yet, whatever its shape.
 const LEAST_TAIL_SHARE: f64 = 0.1;
 /// Scores that must carry the variance, effectively: then single scores make it uncertain by less than a fifth.

@@ -15,7 +15,7 @@ pub(super) const AT_NOMINAL: usize = 6;
 const EARLY: f64 = 0.024;
 
 /// A campaign of dear runs has fewer seeds: so many rays for each seed that was asked for, and no fewer seeds than this.
-const RAYS_PER_SEED: f64 = 1.5e6;
+const RAYS_PER_SEED: f64 = 8e5;
 const FEWEST_SEEDS: u64 = 20;
 
 /// What a campaign is asked for.
