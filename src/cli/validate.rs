@@ -149,7 +149,7 @@ fn run_calibration(arguments: &ValidateArguments, cases: &[Case]) -> Outcome {
     directory.commit()?;
 
     let table = calibration_table(&campaigns);
-    console::result(&super::text_table::text_table(&table.header, &table.text_columns, table.rows.into_iter()))?;
+    console::result(&super::text_table::text_table(&table.header, &table.text_columns, table.rows))?;
     tell(&format!("report in {}", arguments.out.join("calibration.html").display()));
     let failures: Vec<String> = campaigns
         .iter()
