@@ -108,6 +108,38 @@ fn a_file_system_that_takes_no_files_and_a_full_standard_output_end_with_4() {
 }
 
 #[test]
+fn a_read_only_directory_and_a_file_in_its_place_are_refused_before_the_run() {
+    use std::os::unix::fs::PermissionsExt;
+    let home = tempfile::tempdir().expect("a temporary directory");
+
+    // A file stands where the directory should be, or one above it.
+    let file = home.path().join("file");
+    std::fs::write(&file, "mine").expect("written");
+    for out in [file.clone(), file.join("out")] {
+        let output = solve("room.json", &out, &["--target-error", "0.001%"]);
+        assert_eq!(code(&output), 4, "{}", errors(&output));
+        assert!(errors(&output).contains("file") && errors(&output).contains("remedy"), "{}", errors(&output));
+    }
+    assert_eq!(std::fs::read(&file).expect("still there"), b"mine");
+
+    // A directory that may not be written to, with results in it; to the superuser every directory is writable.
+    let out = home.path().join("out");
+    assert_eq!(code(&solve("room.json", &out, &["--chains", "2000"])), 0);
+    let before = contents(&out);
+    std::fs::set_permissions(&out, PermissionsExt::from_mode(0o555)).expect("changed");
+    let is_writable = std::fs::write(out.join("probe"), "").is_ok();
+    let output = solve("room.json", &out, &["--chains", "3000"]);
+    std::fs::set_permissions(&out, PermissionsExt::from_mode(0o755)).expect("changed back");
+    if is_writable {
+        eprintln!("skipped: this user may write into read-only directories");
+        return;
+    }
+    assert_eq!(code(&output), 4, "{}", errors(&output));
+    assert!(errors(&output).contains("remedy"), "{}", errors(&output));
+    assert!(contents(&out) == before, "the earlier results changed: {:?}", listing(&out));
+}
+
+#[test]
 fn a_file_that_vanished_is_told_with_who_named_it() {
     let home = tempfile::tempdir().expect("a temporary directory");
     let scene_path = home.path().join("room.json");

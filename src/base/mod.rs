@@ -4,6 +4,7 @@ pub mod ball;
 pub mod form_factors;
 pub mod glare;
 pub mod pane;
+pub mod pareto;
 pub mod polygon;
 pub mod quadrature;
 pub mod solid_angle;

@@ -95,10 +95,15 @@ fn scene_text(inspection: &Inspection) -> String {
         text += &receiver_table(&inspection.receivers);
     }
     text += &format!("\nMaps: {} triangles, {} element sides\n", totals.triangles, totals.element_sides);
-    for warning in &inspection.warnings {
+    for warning in inspection.warnings.iter().filter(|warning| !is_listed_above(warning)) {
         text += &format!("warning: {warning}\n");
     }
     text
+}
+
+/// What the lines on meshes have said with more detail.
+fn is_listed_above(warning: &str) -> bool {
+    warning.starts_with("mesh: ") && !warning.contains("stand in one another")
 }
 
 fn place([x, y, z]: [f64; 3]) -> String {

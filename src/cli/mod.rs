@@ -7,6 +7,7 @@ mod console;
 mod exit;
 mod inspect;
 mod inspect_photometric;
+mod memory;
 mod mesh;
 mod method;
 mod new;

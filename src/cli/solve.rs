@@ -6,6 +6,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
+use super::memory::check_memory;
 use super::mesh::MeshArguments;
 use super::method::{self, Method, Plots, method};
 use super::number_text::{percent, significant, time};
@@ -93,6 +94,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     if arguments.method == Method::LightMesh {
         check_light_mesh(&scene, &settings)?;
     }
+    check_memory(&scene, &settings)?;
     let pool = thread_pool(arguments.threads)?;
     let mut directory = ResultDirectory::open(&arguments.out)?;
 

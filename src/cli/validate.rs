@@ -7,10 +7,13 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::mesh::MeshArguments;
+use super::values;
 use super::{Failure, Outcome, console};
 use crate::output::{ResultDirectory, ResultFile};
 use crate::validation::{
-    RunMethod, Validation, case_csv, find_cases, method_names, report_html, report_md, run_case, run_case_by,
+    CampaignSettings, Case, RunMethod, Validation, calibrate, calibration_csv, calibration_html, calibration_md,
+    calibration_pictures, calibration_table, case_csv, find_cases, method_names, report_html, report_md, run_case,
+    run_case_by,
 };
 
 const EXAMPLES: &str = "\
@@ -19,6 +22,9 @@ Examples:
   luxmc validate quick --out report               under a minute
   luxmc validate sobolev cie171-5.8 --out report  two cases
   luxmc validate cie171-5.6 --method light-mesh --out report   by another method than its own
+  luxmc validate hard --out report                hard cases: rooms that break naive methods
+  luxmc validate calibration --out report         60 runs a map: error bars, stop rule and forecast; some minutes
+  luxmc validate calibration --seeds 300 --target-error 2% --out report   the full campaign
   luxmc validate my/case --out report             a case of your own: a folder with a case.json
 
 Exit code 1: a case failed; its name stands on standard error and in the report.";
@@ -41,6 +47,15 @@ pub struct ValidateArguments {
     method: Option<String>,
     #[command(flatten)]
     mesh: MeshArguments,
+    /// Runs of every map, for the group calibration [default: 60]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
+    seeds: Option<u64>,
+    /// Target of every run, for the group calibration [default: 3%]
+    #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
+    target_error: Option<f64>,
+    /// Leave out the maps by --method auto, for the group calibration
+    #[arg(long)]
+    collision_only: bool,
     /// No progress on standard error; failures stay
     #[arg(long)]
     quiet: bool,
@@ -49,7 +64,21 @@ pub struct ValidateArguments {
 /// Validates.
 pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     let method = method_of(arguments)?;
+    let calibrates = arguments.names.iter().any(|name| name == CALIBRATION);
+    if (calibrates && arguments.names.len() > 1)
+        || (!calibrates && (arguments.seeds.is_some() || arguments.target_error.is_some() || arguments.collision_only))
+    {
+        return Err(Failure::Usage {
+            what: "a calibration is asked for by its name alone".to_owned(),
+            got: arguments.names.join(" "),
+            expected: "luxmc validate calibration [--seeds N] [--target-error ERROR] --out DIR".to_owned(),
+            remedy: "run cases and calibration one after the other".to_owned(),
+        });
+    }
     let found = find_cases(&arguments.names, arguments.cases.as_deref())?;
+    if calibrates {
+        return run_calibration(arguments, &found.cases);
+    }
     let mut directory = ResultDirectory::open(&arguments.out)?;
     let tell = |line: &str| {
         if !arguments.quiet {
@@ -109,6 +138,55 @@ fn method_of(arguments: &ValidateArguments) -> Result<Option<RunMethod>, Failure
         remedy: "name one of those, or leave it out".to_owned(),
     })?;
     Ok(Some(method))
+}
+
+/// The group that is run many times over.
+const CALIBRATION: &str = "calibration";
+/// Runs of every map where nothing else is asked for.
+const COARSE_SEEDS: u64 = 60;
+/// Target of every run where nothing else is asked for.
+const CHEAP_TARGET: f64 = 0.03;
+
+fn run_calibration(arguments: &ValidateArguments, cases: &[Case]) -> Outcome {
+    let mut directory = ResultDirectory::open(&arguments.out)?;
+    let tell = |line: &str| {
+        if !arguments.quiet {
+            console::message(line)
+        }
+    };
+    let settings = CampaignSettings {
+        seeds: arguments.seeds.unwrap_or(COARSE_SEEDS),
+        target_error: arguments.target_error.unwrap_or(CHEAP_TARGET),
+        with_auto: !arguments.collision_only,
+        threads: rayon::current_num_threads(),
+    };
+    let unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let mut campaigns = Vec::new();
+    for (index, case) in cases.iter().enumerate() {
+        let mut tell_run = |run: &str| tell(&format!("{}/{} {}: {run}", index + 1, cases.len(), case.name));
+        campaigns.extend(calibrate(case, &settings, &mut tell_run)?);
+    }
+    directory.stage(&file("calibration.csv", calibration_csv(&campaigns)))?;
+    for (name, picture) in calibration_pictures(&campaigns) {
+        directory.stage(&file(name, picture))?;
+    }
+    directory.stage(&file("calibration.md", calibration_md(&campaigns, &settings, unix_s)))?;
+    directory.stage(&file("calibration.html", calibration_html(&campaigns, &settings, unix_s)))?;
+    directory.commit()?;
+
+    let table = calibration_table(&campaigns);
+    console::result(&super::text_table::text_table(&table.header, &table.text_columns, table.rows))?;
+    tell(&format!("report in {}", arguments.out.join("calibration.html").display()));
+    let failures: Vec<String> = campaigns
+        .iter()
+        .filter(|campaign| !campaign.passes())
+        .map(|campaign| format!("{}: {}, {}", campaign.case, campaign.comparison, campaign.method))
+        .collect();
+    if failures.is_empty() {
+        return Ok(Exit::Done);
+    }
+    console::message(&format!("failed: {}", failures.join("; ")));
+    Ok(Exit::CaseFailed)
 }
 
 fn file(name: &str, text: String) -> ResultFile {

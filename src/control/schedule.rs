@@ -20,6 +20,12 @@ pub fn next_judgement(samples: u64, needed: f64) -> u64 {
     (next.ceil() as u64).max(samples + 1)
 }
 
+/// Samples at which a map is judged next that met the target but failed a statistical check: enough more to tell whether
+/// it was by chance.
+pub fn after_refusal(samples: u64) -> u64 {
+    samples + samples.div_ceil(2)
+}
+
 #[cfg(test)]
 mod tests {
     use super::next_judgement;

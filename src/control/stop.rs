@@ -34,9 +34,10 @@ fn quantile(f: &FisherSnedecor, probability: f64) -> f64 {
 }
 
 /// Whether a map is right enough: its expected error with the margin, and the error that the halves state, are both
-/// at or under the target. A dark map, or one in which nothing has bounced yet, is never met.
+/// at or under the target. A dark map, one in which nothing has bounced yet, or one whose mean is not above 0 (corrections
+/// may outweigh the little that they correct) is never met.
 pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
-    if judgement.dark || judgement.unseen || !judgement.expected_error.is_finite() {
+    if judgement.dark || judgement.unseen || !judgement.expected_error.is_finite() || judgement.mean_lx <= 0.0 {
         return false;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
@@ -46,7 +47,7 @@ pub fn accepts(target_error: f64, judgement: &Judgement) -> bool {
 /// How many times the present work a map will have taken when the rule accepts it, by random error ∝ work^(−α): infinite
 /// where the bias alone is too large.
 pub fn needed_work(target_error: f64, judgement: &Judgement, exponent: f64) -> f64 {
-    if judgement.dark || judgement.unseen || judgement.shared_error() >= target_error {
+    if judgement.dark || judgement.unseen || judgement.mean_lx <= 0.0 || judgement.shared_error() >= target_error {
         return f64::INFINITY;
     }
     let safe_error = judgement.expected_error * margin(judgement.degrees_of_freedom);
@@ -82,6 +83,7 @@ mod tests {
         assert!(!accepts(0.01, &judged(f64::NAN, 0.0, 10.0)));
         assert!(!accepts(0.01, &Judgement { dark: true, ..judged(0.0, 0.0, 1.0) }));
         assert!(!accepts(0.01, &Judgement { unseen: true, ..judged(0.0, 0.0, 1.0) }));
+        assert!(!accepts(0.01, &Judgement { mean_lx: -1.0, ..judged(0.0, 0.0, 1.0) }), "an error of no mean is none");
     }
 
     #[test]

@@ -209,6 +209,8 @@ impl Planner<'_, '_> {
             error,
             bound: false,
             target_met: None,
+            refusals: 0,
+            checks: Vec::new(),
             tables,
         };
         (map, relative(upper_lx))

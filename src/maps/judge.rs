@@ -18,6 +18,8 @@ pub struct Judgement {
     pub discretisation: f64,
     /// Effective degrees of freedom k = (tr C)²/tr C² of the map's error.
     pub degrees_of_freedom: f64,
+    /// Weighted mean of the map in each replica, in lx.
+    pub means_lx: [f64; REPLICAS],
     /// Whether every entry is 0.
     pub dark: bool,
     /// Whether light could bounce but no chain or walk has scored yet: the spread then says nothing of it.
@@ -47,6 +49,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
     let mut halves_sum = 0.0;
     let mut spread_sum = 0.0;
     let mut products = [[0.0f64; PAIRS]; PAIRS];
+    let mut means_lx = [0.0f64; REPLICAS];
     let mut dark = true;
     let mut unseen = map.indirect_samples.complete > 0;
     let counted = entries.filter(|(_, weight)| *weight > 0.0);
@@ -61,6 +64,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
         if entry < map.len() {
             weight_sum += weight;
             illuminance_sum += weight * mean;
+            means_lx.iter_mut().zip(&replicas).for_each(|(sum, value)| *sum += weight * value);
         }
         halves_sum += weight * halves * halves;
         spread_sum += weight * replicas.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
@@ -88,6 +92,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
         expected_error: (spread_sum / weight_sum / (REPLICAS * (REPLICAS - 1)) as f64).sqrt() / mean_lx,
         bias: map.look_up_bias_lx(counted) / mean_lx,
         discretisation: 0.0,
+        means_lx: means_lx.map(|sum| sum / weight_sum),
         degrees_of_freedom: if of_squares > 0.0 { (of_traces / of_squares).max(1.0) } else { 1.0 },
         dark,
         unseen,

@@ -3,16 +3,20 @@
 pub mod basis;
 mod crossing;
 mod detail;
+mod history;
 mod judge;
 mod replicas;
 mod result;
+mod scores;
 mod stated;
 mod tables;
 
 pub use crossing::{Crossing, ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores};
 pub use detail::{Detail, DirectDetail, Variation};
+pub use history::{History, Look};
 pub use judge::{Judgement, judge};
 pub use replicas::{CrossedVariances, REPLICAS, ReplicaMap, Tally, Unit, standard_error};
 pub use result::*;
+pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, stated_error, stated_row};
 pub use tables::{TableSubject, table_row};

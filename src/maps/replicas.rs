@@ -1,7 +1,9 @@
 //! The sums of one map, replica by replica.
 
+use std::ops::Range;
+
 use super::basis::SLOPES;
-use super::{Crossing, HALF, MapValues};
+use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
@@ -28,6 +30,10 @@ pub struct ReplicaMap {
     pub indirect_unit_lx: Unit,
     /// What gathering adds to the replicas' rows; `None` for other samples.
     pub crossing: Option<Crossing>,
+    /// Single scores of direct and of indirect light, all replicas together; packets that are counted are not among them.
+    pub scores: [PartScores; 2],
+    /// What these scores deviate from.
+    pub levels: [Levels; 2],
     sites: usize,
 }
 
@@ -97,8 +103,52 @@ impl ReplicaMap {
             indirect_samples: Tally::default(),
             indirect_unit_lx,
             crossing: None,
+            scores: Default::default(),
+            levels: Default::default(),
             sites,
         }
+    }
+
+    /// Fixes the levels of direct light from which scores deviate, where entries have samples and none yet.
+    pub fn fix_direct_levels(&mut self, entries: Range<usize>) {
+        let (slabs, tally) = (&self.direct, self.direct_samples);
+        self.levels[0].fix(entries, |entry| {
+            (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
+        });
+    }
+
+    /// The same of indirect light in lx.
+    pub fn fix_indirect_levels(&mut self, entries: Range<usize>) {
+        let (slabs, tally) = (&self.indirect, self.indirect_samples);
+        self.levels[1].fix(entries, |entry| {
+            (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
+        });
+    }
+
+    /// Forgets what single scores of indirect light have said: they begin anew.
+    pub fn forget_indirect_scores(&mut self) {
+        self.scores[1] = PartScores::default();
+        self.levels[1] = Levels::default();
+    }
+
+    /// What single scores of direct and of indirect light say of the map's error.
+    pub fn score_evidence(&self) -> [ScoreEvidence; 2] {
+        let samples = |tally: Tally| tally.complete as f64 * REPLICAS as f64;
+        let part =
+            |part: usize, tally: Tally| self.scores[part].evidence(samples(tally), samples(tally) * self.len() as f64);
+        let direct = part(0, self.direct_samples);
+        let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
+            return [direct, part(1, self.indirect_samples)];
+        };
+        // Each packet that an element counts is a score of Φ/A, and none is larger: the tail has an end.
+        let flux_per_packet_lm = luminous_flux_lm / samples(self.indirect_samples).max(1.0);
+        let (mut variance, mut fourth) = (0.0, 0.0);
+        for (entry, area_m2) in area_m2.iter().enumerate() {
+            let square = flux_per_packet_lm * flux_per_packet_lm / area_m2;
+            variance += square * self.indirect_sum(entry);
+            fourth += square * square * self.indirect_sum(entry);
+        }
+        [direct, ScoreEvidence { variance, fourth, ..ScoreEvidence::default() }]
     }
 
     /// Elements or points of the map.
@@ -228,6 +278,20 @@ impl ReplicaMap {
     /// Indirect scores of one entry over all replicas (packets, where packets are counted).
     pub fn indirect_sum(&self, entry: usize) -> f64 {
         self.indirect.iter().map(|slab| slab[entry]).sum()
+    }
+
+    /// Bound in lx of the mean over entries that packets could have met and none has: that of three packets, which stands
+    /// for its error, since 0 would claim that it is exact. 0 where one has.
+    pub fn unseen_bound_lx(&self, entries: impl Iterator<Item = usize> + Clone) -> f64 {
+        let Unit::Packets { luminous_flux_lm, area_m2 } = &self.indirect_unit_lx else {
+            return 0.0;
+        };
+        let packets = self.indirect_samples.complete as f64 * REPLICAS as f64;
+        let entries_area_m2: f64 = entries.clone().map(|entry| area_m2[entry]).sum();
+        if packets == 0.0 || entries_area_m2 == 0.0 || entries.into_iter().any(|entry| self.indirect_sum(entry) > 0.0) {
+            return 0.0;
+        }
+        3.0 * luminous_flux_lm / (packets * entries_area_m2)
     }
 
     /// Means over the replicas and the standard errors that their spread gives, with 15 degrees of freedom.

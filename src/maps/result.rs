@@ -80,8 +80,27 @@ pub struct MapResult {
     pub bound: bool,
     /// Whether the stop rule accepted it; `None` without a target.
     pub target_met: Option<bool>,
+    /// Looks at which the stop rule accepted it and a statistical check refused.
+    pub refusals: u64,
+    /// Statistical checks of its samples; empty where there are none to check.
+    pub checks: Vec<StatisticalCheck>,
     /// One row a surface side, or one row for the set.
     pub tables: Vec<TableRow>,
+}
+
+/// A statistical check of a map: whether its error can be believed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatisticalCheck {
+    /// `mean`, `error`, `figure of merit`, `tail` or `scores`.
+    pub name: &'static str,
+    /// Whether nothing was found.
+    pub passed: bool,
+    /// What was measured; `None` where the run is too short to tell, or chance has no part.
+    pub value: Option<f64>,
+    /// What it must not exceed (`scores`: not fall below).
+    pub limit: f64,
+    /// What it means where it fails.
+    pub says: String,
 }
 
 /// The stated error of a map and its parts, as fractions of the map's mean.

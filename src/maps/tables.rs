@@ -32,9 +32,10 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
             / weight_sum.max(f64::MIN_POSITIVE)
     };
     let averages: Vec<f64> = (0..REPLICAS).map(average).collect();
+    let unseen_lx = map.unseen_bound_lx(counted().map(|(entry, _)| *entry));
     let average_lx = Estimate {
         value: averages.iter().sum::<f64>() / REPLICAS as f64,
-        standard_error: standard_error(|replica| averages[replica]),
+        standard_error: standard_error(|replica| averages[replica]).max(unseen_lx),
     };
     // The minimum of the mean over all replicas, and of the means that leave one replica out.
     let mut minima = [f64::INFINITY; REPLICAS + 1];

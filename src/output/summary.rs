@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::ResultFile;
 use crate::base::glare::POSITION_INDEX;
-use crate::maps::{MapResult, TableKind};
+use crate::maps::{MapResult, StatisticalCheck, TableKind};
 use crate::scene::{Luminaire, Scene};
 use crate::solver::{GlareRating, Solution};
 
@@ -109,9 +109,21 @@ fn map_entry(map: &MapResult) -> Value {
         "luminance": luminance_entry(map),
         "bound": map.bound,
         "target_met": map.target_met,
+        "refusals": map.refusals,
+        "checks": map.checks.iter().map(check_entry).collect::<Vec<Value>>(),
         "chains": map.chains,
         "dark": map.error.dark_upper_bound_lx.is_some(),
         "dark_upper_bound_lx": map.error.dark_upper_bound_lx,
+    })
+}
+
+fn check_entry(check: &StatisticalCheck) -> Value {
+    json!({
+        "name": check.name,
+        "passed": check.passed,
+        "value": check.value.filter(|value| value.is_finite()),
+        "limit": check.limit,
+        "says": if check.passed { Value::Null } else { json!(check.says) },
     })
 }
 

@@ -246,5 +246,17 @@ fn result(
     tables: Vec<crate::maps::TableRow>,
 ) -> MapResult {
     let (name, method) = (name.to_owned(), "radiosity".to_owned());
-    MapResult { name, kind, method, chains: 0, values, error, bound: false, target_met: None, tables }
+    MapResult {
+        name,
+        kind,
+        method,
+        chains: 0,
+        values,
+        error,
+        bound: false,
+        target_met: None,
+        refusals: 0,
+        checks: Vec::new(),
+        tables,
+    }
 }

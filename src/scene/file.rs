@@ -7,8 +7,10 @@ use rayon::prelude::*;
 
 use super::advice::{advise, names};
 use super::error::SceneError;
+use super::mesh_faults::{MESH, warn_of_faults};
 use super::model::{Emission, Luminaire, Scene};
 use super::names::listed;
+use super::overlaps::overlaps;
 use super::reader::{Node, Source};
 use super::shells::{self, Shell, bounds_m, closed_shells_of_geometries, shells_of_scene};
 use super::surfaces::Surfaces;
@@ -107,6 +109,14 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
     mark_inside_points(&mut scene, &shells);
     warn_of_proportions(&mut scene, unit);
     advise(&mut scene, &shells);
+    warn_of_faults(&mut scene);
+    if let Some(found) = overlaps(&scene, &shells, shells::size_m(&scene)) {
+        let [one, other] = &found.first;
+        scene.warnings.push(format!(
+            "{MESH}{} pairs of solids stand in one another, first {one} and {other} at {} m; what lies inside is dark",
+            found.count, found.place_m
+        ));
+    }
     Ok(scene)
 }
 

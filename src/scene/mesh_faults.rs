@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::DVec3;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::model::Scene;
-use super::shells::{Shell, size_m};
+use super::shells::{Shell, one_vertex_a_place, plain_shells_over, size_m, sorted_edges};
 
 /// Vertices nearer to an edge than this fraction of the scene's size lie on it: far above the rounding of
 /// coordinates, far below what a drawing means.
@@ -17,8 +18,10 @@ const FLAT: f64 = 1e-6;
 const MOST_PLACES: usize = 8;
 /// Corners of a hole that are listed.
 const MOST_CORNERS: usize = 32;
-/// Beyond so many edges times vertices of rims it is not looked for T-junctions: some seconds' work.
+/// Beyond so many edges times vertices of rims it is not looked for T-junctions: some seconds' work for those who ask for
+/// it, a fraction of one when a scene is read.
 const MOST_LOOKS: usize = 1_000_000_000;
+const MOST_LOOKS_WHEN_READ: usize = 50_000_000;
 
 /// What a scene's triangles do that closed rooms and solids don't.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -55,6 +58,8 @@ pub struct Faults {
 pub struct Hole {
     /// Length of the line in m.
     pub length_m: f64,
+    /// Area of the surface that would close it, as a plane sees it, in m².
+    pub area_m2: f64,
     /// Edges in it.
     pub edges: usize,
     /// Lowest coordinates in m.
@@ -96,32 +101,42 @@ struct RimEdge {
 
 /// Looks at all triangles of a scene. `vertex_of` makes vertices at one place one; `shells` are those of the scene.
 pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) -> MeshFaults {
+    faults_within(scene, shells, vertex_of, MOST_LOOKS)
+}
+
+fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks: usize) -> MeshFaults {
     let mut faults = MeshFaults { t_junctions_looked_for: true, ..MeshFaults::default() };
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let name = |triangle: u32| scene.surface_of(triangle).name.as_str();
     let corners = |triangle: u32| scene.triangles[triangle as usize].map(|vertex| vertex_of[vertex as usize]);
 
-    let mut seen: HashSet<[u32; 3]> = HashSet::with_capacity(scene.triangles.len());
-    let mut edges: Vec<([u32; 2], bool, u32)> = Vec::with_capacity(3 * scene.triangles.len());
-    for triangle in 0..scene.triangles.len() as u32 {
+    // Turned so that the lowest number comes first, which keeps the way round: two rooms back to back share a wall.
+    let turned = |triangle: u32| {
         let [a, b, c] = corners(triangle);
-        // Turned so that the lowest number comes first, which keeps the way round: two rooms back to back share a wall.
-        let turned = if a < b && a < c {
+        if a < b && a < c {
             [a, b, c]
         } else if b < c {
             [b, c, a]
         } else {
             [c, a, b]
-        };
-        if !seen.insert(turned) {
-            faults.duplicate_triangles.add((place_m(a) + place_m(b) + place_m(c)) / 3.0, name(triangle));
-            continue;
         }
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            edges.push(([from.min(to), from.max(to)], from < to, triangle));
-        }
+    };
+    let mut by_corners: Vec<([u32; 3], u32)> =
+        (0..scene.triangles.len() as u32).map(|triangle| (turned(triangle), triangle)).collect();
+    by_corners.par_sort_unstable();
+    let mut doubled: Vec<u32> = Vec::new();
+    for same in by_corners.chunk_by(|one, other| one.0 == other.0) {
+        doubled.extend(same[1..].iter().map(|(_, triangle)| *triangle));
     }
-    edges.sort_unstable();
+    doubled.sort_unstable();
+    for triangle in &doubled {
+        let [a, b, c] = corners(*triangle);
+        faults.duplicate_triangles.add((place_m(a) + place_m(b) + place_m(c)) / 3.0, name(*triangle));
+    }
+    drop(by_corners);
+    let single: Vec<u32> =
+        (0..scene.triangles.len() as u32).filter(|triangle| doubled.binary_search(triangle).is_err()).collect();
+    let edges = sorted_edges(&single, corners);
     let mut rim: Vec<RimEdge> = Vec::new();
     for same in edges.chunk_by(|one, other| one.0 == other.0) {
         let ([from, to], _, triangle) = same[0];
@@ -141,7 +156,7 @@ pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) ->
     for shell in shells.iter().filter(|shell| !shell.closed && lies_in_a_plane(scene, shell)) {
         shell.triangles.iter().for_each(|triangle| is_flat[*triangle as usize] = true);
     }
-    let rim = closed_at_t_junctions(scene, rim, &mut faults);
+    let rim = closed_at_t_junctions(scene, rim, most_looks, &mut faults);
     faults.holes = holes(scene, &rim, &is_flat);
     faults
 }
@@ -155,12 +170,12 @@ fn lies_in_a_plane(scene: &Scene, shell: &Shell) -> bool {
 }
 
 /// Cuts the edges of rims where vertices of rims lie on them, and drops pieces that then lie on each other.
-fn closed_at_t_junctions(scene: &Scene, rim: Vec<RimEdge>, faults: &mut MeshFaults) -> Vec<RimEdge> {
+fn closed_at_t_junctions(scene: &Scene, rim: Vec<RimEdge>, most_looks: usize, faults: &mut MeshFaults) -> Vec<RimEdge> {
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let mut vertices: Vec<u32> = rim.iter().flat_map(|edge| edge.ends).collect();
     vertices.sort_unstable();
     vertices.dedup();
-    if vertices.len() * rim.len() > MOST_LOOKS {
+    if vertices.len() * rim.len() > most_looks {
         faults.t_junctions_looked_for = false;
         return rim;
     }
@@ -257,6 +272,7 @@ fn holes(scene: &Scene, rim: &[RimEdge], is_flat: &[bool]) -> Vec<Hole> {
                 .iter()
                 .map(|index| place_m(rim[*index].ends[0]).distance(place_m(rim[*index].ends[1])))
                 .sum(),
+            area_m2: ring_area_m2(places()),
             edges: line.len(),
             min_m: places().fold(DVec3::INFINITY, DVec3::min).to_array(),
             max_m: places().fold(DVec3::NEG_INFINITY, DVec3::max).to_array(),
@@ -267,6 +283,64 @@ fn holes(scene: &Scene, rim: &[RimEdge], is_flat: &[bool]) -> Vec<Hole> {
     found.sort_by(|one, other| other.length_m.total_cmp(&one.length_m));
     found
 }
+
+/// Area of a ring of places, by the sum of the triangles that its edges make with its first place.
+fn ring_area_m2(places: impl Iterator<Item = DVec3>) -> f64 {
+    let places: Vec<DVec3> = places.collect();
+    let Some(first) = places.first() else {
+        return 0.0;
+    };
+    let spokes = places.windows(2).map(|pair| (pair[0] - *first).cross(pair[1] - *first));
+    0.5 * spokes.sum::<DVec3>().length()
+}
+
+/// A hole of less than this part of the square of the scene's size was hardly meant.
+const SMALL_HOLE: f64 = 0.01;
+
+/// Warnings for what is wrong with a scene's meshes: each kind of fault once, with its number and first place.
+pub(super) fn warn_of_faults(scene: &mut Scene) {
+    let vertex_of = one_vertex_a_place(scene);
+    let found = faults_within(scene, &plain_shells_over(scene, &vertex_of), &vertex_of, MOST_LOOKS_WHEN_READ);
+    if !found.t_junctions_looked_for {
+        scene
+            .warnings
+            .push(format!("{MESH}too many open edges to look for T-junctions here; luxmc inspect looks longer"));
+    }
+    let square_m2 = size_m(scene).powi(2);
+    let kinds = [
+        (
+            &found.duplicate_triangles,
+            "triangles have the very corners of others; rays hit either of the two, so take one away",
+        ),
+        (
+            &found.turned_edges,
+            "edges lie between triangles that face opposite ways; light that meets a back is absorbed, so turn one",
+        ),
+        (&found.odd_edges, "edges have three triangles, or another odd number"),
+        (
+            &found.t_junctions,
+            "vertices lie in the middle of another triangle's edge (T-junctions); where rounding parts them light may pass, so split that edge",
+        ),
+    ];
+    for (faults, says) in kinds.into_iter().filter(|(faults, _)| faults.count > 0) {
+        let place =
+            faults.places_m.first().map_or(String::new(), |[x, y, z]| format!("; the first at ({x}, {y}, {z}) m"));
+        scene.warnings.push(format!("{MESH}{} {says} ({}{place})", faults.count, faults.surfaces.join(", ")));
+    }
+    let small: Vec<&Hole> = found.holes.iter().filter(|hole| hole.area_m2 < SMALL_HOLE * square_m2).collect();
+    if let Some(hole) = small.first() {
+        let [x, y, z] = hole.min_m;
+        scene.warnings.push(format!(
+            "{MESH}{} small holes, the longest {:.3} m around at ({x}, {y}, {z}) m, along {}; light leaves there (luxmc inspect lists them)",
+            small.len(),
+            hole.length_m,
+            hole.surfaces.join(", ")
+        ));
+    }
+}
+
+/// How warnings about meshes begin.
+pub const MESH: &str = "mesh: ";
 
 #[cfg(test)]
 mod tests {

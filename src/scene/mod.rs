@@ -15,6 +15,7 @@ mod model;
 mod names;
 mod obj;
 mod observers;
+mod overlaps;
 mod parse;
 pub mod patches;
 pub mod photometry;
@@ -31,6 +32,7 @@ mod surfaces;
 mod texts;
 mod units;
 mod vectors;
+mod weld;
 mod winding;
 
 pub use elements::{Cell, Elements, Side};

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::model::{Emission, Scene};
 use super::winding::WindingTree;
@@ -42,7 +43,8 @@ impl Shell {
         self.tree.as_ref().map_or(0.0, |tree| tree.solid_angle_sr(point_m) / (4.0 * PI))
     }
 
-    fn encloses(&self, point_m: DVec3, tolerance_m: f64) -> bool {
+    /// Whether a point lies inside, and not on the surface within a tolerance.
+    pub(super) fn encloses(&self, point_m: DVec3, tolerance_m: f64) -> bool {
         let is_near = |tree: &WindingTree| {
             tree.any_near(point_m, tolerance_m, |triangle| distance_to_triangle(point_m, triangle))
         };
@@ -50,73 +52,93 @@ impl Shell {
     }
 }
 
-/// The shells that some triangles make up: those with a vertex in common are one.
-fn shells(scene: &Scene, triangles: std::ops::Range<u32>, vertex_of: impl Fn(u32) -> u32) -> Vec<Shell> {
+/// The shells that some triangles make up: those with a vertex in common are one. `with_trees` makes closed ones ready
+/// for questions of what lies inside.
+fn shells(
+    scene: &Scene,
+    triangles: std::ops::Range<u32>,
+    vertex_of: impl Fn(u32) -> u32 + Sync,
+    with_trees: bool,
+) -> Vec<Shell> {
     let corners = |triangle: u32| scene.triangles[triangle as usize].map(&vertex_of);
 
-    // Join the vertices of every triangle.
-    let mut parents: HashMap<u32, u32> = HashMap::new();
+    // Join the vertices of every triangle, in a list from the lowest number on.
+    let numbers = || triangles.clone().flat_map(corners);
+    let (Some(lowest), Some(highest)) = (numbers().min(), numbers().max()) else {
+        return Vec::new();
+    };
+    let mut parents: Vec<u32> = (0..=highest - lowest).collect();
     for triangle in triangles.clone() {
-        let [a, b, c] = corners(triangle);
+        let [a, b, c] = corners(triangle).map(|vertex| vertex - lowest);
         let root = root_of(&mut parents, a);
         for vertex in [b, c] {
             let other = root_of(&mut parents, vertex);
-            parents.insert(other, root);
+            parents[other as usize] = root;
         }
     }
     let mut places: HashMap<u32, usize> = HashMap::new();
     let mut shells: Vec<Shell> = Vec::new();
+    let mut last: Option<(u32, usize)> = None;
     for triangle in triangles {
-        let root = root_of(&mut parents, corners(triangle)[0]);
-        let place = *places.entry(root).or_insert_with(|| {
-            shells.push(Shell {
-                triangles: Vec::new(),
-                closed: false,
-                volume_m3: 0.0,
-                low_m: DVec3::INFINITY,
-                high_m: DVec3::NEG_INFINITY,
-                tree: None,
-            });
-            shells.len() - 1
-        });
+        let root = root_of(&mut parents, corners(triangle)[0] - lowest);
+        let place = match last {
+            Some((last_root, place)) if last_root == root => place,
+            _ => *places.entry(root).or_insert_with(|| {
+                shells.push(Shell {
+                    triangles: Vec::new(),
+                    closed: false,
+                    volume_m3: 0.0,
+                    low_m: DVec3::INFINITY,
+                    high_m: DVec3::NEG_INFINITY,
+                    tree: None,
+                });
+                shells.len() - 1
+            }),
+        };
+        last = Some((root, place));
         shells[place].triangles.push(triangle);
     }
     for shell in &mut shells {
-        shell.measure(scene, corners);
+        shell.measure(scene, corners, with_trees);
     }
     shells
 }
 
-fn root_of(parents: &mut HashMap<u32, u32>, vertex: u32) -> u32 {
+/// The root of a vertex, halving the way there.
+fn root_of(parents: &mut [u32], vertex: u32) -> u32 {
     let mut root = vertex;
-    while let Some(parent) = parents.get(&root).filter(|parent| **parent != root) {
-        root = *parent;
-    }
-    let mut next = vertex;
-    while let Some(parent) = parents.insert(next, root).filter(|parent| *parent != root && *parent != next) {
-        next = parent;
+    while parents[root as usize] != root {
+        let next = parents[parents[root as usize] as usize];
+        parents[root as usize] = next;
+        root = next;
     }
     root
 }
 
-impl Shell {
-    fn measure(&mut self, scene: &Scene, corners: impl Fn(u32) -> [u32; 3]) {
-        let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(3 * self.triangles.len());
-        for triangle in &self.triangles {
-            let [a, b, c] = corners(*triangle);
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                edges.push(if from < to { (from, to, 1) } else { (to, from, -1) });
-            }
-            for corner_m in scene.corners_m(*triangle) {
-                self.low_m = self.low_m.min(corner_m);
-                self.high_m = self.high_m.max(corner_m);
-            }
+/// Edges of triangles by their ends, lower number first, and whether they are passed that way; equal ends side by side.
+pub(super) fn sorted_edges(triangles: &[u32], corners: impl Fn(u32) -> [u32; 3] + Sync) -> Vec<([u32; 2], bool, u32)> {
+    let mut edges: Vec<([u32; 2], bool, u32)> = Vec::with_capacity(3 * triangles.len());
+    for triangle in triangles {
+        let [a, b, c] = corners(*triangle);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            edges.push(([from.min(to), from.max(to)], from < to, *triangle));
         }
-        edges.sort_unstable();
-        self.closed = edges
-            .chunk_by(|one, other| (one.0, one.1) == (other.0, other.1))
-            .all(|same| same.iter().map(|edge| edge.2).sum::<i32>() == 0);
-        if self.closed {
+    }
+    edges.par_sort_unstable();
+    edges
+}
+
+impl Shell {
+    fn measure(&mut self, scene: &Scene, corners: impl Fn(u32) -> [u32; 3] + Sync, with_tree: bool) {
+        for corner_m in self.triangles.iter().flat_map(|triangle| scene.corners_m(*triangle)) {
+            self.low_m = self.low_m.min(corner_m);
+            self.high_m = self.high_m.max(corner_m);
+        }
+        let turns = |edge: &([u32; 2], bool, u32)| if edge.1 { 1 } else { -1 };
+        self.closed = sorted_edges(&self.triangles, &corners)
+            .chunk_by(|one, other| one.0 == other.0)
+            .all(|same| same.iter().map(turns).sum::<i32>() == 0);
+        if self.closed && with_tree {
             let triangles = self.triangles.iter().map(|triangle| corners(*triangle)).collect();
             self.tree = Some(WindingTree::of(triangles, |vertex| scene.vertices_m[vertex as usize]));
         }
@@ -131,6 +153,13 @@ impl Shell {
             })
             .sum();
     }
+
+    /// Whether the boxes around two shells have more in common than a tolerance.
+    pub(super) fn boxes_overlap(&self, other: &Shell, tolerance_m: f64) -> bool {
+        let low_m = self.low_m.max(other.low_m);
+        let high_m = self.high_m.min(other.high_m);
+        (high_m - low_m).cmpgt(DVec3::splat(tolerance_m)).all()
+    }
 }
 
 /// The closed shells of every geometry by itself.
@@ -139,7 +168,7 @@ pub fn closed_shells_of_geometries(scene: &Scene) -> Vec<Shell> {
     geometries
         .flat_map(|parts| {
             let triangles = parts[0].triangles.start..parts[parts.len() - 1].triangles.end;
-            shells(scene, triangles, |vertex| vertex)
+            shells(scene, triangles, |vertex| vertex, true)
         })
         .filter(|shell| shell.closed)
         .collect()
@@ -162,7 +191,12 @@ pub(super) fn one_vertex_a_place(scene: &Scene) -> Vec<u32> {
 
 /// As [`shells_of_scene`], with [`one_vertex_a_place`].
 pub(super) fn shells_over(scene: &Scene, vertex_of: &[u32]) -> Vec<Shell> {
-    shells(scene, 0..scene.triangles.len() as u32, |vertex| vertex_of[vertex as usize])
+    shells(scene, 0..scene.triangles.len() as u32, |vertex| vertex_of[vertex as usize], true)
+}
+
+/// The same without what tells insides: which triangles hang together, and whether they are closed.
+pub(super) fn plain_shells_over(scene: &Scene, vertex_of: &[u32]) -> Vec<Shell> {
+    shells(scene, 0..scene.triangles.len() as u32, |vertex| vertex_of[vertex as usize], false)
 }
 
 /// Whether a point lies inside of a closed solid: the smallest closed shell around it faces outward.

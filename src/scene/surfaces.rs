@@ -12,6 +12,7 @@ use super::placing::Placing;
 use super::reader::{Fields, Node, Source, meant};
 use super::shapes::{self, BOX_FACES, Shape};
 use super::units::LengthUnit;
+use super::weld::weld;
 use super::{obj, parse};
 
 /// The geometry types, as files name them.
@@ -316,6 +317,12 @@ fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Re
     let text = parse::read_text(&path, "the OBJ file").map_err(|error| error.named_by(node.as_namer()))?;
     let source = Source { text: &text, path: &path };
     let mut shape = obj::read(&source, warnings).map_err(|error| error.named_by(node.as_namer()))?;
+    if let Some((count, place)) = weld(&mut shape) {
+        warnings.push(format!(
+            "{}: {count} vertices along open edges lay as good as on others and were made one with them (the first at {place} in the file)",
+            path.display()
+        ));
+    }
 
     // A file without materials is a surface of its own; with some, the faces before the first are a part like the others.
     if shape.parts.len() > 1 {

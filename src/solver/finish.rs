@@ -57,6 +57,19 @@ pub(super) fn finish(
             map.error.dark_upper_bound_lx.unwrap_or(0.0)
         ));
     }
+    for map in &maps {
+        for check in map.checks.iter().filter(|check| !check.passed) {
+            warnings.push(format!(
+                "check \"{}\" of \"{}\" failed ({:.3} against {:.3}): {}; its error is not to be relied on{}",
+                check.name,
+                map.name,
+                check.value.unwrap_or(f64::NAN),
+                check.limit,
+                check.says,
+                if target_error.is_some() && map.bound { ", and the target is not claimed" } else { "" }
+            ));
+        }
+    }
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     Solution {
         method: match settings.method {
@@ -111,6 +124,8 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
         values: job.values(),
         error,
         bound: job.bound,
+        refusals: job.refusals,
+        checks: job.checks.clone(),
         target_met: target_error.map(|_| (job.met || job.is_exact()) && !dark),
         tables: match job.kind {
             MapKind::Elements => surface_tables(context, &job),

@@ -15,7 +15,7 @@ use crate::estimators::reception::one_plane;
 use crate::estimators::walk::gather_indirect_lx;
 use crate::geometry::Origin;
 use crate::maps::basis::{BENDS, Linear, SLOPES, bends_at};
-use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, ReplicaMap};
+use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, Quantity};
@@ -45,15 +45,17 @@ impl Gatherer<'_> {
         entries: Range<usize>,
         samples: Range<u64>,
     ) -> u64 {
+        map.fix_indirect_levels(entries.clone());
         let parts: Vec<(usize, Range<usize>)> =
             parts_of(entries).flat_map(|part| [(0, part.clone()), (1, part)]).collect();
-        let gathered: Vec<(Vec<SiteScores>, HalfChecks, u64)> = parts
+        let before: &ReplicaMap = map;
+        let gathered: Vec<(Vec<SiteScores>, HalfChecks, u64, PartScores)> = parts
             .par_iter()
-            .map(|(parity, part)| self.gather_part(*parity, adaptive.as_deref(), part.clone(), samples.clone()))
+            .map(|(parity, part)| self.gather_part(before, *parity, adaptive.as_deref(), part.clone(), samples.clone()))
             .collect();
         let mut rays = 0;
         let (sites, numbers) = (map.len(), map.entries() / map.len().max(1));
-        for ((parity, part), (scores, checks, part_rays)) in parts.into_iter().zip(gathered) {
+        for ((parity, part), (scores, checks, part_rays, single)) in parts.into_iter().zip(gathered) {
             let block = part.start / ENTRIES_PER_BLOCK;
             for (site, scores) in part.clone().zip(&scores) {
                 for (number, scores) in scores.numbers[..numbers].iter().enumerate() {
@@ -78,6 +80,7 @@ impl Gatherer<'_> {
                     crossing.count(block, part.len() as u64 * (samples.end - samples.start));
                 }
             }
+            map.scores[1].merge(single);
             rays += part_rays;
         }
         rays
@@ -86,11 +89,12 @@ impl Gatherer<'_> {
     /// The eight replicas of a half, from entries that lie in one block.
     fn gather_part(
         &self,
+        before: &ReplicaMap,
         parity: usize,
         adaptive: Option<&Adaptive>,
         entries: Range<usize>,
         samples: Range<u64>,
-    ) -> (Vec<SiteScores>, HalfChecks, u64) {
+    ) -> (Vec<SiteScores>, HalfChecks, u64, PartScores) {
         let number = adaptive.map_or(self.kind.number(), Adaptive::stream_number);
         let seed = self.context.seed;
         let mut streams: [Stream; HALF] =
@@ -98,6 +102,7 @@ impl Gatherer<'_> {
         let mut memory = Recollection::new(self.context, self.forward, parity, self.checked_share);
         let mut cut = Cut::default();
         let mut rays = 0;
+        let mut single = PartScores::for_task(&before.scores[1]);
         let scores = entries.map(|entry| {
             let mut found = SiteScores::default();
             memory.scores = HalfScores::default();
@@ -107,10 +112,12 @@ impl Gatherer<'_> {
             let reference = adaptive.map(|adaptive| &adaptive.references_lx[entry][1]);
             for (row, stream) in streams.iter_mut().enumerate() {
                 memory.row = row;
+                let mut entry_scores = single.of_entry(self.weight(entry), before.levels[1].of(entry));
                 for number in samples.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
                     let (at, (lx, sample_rays)) = self.sample(&site, &mut memory, &mut cut, stream);
                     memory.scores.rows_lx[row] += lx;
+                    entry_scores.add(lx);
                     rays += sample_rays;
                     if let Some(reference) = reference {
                         let scores = std::mem::take(&mut memory.scores);
@@ -124,7 +131,15 @@ impl Gatherer<'_> {
             found
         });
         let scores = scores.collect();
-        (scores, memory.checks, rays)
+        (scores, memory.checks, rays, single)
+    }
+
+    /// Area of an element side in m², or weight of a receiver.
+    fn weight(&self, entry: usize) -> f64 {
+        match self.kind {
+            MapKind::Elements => self.elements.area_m2(self.context.scene, self.elements.cell(entry as u32)),
+            MapKind::Receivers(set) => self.context.scene.receivers[set].points[entry].weight,
+        }
     }
 
     /// Where the rays of an entry start; `None` for a point inside a solid.

@@ -11,9 +11,10 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_er
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::{End, Stage};
-use crate::control::ErrorHistory;
+use crate::control::{ErrorHistory, statistical_checks};
 use crate::maps::{
-    CrossedVariances, Crossing, Judgement, MapKind, MapValues, REPLICAS, ReplicaMap, Tally, Unit, judge,
+    CrossedVariances, Crossing, History, Judgement, Look, MapKind, MapValues, REPLICAS, ReplicaMap, StatisticalCheck,
+    Tally, Unit, judge,
 };
 use crate::scene::{Elements, Quantity, Scene};
 
@@ -156,6 +157,16 @@ pub struct Job {
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
     pub judgement: Judgement,
+    /// All judgements of its present samples.
+    pub history: History,
+    /// What the statistical checks found when they were last asked.
+    pub checks: Vec<StatisticalCheck>,
+    /// Samples at which a statistical check first refused it.
+    held_since: Option<u64>,
+    /// Looks at which the stop rule accepted it and a statistical check refused.
+    pub refusals: u64,
+    /// Whether the latest was one of them.
+    pub refused: bool,
     /// What estimates its indirect light.
     pub engine: Engine,
     /// Variances of what it gathers, by the latest look.
@@ -165,7 +176,7 @@ pub struct Job {
     /// What a count is worth, kept while the map gathers.
     counting_unit: Option<Unit>,
     judged_samples: u64,
-    history: ErrorHistory,
+    pace: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
     share: DirectShare,
@@ -250,12 +261,17 @@ impl Job {
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
+            history: History::default(),
+            checks: Vec::new(),
+            held_since: None,
+            refusals: 0,
+            refused: false,
             engine,
             counting_unit: None,
             variances: CrossedVariances::default(),
             planned_samples: 0,
             judged_samples: 0,
-            history: ErrorHistory::default(),
+            pace: ErrorHistory::default(),
             direct,
             indirect,
             share: DirectShare::of(direct, indirect, entries),
@@ -301,9 +317,10 @@ impl Job {
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.detail.restart_indirect();
         }
+        self.map.forget_indirect_scores();
+        self.forget_looks();
         self.samples = 0;
         self.given_up_rays = self.rays;
-        self.history.clear();
         self.engine = Engine::Gathering;
     }
 
@@ -315,13 +332,14 @@ impl Job {
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.detail.restart_indirect();
         }
+        self.map.forget_indirect_scores();
+        self.forget_looks();
         if let Some(unit) = self.counting_unit.take() {
             self.map.indirect_unit_lx = unit;
         }
         self.engine = Engine::unbiased(self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
         self.samples = 0;
-        self.history.clear();
     }
 
     /// Starts anew on finer elements, where those at hand cannot show what the target asks for by the latest look;
@@ -336,6 +354,7 @@ impl Job {
             return false;
         };
         (self.map, self.weights) = element_map(context, &elements, Some(&adaptive));
+        self.forget_looks();
         (self.elements, self.adaptive) = (elements, Some(adaptive));
         let numbers = self.numbers_per_site();
         self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).times(numbers);
@@ -343,7 +362,6 @@ impl Job {
         self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
         self.counting_unit = None;
         self.samples = 0;
-        self.history.clear();
         self.given_up_rays = self.rays;
         true
     }
@@ -551,7 +569,7 @@ impl Job {
             let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
-        self.history.note(self.samples, &self.judgement);
+        self.pace.note(self.samples, &self.judgement);
         if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
@@ -559,6 +577,28 @@ impl Job {
             self.judgement.expected_error = self.judgement.expected_error.max(bound);
             self.judgement.unseen = false;
         }
+        self.history.add(Look {
+            samples: self.samples,
+            rays: self.rays,
+            // Of what is gathered, more samples lower the chance of the rays alone.
+            squared_error: match self.engine {
+                Engine::Gathering => self.variances.rows / REPLICAS as f64,
+                _ => (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
+            },
+            degrees_of_freedom: self.judgement.degrees_of_freedom,
+            means_lx: self.judgement.means_lx,
+        });
+    }
+
+    /// Asks the statistical checks about what has been judged; whether all pass.
+    pub fn passes_checks(&mut self) -> bool {
+        let parts = self.map.score_evidence();
+        self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since);
+        let all_pass = self.checks.iter().all(|check| check.passed);
+        if !all_pass {
+            self.held_since.get_or_insert(self.samples);
+        }
+        all_pass
     }
 
     /// Flux of all luminaires over the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.
@@ -591,7 +631,14 @@ impl Job {
 
     /// Power of the work with which its error falls, by its own history.
     pub fn error_exponent(&self) -> f64 {
-        self.history.exponent()
+        self.pace.exponent()
+    }
+
+    /// Starts a new history: the map begins anew.
+    fn forget_looks(&mut self) {
+        self.history.clear();
+        self.pace.clear();
+        self.held_since = None;
     }
 
     /// Samples at the latest judgement.

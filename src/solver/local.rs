@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use super::job::Context;
 use super::pilot::PartCost;
-use super::sweep::{emission_shift, spread_choice};
+use super::sweep::{emission_shift, merged, spread_choice};
 use crate::chain::Stage;
 use crate::estimators::local::{Anchors, BRANCHES, ChainVertex, Connecting};
-use crate::maps::{REPLICAS, ReplicaMap};
+use crate::maps::{PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
@@ -66,42 +66,28 @@ impl LocalPlan {
         }
     }
 
-    /// Rays in which local estimation brings the random error of a set of these weights down to `error_lx` (in the unit of
-    /// the map), all replicas together, by what the pilot measured; at least one round of every replica. Counted rays
-    /// alone decide, so that a choice by them is the same on every machine. Points of a sequence gain some more.
-    #[expect(dead_code, reason = "for a choice between methods by counted rays")]
-    pub fn rays_to_error(&self, weights: &[f64], error_lx: f64) -> f64 {
-        let weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        let rounds = self.variance_per_round / (weight * error_lx * error_lx);
-        rounds.max(REPLICAS as f64) * self.rays_per_round
-    }
-
     /// Does some rounds in every replica; returns the rays traced.
     pub fn rounds(&self, context: &Context, set: usize, map: &mut ReplicaMap, rounds: std::ops::Range<u64>) -> u64 {
-        let rays: Vec<u64> = map
+        let whole = &map.scores[1];
+        let done: Vec<(u64, PartScores)> = map
             .indirect
             .par_iter_mut()
             .enumerate()
             .map(|(replica, sums)| {
                 let chains = rounds.start * self.chains_per_round..rounds.end * self.chains_per_round;
-                self.chains(context, set, replica as u32, chains, sums)
-                    + self.walks(context, set, replica as u32, rounds.clone(), sums)
+                let mut task = Task { replica: replica as u32, sums, scores: PartScores::for_task(whole) };
+                let chain_rays = self.chains(context, set, chains, &mut task);
+                let walk_rays = self.walks(context, set, rounds.clone(), &mut task);
+                (chain_rays + walk_rays, task.scores)
             })
             .collect();
-        rays.iter().sum()
+        merged(&mut map.scores[1], done)
     }
 
-    fn chains(
-        &self,
-        context: &Context,
-        set: usize,
-        replica: u32,
-        chains: std::ops::Range<u64>,
-        sums: &mut [f64],
-    ) -> u64 {
-        let stage = context.stage;
+    fn chains(&self, context: &Context, set: usize, chains: std::ops::Range<u64>, task: &mut Task) -> u64 {
+        let (stage, points) = (context.stage, &context.scene.receivers[set].points);
         let flux_lm = stage.emitters.luminous_flux_lm() / self.chains_per_round as f64;
-        let mut stream = Stream::new(context.seed, Purpose::Chains, set as u32 + 1, replica);
+        let mut stream = Stream::new(context.seed, Purpose::Chains, set as u32 + 1, task.replica);
         let shift = emission_shift(&mut stream);
         let mut vertices = Vec::new();
         let mut scores = Vec::new();
@@ -116,7 +102,7 @@ impl LocalPlan {
             for vertex in &vertices {
                 let variate = stream.unit();
                 rays += self.anchors.connect(stage, vertex, &self.connecting, variate, &mut scores, |entry, score| {
-                    sums[entry] += flux_lm * score;
+                    task.add(entry, points[entry].weight, flux_lm * score);
                 });
             }
         }
@@ -125,19 +111,12 @@ impl LocalPlan {
 
     /// Walks of some rounds. An entry of less than one walk a round gets one every few rounds; in which of them its
     /// first falls is drawn, so that the mean is right after any number of rounds.
-    fn walks(
-        &self,
-        context: &Context,
-        set: usize,
-        replica: u32,
-        rounds: std::ops::Range<u64>,
-        sums: &mut [f64],
-    ) -> u64 {
+    fn walks(&self, context: &Context, set: usize, rounds: std::ops::Range<u64>, task: &mut Task) -> u64 {
         let receivers = &context.scene.receivers[set];
-        let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, replica);
+        let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, task.replica);
         let mut cut = Cut::default();
         let mut rays = 0;
-        for (entry, sum) in sums.iter_mut().enumerate() {
+        for (entry, point) in receivers.points.iter().enumerate() {
             let a_round = self.walks_per_round as f64 * self.anchors.walk_rate(entry);
             stream.seek(u64::MAX - entry as u64);
             let phase = stream.unit();
@@ -147,11 +126,26 @@ impl LocalPlan {
                 let bound = self.connecting.bound;
                 let (value, walk_rays) =
                     self.anchors.sample_rest(context.stage, receivers, entry, bound, &mut cut, &mut stream);
-                *sum += value / a_round;
+                task.add(entry, point.weight, value / a_round);
                 rays += walk_rays;
             }
         }
         rays
+    }
+}
+
+/// One replica's part of some rounds.
+struct Task<'a> {
+    replica: u32,
+    sums: &'a mut [f64],
+    scores: PartScores,
+}
+
+impl Task<'_> {
+    #[inline]
+    fn add(&mut self, entry: usize, weight: f64, value: f64) {
+        self.sums[entry] += value;
+        self.scores.add(weight.sqrt() * value);
     }
 }
 

@@ -8,7 +8,7 @@ use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::Stage;
-use crate::control::{accepts, needed_work, next_judgement};
+use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::{MapKind, REPLICAS};
 use crate::scene::Scene;
 
@@ -182,7 +182,7 @@ impl Run<'_> {
             return;
         };
         let job = &self.jobs[index];
-        if job.met || !job.bound || self.settings.chains.is_some() {
+        if job.met || job.refused || !job.bound || self.settings.chains.is_some() {
             return;
         }
         if self.settings.time_limit_s.is_some() {
@@ -268,8 +268,12 @@ impl Run<'_> {
         job.judge(self.context);
         let needed =
             self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
-        job.met = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
-        job.next_judgement = next_judgement(samples, needed);
+        let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
+        job.met = accepted && job.passes_checks();
+        let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
+        job.refused = without_mean || (accepted && !job.met);
+        job.refusals += u64::from(job.refused);
+        job.next_judgement = if job.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
         if job.bound {
             let row = self.convergence_row();
             self.convergence.extend(row);
@@ -316,6 +320,9 @@ impl Run<'_> {
                 fill_sparse_elements(self.context, job);
             }
             job.judge(self.context);
+            if !job.met {
+                job.passes_checks();
+            }
         }
         if let Some(row) = self.convergence_row()
             && self.convergence.last().is_none_or(|last| last.chains != row.chains)
@@ -373,6 +380,7 @@ impl Run<'_> {
         let done = job.samples as f64;
         let to_target = match self.target_error {
             Some(_) if job.met => 0.0,
+            Some(_) if job.refused => job.next_judgement as f64 - done,
             Some(_) if job.engine == Engine::Gathering => job.planned_samples as f64 - done,
             Some(target) if job.judgement.mean_lx > 0.0 => {
                 // The judgement is of the last look; samples have been added since.

@@ -2,7 +2,8 @@
 //!
 //! A small element is met by few packets, and a mean of few counts tells neither its value nor its error. Walks start
 //! from the element itself, so its size does not matter to them. Which elements these are follows from their areas and
-//! the mean of the whole map, never from their own counts: choosing those that happened to score low would bias them.
+//! the mean of the whole map, and for the replicas of one half from the counts of the other: choosing those that happened
+//! to score low themselves would bias them. So rooms far from the light, which few packets reach, get their light by walks.
 
 use rayon::prelude::*;
 
@@ -39,18 +40,26 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     let (flux_lm, areas) = (*luminous_flux_lm, area_m2.clone());
     let total_area_m2: f64 = areas.iter().sum();
     let scores: f64 = (0..job.map.len()).map(|cell| job.map.indirect_sum(cell)).sum();
-    let sparse: Vec<u32> =
-        (0..areas.len() as u32).filter(|cell| scores * areas[*cell as usize] / total_area_m2 < FEWEST_SCORES).collect();
-    if sparse.is_empty() || scores == 0.0 {
+    let small = |cell: u32| scores * areas[cell as usize] / total_area_m2 < FEWEST_SCORES;
+    let count_of_half = |parity: usize, cell: u32| -> f64 {
+        job.map.indirect.iter().skip(parity).step_by(2).map(|slab| slab[cell as usize]).sum()
+    };
+    let sparse: [Vec<u32>; 2] = [0, 1].map(|parity| {
+        let is_sparse = |cell: &u32| small(*cell) || 2.0 * count_of_half(1 - parity, *cell) < FEWEST_SCORES;
+        (0..areas.len() as u32).filter(is_sparse).collect()
+    });
+    let longer = if sparse[0].len() >= sparse[1].len() { &sparse[0] } else { &sparse[1] };
+    let count = longer.len();
+    if count == 0 || scores == 0.0 {
         return 0;
     }
-    let probes: Vec<u32> = sparse.iter().step_by(sparse.len().div_ceil(PROBES)).copied().collect();
+    let probes: Vec<u32> = longer.iter().step_by(count.div_ceil(PROBES)).copied().collect();
     let mut cut = Cut::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, 0, 1);
     let probe_rays: u64 = probes.iter().map(|cell| walk_from_cell(context, *cell, 0, &mut cut, &mut stream).1).sum();
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     let budget = (RAY_SHARE * job.rays as f64).max(RAYS_IN_ANY_CASE);
-    let walks = ((budget / (rays_per_walk * sparse.len() as f64 * REPLICAS as f64)) as u64).min(MOST_WALKS);
+    let walks = ((budget / (rays_per_walk * count as f64 * REPLICAS as f64)) as u64).min(MOST_WALKS);
     if walks == 0 {
         // In a scene of very many elements the walks would outweigh the run: their counts must do.
         return 0;
@@ -66,7 +75,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
             let mut cut = Cut::default();
             let mut stream = Stream::new(context.seed, Purpose::Walks, 0, replica as u32);
             let mut rays = 0;
-            for cell in &sparse {
+            for cell in &sparse[replica % 2] {
                 let mut sum_lx = 0.0;
                 for walk in 0..walks {
                     let (lx, walk_rays) = walk_from_cell(context, *cell, walk, &mut cut, &mut stream);
@@ -80,7 +89,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         })
         .collect();
     job.rays += rays.iter().sum::<u64>();
-    sparse.len()
+    count
 }
 
 /// One walk from a random point of an element side: indirect illuminance in lx and the rays it took.

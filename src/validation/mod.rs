@@ -3,6 +3,7 @@
 //! A case is a folder with a `case.json`; `docs/validation.md` describes it. [`find_cases`] finds cases at run time,
 //! [`run_case`] runs one, [`report_html`], [`report_md`] and [`case_csv`] tell what came out.
 
+mod calibration;
 mod case;
 mod case_of_run;
 mod error;
@@ -33,6 +34,10 @@ mod truth_sobolev;
 mod verdict;
 mod words;
 
+pub use calibration::{
+    Campaign, CampaignSettings, Forecast, SeedRun, calibrate, calibration_csv, calibration_html, calibration_md,
+    calibration_pictures, calibration_table,
+};
 pub use case::{Case, Comparison, Criterion, Light, Run, What};
 pub use case_of_run::case_of_stored_run;
 pub use error::CaseError;

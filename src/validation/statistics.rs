@@ -132,20 +132,23 @@ impl EntrySet {
         // A map is judged by its mean, as everywhere in luxmc; averages of different runs each by their own size.
         let size_lx = |entry: &Entry| if self.across_runs { entry.exact.value_lx } else { mean_lx };
         let rms = |of: &dyn Fn(&Entry) -> f64| {
-            let square = |entry: &Entry| entry.weight * (of(entry) / size_lx(entry)).powi(2);
+            let square = |entry: &Entry| entry.weight * part(of(entry), size_lx(entry)).powi(2);
             (self.entries.iter().map(square).sum::<f64>() / weight).sqrt()
         };
         let own_size_lx = |entry: &Entry| if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { mean_lx };
         let worst = self
             .entries
             .iter()
-            .map(|entry| Worst { value: entry.deviation_lx().abs() / own_size_lx(entry), label: entry.label.clone() })
+            .map(|entry| Worst {
+                value: part(entry.deviation_lx().abs(), own_size_lx(entry)),
+                label: entry.label.clone(),
+            })
             .max_by(|a, b| a.value.total_cmp(&b.value));
         let noisy: Vec<(f64, &Entry)> = self.entries.iter().filter_map(|entry| entry.z().map(|z| (z, entry))).collect();
         let count = noisy.len() as f64;
         let share_within = |sigmas: f64| noisy.iter().filter(|(z, _)| z.abs() <= sigmas).count() as f64 / count;
         let worst_z = noisy.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let signed = |entry: &Entry| entry.weight * entry.deviation_lx() / size_lx(entry);
+        let signed = |entry: &Entry| entry.weight * part(entry.deviation_lx(), size_lx(entry));
         let truth = rms(&|entry| entry.exact.uncertainty_lx);
         Statistics {
             count: self.entries.len(),
@@ -163,18 +166,18 @@ impl EntrySet {
             unaccounted: rms(&|entry| entry.exact.unaccounted_lx),
             truncation: rms(&|entry| entry.exact.truncation_lx),
             truth,
-            truth_shift: self.truth_average_error_lx.map_or(truth, |error_lx| error_lx / mean_lx),
+            truth_shift: self.truth_average_error_lx.map_or(truth, |error_lx| part(error_lx, mean_lx)),
         }
     }
 
     /// Standard error of the mean deviation: the replicas' own where they tell it, else that of independent entries.
     fn bias_error(&self, weight: f64, mean_lx: f64) -> f64 {
         if let Some(average_error_lx) = self.average_error_lx {
-            return average_error_lx / mean_lx;
+            return part(average_error_lx, mean_lx);
         }
         let square = |entry: &Entry| {
             let size_lx = if self.across_runs { entry.exact.value_lx } else { mean_lx };
-            (entry.weight * entry.standard_error_lx / size_lx).powi(2)
+            (entry.weight * part(entry.standard_error_lx, size_lx)).powi(2)
         };
         self.entries.iter().map(square).sum::<f64>().sqrt() / weight
     }
@@ -190,6 +193,11 @@ impl EntrySet {
             })
             .reduce(f64::max)
     }
+}
+
+/// A part of a whole; nothing of nothing is 0: in a dark room a dark map has no error.
+fn part(amount: f64, whole: f64) -> f64 {
+    if amount == 0.0 { 0.0 } else { amount / whole }
 }
 
 /// Probability that Student's t stays within so many standard errors.

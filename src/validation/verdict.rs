@@ -86,7 +86,8 @@ fn fits_error_bars(set: &EntrySet, statistics: &Statistics) -> Vec<Check> {
             found: format!("worst {} ({})", sigmas(worst_z.value), worst_z.label),
             holds: worst_z.value <= most,
         });
-        let bias_z = statistics.bias.abs() / statistics.bias_error.hypot(statistics.known_shift());
+        let bias_error = statistics.bias_error.hypot(statistics.known_shift());
+        let bias_z = if statistics.bias == 0.0 { 0.0 } else { statistics.bias.abs() / bias_error };
         let most = largest_expected_z(ALPHA, 1, set.degrees_of_freedom);
         if statistics.count > 1 {
             checks.push(Check {

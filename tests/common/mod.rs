@@ -38,6 +38,7 @@ fn settings(seed: u64, maps: MapSelection) -> Settings {
         chains: None,
         time_limit_s: None,
         maps,
+        elements: luxmc::solver::ElementChoice::Given,
         threads: None,
     }
 }

@@ -1,0 +1,151 @@
+//! Statistical checks of a map before a run may claim its target, after those that transport codes print with every tally.
+//!
+//! The stop rule trusts the spread of the replicas. That spread is worth nothing where the scores have no variance, where
+//! few of them carry all of it, or where samples repeat themselves: each check finds one of these.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
+
+use crate::maps::{History, Judgement, Look, REPLICAS, ScoreEvidence, StatisticalCheck};
+
+/// A sound run fails a single comparison with about this probability; there are four of them.
+const ALPHA: f64 = 5e-5;
+/// Squared errors times work may grow by this factor beyond chance: direct light goes forward in whole passes, and
+/// quasi-random points in rounds.
+const ALLOWED_GROWTH: f64 = 1.5;
+/// Shares of the work at which the past is compared with the present, and what counts as near them.
+const HALF: (f64, [f64; 2]) = (0.5, [0.3, 0.75]);
+const QUARTER: (f64, [f64; 2]) = (0.25, [0.05, 0.35]);
+/// Degrees of freedom are themselves estimated: this share of them is relied on.
+const SURE_DEGREES: f64 = 0.5;
+/// Tails of at least this shape have no variance.
+const INFINITE_VARIANCE: f64 = 0.5;
+/// A tail counts as infinite from so many standard errors below that shape on: over 95% of infinite ones are seen.
+const SAFE_SIDE: f64 = 2.4;
+/// Fewer of the largest scores than this tell nothing of a tail.
+const LEAST_TAIL: usize = 200;
+/// A tail with less than this share of the variance does not matter yet, whatever its shape.
+const LEAST_TAIL_SHARE: f64 = 0.1;
+/// Scores that must carry the variance, effectively: then single scores make it uncertain by less than a fifth.
+const ENOUGH_SCORES: f64 = 30.0;
+/// A map that was held up is not held up for few scores alone beyond so many times its samples then: what then still
+/// carries the variance is a score so rare that the spread errs on the safe side.
+const LONGEST_WAIT: u64 = 4;
+/// Relative deviations below this one are the rounding of sums.
+const ROUNDING: f64 = 1e-9;
+
+/// Judges a map; `parts` are what the scores of direct and indirect light say, `held_since` the samples at which a check
+/// first held the map up.
+pub fn statistical_checks(
+    history: &History,
+    parts: [ScoreEvidence; 2],
+    judgement: &Judgement,
+    held_since: Option<u64>,
+) -> Vec<StatisticalCheck> {
+    let is_judged = judgement.mean_lx > 0.0 && !judgement.dark && !judgement.unseen;
+    let Some(now) = history.last().filter(|_| is_judged) else {
+        return Vec::new();
+    };
+    let past = |(share, between)| history.at_share(share, between);
+    let rounding_lx = ROUNDING * judgement.mean_lx;
+    let has_waited = held_since.is_some_and(|samples| now.samples >= LONGEST_WAIT * samples);
+    vec![
+        mean_check(now, [past(HALF), past(QUARTER)], rounding_lx),
+        growth_check("error", now, past(QUARTER), |look| look.samples as f64, rounding_lx),
+        growth_check("figure of merit", now, past(HALF), |look| look.rays as f64, rounding_lx),
+        tail_check(parts),
+        scores_check(parts, has_waited),
+    ]
+}
+
+fn check(name: &'static str, value: Option<f64>, limit: f64, passed: bool, says: &str) -> StatisticalCheck {
+    StatisticalCheck { name, passed, value, limit, says: says.to_owned() }
+}
+
+/// The mean settles: what came after a look must be that of before, by Student's t over the replicas.
+fn mean_check(now: &Look, past: [Option<&Look>; 2], rounding_lx: f64) -> StatisticalCheck {
+    let limit = student_quantile(1.0 - 0.5 * ALPHA);
+    let deviations = past.into_iter().flatten().map(|then| {
+        let (before, all) = (then.samples as f64, now.samples as f64);
+        let steps: [f64; REPLICAS] = std::array::from_fn(|replica| {
+            let since_lx = (all * now.means_lx[replica] - before * then.means_lx[replica]) / (all - before);
+            since_lx - then.means_lx[replica]
+        });
+        let mean = steps.iter().sum::<f64>() / REPLICAS as f64;
+        let squares: f64 = steps.iter().map(|step| (step - mean).powi(2)).sum();
+        let error = (squares / (REPLICAS * (REPLICAS - 1)) as f64).sqrt();
+        if mean.abs() <= rounding_lx { 0.0 } else { mean.abs() / error }
+    });
+    let value = deviations.reduce(f64::max);
+    let passed = value.is_none_or(|value| value <= limit);
+    check("mean", value, limit, passed, "the map's mean drifts: later samples do not agree with earlier ones")
+}
+
+/// Squared error times work must not grow, by Fisher's F with what two nested estimates have in common taken off.
+fn growth_check(
+    name: &'static str,
+    now: &Look,
+    then: Option<&Look>,
+    work: impl Fn(&Look) -> f64,
+    rounding_lx: f64,
+) -> StatisticalCheck {
+    let says = "the error does not fall as the root of the work: samples repeat themselves, or have no finite variance";
+    let Some(then) = then.filter(|then| now.squared_error > rounding_lx.powi(2) && then.samples < now.samples) else {
+        return check(name, None, ALLOWED_GROWTH, true, says);
+    };
+    let degrees = SURE_DEGREES * (REPLICAS - 1) as f64 * now.degrees_of_freedom.min(then.degrees_of_freedom);
+    let shared = then.samples as f64 / now.samples as f64;
+    let limit = ALLOWED_GROWTH * fisher_quantile(degrees.clamp(7.0, 1e6) / (1.0 - shared));
+    let growth = work(now) * now.squared_error / (work(then) * then.squared_error).max(f64::MIN_POSITIVE);
+    check(name, Some(growth), limit, growth <= limit, says)
+}
+
+/// The largest scores must not fall off like those of a law without variance, unless they hardly matter.
+fn tail_check(parts: [ScoreEvidence; 2]) -> StatisticalCheck {
+    let variance: f64 = parts.iter().map(|part| part.variance).sum();
+    let telling = parts.iter().filter(|part| {
+        part.tail >= LEAST_TAIL && part.shape.is_some() && part.tail_variance > LEAST_TAIL_SHARE * variance
+    });
+    // The part whose tail is heaviest for its number of scores.
+    let limit_of =
+        |part: &ScoreEvidence| INFINITE_VARIANCE - SAFE_SIDE * (1.0 + INFINITE_VARIANCE) / (part.tail as f64).sqrt();
+    let excess = |part: &&ScoreEvidence| part.shape.unwrap_or(f64::NEG_INFINITY) - limit_of(part);
+    let worst = telling.max_by(|a, b| excess(a).total_cmp(&excess(b)));
+    let says = "a few very large scores carry the map, and more of them are to come: its variance may be infinite";
+    match worst {
+        Some(part) => check("tail", part.shape, limit_of(part), excess(&part) <= 0.0, says),
+        None => check("tail", None, INFINITE_VARIANCE, variance.is_finite(), says),
+    }
+}
+
+/// Enough scores must carry the variance: (Σx²)²/Σx⁴, one over what transport codes call the variance of the variance.
+fn scores_check(parts: [ScoreEvidence; 2], has_waited: bool) -> StatisticalCheck {
+    let variance: f64 = parts.iter().map(|part| part.variance).sum();
+    let fourth: f64 = parts.iter().map(|part| part.fourth).sum();
+    let says = "too few scores carry the map's error for it to be known";
+    if variance == 0.0 {
+        return check("scores", None, ENOUGH_SCORES, true, says);
+    }
+    let effective = variance * variance / fourth;
+    check("scores", Some(effective), ENOUGH_SCORES, has_waited || effective >= ENOUGH_SCORES, says)
+}
+
+fn student_quantile(probability: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, (REPLICAS - 1) as f64).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
+}
+
+/// Upper quantile of F(n, n), by bisection of its logarithm.
+fn fisher_quantile(degrees: f64) -> f64 {
+    let Ok(f) = FisherSnedecor::new(degrees, degrees) else {
+        return f64::INFINITY;
+    };
+    let (mut low, mut high) = (0.0f64, 12.0f64);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if f.cdf(middle.exp()) < 1.0 - ALPHA { low = middle } else { high = middle }
+    }
+    high.exp()
+}
+
+#[cfg(test)]
+#[path = "checks_tests.rs"]
+mod tests;

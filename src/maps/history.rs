@@ -1,0 +1,71 @@
+//! How a map has come along: what was known of it each time its error was judged.
+
+use super::REPLICAS;
+
+/// A map at one of its judgements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Samples of every replica.
+    pub samples: u64,
+    /// Rays traced for it.
+    pub rays: u64,
+    /// Expected squared error in lx², of that part which more samples lower.
+    pub squared_error: f64,
+    /// Effective degrees of freedom of the error.
+    pub degrees_of_freedom: f64,
+    /// Weighted mean of the map in each replica, in lx.
+    pub means_lx: [f64; REPLICAS],
+}
+
+/// All judgements of a map's present samples, in order.
+#[derive(Clone, Debug, Default)]
+pub struct History {
+    looks: Vec<Look>,
+}
+
+impl History {
+    /// Adds a look; one at fewer samples than the last means that the map began anew, one at as many replaces nothing.
+    pub fn add(&mut self, look: Look) {
+        match self.looks.last() {
+            Some(last) if look.samples < last.samples => self.looks.clear(),
+            Some(last) if look.samples == last.samples => return,
+            _ => {}
+        }
+        self.looks.push(look);
+    }
+
+    /// Forgets all: the map begins anew.
+    pub fn clear(&mut self) {
+        self.looks.clear();
+    }
+
+    /// The latest look.
+    pub fn last(&self) -> Option<&Look> {
+        self.looks.last()
+    }
+
+    /// The look that lies nearest to this share of the samples of the latest one, if one lies between two shares.
+    pub fn at_share(&self, share: f64, between: [f64; 2]) -> Option<&Look> {
+        let all = self.last()?.samples as f64;
+        let share_of = |look: &Look| look.samples as f64 / all;
+        let within = self.looks.iter().filter(|look| (between[0]..=between[1]).contains(&share_of(look)));
+        within.min_by(|a, b| (share_of(a) - share).abs().total_cmp(&(share_of(b) - share).abs()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_look_nearest_to_a_share_is_found_and_a_new_start_forgets() {
+        let look =
+            |samples| Look { samples, rays: 0, squared_error: 1.0, degrees_of_freedom: 1.0, means_lx: [1.0; 16] };
+        let mut history = History::default();
+        [10, 20, 40, 80, 80].into_iter().for_each(|samples| history.add(look(samples)));
+        assert_eq!(history.at_share(0.5, [0.3, 0.75]).map(|look| look.samples), Some(40));
+        assert_eq!(history.at_share(0.9, [0.8, 0.95]), None);
+        history.add(look(5));
+        assert_eq!(history.at_share(0.5, [0.0, 0.9]), None);
+    }
+}

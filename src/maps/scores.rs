@@ -1,0 +1,238 @@
+//! What single scores say of a map's variance: their spread, and the largest of them.
+//!
+//! Replicas tell how a map scatters, but not whether its variance exists: a tail of rare large scores shows there only
+//! once one of them has come. The largest scores so far tell of it earlier. They are kept by every task for itself and
+//! merged after each slice, so that nothing is shared in a chain.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::ops::Range;
+
+use crate::base::pareto::pareto_shape;
+
+/// Largest scores that are kept of a part of a map.
+pub const LARGEST: usize = 256;
+
+/// Deviations of single scores from the level of their entry, each times the root of the entry's weight: sums and the
+/// largest. The map's squared error is the sum of their squares over the square of the samples.
+#[derive(Clone, Debug, Default)]
+pub struct Scores {
+    /// Scores counted.
+    pub count: u64,
+    /// Sum of their squares.
+    pub squares: f64,
+    /// Sum of their fourth powers.
+    pub fourths: f64,
+    /// The largest, and up to as many again that have come since they were last sorted out.
+    largest: Vec<f64>,
+    /// No score at or under this one is among the largest.
+    floor: f64,
+}
+
+impl Scores {
+    /// An empty set for a task that adds to `whole`: what cannot be among the largest there is not kept.
+    pub fn for_task(whole: &Scores) -> Scores {
+        Scores { largest: Vec::with_capacity(2 * LARGEST), floor: whole.floor, ..Scores::default() }
+    }
+
+    /// Adds a weighted deviation, 0 or more.
+    #[inline]
+    pub fn add(&mut self, deviation: f64) {
+        let square = deviation * deviation;
+        self.count += 1;
+        self.squares += square;
+        self.fourths += square * square;
+        if deviation > self.floor {
+            self.keep(deviation);
+        }
+    }
+
+    #[cold]
+    fn keep(&mut self, deviation: f64) {
+        self.largest.push(deviation);
+        if self.largest.len() >= 2 * LARGEST {
+            self.sort_out();
+        }
+    }
+
+    fn sort_out(&mut self) {
+        if self.largest.len() <= LARGEST {
+            return;
+        }
+        let (_, least, _) = self.largest.select_nth_unstable_by(LARGEST - 1, |one, other| other.total_cmp(one));
+        self.floor = *least;
+        self.largest.truncate(LARGEST);
+    }
+
+    /// Adds what a task has counted.
+    pub fn merge(&mut self, task: Scores) {
+        self.count += task.count;
+        self.squares += task.squares;
+        self.fourths += task.fourths;
+        self.largest.extend(task.largest);
+        self.sort_out();
+    }
+
+    /// What the scores say of a part of a map with so many samples of every entry, of so many scores in all.
+    pub fn evidence(&self, samples: f64, all: f64) -> ScoreEvidence {
+        let mut largest = self.largest.clone();
+        largest.sort_by(|one, other| other.total_cmp(one));
+        // The largest follow their law in the limit alone: no more than three roots of the number (Vehtari et al. 2024,
+        // "Pareto smoothed importance sampling"), and no more than one entry has, since entries differ in size.
+        let most = (3.0 * (self.count as f64).sqrt()).min(samples) as usize;
+        let tail = LARGEST.min(largest.len()).min(most).saturating_sub(1);
+        let threshold = largest.get(tail).copied().unwrap_or(0.0);
+        let excesses: Vec<f64> = largest[..tail].iter().map(|score| score - threshold).collect();
+        // What was counted stands for all.
+        let scale = if self.count > 0 { all / self.count as f64 } else { 0.0 };
+        let squared_samples = (samples * samples).max(f64::MIN_POSITIVE);
+        ScoreEvidence {
+            variance: scale * self.squares / squared_samples,
+            fourth: scale * self.fourths / (squared_samples * squared_samples),
+            tail,
+            tail_variance: largest[..tail].iter().map(|score| score * score).sum::<f64>() / squared_samples,
+            shape: pareto_shape(&excesses),
+        }
+    }
+}
+
+/// What the scores of a part of a map say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScoreEvidence {
+    /// What the part adds to the map's squared error, times the sum of weights, in lx² m².
+    pub variance: f64,
+    /// Sum of the squares of what single scores add to that.
+    pub fourth: f64,
+    /// Number of the largest scores that the tail is judged by.
+    pub tail: usize,
+    /// Their part of `variance`.
+    pub tail_variance: f64,
+    /// Shape of the tail (0 exponential, from ½ on of infinite variance); `None` where it has an end.
+    pub shape: Option<f64>,
+}
+
+/// Scores of a part of a map, by what they deviate from.
+#[derive(Clone, Debug, Default)]
+pub struct PartScores {
+    /// From the entry's level; a part that has them is judged by them.
+    levelled: Scores,
+    /// From the score before, over √2, as long as the entry has no level.
+    stepped: Scores,
+}
+
+impl PartScores {
+    /// An empty set for a task that adds to `whole`.
+    pub fn for_task(whole: &PartScores) -> PartScores {
+        PartScores { levelled: Scores::for_task(&whole.levelled), stepped: Scores::for_task(&whole.stepped) }
+    }
+
+    /// Adds what a task has counted.
+    pub fn merge(&mut self, task: PartScores) {
+        self.levelled.merge(task.levelled);
+        self.stepped.merge(task.stepped);
+    }
+
+    /// Adds a weighted score that deviates from nothing.
+    #[inline]
+    pub fn add(&mut self, score: f64) {
+        self.levelled.add(score);
+    }
+
+    /// Counts the scores of an entry of this weight.
+    #[inline]
+    pub fn of_entry(&mut self, weight: f64, level: Option<f64>) -> EntryScores<'_> {
+        let (scores, root_weight) = match level {
+            Some(_) => (&mut self.levelled, weight.max(0.0).sqrt()),
+            None => (&mut self.stepped, weight.max(0.0).sqrt() * FRAC_1_SQRT_2),
+        };
+        EntryScores { scores, root_weight, moves: level.is_none(), level: level.unwrap_or(f64::NAN) }
+    }
+
+    /// What they say: see [`Scores::evidence`].
+    pub fn evidence(&self, samples: f64, all: f64) -> ScoreEvidence {
+        let chosen = if self.levelled.count >= self.stepped.count { &self.levelled } else { &self.stepped };
+        chosen.evidence(samples, all)
+    }
+}
+
+/// Scores of one entry.
+pub struct EntryScores<'a> {
+    scores: &'a mut Scores,
+    root_weight: f64,
+    moves: bool,
+    level: f64,
+}
+
+impl EntryScores<'_> {
+    /// Adds a score.
+    #[inline]
+    pub fn add(&mut self, score: f64) {
+        if !self.level.is_nan() {
+            self.scores.add(self.root_weight * (score - self.level).abs());
+        }
+        if self.moves {
+            self.level = score;
+        }
+    }
+}
+
+/// Levels from which the scores of a map's entries deviate: the mean of an entry's first samples. They stay as they are:
+/// levels that moved would mix laws of different widths, which looks like a tail.
+#[derive(Clone, Debug, Default)]
+pub struct Levels {
+    values: Vec<f64>,
+}
+
+impl Levels {
+    /// Sets the levels of entries that have none and samples by now, from a mean that is `None` where there is no sample.
+    pub fn fix(&mut self, entries: Range<usize>, mean: impl Fn(usize) -> Option<f64>) {
+        if self.values.len() < entries.end {
+            self.values.resize(entries.end, f64::NAN);
+        }
+        for entry in entries {
+            if self.values[entry].is_nan() {
+                self.values[entry] = mean(entry).unwrap_or(f64::NAN);
+            }
+        }
+    }
+
+    /// The level of an entry, once it has one.
+    #[inline]
+    pub fn of(&self, entry: usize) -> Option<f64> {
+        self.values.get(entry).copied().filter(|level| !level.is_nan())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_are_kept_however_the_work_is_shared_out() {
+        let scores: Vec<f64> = (0..10_000u64).map(|n| (n * 7919 % 10_007) as f64).collect();
+        let mut in_one = Scores::default();
+        scores.iter().for_each(|score| in_one.add(*score));
+        let mut in_parts = Scores::default();
+        for part in scores.chunks(777) {
+            let mut task = Scores::for_task(&in_parts);
+            part.iter().for_each(|score| task.add(*score));
+            in_parts.merge(task);
+        }
+        let (one, other) = (in_one.evidence(1e4, 1e4), in_parts.evidence(1e4, 1e4));
+        assert_eq!((in_one.count, one.tail, one.shape), (in_parts.count, other.tail, other.shape));
+        assert_eq!((one.tail_variance, one.variance), (other.tail_variance, other.variance));
+        let mut sorted = scores.clone();
+        sorted.sort_by(|a, b| b.total_cmp(a));
+        let exact: f64 = sorted[..one.tail].iter().map(|score| score * score).sum();
+        assert!((1e8 * one.tail_variance / exact - 1.0).abs() < 1e-12);
+        assert!(one.shape.is_some_and(|shape| shape < -0.5), "a uniform tail has an end: {:?}", one.shape);
+    }
+
+    #[test]
+    fn constant_scores_have_no_tail() {
+        let mut scores = PartScores::default();
+        let mut entry = scores.of_entry(2.0, None);
+        (0..5000).for_each(|_| entry.add(3.0));
+        let evidence = scores.evidence(5000.0, 5000.0);
+        assert_eq!((evidence.variance, evidence.shape), (0.0, None));
+    }
+}

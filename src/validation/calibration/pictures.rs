@@ -1,0 +1,158 @@
+//! Pictures of a calibration.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::campaign::{Campaign, LEVELS};
+use crate::validation::plots::{Drawn, EXACT, FAINT, MEASURED, TEXT, svg, tick};
+
+/// Colours of methods, told apart in print by shape too (Okabe and Ito 2008).
+const OTHER: RGBColor = RGBColor(0, 158, 115);
+/// Height of a row with the runs of one campaign, in SVG units.
+const ROW: u32 = 30;
+/// Forecasts beyond these factors are drawn at the border.
+const FORECAST_REACH: f64 = 8.0;
+/// Errors beyond so many times the target, likewise.
+const ERROR_REACH: f64 = 3.0;
+/// Forecasts of a campaign that are drawn, evenly chosen.
+const MOST_DOTS: usize = 400;
+/// Smallest share of a run that is shown.
+const FIRST_SHARE: f64 = 1e-3;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+fn colour(campaign: &Campaign) -> RGBColor {
+    if campaign.method == "auto" { OTHER } else { MEASURED }
+}
+
+fn name(campaign: &Campaign) -> String {
+    format!("{}: {}, {}", campaign.case, campaign.comparison, campaign.method)
+}
+
+/// Names of the two methods above a picture.
+fn methods(area: &Area) -> Drawn {
+    use crate::validation::plots::{Sign, legend};
+    let signs = [(Sign::Dot(MEASURED), "collision".to_owned()), (Sign::Dot(OTHER), "auto".to_owned())];
+    legend(area, &signs)
+}
+
+/// Coverage less its nominal level, a line a campaign.
+pub(super) fn coverage_picture(campaigns: &[Campaign]) -> String {
+    svg(400, |area| {
+        let (top, plot) = area.split_vertically(28);
+        methods(&top)?;
+        let excess = |campaign: &Campaign, level: usize| 100.0 * (campaign.coverage(level) - LEVELS[level]);
+        let all = || campaigns.iter().flat_map(|campaign| (0..LEVELS.len()).map(move |level| excess(campaign, level)));
+        let reach = 1.15 * all().fold(2.0, |most: f64, value| most.max(value.abs()));
+        let mut chart = ChartBuilder::on(&plot)
+            .margin(8)
+            .margin_right(18)
+            .x_label_area_size(46)
+            .y_label_area_size(72)
+            .build_cartesian_2d(0.0..100.0, -reach..reach)?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .x_desc("nominal level of the error bars, %")
+            .y_desc("held the truth, less nominal, points")
+            .label_style(TEXT)
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick(*value))
+            .draw()?;
+        chart.draw_series(LineSeries::new([(0.0, 0.0), (100.0, 0.0)], EXACT.stroke_width(2)))?;
+        for campaign in campaigns {
+            let points: Vec<(f64, f64)> =
+                (0..LEVELS.len()).map(|level| (100.0 * LEVELS[level], excess(campaign, level))).collect();
+            chart.draw_series(LineSeries::new(points.iter().copied(), colour(campaign).mix(0.5).stroke_width(1)))?;
+            chart.draw_series(points.iter().map(|point| Circle::new(*point, 3, colour(campaign).mix(0.7).filled())))?;
+        }
+        Ok(())
+    })
+}
+
+/// True error over target, a row a campaign, a dot a run.
+pub(super) fn error_picture(campaigns: &[Campaign]) -> String {
+    let height = 90 + ROW * campaigns.len() as u32;
+    svg(height, |area| {
+        let ratios = |campaign: &Campaign| -> Vec<f64> {
+            campaign.runs.iter().map(|run| (run.true_error / campaign.target_error).min(ERROR_REACH)).collect()
+        };
+        let most = campaigns.iter().flat_map(ratios).fold(1.3, f64::max);
+        let rows = campaigns.len() as f64;
+        let mut chart = ChartBuilder::on(area)
+            .margin(8)
+            .margin_right(18)
+            .x_label_area_size(46)
+            .y_label_area_size(230)
+            .build_cartesian_2d(0.0..1.05 * most, -0.5..rows - 0.5)?;
+        let row_name = |row: &f64| {
+            let index = (rows - 1.0 - row).round();
+            let whole = (row - row.round()).abs() < 1e-6 && index >= 0.0;
+            campaigns.get(index as usize).filter(|_| whole).map(name).unwrap_or_default()
+        };
+        chart
+            .configure_mesh()
+            .disable_y_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .y_labels(2 * campaigns.len() + 2)
+            .x_desc("true error over target (at 3 all beyond)")
+            .label_style((TEXT.0, 11))
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&row_name)
+            .draw()?;
+        chart.draw_series(LineSeries::new([(1.0, -0.5), (1.0, rows - 0.5)], EXACT.stroke_width(2)))?;
+        for (index, campaign) in campaigns.iter().enumerate() {
+            let middle = rows - 1.0 - index as f64;
+            let dots = ratios(campaign).into_iter().enumerate().map(|(run, ratio)| {
+                // Spread over the row's height by the golden section, so that dots lie apart.
+                let shift = 0.6 * ((run as f64 * 0.618_033_988_75).fract() - 0.5);
+                Circle::new((ratio, middle + shift), 2, colour(campaign).mix(0.5).filled())
+            });
+            chart.draw_series(dots)?;
+        }
+        Ok(())
+    })
+}
+
+/// Forecasts over what came true against the share of the work.
+pub(super) fn forecast_picture(campaigns: &[Campaign]) -> String {
+    svg(420, |area| {
+        let (top, plot) = area.split_vertically(28);
+        methods(&top)?;
+        let mut chart = ChartBuilder::on(&plot)
+            .margin(8)
+            .margin_right(18)
+            .x_label_area_size(46)
+            .y_label_area_size(72)
+            .build_cartesian_2d(
+                (100.0 * FIRST_SHARE..100.0f64).log_scale(),
+                (1.0 / FORECAST_REACH..FORECAST_REACH).log_scale(),
+            )?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .x_desc("share of the run that was done, %")
+            .y_desc("forecast over what came true")
+            .label_style(TEXT)
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick(*value))
+            .draw()?;
+        for campaign in campaigns {
+            let forecasts = || {
+                let all = campaign.runs.iter().flat_map(|run| &run.forecasts);
+                all.filter(|forecast| (FIRST_SHARE..1.0).contains(&forecast.share))
+            };
+            let step = forecasts().count().div_ceil(MOST_DOTS).max(1);
+            let dots = forecasts().step_by(step).map(|forecast| {
+                let ratio = forecast.ratio.clamp(1.0 / FORECAST_REACH, FORECAST_REACH);
+                Circle::new((100.0 * forecast.share, ratio), 2, colour(campaign).mix(0.25).filled())
+            });
+            chart.draw_series(dots)?;
+        }
+        chart.draw_series(LineSeries::new([(100.0 * FIRST_SHARE, 1.0), (100.0, 1.0)], EXACT.stroke_width(2)))?;
+        Ok(())
+    })
+}

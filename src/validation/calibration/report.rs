@@ -1,0 +1,191 @@
+//! Tells of a calibration: table, page, Markdown, CSV.
+
+use super::campaign::{AT_NOMINAL, Campaign, CampaignSettings};
+use super::pictures::{coverage_picture, error_picture, forecast_picture};
+use super::{NOMINAL, fewest_met, most_cost};
+use crate::validation::report::{Table, VERDICT};
+use crate::validation::report_html::{opening, table as html_table};
+use crate::validation::report_md::table as md_table;
+use crate::validation::words::{date, duration, escaped, percent, rounded_count, significant};
+
+const HOW_TO_READ: [&str; 4] = [
+    "Every row is many runs of one map, each with a seed of its own, to the same target. The truth is exact, so each run's true error is known, which its user never knows.",
+    "Covered is the share of the error bars (Student's t with 15 degrees of freedom, nominally 95.4 %) that hold the truth. Met is how many of the runs that said “target met” truly are at or under the target; at least 95 % should be, and the bound is what chance leaves of it.",
+    "Cost is the mean of the rays over those of an oracle that knows the expected error and stops where it equals the target. It may be 1.3 where the error has 200 degrees of freedom and more, else 1.2·χ²(k, 95 %)/k.",
+    "Forecasts are of the chains at the end; a forecast is held against what came true, by the share of the run that was done when it was made. Refused counts the runs in which a statistical check held up a run that the stop rule would have ended.",
+];
+
+/// One row a campaign.
+pub fn calibration_table(campaigns: &[Campaign]) -> Table {
+    let rows = campaigns.iter().map(|campaign| {
+        let (met, said) = campaign.met();
+        let (_, refused) = campaign.refusals();
+        let forecast =
+            |low, high| campaign.forecast_error(low, high).map_or("–".to_owned(), |(median, _)| percent(median));
+        vec![
+            format!("{}: {}", campaign.case, campaign.comparison),
+            format!("{} ({})", campaign.method, campaign.estimators()),
+            campaign.values.to_string(),
+            significant(campaign.degrees_of_freedom(), 2),
+            format!("{} ± {}", percent(campaign.coverage(AT_NOMINAL)), percent(campaign.coverage_error())),
+            format!("{met}/{said} (≥ {})", fewest_met(said)),
+            significant(campaign.true_over_target(), 3),
+            format!(
+                "{} (≤ {})",
+                significant(campaign.cost(), 3),
+                significant(most_cost(campaign.degrees_of_freedom()), 3)
+            ),
+            forecast(0.0, 0.05),
+            forecast(0.2, 0.6),
+            format!("{refused}/{}", campaign.runs.len()),
+            if campaign.passes() { "pass".to_owned() } else { "FAIL".to_owned() },
+        ]
+    });
+    Table {
+        header: vec![
+            "map",
+            "method",
+            "values",
+            "k",
+            "covered",
+            "met",
+            "true error / target",
+            "cost / oracle",
+            "forecast off, first 5 %",
+            "forecast off, 20 to 60 %",
+            "refused",
+            VERDICT,
+        ],
+        text_columns: vec![0, 1],
+        rows: rows.collect(),
+    }
+}
+
+fn circumstances(campaigns: &[Campaign], settings: &CampaignSettings, unix_s: u64) -> String {
+    let runs = || campaigns.iter().flat_map(|campaign| &campaign.runs);
+    format!(
+        "luxmc {}, {}: {} seeds to {}; {} runs, {} rays, {} of computing",
+        env!("CARGO_PKG_VERSION"),
+        date(unix_s),
+        settings.seeds,
+        percent(settings.target_error),
+        runs().count(),
+        rounded_count(runs().map(|run| run.rays).sum()),
+        duration(runs().map(|run| run.seconds).sum())
+    )
+}
+
+/// What does not hold, in words.
+fn failures(campaigns: &[Campaign]) -> Vec<String> {
+    let mut found = Vec::new();
+    for campaign in campaigns {
+        let name = format!("{}: {}, {}", campaign.case, campaign.comparison, campaign.method);
+        let (met, said) = campaign.met();
+        if !campaign.covers() {
+            let coverage = percent(campaign.coverage(AT_NOMINAL));
+            found.push(format!("{name}: error bars hold the truth in {coverage} instead of {}", percent(NOMINAL)));
+        }
+        if said < campaign.runs.len() {
+            found.push(format!("{name}: {} runs ended without their target", campaign.runs.len() - said));
+        }
+        if met < fewest_met(said) {
+            found.push(format!("{name}: {met} of {said} runs truly met their target, fewer than {}", fewest_met(said)));
+        }
+        if !campaign.is_thrifty() {
+            let most = significant(most_cost(campaign.degrees_of_freedom()), 3);
+            let cost = significant(campaign.cost(), 3);
+            found.push(format!("{name}: {cost} times an oracle's rays, more than {most} (told, not failed)"));
+        }
+    }
+    found
+}
+
+/// The report as one page.
+pub fn calibration_html(campaigns: &[Campaign], settings: &CampaignSettings, unix_s: u64) -> String {
+    let mut page = opening("luxmc calibration");
+    page.push_str("<h1>Calibration of error bars, stop rule and forecast</h1>\n");
+    page.push_str(&format!("<p class=\"soft\">{}</p>\n", escaped(&circumstances(campaigns, settings, unix_s))));
+    page.push_str(&html_table(&calibration_table(campaigns), false));
+    page.push_str("<ul>\n");
+    for failure in failures(campaigns) {
+        page.push_str(&format!("<li>{}</li>\n", escaped(&failure)));
+    }
+    page.push_str("</ul>\n<h3>How to read this report</h3>\n");
+    for paragraph in HOW_TO_READ {
+        page.push_str(&format!("<p>{}</p>\n", escaped(paragraph)));
+    }
+    let pictures = [
+        (
+            coverage_picture(campaigns),
+            "How many of the error bars of a nominal level hold the truth, less that level, in points of per cent. Honest bars lie on the line.",
+        ),
+        (
+            error_picture(campaigns),
+            "True error of every run at the moment it said “target met”, over its target: a dot a run. At most one in twenty should lie to the right of the line.",
+        ),
+        (
+            forecast_picture(campaigns),
+            "Forecast of the chains at the end over what they came to, against the share of the run that was done.",
+        ),
+    ];
+    for (picture, caption) in pictures {
+        page.push_str(&format!("<figure>\n{picture}\n<figcaption>{}</figcaption>\n</figure>\n", escaped(caption)));
+    }
+    page.push_str("</body>\n</html>\n");
+    page
+}
+
+/// The pictures by file name, for pages that keep them apart.
+pub fn calibration_pictures(campaigns: &[Campaign]) -> Vec<(&'static str, String)> {
+    vec![
+        ("calibration-coverage.svg", coverage_picture(campaigns)),
+        ("calibration-errors.svg", error_picture(campaigns)),
+        ("calibration-forecasts.svg", forecast_picture(campaigns)),
+    ]
+}
+
+/// The report as Markdown.
+pub fn calibration_md(campaigns: &[Campaign], settings: &CampaignSettings, unix_s: u64) -> String {
+    let mut text = format!("# Calibration\n\n{}\n\n", circumstances(campaigns, settings, unix_s));
+    text.push_str(&md_table(&calibration_table(campaigns)));
+    for failure in failures(campaigns) {
+        text.push_str(&format!("\n- {failure}"));
+    }
+    text.push('\n');
+    for paragraph in HOW_TO_READ {
+        text.push_str(&format!("\n{paragraph}\n"));
+    }
+    text
+}
+
+/// One row a run.
+pub fn calibration_csv(campaigns: &[Campaign]) -> String {
+    let mut text = String::from(
+        "case,comparison,method,estimator,seed,target_error,target_met,true_error,stated_error,degrees_of_freedom,values,covered,bias,rays,chains,refusals,compute_s\n",
+    );
+    for campaign in campaigns {
+        for run in &campaign.runs {
+            text.push_str(&format!(
+                "{},\"{}\",{},{},{},{},{},{:.9e},{:.9e},{:.9e},{},{},{:.9e},{},{},{},{:.9e}\n",
+                campaign.case,
+                campaign.comparison,
+                campaign.method,
+                run.estimator,
+                run.seed,
+                campaign.target_error,
+                run.target_met,
+                run.true_error,
+                run.stated_error,
+                run.degrees_of_freedom,
+                run.noisy,
+                run.within[AT_NOMINAL],
+                run.bias,
+                run.rays,
+                run.chains,
+                run.refusals,
+                run.seconds
+            ));
+        }
+    }
+    text
+}
