@@ -50,7 +50,6 @@ fn main() {
                     time_limit_s: None,
                     maps: maps.clone(),
                     threads: Some(threads),
-                    elements: luxmc::solver::ElementChoice::Given,
                 };
                 let solution = pool.install(|| solve(&scene, &settings, &Silent));
                 if threads == 1 {

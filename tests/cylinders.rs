@@ -43,7 +43,6 @@ fn receivers(reflectance: f64, luminaires: &str, receivers: &str, chains: u64) -
         chains: Some(chains),
         time_limit_s: None,
         maps: MapSelection::Receivers,
-        elements: luxmc::solver::ElementChoice::Given,
         threads: None,
     };
     solve(&scene, &settings, &Silent(Instant::now())).maps

@@ -36,7 +36,6 @@ fn solved(json: &str, maps: MapSelection, chains: u64) -> Solution {
         chains: Some(chains),
         time_limit_s: None,
         maps,
-        elements: luxmc::solver::ElementChoice::Given,
         threads: None,
     };
     solve(&scene(json), &settings, &Silent)

@@ -37,7 +37,6 @@ fn solved(json: &str, target_error: f64) -> Solution {
         chains: None,
         time_limit_s: None,
         maps: MapSelection::Receivers,
-        elements: luxmc::solver::ElementChoice::Given,
         threads: None,
     };
     solve(&read(json).unwrap_or_else(|error| panic!("{error}")), &settings, &Silent)
@@ -113,7 +112,6 @@ fn chains_and_looks_see_the_same_opening() {
         chains: Some(400_000),
         time_limit_s: None,
         maps: MapSelection::Elements,
-        elements: luxmc::solver::ElementChoice::Given,
         threads: None,
     };
     let solution = solve(&read(json).unwrap_or_else(|error| panic!("{error}")), &settings, &Silent);

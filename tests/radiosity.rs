@@ -23,7 +23,6 @@ fn to_target(scene: &Scene, maps: MapSelection, target_error: f64) -> Solution {
         chains: None,
         time_limit_s: None,
         maps,
-        elements: luxmc::solver::ElementChoice::Given,
         threads: None,
     };
     solve_by_radiosity(scene, &settings, &common::Silent).unwrap_or_else(|error| panic!("{error}"))

@@ -43,7 +43,6 @@ fn corridor_and_gallery_give_the_expected_averages() {
             chains: Some(60_000),
             time_limit_s: None,
             maps: MapSelection::All,
-            elements: luxmc::solver::ElementChoice::Given,
             threads: None,
         };
         let solution = solve(&scene, &settings, &Silent);

@@ -66,7 +66,11 @@ fn simulated(seed: u64, points: usize, score: Score, target: f64, most: u64, rep
             let failed: Vec<&str> = checks.iter().filter(|check| !check.passed).map(|check| check.name).collect();
             return Simulated { passed: failed.is_empty(), failed };
         }
-        goal = super::super::next_judgement(samples, super::super::needed_work(target, &judgement)).min(most);
+        goal = super::super::next_judgement(
+            samples,
+            super::super::needed_work(target, &judgement, super::super::USUAL_EXPONENT),
+        )
+        .min(most);
     }
 }
 

@@ -1,15 +1,15 @@
 //! Pure decisions: when a map is right enough, whether that can be believed, how much work that takes, and when to look again.
 
 mod adapt;
-mod exponent;
 mod checks;
+mod exponent;
 mod gather;
 mod schedule;
 mod stop;
 
 pub use adapt::{ElementLoss, cuts_for};
-pub use exponent::{ErrorHistory, USUAL_EXPONENT};
 pub use checks::statistical_checks;
+pub use exponent::{ErrorHistory, USUAL_EXPONENT};
 pub use gather::{GatherNeed, GatherState, gather_need};
 pub use schedule::{after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};

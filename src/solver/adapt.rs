@@ -287,6 +287,12 @@ impl Adaptive {
         loss
     }
 
+    /// Whether the elements surely lose more than this share of the squared target.
+    pub fn loses_over(&self, share: f64, loss: &Loss, mean_lx: f64) -> bool {
+        let target_lx2 = (self.target_error * mean_lx).powi(2);
+        loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 > share * target_lx2
+    }
+
     /// Finer elements, where these lose too much for the target by all that a look has shown; `None` where they do not,
     /// or where nothing finer is allowed.
     pub fn refined(
@@ -298,7 +304,7 @@ impl Adaptive {
         mean_lx: f64,
     ) -> Option<(Elements, Adaptive)> {
         let target_lx2 = (self.target_error * mean_lx).powi(2);
-        if self.rounds >= RUN_ROUNDS || loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 <= MOST_SHARE * target_lx2 {
+        if self.rounds >= RUN_ROUNDS || !self.loses_over(MOST_SHARE, loss, mean_lx) {
             return None;
         }
         let losses: Vec<ElementLoss> = loss

@@ -143,6 +143,8 @@ pub struct Job {
     pub bound: bool,
     /// Whether the stop rule accepted it.
     pub met: bool,
+    /// Whether its elements cannot show what the target asks for, and can be cut no further.
+    pub finest: bool,
     /// Samples done in every replica: chains for elements, walks a point for receivers; passes in a black scene.
     pub samples: u64,
     /// Samples at which it is judged next.
@@ -254,6 +256,7 @@ impl Job {
             weights,
             bound,
             met: false,
+            finest: false,
             samples: 0,
             next_judgement: 0,
             rays: pilot_rays,
@@ -364,6 +367,12 @@ impl Job {
         self.samples = 0;
         self.given_up_rays = self.rays;
         true
+    }
+
+    /// Whether its elements lose more than the target allows and can be cut no further.
+    pub fn is_finest(&self) -> bool {
+        let adaptive = self.adaptive.as_ref().filter(|_| !self.met && self.judged_samples > 0);
+        adaptive.is_some_and(|adaptive| adaptive.loses_over(1.0, &self.loss, self.judgement.mean_lx))
     }
 
     /// Numbers that an element of the map shows, in the mean over the area: its own and those of its slopes.

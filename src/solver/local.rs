@@ -188,7 +188,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::maps::Unit;
+    use crate::maps::{REPLICAS, Unit};
     use crate::scene::scene_from_json;
     use crate::solver::Method;
 
@@ -204,7 +204,7 @@ mod tests {
     fn rounds_past_two_to_the_32nd_are_as_good_as_the_first() {
         let scene = scene_from_json(CUBE, None, Path::new(".")).expect("a scene");
         let stage = Stage::new(&scene);
-        let context = Context { scene: &scene, stage: &stage, seed: 3, method: Method::Local };
+        let context = Context { scene: &scene, stage: &stage, seed: 3, method: Method::Local, adapt_to: None };
         let plan = LocalPlan::of(&context, 0, Kernel::Bounded);
         let done = |ranges: &[std::ops::Range<u64>]| {
             let mut map = ReplicaMap::new(5, Unit::Lux);

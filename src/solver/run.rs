@@ -163,7 +163,11 @@ impl Run<'_> {
     /// Finer elements, where these cannot show what the target asks for; the map starts anew then.
     fn refine_elements(&mut self, index: usize) -> bool {
         let job = &mut self.jobs[index];
-        if self.settings.chains.is_some() || job.met || !job.refine_elements(self.context) {
+        if self.settings.chains.is_some() || job.met {
+            return false;
+        }
+        if !job.refine_elements(self.context) {
+            job.finest = job.is_finest();
             return false;
         }
         if job.engine == Engine::Gathering
@@ -234,6 +238,9 @@ impl Run<'_> {
         if self.settings.chains.is_some_and(|chains| job.samples >= job.samples_for(chains)) {
             return true;
         }
+        if job.finest {
+            return true;
+        }
         let stays_dark = self.target_error.is_some_and(|target| job.stays_dark(target));
         job.met || stays_dark || job.is_exact() || job.map.is_empty() || job.weights.iter().all(|weight| *weight <= 0.0)
     }
@@ -245,6 +252,8 @@ impl Run<'_> {
             && self.jobs.iter().filter(|job| job.bound).all(|job| job.met || job.judgement.dark)
         {
             StopReason::TargetMet
+        } else if self.jobs.iter().any(|job| job.bound && job.finest) {
+            StopReason::FinestMesh
         } else {
             StopReason::Chains
         }

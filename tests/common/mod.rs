@@ -38,7 +38,6 @@ fn settings(seed: u64, maps: MapSelection) -> Settings {
         chains: None,
         time_limit_s: None,
         maps,
-        elements: luxmc::solver::ElementChoice::Given,
         threads: None,
     }
 }
