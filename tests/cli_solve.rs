@@ -69,7 +69,10 @@ fn tables_have_their_columns_and_no_empty_cell() {
 #[test]
 fn exitance_is_what_a_side_reflects_and_emits() {
     let home = directory();
-    assert_eq!(code(&solve("room.json", home.path(), &["--chains", "2000", "--maps", "elements"])), 0);
+    assert_eq!(
+        code(&solve("room.json", home.path(), &["--chains", "2000", "--maps", "elements", "--elements", "given"])),
+        0
+    );
     let (header, rows) = table(&home.path().join("elements.csv"));
     let column = |name: &str| header.iter().position(|column| column == name).expect("a column");
     let number = |row: &[String], name: &str| row[column(name)].parse::<f64>().expect("a number");

@@ -16,7 +16,7 @@ fn sample_scenes_give_their_expected_averages() {
     for name in ["cube.json", "sphere.json", "office.json"] {
         let scene = common::scene(name);
         // Seed 3; errors large enough to be quick, small enough to see 1%.
-        let solution = to_target(&scene, 3, MapSelection::Default, 0.04);
+        let solution = to_target(&scene, 3, MapSelection::Default, 0.02);
         let tables: Vec<_> = solution.maps.iter().flat_map(|map| &map.tables).collect();
         let mut compared = 0;
         for row in rows.iter().filter(|row| &row[0] == name) {

@@ -69,7 +69,6 @@ fn illuminance(field: &[f64; COEFFICIENTS], normal: DVec3, form: IndirectForm) -
 /// What the points of a set would bring to a place's plane, and the linear function of their offsets that fits it best:
 /// its value at the place has no error of first order, neither from the height that the set lies at nor from a set that
 /// lies to one side.
-#[derive(Default)]
 struct Fit {
     members: f64,
     /// Σ o and Σ o oᵀ of the offsets over the radius.
@@ -83,7 +82,22 @@ struct Fit {
 /// Least determinant of the offsets' covariance, over the radius to the sixth: a whole half ball's is 0.0024, a flat set's 0.
 const LEAST_SPREAD: f64 = 2e-4;
 
+/// Added to the offsets' sums of squares, which are in units of the radius: as much as one more member a radius away along
+/// every axis. The slopes of small sets bring more chance than they take error; this draws them towards 0.
+const RIDGE: f64 = 1.0;
+
 impl Fit {
+    /// No member yet, but the ridge.
+    fn empty() -> Fit {
+        Fit {
+            members: 0.0,
+            sum: DVec3::ZERO,
+            square: DMat3::IDENTITY * RIDGE,
+            lx: [0.0; HALVES],
+            moment: [DVec3::ZERO; HALVES],
+        }
+    }
+
     fn add(&mut self, offset: DVec3, lx: [f64; HALVES]) {
         self.members += 1.0;
         self.sum += offset;
@@ -231,7 +245,7 @@ impl<'a> IndirectMesh<'a> {
         let tracer = &self.around.stage.tracer;
         let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
         loop {
-            let mut fit = Fit::default();
+            let mut fit = Fit::empty();
             let mut open = true;
             for candidate in candidates.iter().filter(|candidate| self.lattice.contains(candidate.index)) {
                 let (leaf, place) = self.tree.leaf(candidate.index, || std::array::from_fn(|_| OnceLock::new()));
@@ -351,11 +365,13 @@ mod tests {
     /// 1/φ: steps of it cover a turn evenly.
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-    /// A linear field is met to rounding by any set with a slope, and by the mean only where the set lies around the place.
+    /// A linear field is met by any set with a slope, as nearly as its members outnumber the ridge, and by the mean only
+    /// where the set lies around the place.
     #[test]
     fn the_fit_knows_no_error_of_first_order() {
         let lx = |offset: DVec3| 5.0 + offset.dot(DVec3::new(1.0, -2.0, 3.0));
-        let mut fit = Fit::default();
+        let mut fit = Fit::empty();
+        fit.square = DMat3::ZERO;
         for k in 0..2 {
             for j in -1..=1 {
                 for i in -1..=1 {
@@ -366,8 +382,11 @@ mod tests {
         }
         let [even, odd] = fit.at_place();
         assert!((even - 5.0).abs() < 1e-12 && (odd - 10.0).abs() < 1e-12, "{even} {odd}");
-        assert!((fit.mean()[0] - 5.0).abs() > 0.05);
-        let mut flat = Fit::default();
+        assert!((fit.mean()[0] - 5.0).abs() > 1.0);
+        fit.square += DMat3::IDENTITY * RIDGE;
+        let off = (fit.at_place()[0] - 5.0).abs();
+        assert!(off < 0.5 * (fit.mean()[0] - 5.0).abs(), "eighteen members outweigh the ridge: {off}");
+        let mut flat = Fit::empty();
         (0..4).for_each(|i| flat.add(DVec3::new(f64::from(i % 2), f64::from(i / 2), 0.5), [1.0, 2.0]));
         assert_eq!(flat.at_place(), [1.0, 2.0]);
     }

@@ -11,11 +11,11 @@ use super::replicas::REPLICAS;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DirectDetail {
     /// Of (direct light − reference there) times the polynomials, in lx.
-    pub bends_lx: [f32; BENDS],
+    pub bends_lx: [f64; BENDS],
     /// Of direct light − reference in lx.
-    pub sum_lx: f32,
+    pub sum_lx: f64,
     /// Of the products of two looks − reference in lx².
-    pub product_lx2: f32,
+    pub product_lx2: f64,
 }
 
 /// Sums that tell how light varies within elements.
@@ -24,7 +24,7 @@ pub struct Detail {
     /// One slab a replica.
     pub direct: Vec<Vec<DirectDetail>>,
     /// One slab a replica: of (indirect scores − reference) times the polynomials, in the unit of the map's scores.
-    pub indirect: Vec<Vec<[f32; BENDS]>>,
+    pub indirect: Vec<Vec<[f64; BENDS]>>,
 }
 
 /// How the light varies within one element: mean squares over its area in lx².
@@ -66,15 +66,13 @@ impl Detail {
         (direct_scale, indirect_scale): (f64, f64),
         reference_slopes_lx: [f64; SLOPES],
     ) -> Variation {
-        let direct: [[f64; BENDS]; REPLICAS] = std::array::from_fn(|replica| {
-            self.direct[replica][site].bends_lx.map(|sum_lx| f64::from(sum_lx) * direct_scale)
-        });
+        let direct: [[f64; BENDS]; REPLICAS] =
+            std::array::from_fn(|replica| self.direct[replica][site].bends_lx.map(|sum_lx| sum_lx * direct_scale));
         let indirect: [[f64; BENDS]; REPLICAS] =
-            std::array::from_fn(|replica| self.indirect[replica][site].map(|sum| f64::from(sum) * indirect_scale));
-        let sums_lx: [f64; REPLICAS] =
-            std::array::from_fn(|replica| f64::from(self.direct[replica][site].sum_lx) * direct_scale);
+            std::array::from_fn(|replica| self.indirect[replica][site].map(|sum| sum * indirect_scale));
+        let sums_lx: [f64; REPLICAS] = std::array::from_fn(|replica| self.direct[replica][site].sum_lx * direct_scale);
         let products_lx2: [f64; REPLICAS] =
-            std::array::from_fn(|replica| f64::from(self.direct[replica][site].product_lx2) * direct_scale);
+            std::array::from_fn(|replica| self.direct[replica][site].product_lx2 * direct_scale);
 
         let mut found = Variation::default();
         // Direct light: all its variance, less what linear functions of the element follow.

@@ -240,10 +240,10 @@ pub fn add_direct(detail: &mut DirectDetail, seen: &TwoLooks, reference: &Linear
     let beyond_lx = 0.5 * (one_lx + other_lx);
     let bends = bends_at(seen.at);
     for (sum, bend) in detail.bends_lx.iter_mut().zip(bends) {
-        *sum += (beyond_lx * bend) as f32;
+        *sum += beyond_lx * bend;
     }
-    detail.sum_lx += beyond_lx as f32;
-    detail.product_lx2 += (one_lx * other_lx) as f32;
+    detail.sum_lx += beyond_lx;
+    detail.product_lx2 += one_lx * other_lx;
     let [mean, first, second] = reference.0;
     [mean + beyond_lx, first + beyond_lx * bends[0], second + beyond_lx * bends[1]]
 }

@@ -212,7 +212,7 @@ struct SiteScores {
     /// Of the mean, and of the slopes where the element adapts.
     numbers: [HalfScores; 1 + SLOPES],
     /// Of the polynomials, row by row, for what the element cannot show.
-    bends_lx: [[f32; BENDS]; HALF],
+    bends_lx: [[f64; BENDS]; HALF],
 }
 
 impl SiteScores {
@@ -222,7 +222,7 @@ impl SiteScores {
         let beyond_lx = scores.rows_lx[row] - reference.at(at);
         let bends = bends_at(at);
         for (sum, bend) in self.bends_lx[row].iter_mut().zip(bends) {
-            *sum += (beyond_lx * bend) as f32;
+            *sum += beyond_lx * bend;
         }
         // The row is compared with its reference; columns and coarser patches tell of differences alone.
         let differences = HalfScores { rows_lx: [0.0; HALF], ..*scores };

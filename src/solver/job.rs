@@ -1,7 +1,12 @@
 //! One map's work: what a sample is, and how sixteen replicas of it go forward together.
 
+mod elements;
+mod ends;
+
 use std::ops::Range;
 
+use self::elements::element_map;
+pub use self::ends::Ends;
 use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::forward::Forward;
@@ -10,11 +15,11 @@ use super::local::{Kernel, LocalPlan};
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_error};
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
-use crate::chain::{End, Stage};
-use crate::control::{ErrorHistory, statistical_checks};
+use crate::chain::Stage;
+use crate::control::{ErrorHistory, USUAL_EXPONENT, statistical_checks};
 use crate::maps::{
-    CrossedVariances, Crossing, History, Judgement, Look, MapKind, MapValues, REPLICAS, ReplicaMap, StatisticalCheck,
-    Tally, Unit, judge,
+    CrossedVariances, Crossing, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit,
+    judge,
 };
 use crate::scene::{Elements, Quantity, Scene};
 
@@ -45,48 +50,6 @@ pub struct Context<'a> {
     pub method: Method,
     /// Error that elements adapt to, if they do.
     pub adapt_to: Option<f64>,
-}
-
-/// How the packets of forward chains ended, counted.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Ends {
-    /// Absorbed by surfaces.
-    pub absorbed: u64,
-    /// Absorbed by panes of glass.
-    pub panes: u64,
-    /// Absorbed by bright balls.
-    pub balls: u64,
-    /// Absorbed by backs of one-sided surfaces.
-    pub back_faces: u64,
-    /// Left the scene.
-    pub escaped: u64,
-}
-
-impl Ends {
-    pub(super) fn count(&mut self, end: End) {
-        match end {
-            End::Absorbed => self.absorbed += 1,
-            End::Pane => self.panes += 1,
-            End::Ball => self.balls += 1,
-            End::BackFace => self.back_faces += 1,
-            End::Escaped => self.escaped += 1,
-        }
-    }
-
-    /// All packets.
-    pub fn packets(&self) -> u64 {
-        self.absorbed + self.panes + self.balls + self.back_faces + self.escaped
-    }
-}
-
-impl std::ops::AddAssign for Ends {
-    fn add_assign(&mut self, other: Ends) {
-        self.absorbed += other.absorbed;
-        self.panes += other.panes;
-        self.balls += other.balls;
-        self.back_faces += other.back_faces;
-        self.escaped += other.escaped;
-    }
 }
 
 /// What estimates the indirect light of a map.
@@ -345,68 +308,6 @@ impl Job {
         self.samples = 0;
     }
 
-    /// Starts anew on finer elements, where those at hand cannot show what the target asks for by the latest look;
-    /// whether it did.
-    ///
-    /// What gathers is to be started by its plan then.
-    pub fn refine_elements(&mut self, context: &Context) -> bool {
-        let refined = self.adaptive.as_ref().and_then(|adaptive| {
-            adaptive.refined(context, &self.elements, &self.map, &self.loss, self.judgement.mean_lx)
-        });
-        let Some((elements, adaptive)) = refined else {
-            return false;
-        };
-        (self.map, self.weights) = element_map(context, &elements, Some(&adaptive));
-        self.forget_looks();
-        (self.elements, self.adaptive) = (elements, Some(adaptive));
-        let numbers = self.numbers_per_site();
-        self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).times(numbers);
-        self.indirect = indirect_cost(context, self.kind, &self.elements).times(numbers);
-        self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
-        self.counting_unit = None;
-        self.samples = 0;
-        self.given_up_rays = self.rays;
-        true
-    }
-
-    /// Whether its elements lose more than the target allows and can be cut no further.
-    pub fn is_finest(&self) -> bool {
-        let adaptive = self.adaptive.as_ref().filter(|_| !self.met && self.judged_samples > 0);
-        adaptive.is_some_and(|adaptive| adaptive.loses_over(1.0, &self.loss, self.judgement.mean_lx))
-    }
-
-    /// Numbers that an element of the map shows, in the mean over the area: its own and those of its slopes.
-    pub fn numbers_per_site(&self) -> f64 {
-        self.weights.iter().sum::<f64>() / self.site_weights().iter().sum::<f64>().max(f64::MIN_POSITIVE)
-    }
-
-    /// Area or weight of every element or point.
-    pub fn site_weights(&self) -> &[f64] {
-        &self.weights[..self.map.len()]
-    }
-
-    /// Share of the look-ups that are checked.
-    pub fn checked_share(&self) -> f64 {
-        self.checked_share
-    }
-
-    /// Rays of the samples that are in the map.
-    pub fn kept_rays(&self) -> u64 {
-        self.rays - self.given_up_rays
-    }
-
-    /// The finished values.
-    pub fn values(&self) -> MapValues {
-        let mut values = self.map.values();
-        if let Some(adaptive) = &self.adaptive {
-            let slopes = adaptive.sloped.iter().enumerate();
-            values.slopes_lx =
-                slopes.map(|(site, sloped)| if *sloped { self.map.slopes_lx(site) } else { [0.0; 2] }).collect();
-            values.discretisation_lx = self.loss.lost_lx2.iter().map(|lost_lx2| lost_lx2.max(0.0).sqrt()).collect();
-        }
-        values
-    }
-
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
     pub fn chains(&self) -> u64 {
         let per_sample = match self.engine {
@@ -640,7 +541,8 @@ impl Job {
 
     /// Power of the work with which its error falls, by its own history.
     pub fn error_exponent(&self) -> f64 {
-        self.pace.exponent()
+        // Nothing is gained by quasi-random chains where packets are counted.
+        if self.engine == Engine::Counting { USUAL_EXPONENT } else { self.pace.exponent() }
     }
 
     /// Starts a new history: the map begins anew.
@@ -654,20 +556,6 @@ impl Job {
     pub fn judged_samples(&self) -> u64 {
         self.judged_samples
     }
-}
-
-/// An empty map of elements, and its weights.
-fn element_map(context: &Context, elements: &Elements, adaptive: Option<&Adaptive>) -> (ReplicaMap, Vec<f64>) {
-    let area_m2: Vec<f64> =
-        (0..elements.len() as u32).map(|cell| elements.area_m2(context.scene, elements.cell(cell))).collect();
-    let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
-    let unit = Unit::Packets { luminous_flux_lm, area_m2: area_m2.clone() };
-    let Some(adaptive) = adaptive else {
-        return (ReplicaMap::new(elements.len(), unit), area_m2);
-    };
-    let of_slopes = area_m2.iter().zip(&adaptive.sloped).map(|(area_m2, sloped)| if *sloped { *area_m2 } else { 0.0 });
-    let of_slopes: Vec<f64> = of_slopes.collect();
-    (ReplicaMap::linear(elements.len(), unit), [area_m2, of_slopes.clone(), of_slopes].concat())
 }
 
 /// The part of a sweep that one slice does: entries, and how many times over.

@@ -151,7 +151,7 @@ pub fn chains(
                     indirect[cell as usize] += 1.0;
                     if let Some(bends) = bends.get_mut(cell as usize) {
                         let scores = bends_at(at);
-                        bends.iter_mut().zip(scores).for_each(|(sum, score)| *sum += score as f32);
+                        bends.iter_mut().zip(scores).for_each(|(sum, score)| *sum += score);
                         (0..SLOPES).for_each(|k| indirect[(1 + k) * sites + cell as usize] += scores[k]);
                     }
                 } else if deposits == Deposits::DirectToo {
