@@ -102,9 +102,9 @@ impl Fit {
         self.members += 1.0;
         self.sum += offset;
         self.square += DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z);
-        for half in 0..HALVES {
-            self.lx[half] += lx[half];
-            self.moment[half] += lx[half] * offset;
+        for ((sum_lx, moment), lx) in self.lx.iter_mut().zip(&mut self.moment).zip(lx) {
+            *sum_lx += lx;
+            *moment += lx * offset;
         }
     }
 

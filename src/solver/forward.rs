@@ -150,6 +150,14 @@ impl Forward {
         self.fine.patches.len()
     }
 
+    /// Patches over which the deposits are spread: (Σ n)²/Σ n², n those of a patch.
+    pub fn lit_patches(&self) -> f64 {
+        let deposits = |patch: usize| self.fine.sums.iter().map(|sums| sums[patch][0]).sum::<f64>();
+        let counts = (0..self.patch_count()).map(deposits);
+        let (sum, squares) = counts.fold((0.0, 0.0), |(sum, squares), count| (sum + count, squares + count * count));
+        sum * sum / squares.max(f64::MIN_POSITIVE)
+    }
+
     /// Rays of one chain, on average.
     pub fn rays_per_chain(&self) -> f64 {
         self.chain_rays as f64 / (self.chains.max(1) as f64 * REPLICAS as f64)

@@ -201,6 +201,7 @@ mod tests {
     /// one, none is done twice, and the means are those of the first rounds. 16 replicas of 512 rounds; the mean of five
     /// receivers within 4.5 standard errors of the difference, and 2% more light (the planted fault) outside of it.
     #[test]
+    #[allow(clippy::single_range_in_vec_init)]
     fn rounds_past_two_to_the_32nd_are_as_good_as_the_first() {
         let scene = scene_from_json(CUBE, None, Path::new(".")).expect("a scene");
         let stage = Stage::new(&scene);

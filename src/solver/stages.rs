@@ -19,6 +19,8 @@ const MORE_PATCHES: f64 = 4.0;
 const MOST_REFINEMENTS: u32 = 2;
 /// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 2.0;
+/// Patches of the pilot that share its light evenly, about, below which the program does not choose gathering by itself.
+const FEWEST_LIT_PATCHES: f64 = 16.0;
 /// Chains of a replica in the first of such stages.
 const FIRST_CHAINS: f64 = 1024.0;
 
@@ -47,6 +49,10 @@ impl Stages {
         let forward = pilot_chains(context);
         let chain = ChainCosts { rays: forward.rays_per_chain(), deposits: forward.deposits_per_chain() };
         if chain.deposits == 0.0 {
+            return None;
+        }
+        // Where the light lies in a few patches of very many, looking it up there says nothing of how it is spread in them.
+        if settings.method == Method::Auto && forward.lit_patches() < FEWEST_LIT_PATCHES {
             return None;
         }
         let error = settings.target_error.unwrap_or(USUAL_ERROR);

@@ -63,7 +63,7 @@ pub struct SeedRun {
     pub seconds: f64,
     /// Looks at which the error was accepted and a statistical check refused it.
     pub refusals: u64,
-    /// Entries with error bars, and how many lie within the quantiles of [`LEVELS`].
+    /// Entries with error bars, and how many lie within the quantiles of `LEVELS`.
     pub noisy: usize,
     /// These counts.
     pub within: [usize; LEVELS.len()],
