@@ -91,7 +91,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let asked_percent: f64 = std::env::args().nth(3).map_or(Ok(0.17), |text| text.parse())?;
     let scene = scene_from_json(SCENE, None, Path::new("."))?;
     let eyes = &scene.receivers[0].points;
-    // On the side of the ball the line of sight leans back from it.
+    // Negative where the line of sight runs towards the ball's foot.
     let angle = |index: usize| eyes[index].normal.x.atan2(-eyes[index].normal.z).to_degrees();
     let settings = Settings {
         method: Method::Local,
