@@ -166,7 +166,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     picture.words(
         Words::new(
-            "line: luxmc; dots: plain backward paths. ρ = 0.3 + 0.4, exponent 20, seen from 0.01 m above a point 0.9 m from the ball's foot",
+            "line: luxmc; dots: plain backward paths. ρ = 0.3 + 0.4, exponent 20, point 0.9 m from the ball's foot",
             [60.0, 48.0],
             12.0,
         )
