@@ -1,11 +1,16 @@
-//! The angular distribution of the luminance of glossy planes under a bright ball, luxmc's own against plain backward
-//! paths; after figure 6 of V. S. Zheltov and V. P. Budak, "Local Monte Carlo estimation methods in the solution of global
+//! The angular distribution of the luminance of glossy planes under a bright ball, by local estimation against plain
+//! backward paths; after figure 6 of V. S. Zheltov and V. P. Budak, "Local Monte Carlo estimation methods in the solution of global
 //! illumination equation".
 //!
-//!     cargo run --release --example phong_fan -- OUT.svg [paths]
+//!     cargo run --release --example phong_fan -- OUT.svg [chains] [error of the paths in %]
+//!
+//! Every direction gets as many paths as bring its standard error to the one asked for (0.13%), by the spread of 4,096
+//! others. Prints both values of every direction with their standard errors and the wall time of each way.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::path::Path;
+use std::time::Instant;
 
 use glam::DVec3;
 use luxmc::chain::Stage;
@@ -25,13 +30,13 @@ const SCENE: &str = r#"{ "version": 1,
     { "name": "plane 1", "type": "rectangle", "origin": [-50, -50, 0], "u": [100, 0, 0], "v": [0, 100, 0], "material": "lacquer" },
     { "name": "plane 2", "type": "rectangle", "origin": [-50, -50, 1], "u": [0, 100, 0], "v": [100, 0, 0], "material": "lacquer" } ],
   "luminaires": [ { "name": "ball", "type": "sphere", "center": [0, 0, 0.5], "radius": 0.2, "luminous_flux_lm": 10 } ],
-  "receivers": [ RECEIVERS ] }"#;
+  "receivers": [ { "name": "fan", "type": "luminance", "position": [0.9, 0, 0.01],
+    "fan": { "direction": [0, 0, -1], "axis": [0, 1, 0], "from_deg": -80, "to_deg": 80, "count": 17 } } ] }"#;
 /// The ball.
 const BALL_M: DVec3 = DVec3::new(0.0, 0.0, 0.5);
 const RADIUS_M: f64 = 0.2;
-/// Directions, and the angles of the first and the last from the normal.
-const DIRECTIONS: usize = 33;
-const WIDEST_DEG: f64 = 80.0;
+/// Paths from which the number of the others follows.
+const PILOT_PATHS: u64 = 4096;
 
 struct Silent;
 
@@ -43,6 +48,13 @@ impl Observer for Silent {
     fn wall_s(&self) -> f64 {
         0.0
     }
+}
+
+/// What the plain paths of a direction found.
+struct Plain {
+    mean_cd_m2: f64,
+    error_cd_m2: f64,
+    paths: u64,
 }
 
 /// One backward path: at every vertex the law towards a direction drawn uniformly in the cone that the ball fills, if
@@ -75,68 +87,78 @@ fn backward_path(stage: &Stage, eye: &ReceiverPoint, stream: &mut Stream) -> f64
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = std::env::args().nth(1).ok_or("name the SVG file")?;
-    let paths: u64 = std::env::args().nth(2).map_or(Ok(200_000), |text| text.parse())?;
-    // Every direction looks at the same point of the lower plane, 0.9 from the foot of the ball's centre.
-    let angle = |index: usize| -WIDEST_DEG + 2.0 * WIDEST_DEG * index as f64 / (DIRECTIONS - 1) as f64;
-    let receivers: Vec<String> = (0..DIRECTIONS)
-        .map(|index| {
-            let (sine, cosine) = angle(index).to_radians().sin_cos();
-            let reach = 0.05;
-            format!(
-                r#"{{ "name": "{index}", "type": "luminance", "position": [{}, 0, {}], "directions": [[{}, 0, {}]] }}"#,
-                0.9 - reach * sine,
-                reach * cosine,
-                sine,
-                -cosine
-            )
-        })
-        .collect();
-    let scene = scene_from_json(&SCENE.replace("RECEIVERS", &receivers.join(",")), None, Path::new("."))?;
-    let settings = |method| Settings {
-        method,
+    let chains: u64 = std::env::args().nth(2).map_or(Ok(1 << 21), |text| text.parse())?;
+    let asked_percent: f64 = std::env::args().nth(3).map_or(Ok(0.13), |text| text.parse())?;
+    let scene = scene_from_json(SCENE, None, Path::new("."))?;
+    let eyes = &scene.receivers[0].points;
+    // Negative where the line of sight runs towards the ball's foot.
+    let angle = |index: usize| eyes[index].normal.x.atan2(-eyes[index].normal.z).to_degrees();
+    let settings = Settings {
+        method: Method::Local,
         seed: 1,
-        chains: Some(1 << 18),
+        chains: Some(chains),
         maps: MapSelection::Receivers,
         ..Settings::default()
     };
-    let own = solve(&scene, &settings(Method::Collision), &Silent);
+    let started = Instant::now();
+    let own = solve(&scene, &settings, &Silent);
+    let own_s = started.elapsed().as_secs_f64();
+    let own = &own.maps[0].values;
     let stage = Stage::new(&scene);
     let ball_cd_m2 = stage.emitters.list()[0].exitance_lm_m2().ok_or("a ball")? / PI;
-    let plain: Vec<(f64, f64)> = scene
-        .receivers
-        .par_iter()
-        .enumerate()
-        .map(|(index, set)| {
+    let started = Instant::now();
+    let plain: Vec<Plain> = (0..eyes.len())
+        .into_par_iter()
+        .map(|index| {
             let mut stream = Stream::new(77, Purpose::Pilot, index as u32, 0);
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for path in 0..paths {
-                stream.seek(path);
-                let luminance = ball_cd_m2 * backward_path(&stage, &set.points[0], &mut stream);
-                sum += luminance;
-                squares += luminance * luminance;
-            }
-            let mean = sum / paths as f64;
-            (mean, ((squares / paths as f64 - mean * mean) / paths as f64).sqrt())
+            let mut follow = |paths: Range<u64>| {
+                let count = paths.end - paths.start;
+                let (mut sum, mut squares) = (0.0, 0.0);
+                for path in paths {
+                    stream.seek(path);
+                    let luminance_cd_m2 = ball_cd_m2 * backward_path(&stage, &eyes[index], &mut stream);
+                    sum += luminance_cd_m2;
+                    squares += luminance_cd_m2 * luminance_cd_m2;
+                }
+                let mean_cd_m2 = sum / count as f64;
+                let variance = squares / count as f64 - mean_cd_m2 * mean_cd_m2;
+                Plain { mean_cd_m2, error_cd_m2: (variance / count as f64).sqrt(), paths: count }
+            };
+            let pilot = follow(0..PILOT_PATHS);
+            let over = 100.0 * pilot.error_cd_m2 / pilot.mean_cd_m2 / asked_percent;
+            let paths = (PILOT_PATHS as f64 * over * over).ceil().max(PILOT_PATHS as f64) as u64;
+            follow(PILOT_PATHS..PILOT_PATHS + paths)
         })
         .collect();
+    let plain_s = started.elapsed().as_secs_f64();
 
-    println!("angle/°  luxmc/(cd/m²)  ±  plain paths  ±  deviation/%");
-    let (mut squares, mut expected) = (0.0, 0.0);
-    let mut greatest = 0.0f64;
-    for (index, (map, (other, other_error))) in own.maps.iter().zip(&plain).enumerate() {
-        let values = &map.values;
-        let (value, error) = (values.illuminance_lx[0], values.standard_error_lx[0]);
-        squares += (value / other - 1.0).powi(2);
-        expected += (error / value).powi(2) + (other_error / other).powi(2);
+    println!("angle/°  luxmc/(cd/m²)  ±/%  plain paths  ±/%  paths  deviation/%  over its standard error");
+    let (mut squares, mut expected, mut most, mut greatest) = (0.0, 0.0, 0.0f64, 0.0f64);
+    for (index, plain) in plain.iter().enumerate() {
+        let (value, error) = (own.illuminance_lx[index], own.standard_error_lx[index]);
+        let (own_part, plain_part) = (error / value, plain.error_cd_m2 / plain.mean_cd_m2);
+        let (deviation, chance) = (value / plain.mean_cd_m2 - 1.0, own_part.hypot(plain_part));
+        squares += deviation * deviation;
+        expected += chance * chance;
+        most = most.max((deviation / chance).abs());
         greatest = greatest.max(value);
         println!(
-            "{:6.1}  {value:.5}  {error:.5}  {other:.5}  {other_error:.5}  {:.2}",
+            "{:6.1}  {value:.5}  {:.2}  {:.5}  {:.2}  {:9}  {:5.2}  {:5.2}",
             angle(index),
-            100.0 * (value / other - 1.0)
+            100.0 * own_part,
+            plain.mean_cd_m2,
+            100.0 * plain_part,
+            plain.paths,
+            100.0 * deviation,
+            deviation / chance
         );
     }
-    let root = |sum: f64| 100.0 * (sum / DIRECTIONS as f64).sqrt();
-    println!("RMS deviation {:.2} %, of which chance explains {:.2} %", root(squares), root(expected));
+    let root = |sum: f64| 100.0 * (sum / eyes.len() as f64).sqrt();
+    println!(
+        "RMS deviation {:.2} %, of which chance explains {:.2} %; at most {most:.1} standard errors; {own_s:.0} s and {plain_s:.0} s",
+        root(squares),
+        root(expected)
+    );
 
     let mut picture = Picture::new(820.0, 500.0, "Luminance of a glossy plane over the angle");
     picture.words(
@@ -144,7 +166,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     picture.words(
         Words::new(
-            "line: luxmc; dots: plain backward paths. ρ = 0.3 + 0.4, exponent 20, point 0.9 from the ball's foot",
+            "line: luxmc; dots: plain backward paths. ρ = 0.3 + 0.4, exponent 20, point 0.9 m from the ball's foot",
             [60.0, 48.0],
             12.0,
         )
@@ -159,10 +181,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         y: Scale::linear(0.0, 1.1 * greatest),
     };
     frame.draw_plain(&mut picture, ["angle from the normal / °", "luminance / cd/m²"]);
-    let line = (0..DIRECTIONS).map(|index| frame.spot(angle(index), own.maps[index].values.illuminance_lx[0]));
+    let line = (0..eyes.len()).map(|index| frame.spot(angle(index), own.illuminance_lx[index]));
     picture.line(line.collect(), Pen::new(BLUE, 1.8));
-    for (index, (value, _)) in plain.iter().enumerate() {
-        picture.disk(frame.spot(angle(index), *value), 3.0, VERMILION);
+    for (index, plain) in plain.iter().enumerate() {
+        picture.disk(frame.spot(angle(index), plain.mean_cd_m2), 3.0, VERMILION);
     }
     std::fs::write(&out, picture.svg())?;
     Ok(())
