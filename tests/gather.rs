@@ -228,3 +228,22 @@ fn a_time_limit_is_kept_and_a_black_room_traces_no_chains() {
     let black = solve(&cube(0.0, 0.5), &settings(None), &Silent);
     assert_eq!((black.chains, black.target_met), (0, Some(true)));
 }
+
+#[test]
+fn the_program_does_not_choose_gathering_where_the_light_lies_in_few_patches() {
+    // A point source between planes of 200 m at a distance of 1 m: what it lights is a spot within one or two patches.
+    let scene = scene_of(
+        r#"{"version": 1, "materials": {"grey": {"type": "diffuse", "reflectance": 0.5}},
+            "geometry": [
+              {"name": "lower", "type": "rectangle", "origin": [-100,-100,0], "u": [200,0,0], "v": [0,200,0], "material": "grey"},
+              {"name": "upper", "type": "rectangle", "origin": [-100,-100,1], "u": [0,200,0], "v": [200,0,0], "material": "grey"}],
+            "luminaires": [{"name": "source", "type": "point", "position": [0,0,0.5], "intensity_cd": 1}],
+            "receivers": [{"name": "row", "type": "grid", "origin": [0,-0.5,0], "u": [3,0,0], "v": [0,1,0], "columns": 31, "rows": 1}]}"#,
+    );
+    let method_of = |method: Method| {
+        let settings =
+            Settings { method, target_error: Some(0.2), maps: MapSelection::Receivers, ..Settings::default() };
+        solve(&scene, &settings, &Silent).maps[0].method.clone()
+    };
+    assert_eq!((method_of(Method::Auto).as_str(), method_of(Method::Gather).as_str()), ("walk", "gather"));
+}

@@ -204,6 +204,7 @@ impl Planner<'_, '_> {
             name,
             kind: entries.kind,
             method: method.to_owned(),
+            method_reason: "asked for".to_owned(),
             chains: 0,
             values,
             error,

@@ -70,6 +70,8 @@ pub struct MapResult {
     pub kind: MapKind,
     /// Name of the estimator that gave it.
     pub method: String,
+    /// Why that one, in words.
+    pub method_reason: String,
     /// Chains spent on it.
     pub chains: u64,
     /// Illuminances.

@@ -106,6 +106,7 @@ fn map_entry(map: &MapResult) -> Value {
         "discretisation_error": map.error.discretisation,
         "degrees_of_freedom": map.error.degrees_of_freedom,
         "method": map.method,
+        "method_reason": map.method_reason,
         "luminance": luminance_entry(map),
         "bound": map.bound,
         "target_met": map.target_met,

@@ -250,6 +250,7 @@ fn result(
         name,
         kind,
         method,
+        method_reason: "asked for".to_owned(),
         chains: 0,
         values,
         error,

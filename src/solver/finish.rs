@@ -120,6 +120,7 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
         name: job.name.clone(),
         kind: job.kind,
         method: job.engine.name().to_owned(),
+        method_reason: job.method_reason.clone(),
         chains: job.chains(),
         values: job.values(),
         error,
@@ -146,7 +147,7 @@ fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
                 continue;
             }
             let weights: Vec<f64> = entries.iter().map(|entry| job.weights[*entry]).collect();
-            rows.push(table_row(
+            let mut row = table_row(
                 &job.map,
                 &TableSubject {
                     name: &surface.name,
@@ -156,7 +157,11 @@ fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
                     weights: &weights,
                     area_m2: weights.iter().sum(),
                 },
-            ));
+            );
+            if job.adaptive.is_some() {
+                row.estimated_error = job.error_of_elements(&entries);
+            }
+            rows.push(row);
         }
     }
     rows

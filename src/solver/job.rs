@@ -134,6 +134,8 @@ pub struct Job {
     pub refused: bool,
     /// What estimates its indirect light.
     pub engine: Engine,
+    /// Why.
+    pub method_reason: String,
     /// Variances of what it gathers, by the latest look.
     pub variances: CrossedVariances,
     /// Gathering rays an entry that the plan gives it.
@@ -233,6 +235,7 @@ impl Job {
             refusals: 0,
             refused: false,
             engine,
+            method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
             counting_unit: None,
             variances: CrossedVariances::default(),
             planned_samples: 0,

@@ -120,7 +120,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn work(&mut self) -> StopReason {
-        self.stages = Stages::pilot(self.context, &self.jobs, self.settings);
+        self.stages = Stages::pilot(self.context, &mut self.jobs, self.settings);
         if let Some(stages) = &mut self.stages {
             stages.plan_first(self.context, &mut self.jobs, self.settings, self.target_error);
         }

@@ -41,7 +41,7 @@ pub struct Stages {
 
 impl Stages {
     /// Pilots a run; `None` where nothing gathers.
-    pub fn pilot(context: &Context, jobs: &[Job], settings: &Settings) -> Option<Stages> {
+    pub fn pilot(context: &Context, jobs: &mut [Job], settings: &Settings) -> Option<Stages> {
         let gathers = matches!(settings.method, Method::Auto | Method::Gather);
         if !gathers || !context.stage.reflects() {
             return None;
@@ -53,18 +53,23 @@ impl Stages {
         }
         // Where the light lies in a few patches of very many, looking it up there says nothing of how it is spread in them.
         if settings.method == Method::Auto && forward.lit_patches() < FEWEST_LIT_PATCHES {
+            let reason = "the light lies in few patches, where looking it up would not be exact";
+            jobs.iter_mut().for_each(|job| job.method_reason = reason.to_owned());
             return None;
         }
         let error = settings.target_error.unwrap_or(USUAL_ERROR);
         let patches = patches_for(error);
         let costs: Vec<Option<GatherCosts>> = jobs
-            .iter()
+            .iter_mut()
             .map(|job| {
                 let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
                 let costs = counts.then(|| gather_costs(context, &forward, job))?;
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
-                let is_quicker = || costs.plan(chain, error_lx).rays < job.rays_without_gathering(error_lx);
-                (settings.method == Method::Gather || is_quicker()).then_some(costs)
+                let (gathering, without) = (costs.plan(chain, error_lx).rays, job.rays_without_gathering(error_lx));
+                if settings.method == Method::Auto {
+                    job.method_reason = compared("the pilot", error, gathering, without);
+                }
+                (settings.method == Method::Gather || gathering < without).then_some(costs)
             })
             .collect();
         costs.iter().any(Option::is_some).then_some(Stages {
@@ -150,7 +155,9 @@ impl Stages {
         };
         let need = gather_need(target, &job.judgement, &state);
         let error_lx = target * job.judgement.mean_lx / margin(job.judgement.degrees_of_freedom);
-        if may_leave && need.rays > LEAVING * job.rays_without_gathering(error_lx) {
+        let without = job.rays_without_gathering(error_lx);
+        if may_leave && need.rays > LEAVING * without {
+            job.method_reason = compared("a look in the run", target, need.rays, without);
             job.stop_gathering();
             self.costs[index] = None;
             return;
@@ -183,4 +190,14 @@ impl Stages {
     pub fn is_overdrawn(&self, job: &Job) -> bool {
         job.engine == Engine::Gathering && 2 * job.samples >= 3 * job.planned_samples
     }
+}
+
+/// Why one of two ways was taken: rays that each would take.
+fn compared(by: &str, error: f64, gathering_rays: f64, rays_without: f64) -> String {
+    format!(
+        "by {by}, {:.2} million rays to {} % by gathering and {:.2} without",
+        gathering_rays * 1e-6,
+        (error * 1e4).round() / 100.0,
+        rays_without * 1e-6
+    )
 }

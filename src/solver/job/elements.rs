@@ -2,7 +2,7 @@
 
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
 use super::{Adaptive, Context, Job};
-use crate::maps::{MapValues, ReplicaMap, Unit};
+use crate::maps::{MapValues, ReplicaMap, Unit, judge};
 use crate::scene::Elements;
 
 impl Job {
@@ -28,6 +28,19 @@ impl Job {
         self.samples = 0;
         self.given_up_rays = self.rays;
         true
+    }
+
+    /// Stated relative error of some of the elements that adapt: that of all they show, and what they cannot show.
+    pub fn error_of_elements(&self, sites: &[usize]) -> f64 {
+        let sites_of_map = self.map.len();
+        let numbers = (0..self.map.entries() / sites_of_map)
+            .flat_map(|number| sites.iter().map(move |site| number * sites_of_map + site));
+        let judgement = judge(&self.map, numbers.map(|entry| (entry, self.weights[entry])));
+        let area_m2: f64 = sites.iter().map(|site| self.weights[*site]).sum();
+        let lost = sites.iter().map(|site| self.weights[*site] * self.loss.lost_lx2.get(*site).copied().unwrap_or(0.0));
+        let lost_lx2 = lost.sum::<f64>().max(0.0) / area_m2.max(f64::MIN_POSITIVE);
+        let discretisation = if judgement.mean_lx > 0.0 { lost_lx2.sqrt() / judgement.mean_lx } else { 0.0 };
+        judgement.halves_error.hypot(discretisation)
     }
 
     /// Whether its elements lose more than the target allows and can be cut no further.
