@@ -195,9 +195,7 @@ impl Stages {
 /// Why one of two ways was taken: rays that each would take.
 fn compared(by: &str, error: f64, gathering_rays: f64, rays_without: f64) -> String {
     format!(
-        "by {by}, {:.2} million rays to {} % by gathering and {:.2} without",
-        gathering_rays * 1e-6,
-        (error * 1e4).round() / 100.0,
-        rays_without * 1e-6
+        "by {by}, {gathering_rays:.1e} rays to {} % by gathering and {rays_without:.1e} without",
+        (error * 1e4).round() / 100.0
     )
 }
