@@ -257,24 +257,22 @@ impl Adaptive {
         self.detail.variation(index, map.scales(index), slopes_lx)
     }
 
-    /// What the elements cannot show, by the run's samples.
-    pub fn loss(&self, context: &Context, elements: &Elements, map: &ReplicaMap) -> Loss {
+    /// What the elements, of these areas, cannot show, by the run's samples.
+    pub fn loss(&self, context: &Context, elements: &Elements, areas_m2: &[f64], map: &ReplicaMap) -> Loss {
         let mut sides: HashMap<(u32, &str), SideOfSurface> = HashMap::new();
         let side_of = |index: usize| {
             let cell = elements.cell(index as u32);
             (context.scene.surface_id_of(cell.triangle), cell.side.name())
         };
-        let areas_m2: Vec<f64> =
-            (0..elements.len() as u32).map(|index| elements.area_m2(context.scene, elements.cell(index))).collect();
         let variations: Vec<Variation> =
             (0..elements.len()).into_par_iter().map(|index| self.variation(map, index)).collect();
-        for (index, (variation, area_m2)) in variations.iter().zip(&areas_m2).enumerate() {
+        for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
             sides.entry(side_of(index)).or_default().add(variation, *area_m2, self.sloped[index]);
         }
         let mut loss = Loss::default();
         let mut area_sum_m2 = 0.0;
         let mut variance = 0.0;
-        for (index, (variation, area_m2)) in variations.iter().zip(&areas_m2).enumerate() {
+        for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
             let smooth_lx2 = sides.get(&side_of(index)).map_or(0.0, |side| side.lx2(*area_m2, self.sloped[index]));
             loss.lost_lx2.push(variation.direct_lx2 + smooth_lx2);
             loss.sure_lx2.push((variation.direct_lx2 - variation.direct_noise.sqrt()).max(0.0) + smooth_lx2.max(0.0));

@@ -43,13 +43,13 @@ pub(super) fn rate(context: &Context, job: &Job) -> Option<GlareRating> {
     let point = receivers.points.first().filter(|_| receivers.quantity == Quantity::Glare)?;
     let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
     let eye = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-    let mut trial = Stream::new(context.seed, Purpose::Pilot, set as u32 + 1, 1);
+    let mut trial = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 1);
     let (_, rays) = sample_glare(context.stage, &eye, &mut trial);
     let passes = ((RAYS / (REPLICAS as f64 * rays.max(1) as f64)) as u64).clamp(FEWEST_PASSES, MOST_PASSES);
     let sums: Vec<f64> = (0..REPLICAS as u32)
         .into_par_iter()
         .map(|replica| {
-            let mut stream = Stream::new(context.seed, Purpose::Direct, set as u32 + 1, replica);
+            let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Receivers(set).number(), replica);
             let mut sum = 0.0;
             for pass in 0..passes {
                 stream.seek(pass);

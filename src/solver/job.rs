@@ -5,7 +5,7 @@ mod ends;
 
 use std::ops::Range;
 
-use self::elements::element_map;
+use self::elements::{element_map, numbers_per_site};
 pub use self::ends::Ends;
 use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
@@ -196,7 +196,7 @@ impl Job {
         bound: bool,
     ) -> Job {
         // Where elements show slopes, these have chance of their own.
-        let numbers = weights.iter().sum::<f64>() / weights[..map.len()].iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let numbers = numbers_per_site(&weights, map.len());
         let direct = direct_cost(context, kind, &elements, adaptive.as_ref());
         let engine = Engine::unbiased(kind, context.method);
         let local = match (kind, engine) {
@@ -478,7 +478,7 @@ impl Job {
         self.variances = self.map.crossed_variances(&self.weights);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
-            self.loss = adaptive.loss(context, &self.elements, &self.map);
+            self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map);
             let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }

@@ -11,7 +11,7 @@ use super::pilot::PartCost;
 use super::sweep::{emission_shift, merged, spread_choice};
 use crate::chain::Stage;
 use crate::estimators::local::{Anchors, BRANCHES, ChainVertex, Connecting};
-use crate::maps::{PartScores, ReplicaMap};
+use crate::maps::{MapKind, PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 
@@ -51,7 +51,8 @@ pub enum Kernel {
 impl LocalPlan {
     /// Plans the rounds of a receiver set, by a pilot whose samples enter no result.
     pub fn of(context: &Context, set: usize, kernel: Kernel) -> LocalPlan {
-        let anchors = Anchors::of(context.stage, &context.scene.receivers[set], context.seed, set as u32 + 1);
+        let anchors =
+            Anchors::of(context.stage, &context.scene.receivers[set], context.seed, MapKind::Receivers(set).number());
         plan::plan(context, set, kernel, anchors)
     }
 
@@ -87,7 +88,7 @@ impl LocalPlan {
     fn chains(&self, context: &Context, set: usize, chains: std::ops::Range<u64>, task: &mut Task) -> u64 {
         let (stage, points) = (context.stage, &context.scene.receivers[set].points);
         let flux_lm = stage.emitters.luminous_flux_lm() / self.chains_per_round as f64;
-        let mut stream = Stream::new(context.seed, Purpose::Chains, set as u32 + 1, task.replica);
+        let mut stream = Stream::new(context.seed, Purpose::Chains, MapKind::Receivers(set).number(), task.replica);
         let shift = emission_shift(&mut stream);
         let mut vertices = Vec::new();
         let mut scores = Vec::new();
@@ -113,7 +114,7 @@ impl LocalPlan {
     /// first falls is drawn, so that the mean is right after any number of rounds.
     fn walks(&self, context: &Context, set: usize, rounds: std::ops::Range<u64>, task: &mut Task) -> u64 {
         let receivers = &context.scene.receivers[set];
-        let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, task.replica);
+        let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), task.replica);
         let mut cut = Cut::default();
         let mut rays = 0;
         for (entry, point) in receivers.points.iter().enumerate() {

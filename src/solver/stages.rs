@@ -167,15 +167,14 @@ impl Stages {
             return;
         }
         self.goal_chains = (self.forward.chains as f64 * need.chains).ceil() as u64;
-        let planned = job.planned_samples;
-        for (number, (job, costs)) in jobs.iter_mut().zip(&self.costs).enumerate() {
+        for (job, costs) in jobs.iter_mut().zip(&self.costs) {
             if let Some(costs) = costs
                 && !job.met
             {
-                let samples = if number == index { planned } else { job.planned_samples };
+                let samples = job.planned_samples as f64;
                 let error_lx = target * (costs.mean_lx + job.direct_mean_lx());
-                let checked_share = costs.checked_share(samples as f64, error_lx);
-                job.start_gathering(context, costs, samples as f64, checked_share);
+                let checked_share = costs.checked_share(samples, error_lx);
+                job.start_gathering(context, costs, samples, checked_share);
             }
         }
     }

@@ -13,7 +13,7 @@ use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
 use crate::maps::basis::{SLOPES, bends_at};
-use crate::maps::{PartScores, REPLICAS, ReplicaMap, Unit};
+use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
@@ -22,8 +22,6 @@ use crate::scene::Elements;
 const POINTS_PER_CHUNK: usize = 64;
 /// Bits of a stream's index that count samples; the bits above them tell the point or the element.
 const SAMPLE_BITS: u32 = 32;
-/// The element map's number among the maps, for its streams; receiver set `i` has `i + 1`.
-const ELEMENTS: u32 = 0;
 
 /// What chains deposit in the element map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +51,7 @@ pub fn direct_over_elements(
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
         let mut room = DirectPass::default();
-        let mut stream = Stream::new(context.seed, Purpose::Direct, ELEMENTS, replica as u32);
+        let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Elements.number(), replica as u32);
         for index in range.clone() {
             let element = Element::of(context.stage, context.scene, elements, index as u32);
             let area_m2 = elements.area_m2(context.scene, elements.cell(index as u32));
@@ -127,7 +125,7 @@ pub fn chains(
 ) -> Vec<(u64, Ends)> {
     let stage = context.stage;
     let sites = map.len();
-    let number = adaptive.as_deref().map_or(ELEMENTS, Adaptive::stream_number);
+    let number = adaptive.as_deref().map_or(MapKind::Elements.number(), Adaptive::stream_number);
     let mut nothing = vec![Vec::new(); if adaptive.is_some() { 0 } else { REPLICAS }];
     let bends = adaptive.map_or(&mut nothing, |adaptive| &mut adaptive.detail.indirect);
     let Unit::Packets { luminous_flux_lm, area_m2 } = &map.indirect_unit_lx else {
@@ -184,8 +182,9 @@ pub fn direct_at_points(
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
         let mut pass = DirectPass::default();
-        let mut streams: [Stream; REPLICAS] =
-            std::array::from_fn(|replica| Stream::new(context.seed, Purpose::Direct, set as u32 + 1, replica as u32));
+        let mut streams: [Stream; REPLICAS] = std::array::from_fn(|replica| {
+            Stream::new(context.seed, Purpose::Direct, MapKind::Receivers(set).number(), replica as u32)
+        });
         let chunk = *first..(*first + POINTS_PER_CHUNK).min(points.end);
         let sums = chunk.map(|entry| {
             let mut sums_lx = [0.0; REPLICAS];
@@ -265,7 +264,8 @@ fn over_points(
             let mut rays = 0;
             let mut scores = PartScores::for_task(whole);
             let mut cut = Cut::default();
-            let mut stream = Stream::new(context.seed, Purpose::Walks, set as u32 + 1, replica as u32);
+            let mut stream =
+                Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), replica as u32);
             for (offset, sum_lx) in sums.iter_mut().enumerate() {
                 let point = &receivers[first + offset];
                 if point.inside {

@@ -51,7 +51,7 @@ impl Job {
 
     /// Numbers that an element of the map shows, in the mean over the area: its own and those of its slopes.
     pub fn numbers_per_site(&self) -> f64 {
-        self.weights.iter().sum::<f64>() / self.site_weights().iter().sum::<f64>().max(f64::MIN_POSITIVE)
+        numbers_per_site(&self.weights, self.map.len())
     }
 
     /// Area or weight of every element or point.
@@ -80,6 +80,11 @@ impl Job {
         }
         values
     }
+}
+
+/// Numbers that one of so many elements or points shows, weighted: all weights over those of the means.
+pub(super) fn numbers_per_site(weights: &[f64], sites: usize) -> f64 {
+    weights.iter().sum::<f64>() / weights[..sites].iter().sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
 /// An empty map of elements, and its weights.

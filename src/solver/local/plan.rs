@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 use super::{Kernel, LocalPlan, trace};
 use crate::estimators::local::{Anchors, ChainVertex, Connecting};
+use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::job::Context;
@@ -127,7 +128,7 @@ struct Scores {
 impl Pilot {
     fn new(context: &Context, set: usize, anchors: &Anchors) -> Pilot {
         let stage = context.stage;
-        let mut stream = Stream::new(context.seed, Purpose::Pilot, set as u32 + 1, 3);
+        let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 3);
         let mut path_rays = 0;
         let chains: Vec<Vec<ChainVertex>> = (0..CHAINS)
             .map(|chain| {
@@ -252,7 +253,7 @@ impl Pilot {
 /// One walk from every entry, judged by some of them, and the mean value of a walk.
 fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part, f64) {
     let receivers = &context.scene.receivers[set];
-    let mut stream = Stream::new(context.seed, Purpose::Pilot, set as u32 + 1, 4);
+    let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 4);
     let mut cut = Cut::default();
     let stride = receivers.points.len().div_ceil(SITES).max(1);
     let (mut part, mut total, mut sites) = (Part::default(), 0.0, 0.0);
