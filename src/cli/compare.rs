@@ -15,6 +15,7 @@ Examples:
   luxmc compare cube --out speed                 every method on a diffuse cube
   luxmc compare sobolev cube --out speed --budget 60s
   luxmc compare light-mesh-luminaires --out speed   what a light mesh saves with many luminaires
+  luxmc compare scaling choice --out speed        how cost grows with a scene, and how well auto chooses
   luxmc compare scenes/office.json --truth out/long --out speed   a scene, judged by a long run of it
 
 Every map of points or elements that the case compares is computed with more and more chains until the budget is
@@ -24,7 +25,11 @@ luxmc solve scenes/office.json --method collision --seed 1000 --target-error 0.1
 /// The examples and the studies that there are.
 fn after_help() -> String {
     let list: Vec<String> = STUDIES.iter().map(|study| format!("  {:<23}{}", study.name, study.title)).collect();
-    format!("{EXAMPLES}\n\nStudies, which are named like cases (all of them: {}):\n{}", studies::GROUP, list.join("\n"))
+    format!(
+        "{EXAMPLES}\n\nStudies, which are named like cases (all of light meshes: {}):\n{}",
+        studies::GROUP,
+        list.join("\n")
+    )
 }
 
 /// Arguments of `luxmc compare`.

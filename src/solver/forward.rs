@@ -41,6 +41,8 @@ pub struct Forward {
     pub chains: u64,
     /// Rays so far, all replicas: those of the chains and those of the patches' own gathering.
     pub rays: u64,
+    /// Rays of stages before this one, which it replaced.
+    pub earlier_rays: u64,
     chain_rays: u64,
     /// Chains that the patches' light was last worked out from.
     settled_chains: u64,
@@ -139,10 +141,16 @@ impl Forward {
             coarse: layer(2.0 * edge_m),
             chains: 0,
             rays: 0,
+            earlier_rays: 0,
             chain_rays: 0,
             settled_chains: 0,
             ends: [Ends::default(); REPLICAS],
         }
+    }
+
+    /// All rays so far, those of stages that it replaced too.
+    pub fn all_rays(&self) -> u64 {
+        self.rays + self.earlier_rays
     }
 
     /// Number of patches.

@@ -114,7 +114,9 @@ pub struct Job {
     pub next_judgement: u64,
     /// Rays traced for it.
     pub rays: u64,
-    /// Of these, rays whose samples were given up when the map started anew.
+    /// Rays of the pilots that planned it, beside these.
+    pub pilot_rays: u64,
+    /// Of its rays, those whose samples were given up when the map started anew.
     given_up_rays: u64,
     /// Seconds of computing spent on it, for forecasts in seconds only.
     pub seconds: f64,
@@ -159,20 +161,24 @@ impl Job {
     /// A job for the element map.
     pub fn elements(context: &Context, bound: bool) -> Job {
         let given = &context.stage.elements;
+        let mut pilot_rays = 0;
         let (elements, adaptive) = match context.adapt_to.filter(|_| bound && !given.is_empty()) {
             Some(target_error) => {
-                let mean_lx = [
+                let costs = [
                     direct_cost(context, MapKind::Elements, given, None),
                     indirect_cost(context, MapKind::Elements, given),
                 ];
-                let (elements, adaptive) = first_elements(context, target_error, mean_lx.map(|cost| cost.mean_lx));
+                pilot_rays = costs.iter().map(|cost| cost.pilot_rays).sum();
+                let (elements, adaptive) = first_elements(context, target_error, costs.map(|cost| cost.mean_lx));
                 (elements, Some(adaptive))
             }
             None => (given.clone(), None),
         };
         let (map, weights) = element_map(context, &elements, adaptive.as_ref());
         let name = "elements".to_owned();
-        Job::new(context, name, MapKind::Elements, elements, adaptive, map, weights, bound)
+        let mut job = Job::new(context, name, MapKind::Elements, elements, adaptive, map, weights, bound);
+        job.pilot_rays += pilot_rays;
+        job
     }
 
     /// A job for a receiver set.
@@ -211,7 +217,7 @@ impl Job {
         };
         let (direct, indirect) = (direct.times(numbers), indirect.times(numbers));
         let entries = map.len();
-        let pilot_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
+        let cutting_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
         Job {
             name,
             kind,
@@ -224,8 +230,9 @@ impl Job {
             finest: false,
             samples: 0,
             next_judgement: 0,
-            rays: pilot_rays,
-            given_up_rays: pilot_rays,
+            rays: cutting_rays,
+            pilot_rays: direct.pilot_rays + indirect.pilot_rays,
+            given_up_rays: cutting_rays,
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
@@ -251,6 +258,11 @@ impl Job {
         }
     }
 
+    /// All rays so far, those of pilots too.
+    pub fn all_rays(&self) -> u64 {
+        self.rays + self.pilot_rays
+    }
+
     /// Rays that counting or walking takes to an error in lx, by what the pilot measured.
     pub fn rays_without_gathering(&self, error_lx: f64) -> f64 {
         rays_to_error(self.direct, self.indirect, self.map.len(), error_lx)
@@ -274,7 +286,7 @@ impl Job {
         self.checked_share = if context.stage.paths_not_found.is_empty() { checked_share } else { 0.0 };
         self.planned_samples = (samples.ceil() as u64).max(1);
         let rays = costs.rays_per_sample + self.checked_share * costs.rays_per_check;
-        let gathered = PartCost { variance: costs.ray_variance, rays, mean_lx: costs.mean_lx };
+        let gathered = PartCost { variance: costs.ray_variance, rays, mean_lx: costs.mean_lx, pilot_rays: 0 };
         self.share = DirectShare::of(self.direct, gathered, self.map.len());
         self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
         self.map.indirect_samples = Tally::default();

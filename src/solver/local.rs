@@ -64,6 +64,7 @@ impl LocalPlan {
             variance: self.variance_per_round / weight,
             rays: self.rays_per_round / entries,
             mean_lx: self.mean_lx,
+            pilot_rays: 0,
         }
     }
 

@@ -38,6 +38,8 @@ pub struct PartCost {
     pub rays: f64,
     /// Weighted mean of the part in lx.
     pub mean_lx: f64,
+    /// Rays that it took to find that out.
+    pub pilot_rays: u64,
 }
 
 impl PartCost {
@@ -171,6 +173,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
         variance: variance / chains,
         rays: rays as f64 / chains / cells as f64,
         mean_lx: sum_lm / chains / area_m2,
+        pilot_rays: rays,
     }
 }
 
@@ -206,6 +209,7 @@ impl Sites {
             variance: self.variance / weight,
             rays: self.rays / self.samples.max(1.0),
             mean_lx: self.sum_lx / weight,
+            pilot_rays: self.rays as u64,
         }
     }
 }

@@ -56,6 +56,8 @@ pub struct GatherCosts {
     pub mean_lx: f64,
     /// Entries of the map that count.
     pub entries: f64,
+    /// Rays that it took to find that out.
+    pub pilot_rays: u64,
 }
 
 /// What a chain costs and brings.
@@ -140,6 +142,7 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
         rays_per_check: (total(&|site| site.check_rays) / total(&|site| site.checks).max(1.0)).max(1.0),
         mean_lx,
         entries: entries.len() as f64,
+        pilot_rays: total(&|site| site.rays) as u64,
     }
 }
 

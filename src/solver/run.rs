@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::finish::finish;
+use super::forward::Forward;
 use super::job::{Context, Engine, Job, RAYS_PER_SLICE};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
@@ -376,7 +377,7 @@ impl Run<'_> {
             estimated_error: judged().map(|job| job.judgement.stated_error()).reduce(f64::max),
             target_error: self.target_error,
             chains,
-            rays: forward.map_or(0, |forward| forward.rays) + self.jobs.iter().map(|job| job.rays).sum::<u64>(),
+            rays: forward.map_or(0, Forward::all_rays) + self.jobs.iter().map(Job::all_rays).sum::<u64>(),
             forecast_chains: known.then_some(chains as f64 + more_chains),
             remaining_s: known.then_some(remaining_s),
             fraction: if known { work_fraction.max(time_fraction) } else { time_fraction }.min(1.0),

@@ -46,7 +46,11 @@ impl Stages {
         if !gathers || !context.stage.reflects() {
             return None;
         }
-        let forward = pilot_chains(context);
+        let mut forward = pilot_chains(context);
+        if let Some(job) = jobs.first_mut() {
+            // It serves all maps; a run that does not gather has no other place for it.
+            job.pilot_rays += std::mem::take(&mut forward.rays);
+        }
         let chain = ChainCosts { rays: forward.rays_per_chain(), deposits: forward.deposits_per_chain() };
         if chain.deposits == 0.0 {
             return None;
@@ -64,6 +68,7 @@ impl Stages {
             .map(|job| {
                 let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
                 let costs = counts.then(|| gather_costs(context, &forward, job))?;
+                job.pilot_rays += costs.pilot_rays;
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
                 let (gathering, without) = (costs.plan(chain, error_lx).rays, job.rays_without_gathering(error_lx));
                 if settings.method == Method::Auto {
@@ -111,7 +116,9 @@ impl Stages {
     /// Patches for so many chains, and gathering rays in proportion.
     fn start(&mut self, context: &Context, jobs: &mut [Job], chains: f64) {
         self.goal_chains = (chains.ceil() as u64).max(1);
+        let earlier_rays = self.forward.all_rays();
         self.forward = Forward::new(context, patch_edge_m(context, self.patches));
+        self.forward.earlier_rays = earlier_rays;
         for (job, costs) in jobs.iter_mut().zip(&self.costs) {
             if let Some(costs) = costs
                 && !job.met

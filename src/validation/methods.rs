@@ -35,6 +35,13 @@ pub enum Climb {
 /// All methods; one that is added here joins every comparison.
 pub const METHODS: &[Method] = &[
     Method {
+        name: "auto",
+        description: "what a short pilot finds the quickest, map by map; leaves it where a look in the run says otherwise",
+        applies: |_, _| Ok(()),
+        climbs: Climb::Chains,
+        solve: |scene, settings, observer| Ok(solve_with(solver::Method::Auto, scene, settings, observer)),
+    },
+    Method {
         name: "collision",
         description: "element maps by counting the packets of forward chains, receivers by walks; direct light by formula",
         applies: |_, _| Ok(()),

@@ -55,3 +55,4 @@ pub use run_method::{RunMethod, method_names};
 pub use statistics::{Entry, EntrySet, Statistics};
 pub use truth::{Exact, TruthSpec};
 pub use verdict::Check;
+pub use words::date as utc_date;

@@ -1,20 +1,24 @@
 //! Studies: what a method costs and changes over a range of steps, luminaires or receivers, told by tables and plots.
 //!
-//! `luxmc compare` runs them by name beside cases. Those there are ask what light meshes are worth (Debelov and
-//! Sevastyanov, 2001; Debelov and Novikov, 2009). Times are of the machine and its load; rays and errors are not.
+//! `luxmc compare` runs them by name beside cases. Those of light meshes ask what these are worth (Debelov and Sevastyanov,
+//! 2001; Debelov and Novikov, 2009), two more how cost grows with a scene and how well `auto` chooses. Times are of the machine and its load; rays and errors are not.
 
+mod choice;
 mod crossing;
 pub mod open_air;
 mod penumbra;
 mod pictures;
 mod report;
 mod savings;
+mod scaling;
+mod slopes;
 mod sources;
 mod steps;
 mod world;
 
 use super::report::Table;
 
+pub use pictures::{Line, log_log};
 pub use report::{study_csv, study_md, study_section};
 
 /// What a study is told to do, and whom it tells.
@@ -67,11 +71,18 @@ pub const STUDIES: &[Study] = &[
         title: "An area as 1, 5, 25 and 225 point sources, and by the light mesh",
         run: sources::sources,
     },
+    Study {
+        name: "scaling",
+        title: "Cost against the number of triangles, luminaires and receivers",
+        run: scaling::scaling,
+    },
+    Study { name: "choice", title: "What the method auto costs beside the best fixed choice", run: choice::choice },
 ];
 
 /// The studies that a name stands for: one, or all of light meshes; none if it is no study's.
 pub fn studies_named(name: &str) -> Vec<&'static Study> {
-    STUDIES.iter().filter(|study| study.name == name || name == GROUP).collect()
+    let is_of_group = |study: &Study| name == GROUP && study.name.starts_with(GROUP);
+    STUDIES.iter().filter(|study| study.name == name || is_of_group(study)).collect()
 }
 
 /// What a reader must know of small sizes.

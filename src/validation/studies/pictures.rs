@@ -6,7 +6,8 @@ use crate::output::numbers::count_tick;
 use crate::validation::plots::{Drawn, EXACT, FAINT, LEGEND_HEIGHT, MEASURED, Sign, TEXT, legend, svg, tick};
 
 /// Colours that everyone can tell apart (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 4] = [EXACT, MEASURED, RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
+const COLOURS: [RGBColor; 6] =
+    [EXACT, MEASURED, RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(86, 180, 233), RGBColor(0, 0, 0)];
 /// Numbers below this are written out on axes.
 const WRITTEN_OUT: f64 = 1000.0;
 

@@ -1,0 +1,88 @@
+//! Draws the README's plot of speed against error, and prints its table, from the latest rows of `benches/history.csv`.
+//!
+//!     cargo bench --bench time_to_error -- --record
+//!     cargo run --release --example draw_speed -- docs/images/speed-against-error.svg
+
+use std::path::Path;
+
+use luxmc::validation::studies::{Line, log_log};
+
+/// Targets of the table's columns.
+const TARGETS: [f64; 3] = [0.03, 0.01, 0.003];
+
+/// A row of the history.
+struct Row {
+    date: String,
+    machine: String,
+    name: String,
+    target_error: f64,
+    compute_s: f64,
+    true_error: String,
+}
+
+fn read(path: &Path) -> Result<Vec<Row>, String> {
+    let wrong = |error: csv::Error| format!("{}: {error}", path.display());
+    let mut reader = csv::Reader::from_path(path).map_err(wrong)?;
+    let header = reader.headers().map_err(wrong)?.clone();
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(wrong)?;
+        let text = |column: &str| {
+            let at = header.iter().position(|name| name == column);
+            at.and_then(|at| record.get(at)).ok_or_else(|| format!("{}: no column {column}", path.display()))
+        };
+        let number = |column: &str| {
+            text(column)?.parse::<f64>().map_err(|error| format!("{}: {column}: {error}", path.display()))
+        };
+        rows.push(Row {
+            date: text("date")?.to_owned(),
+            machine: text("machine")?.to_owned(),
+            name: format!("{}, {}", text("scene")?, text("map")?),
+            target_error: number("target_error")?,
+            compute_s: number("compute_s")?,
+            true_error: text("true_error")?.to_owned(),
+        });
+    }
+    Ok(rows)
+}
+
+/// Two significant digits.
+fn short(number: f64) -> String {
+    let digits = (1.0 - number.abs().log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{number:.digits$}")
+}
+
+fn main() -> Result<(), String> {
+    let out = std::env::args().nth(1).ok_or("name the SVG file to write")?;
+    let rows = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/history.csv"))?;
+    let last = rows.last().ok_or("the history is empty: cargo bench --bench time_to_error -- --record")?;
+    let same: Vec<&Row> = rows.iter().filter(|row| row.machine == last.machine).collect();
+    let mut names: Vec<&str> = Vec::new();
+    same.iter().for_each(|row| {
+        if !names.contains(&row.name.as_str()) {
+            names.push(&row.name);
+        }
+    });
+    let latest = |name: &str, target: f64| same.iter().rev().find(|row| row.name == name && row.target_error == target);
+
+    println!("Two threads of {}; latest rows up to {}.\n", last.machine, last.date);
+    println!("| scene, map | 3 % | 1 % | 0.3 % |\n| --- | ---: | ---: | ---: |");
+    let mut lines = Vec::new();
+    for name in names {
+        let cells: Vec<String> = TARGETS
+            .iter()
+            .map(|target| match latest(name, *target) {
+                None => "–".to_owned(),
+                Some(row) => match row.true_error.parse::<f64>() {
+                    Ok(error) => format!("{} s ({} %)", short(row.compute_s), short(100.0 * error)),
+                    Err(_) => format!("{} s", short(row.compute_s)),
+                },
+            })
+            .collect();
+        println!("| {name} | {} |", cells.join(" | "));
+        let places = TARGETS.iter().filter_map(|target| Some((100.0 * target, latest(name, *target)?.compute_s)));
+        lines.push(Line { name: name.to_owned(), places: places.collect() });
+    }
+    let picture = log_log(["stated error asked for, %", "seconds of computing, two threads"], &lines);
+    std::fs::write(&out, picture).map_err(|error| format!("{out}: {error}"))
+}
