@@ -2,17 +2,19 @@
 
 mod elements;
 mod ends;
+mod expected;
 
 use std::ops::Range;
 
 use self::elements::{element_map, numbers_per_site};
 pub use self::ends::Ends;
+use self::expected::first_look;
 use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::forward::Forward;
 use super::gathering::Gatherer;
 use super::local::{Kernel, LocalPlan};
-use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost, rays_to_error};
+use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
@@ -263,24 +265,6 @@ impl Job {
         self.rays + self.pilot_rays
     }
 
-    /// Rays that counting or walking takes to an error in lx, by what the pilot measured.
-    pub fn rays_without_gathering(&self, error_lx: f64) -> f64 {
-        rays_to_error(self.direct, self.indirect, self.map.len(), error_lx)
-    }
-
-    /// Mean of its direct light in lx, by what the pilot measured.
-    pub fn direct_mean_lx(&self) -> f64 {
-        self.direct.mean_lx
-    }
-
-    /// Share of an error that chains and gathering rays may have, the rest being that of direct light: variances are best
-    /// shared out like the roots of variance times cost, which for the gathered part follow from its rays to the error.
-    pub fn gathered_share(&self, rays: f64, error_lx: f64) -> f64 {
-        let direct = (self.direct.variance * self.direct.rays * self.map.len() as f64).sqrt();
-        let gathered = rays.sqrt() * error_lx;
-        (gathered / (gathered + direct)).sqrt()
-    }
-
     /// Starts (again) with gathering, from costs and a plan; direct light stays as far as it is.
     pub fn start_gathering(&mut self, context: &Context, costs: &GatherCosts, samples: f64, checked_share: f64) {
         self.checked_share = if context.stage.paths_not_found.is_empty() { checked_share } else { 0.0 };
@@ -350,8 +334,7 @@ impl Job {
     pub fn first_samples(&self) -> u64 {
         match self.engine {
             _ if self.black => 1,
-            Engine::Counting => 256,
-            Engine::Walking => 4,
+            Engine::Counting | Engine::Walking => first_look(self.engine),
             Engine::Gathering => self.planned_samples.div_ceil(2).min(4),
             Engine::Connecting(_) => {
                 let affordable = RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64);

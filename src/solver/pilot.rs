@@ -19,6 +19,8 @@ const MOST_SITES: usize = 256;
 const PASSES: u64 = 4;
 /// Walks at each point.
 const WALKS: u64 = 4;
+/// Passes, and walks, of all points together, at least: a few points need more each to tell how they scatter.
+const LEAST_SAMPLES: u64 = 512;
 /// Chains traced for elements.
 const CHAINS: u64 = 1024;
 /// Bounds of the rays that direct light takes, over those of indirect light: a pilot that saw no penumbra does not
@@ -105,8 +107,9 @@ pub fn direct_cost(context: &Context, kind: MapKind, elements: &Elements, adapti
         }
         MapKind::Receivers(set) => {
             let quantity = scene.receivers[set].quantity;
+            let passes = PASSES.max(LEAST_SAMPLES / sites_of(context, set));
             over_receivers(context, set, &mut stream, |receiver, weight, stream| {
-                sites.add(weight, PASSES, || sample_direct_lx(stage, quantity, receiver, &mut room, stream));
+                sites.add(weight, passes, || sample_direct_lx(stage, quantity, receiver, &mut room, stream));
             });
         }
     }
@@ -126,12 +129,19 @@ pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> P
             let quantity = scene.receivers[set].quantity;
             let mut cut = Cut::default();
             let mut sites = Sites::default();
+            let walks = WALKS.max(LEAST_SAMPLES / sites_of(context, set));
             over_receivers(context, set, &mut stream, |receiver, weight, stream| {
-                sites.add(weight, WALKS, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
+                sites.add(weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
             });
             sites.cost()
         }
     }
+}
+
+/// Points of a set that the pilot looks at, about.
+fn sites_of(context: &Context, set: usize) -> u64 {
+    let points = context.scene.receivers[set].points.len();
+    (points / points.div_ceil(MOST_SITES).max(1)).max(1) as u64
 }
 
 fn over_receivers(context: &Context, set: usize, stream: &mut Stream, mut at: impl FnMut(&Receiver, f64, &mut Stream)) {

@@ -5,7 +5,7 @@ use super::job::{Context, Engine, Job};
 use super::plan::{ChainCosts, GatherCosts, gather_costs, patch_edge_m, patches_for, pilot_chains};
 use super::{Method, Settings};
 use crate::control::{GatherState, gather_need, margin};
-use crate::maps::REPLICAS;
+use crate::maps::{HALF, REPLICAS};
 
 /// Error at which methods are weighed against each other where no target is set.
 const USUAL_ERROR: f64 = 0.01;
@@ -21,6 +21,10 @@ const MOST_REFINEMENTS: u32 = 2;
 const LEAVING: f64 = 2.0;
 /// Patches of the pilot that share its light evenly, about, below which the program does not choose gathering by itself.
 const FEWEST_LIT_PATCHES: f64 = 16.0;
+/// Rays, about, that a pilot of gathering takes: where all maps together need fewer without it, it could not pay.
+const RAYS_OF_A_PILOT: f64 = 1e5;
+/// Share of the lit patches that one place sees, about.
+const SEEN_SHARE: f64 = 0.5;
 /// Chains of a replica in the first of such stages.
 const FIRST_CHAINS: f64 = 1024.0;
 
@@ -46,6 +50,15 @@ impl Stages {
         if !gathers || !context.stage.reflects() {
             return None;
         }
+        let error = settings.target_error.unwrap_or(USUAL_ERROR);
+        if settings.method == Method::Auto && settings.target_error.is_some() {
+            let without: f64 = jobs.iter().filter(|job| job.bound).map(|job| rays_without(context, job, error)).sum();
+            if without < RAYS_OF_A_PILOT {
+                let reason = format!("{without:.1e} rays without gathering, fewer than it takes to weigh it");
+                jobs.iter_mut().for_each(|job| job.method_reason.clone_from(&reason));
+                return None;
+            }
+        }
         let mut forward = pilot_chains(context);
         if let Some(job) = jobs.first_mut() {
             // It serves all maps; a run that does not gather has no other place for it.
@@ -61,7 +74,6 @@ impl Stages {
             jobs.iter_mut().for_each(|job| job.method_reason = reason.to_owned());
             return None;
         }
-        let error = settings.target_error.unwrap_or(USUAL_ERROR);
         let patches = patches_for(error);
         let costs: Vec<Option<GatherCosts>> = jobs
             .iter_mut()
@@ -70,7 +82,8 @@ impl Stages {
                 let costs = counts.then(|| gather_costs(context, &forward, job))?;
                 job.pilot_rays += costs.pilot_rays;
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
-                let (gathering, without) = (costs.plan(chain, error_lx).rays, job.rays_without_gathering(error_lx));
+                let without = job.rays_without_gathering(context, error_lx);
+                let gathering = costs.plan(chain, error_lx).rays + job.rays_of_a_pass();
                 if settings.method == Method::Auto {
                     job.method_reason = compared("the pilot", error, gathering, without);
                 }
@@ -153,16 +166,19 @@ impl Stages {
         }
         let job = &mut jobs[index];
         let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
+        // Until its rays have met most patches, columns differ mostly by which patches these were: more rays help as well.
+        let asked = HALF as f64 * job.samples as f64;
+        let lasting = asked / (asked + SEEN_SHARE * self.forward.lit_patches());
         let state = GatherState {
             rows: job.variances.rows / mean_squared,
-            columns: job.variances.columns / mean_squared,
-            cross: job.variances.cross / mean_squared,
+            columns: lasting * job.variances.columns / mean_squared,
+            cross: (job.variances.cross + (1.0 - lasting) * job.variances.columns) / mean_squared,
             gather_rays: job.kept_rays() as f64,
             chain_rays: self.forward.rays as f64,
         };
         let need = gather_need(target, &job.judgement, &state);
         let error_lx = target * job.judgement.mean_lx / margin(job.judgement.degrees_of_freedom);
-        let without = job.rays_without_gathering(error_lx);
+        let without = job.rays_without_gathering(context, error_lx);
         if may_leave && need.rays > LEAVING * without {
             job.method_reason = compared("a look in the run", target, need.rays, without);
             job.stop_gathering();
@@ -196,6 +212,11 @@ impl Stages {
     pub fn is_overdrawn(&self, job: &Job) -> bool {
         job.engine == Engine::Gathering && 2 * job.samples >= 3 * job.planned_samples
     }
+}
+
+/// Rays that a map takes to a target without gathering, by what the pilot measured.
+fn rays_without(context: &Context, job: &Job, error: f64) -> f64 {
+    job.rays_without_gathering(context, error * job.mean_without_gathering_lx())
 }
 
 /// Why one of two ways was taken: rays that each would take.

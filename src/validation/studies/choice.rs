@@ -20,7 +20,7 @@ const LEAST_RAYS: f64 = 1e6;
 /// Targets.
 const TARGETS: [f64; 3] = [0.05, 0.03, 0.01];
 
-const SETTING: &str = "Every map to the same targets by auto and by each fixed method that auto could have taken instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local), which auto never takes. Means of three seeds. Rays are all that are counted, pilots and what was given up included; the ratio is auto's over those of the best fixed method, in rays and in seconds, each by its own best. A method that has taken three times auto's rays is given up (“>”). Light meshes and radiosity, which auto never takes either, stand in the case comparisons.";
+const SETTING: &str = "Every map to the same targets by auto and by each fixed method that auto could have taken instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local), which auto never takes. Means of three seeds. Rays are all that are counted, pilots and what was given up included. Two ratios: auto's cost over the best of what it may choose from, and over the best of all three, in rays and in seconds, each by its own best. Gathering is no choice on Sobolev's planes, where its error bars do not hold (“–”). A method that has taken three times auto's rays is given up (“>”). Light meshes and radiosity, which auto never takes either, stand in the case comparisons.";
 
 const CUBE: &str = r#"{ "version": 1, "materials": { "paint": { "type": "diffuse", "reflectance": 0.8 } },
     "geometry": [ { "name": "cube", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward", "material": "paint"EDGE } ],
@@ -37,6 +37,8 @@ struct Subject {
     maps: MapSelection,
     elements: ElementChoice,
     targets: &'static [f64],
+    /// A method whose error bars do not hold there, and which is no choice therefore.
+    untrue: Option<&'static str>,
 }
 
 fn cube(edge: &str) -> Result<Scene, String> {
@@ -52,7 +54,7 @@ fn scene_of_case(name: &str) -> Result<(Scene, std::path::PathBuf), String> {
 
 fn subjects(wishes: &mut Wishes) -> Result<Vec<Subject>, String> {
     let (given, adaptive) = (ElementChoice::Given, ElementChoice::Adaptive);
-    let of = |name, scene, maps, elements| Subject { name, scene, maps, elements, targets: &TARGETS };
+    let of = |name, scene, maps, elements| Subject { name, scene, maps, elements, targets: &TARGETS, untrue: None };
     let mut subjects =
         vec![of("cube, 3,072 elements given", cube(r#", "max_element_edge": 0.36"#)?, MapSelection::Elements, given)];
     if wishes.quick {
@@ -70,7 +72,9 @@ fn subjects(wishes: &mut Wishes) -> Result<Vec<Subject>, String> {
     subjects.push(of("office, receivers", office, receivers.clone(), given));
     let named = |name: &str| MapSelection::Named(vec![name.to_owned()]);
     subjects.push(of("room of six reflectances, points", scene_of_case("room")?.0, named("points"), given));
-    subjects.push(of("Sobolev's planes, points", scene_of_case("sobolev")?.0, receivers.clone(), given));
+    let planes = of("Sobolev's planes, points", scene_of_case("sobolev")?.0, receivers.clone(), given);
+    // The light of planes of 200 m lies in a few patches of theirs: 67 % of gathering's error bars covered the truth.
+    subjects.push(Subject { untrue: Some("gather"), ..planes });
     subjects.push(of("isothermal office, work plane", scene_of_case("isothermal")?.0, named("work plane"), given));
     match read_scene(&folder.join("../../scenes/hall.json")) {
         Ok(hall) => subjects.push(Subject { targets: &TARGETS[1..2], ..of("hall, receivers", hall, receivers, given) }),
@@ -107,6 +111,8 @@ struct Cost {
     seconds: f64,
     /// Whether it met the target within the patience, every time.
     arrived: bool,
+    /// Whether auto may take it.
+    is_choice: bool,
     /// What gave the maps.
     estimators: String,
 }
@@ -136,13 +142,20 @@ fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_r
         rays: mean(&|run| run.rays as f64),
         seconds: mean(&|run| run.compute_s),
         arrived: runs.iter().all(|run| matches!(run.stop_reason, StopReason::TargetMet | StopReason::Exact)),
+        is_choice: method != Method::Local,
         estimators: estimators.join(" and "),
     }
 }
 
-/// Auto's cost over the least of those that arrived; infinite if only others did.
-fn ratio(auto: &Cost, fixed: &[(&'static str, Cost)], of: fn(&Cost) -> f64) -> (f64, &'static str) {
-    let best = fixed.iter().filter(|(_, cost)| cost.arrived).min_by(|one, other| of(&one.1).total_cmp(&of(&other.1)));
+/// Auto's cost over the least of those that arrived and count; infinite if only others did.
+fn ratio(
+    auto: &Cost,
+    fixed: &[(&'static str, Cost)],
+    of: fn(&Cost) -> f64,
+    counts: fn(&Cost) -> bool,
+) -> (f64, &'static str) {
+    let arrived = fixed.iter().filter(|(_, cost)| cost.arrived && counts(cost));
+    let best = arrived.min_by(|one, other| of(&one.1).total_cmp(&of(&other.1)));
     match best {
         _ if !auto.arrived => (f64::INFINITY, "none"),
         Some((name, cost)) => (of(auto) / of(cost), name),
@@ -169,6 +182,7 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
             let most_rays = (PATIENCE * auto.rays).max(LEAST_RAYS);
             let fixed: Vec<(&'static str, Cost)> = FIXED
                 .iter()
+                .filter(|(name, _)| subject.untrue != Some(*name))
                 .filter(|(_, method)| *method != Method::Local || subject.maps != MapSelection::Elements)
                 .map(|(name, method)| (*name, cost(&subject, *target_error, *method, seeds, most_rays)))
                 .collect();
@@ -182,14 +196,15 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
             .into_iter()
             .enumerate()
             {
-                let (times, best) = ratio(&auto, &fixed, of);
+                let (times, best) = ratio(&auto, &fixed, of, |cost| cost.is_choice);
+                let (of_all, best_of_all) = ratio(&auto, &fixed, of, |_| true);
                 let mut row = vec![subject.name.to_owned(), percent(*target_error), cell(&auto, of, words)];
                 row.extend(FIXED.map(|(name, _)| of_name(name).map_or("–".to_owned(), |cost| cell(cost, of, words))));
-                row.extend([
-                    best.to_owned(),
-                    if best == "auto" { format!("< {}", significant(times, 2)) } else { significant(times, 3) },
-                    auto.estimators.clone(),
-                ]);
+                let words = |times: f64, best: &str| match best {
+                    "auto" => format!("< {}", significant(times, 2)),
+                    _ => format!("{} ({best})", significant(times, 3)),
+                };
+                row.extend([words(times, best), words(of_all, best_of_all), auto.estimators.clone()]);
                 rows.push(row);
                 if times > worst[index].0 {
                     worst[index] = (times, place.clone());
@@ -202,7 +217,7 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
     }
     let [rays, seconds] = worst;
     found.results.push(format!(
-        "In rays auto takes at most {} times the best fixed method ({}); in seconds {} times ({}).",
+        "In rays auto takes at most {} times the best of what it may choose from ({}); in seconds {} times ({}).",
         significant(rays.0, 3),
         rays.1,
         significant(seconds.0, 3),
@@ -213,10 +228,19 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
     } else {
         format!("In rays it is above {MOST_RATIO} times for: {}.", worse.join("; "))
     });
-    let header =
-        vec!["map", "target", "auto", "collision", "gather", "local", "best fixed", "auto over best", "auto took"];
+    let header = vec![
+        "map",
+        "target",
+        "auto",
+        "collision",
+        "gather",
+        "local",
+        "over its best choice",
+        "over the best",
+        "auto took",
+    ];
     for (caption, rows) in [("Rays", by_rays), ("Seconds of computing", by_seconds)] {
-        found.tables.push((caption.to_owned(), Table { header: header.clone(), text_columns: vec![0, 6, 8], rows }));
+        found.tables.push((caption.to_owned(), Table { header: header.clone(), text_columns: vec![0, 8], rows }));
     }
     Ok(found)
 }
@@ -227,11 +251,19 @@ mod tests {
 
     #[test]
     fn the_ratio_is_to_the_best_that_arrived() {
-        let cost = |rays: f64, arrived: bool| Cost { rays, seconds: 1.0, arrived, estimators: String::new() };
-        let fixed = [("collision", cost(50.0, false)), ("gather", cost(100.0, true)), ("local", cost(200.0, true))];
+        let cost = |rays: f64, arrived: bool| Cost {
+            rays,
+            seconds: 1.0,
+            arrived,
+            is_choice: rays != 80.0,
+            estimators: String::new(),
+        };
+        let fixed = [("collision", cost(50.0, false)), ("gather", cost(100.0, true)), ("local", cost(80.0, true))];
         let of: fn(&Cost) -> f64 = |cost| cost.rays;
-        assert_eq!(ratio(&cost(140.0, true), &fixed, of), (1.4, "gather"));
-        assert_eq!(ratio(&cost(30.0, true), &fixed[..1], of), (1.0 / PATIENCE, "auto"));
-        assert_eq!(ratio(&cost(30.0, false), &fixed, of).0, f64::INFINITY);
+        let (choices, all): (fn(&Cost) -> bool, fn(&Cost) -> bool) = (|cost| cost.is_choice, |_| true);
+        assert_eq!(ratio(&cost(140.0, true), &fixed, of, choices), (1.4, "gather"));
+        assert_eq!(ratio(&cost(140.0, true), &fixed, of, all), (1.75, "local"));
+        assert_eq!(ratio(&cost(30.0, true), &fixed[..1], of, all), (1.0 / PATIENCE, "auto"));
+        assert_eq!(ratio(&cost(30.0, false), &fixed, of, all).0, f64::INFINITY);
     }
 }

@@ -333,6 +333,13 @@ pub fn scaling(wishes: &mut Wishes) -> Result<Findings, String> {
     } else {
         format!("Above linear: {}.", above.join("; "))
     });
+    if let (Some(first), Some(last)) = (triangles.first(), triangles.last()) {
+        let [first, last] = [*first as f64, *last as f64];
+        let sorting = 1.0 + (last.ln().ln() - first.ln().ln()) / (last.ln() - first.ln());
+        found.results.push(format!(
+            "Reading and building sort triangles, which takes n log n: over all their sizes that is a slope of {sorting:.2}."
+        ));
+    }
     let header = vec!["against", "cost", "slope of all sizes", "slope at the end"];
     found.tables.insert(0, ("Slopes".to_owned(), Table { header, text_columns: vec![0, 1], rows: slopes }));
     Ok(found)

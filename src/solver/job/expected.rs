@@ -1,0 +1,46 @@
+//! What a pilot lets a map expect of its methods.
+
+use super::{Context, Engine, Job};
+use crate::maps::REPLICAS;
+use crate::solver::pilot::rays_to_error;
+
+/// Chains of a replica at which counts are judged for the first time, and walks from each point.
+const FIRST_COUNTED_CHAINS: u64 = 256;
+const FIRST_WALKS: u64 = 4;
+
+/// Samples at which counts, or walks, are judged for the first time.
+pub fn first_look(engine: Engine) -> u64 {
+    if engine == Engine::Counting { FIRST_COUNTED_CHAINS } else { FIRST_WALKS }
+}
+
+impl Job {
+    /// Rays that counting or walking takes to an error in lx, by what the pilot measured: at least those to its first look.
+    pub fn rays_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
+        let to_first_look = first_look(Engine::unbiased(self.kind, context.method)) as f64;
+        let first_rays = to_first_look * self.indirect.rays * self.map.len() as f64 * REPLICAS as f64;
+        rays_to_error(self.direct, self.indirect, self.map.len(), error_lx).max(self.rays_of_a_pass() + first_rays)
+    }
+
+    /// Rays of one pass over direct light in all replicas, by what the pilot measured.
+    pub fn rays_of_a_pass(&self) -> f64 {
+        self.direct.rays * self.map.len() as f64 * REPLICAS as f64
+    }
+
+    /// Mean of all its light in lx, by what the pilot measured.
+    pub fn mean_without_gathering_lx(&self) -> f64 {
+        self.direct.mean_lx + self.indirect.mean_lx
+    }
+
+    /// Mean of its direct light in lx, by what the pilot measured.
+    pub fn direct_mean_lx(&self) -> f64 {
+        self.direct.mean_lx
+    }
+
+    /// Share of an error that chains and gathering rays may have, the rest being that of direct light: variances are best
+    /// shared out like the roots of variance times cost, which for the gathered part follow from its rays to the error.
+    pub fn gathered_share(&self, rays: f64, error_lx: f64) -> f64 {
+        let direct = (self.direct.variance * self.direct.rays * self.map.len() as f64).sqrt();
+        let gathered = rays.sqrt() * error_lx;
+        (gathered / (gathered + direct)).sqrt()
+    }
+}
