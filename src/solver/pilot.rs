@@ -8,7 +8,7 @@ use super::job::Context;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{sample_direct_lx, sample_reflected_lx};
-use crate::maps::{MapKind, REPLICAS};
+use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
@@ -74,13 +74,6 @@ impl DirectShare {
             rays_per_indirect: indirect.rays * entries as f64,
         }
     }
-}
-
-/// Rays in which two parts of a map of so many entries together come down to an error in lx.
-pub fn rays_to_error(direct: PartCost, indirect: PartCost, entries: usize, error_lx: f64) -> f64 {
-    let scale = (direct.variance * direct.rays).sqrt() + (indirect.variance * indirect.rays).sqrt();
-    let at_least_one_pass = REPLICAS as f64 * direct.rays;
-    entries as f64 * (scale * scale / (error_lx * error_lx)).max(at_least_one_pass)
 }
 
 /// Measures a pass over the direct light of a map; elements that adapt are looked at point by point.

@@ -83,7 +83,7 @@ impl Stages {
                 job.pilot_rays += costs.pilot_rays;
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
                 let without = job.rays_without_gathering(context, error_lx);
-                let gathering = costs.plan(chain, error_lx).rays + job.rays_of_a_pass();
+                let gathering = job.rays_by_gathering(&costs, chain, error_lx);
                 if settings.method == Method::Auto {
                     job.method_reason = compared("the pilot", error, gathering, without);
                 }

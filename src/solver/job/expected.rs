@@ -2,7 +2,7 @@
 
 use super::{Context, Engine, Job};
 use crate::maps::REPLICAS;
-use crate::solver::pilot::rays_to_error;
+use crate::solver::plan::{ChainCosts, GatherCosts};
 
 /// Chains of a replica at which counts are judged for the first time, and walks from each point.
 const FIRST_COUNTED_CHAINS: u64 = 256;
@@ -18,11 +18,31 @@ impl Job {
     pub fn rays_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         let to_first_look = first_look(Engine::unbiased(self.kind, context.method)) as f64;
         let first_rays = to_first_look * self.indirect.rays * self.map.len() as f64 * REPLICAS as f64;
-        rays_to_error(self.direct, self.indirect, self.map.len(), error_lx).max(self.rays_of_a_pass() + first_rays)
+        let alone = self.indirect.variance * self.indirect.rays * self.map.len() as f64 / (error_lx * error_lx);
+        self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
+    }
+
+    /// Rays that gathering takes to an error in lx, by what the pilots measured.
+    pub fn rays_by_gathering(&self, costs: &GatherCosts, chain: ChainCosts, error_lx: f64) -> f64 {
+        self.rays_with_direct(costs.plan(chain, error_lx).rays, error_lx)
+    }
+
+    /// Rays of direct and indirect light together to an error in lx, from those that indirect light would take alone.
+    ///
+    /// Rays are best shared out like the roots of what either would take alone; but direct light has one pass at least.
+    fn rays_with_direct(&self, indirect: f64, error_lx: f64) -> f64 {
+        let direct = self.direct.variance * self.direct.rays * self.map.len() as f64 / (error_lx * error_lx);
+        let both = direct.sqrt() + indirect.sqrt();
+        let pass = self.rays_of_a_pass();
+        if direct.sqrt() * both >= pass {
+            return both * both;
+        }
+        // Its chance is then direct/pass of the squared error, and the rest is for the indirect light.
+        pass + indirect / (1.0 - direct / pass)
     }
 
     /// Rays of one pass over direct light in all replicas, by what the pilot measured.
-    pub fn rays_of_a_pass(&self) -> f64 {
+    fn rays_of_a_pass(&self) -> f64 {
         self.direct.rays * self.map.len() as f64 * REPLICAS as f64
     }
 

@@ -14,9 +14,9 @@ use crate::validation::words::{grouped, significant};
 
 /// Target of every run.
 const TARGET_ERROR: f64 = 0.01;
-/// Runs of each size, with different seeds, whose median is told; dear ones are run once.
+/// Runs of each size, with different seeds: the quickest tells seconds, the median all else. Dear ones are run once.
 const REPEATS: u64 = 3;
-const DEAR_S: f64 = 15.0;
+const DEAR_S: f64 = 30.0;
 /// A slope is above linear where it is so by more than this: noise of the clock, and of which look ends a run.
 const LINEAR: f64 = 1.05;
 /// The room in m, and its furniture: low corner and high corner of each piece.
@@ -33,7 +33,7 @@ const FURNITURE_M: [[[f64; 3]; 2]; 6] = [
 const LAMPS_M: f64 = 2.9;
 const WORK_PLANE_M: f64 = 0.8;
 
-const SETTING: &str = "A room of 8 m × 6 m × 3 m with desks, a cupboard and a partition, reflectances 0.2 to 0.7, illuminance on a work plane to 1 % by the method auto. Triangles: the same surfaces cut ever finer, by a mesh file; 6 point luminaires, 1,024 receivers. Luminaires: one flux shared by ever more of them in a square array, as points that shine down and as square panels; 1,024 receivers, some 1,000 triangles. Receivers: an ever finer grid; 6 point luminaires. Every number is the median of three seeds (one where a run takes over 15 s). Slopes are exponents: cost ∝ size^slope, through all sizes and between the two largest that lie a factor of 8 apart or more; 1 is linear. Seconds are of the machine and its load, rays are not.";
+const SETTING: &str = "A room of 8 m × 6 m × 3 m with desks, a cupboard and a partition, reflectances 0.2 to 0.7, illuminance on a work plane to 1 % by the method auto. Points inside of furniture (one in twenty) are left out. Triangles: the same surfaces cut ever finer, by a mesh file; 6 point luminaires, 1,024 receivers. Luminaires: one flux shared by ever more of them in a square array, as points that shine down and as square panels; 1,024 receivers, some 1,000 triangles. Receivers: an ever finer grid; 6 point luminaires. Three seeds of each size (one where a run takes over 30 s): seconds are those of the quickest, since other work of the machine only adds; the rest are medians. Slopes are exponents: cost ∝ size^slope, through all sizes and between the two largest that lie a factor of 8 apart or more; 1 is linear. Seconds are of the machine and its load, rays are not.";
 
 /// One size.
 struct Row {
@@ -203,6 +203,7 @@ fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut Wishes) -> Result<R
         numbers.sort_by(f64::total_cmp);
         numbers[numbers.len() / 2]
     };
+    let least = |of: fn(&Solution) -> f64| runs.iter().map(of).fold(f64::INFINITY, f64::min);
     let mut methods: Vec<&str> = runs.iter().flat_map(|run| &run.maps).map(|map| map.method.as_str()).collect();
     methods.sort_unstable();
     methods.dedup();
@@ -212,8 +213,8 @@ fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut Wishes) -> Result<R
         luminaires,
         receivers,
         read_s,
-        build_s: median(|run| run.build_s),
-        compute_s: median(|run| run.compute_s),
+        build_s: least(|run| run.build_s),
+        compute_s: least(|run| run.compute_s),
         rays: median(|run| run.rays as f64),
         stated_error: median(|run| run.estimated_error),
         method: methods.join(" and "),
@@ -356,7 +357,9 @@ mod tests {
             let (scene, _) = scene_of(&Wish { triangles, ..USUAL }).expect("a scene");
             let count = scene.triangles.len() as f64 / triangles as f64;
             assert!((0.7..1.4).contains(&count), "{count}");
-            assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+            // Furniture stands in the work plane, and nothing is maintained; anything else would be a fault of the mesh.
+            let known = |warning: &&String| warning.contains("maintenance_factor") || warning.contains("closed solid");
+            assert_eq!(scene.warnings.iter().filter(known).count(), scene.warnings.len(), "{:?}", scene.warnings);
             scene.area_m2()
         });
         assert!((areas[0] / areas[1] - 1.0).abs() < 1e-6, "{areas:?}");
