@@ -29,13 +29,13 @@ impl Observer for Silent {
 }
 
 /// Columns of the history.
-const HEADER: &str = "date,machine,threads,scene,map,target_error,compute_s,rays,true_error,stated_error,seeds,speed_up_of_two_threads\n";
+const HEADER: &str = "date,machine,load_per_processor,threads,scene,map,target_error,compute_s,rays,true_error,stated_error,seeds,speed_up_of_two_threads\n";
 /// Seeds whose median time, mean rays and mean squared errors are told.
 const SEEDS: u64 = 3;
 /// Every seed is run so many times, with one thread and two in turn, and the quickest counts: what else a machine does
 /// only adds. Dear runs are not repeated.
 const REPEATS: u32 = 4;
-const DEAR_S: f64 = 4.0;
+const DEAR_S: f64 = 1.0;
 /// Pieces along an edge in which an element that adapts is compared.
 const PIECES: u32 = 6;
 /// Points along half an edge of the cube where its exact light is tabulated.
@@ -259,6 +259,13 @@ fn machine() -> String {
     format!("{} ({count} threads)", name.unwrap_or(std::env::consts::ARCH).trim()).replace(',', " ")
 }
 
+/// Processes that ran or waited in the last minute, over the processors: above 1 seconds tell of other work too.
+fn load() -> f64 {
+    let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    let running: Option<f64> = text.split(' ').next().and_then(|number| number.parse().ok());
+    running.unwrap_or(0.0) / std::thread::available_parallelism().map_or(1.0, |count| count.get() as f64)
+}
+
 fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -272,7 +279,8 @@ fn main() {
             let [single_s, double_s] = told.compute_s;
             let true_error = told.true_error.map_or("unknown".to_owned(), |error| format!("{error:.6}"));
             let row = format!(
-                "{date},{machine},2,{},{},{target_error},{double_s:.4},{:.0},{true_error},{:.6},{SEEDS},{:.3}\n",
+                "{date},{machine},{:.2},2,{},{},{target_error},{double_s:.4},{:.0},{true_error},{:.6},{SEEDS},{:.3}\n",
+                load(),
                 subject.scene_name,
                 subject.map_name,
                 told.rays,
