@@ -1,6 +1,6 @@
 //! Runs of one map with many seeds, and what they sum up to.
 
-use super::{NOMINAL, coverage_allowance, fewest_met, most_cost, student_within};
+use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
 use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 use crate::validation::case::{Case, Comparison, Light, Run, What};
 use crate::validation::error::CaseError;
@@ -282,7 +282,7 @@ impl Campaign {
 
     /// Whether error bars hold.
     pub fn covers(&self) -> bool {
-        let allowance = coverage_allowance(self.degrees_of_freedom()) + 3.0 * self.coverage_error();
+        let allowance = COVERAGE_ALLOWANCE + 3.0 * self.coverage_error();
         (self.coverage(AT_NOMINAL) - NOMINAL).abs() <= allowance
     }
 
