@@ -3,6 +3,7 @@
 //!
 //! A case of the group `calibration` lends its scene and its truths; chains and targets of its own runs do not count.
 
+mod bias;
 mod campaign;
 mod pictures;
 mod report;
