@@ -29,7 +29,7 @@ impl Observer for Silent {
 }
 
 /// Columns of the history.
-const HEADER: &str = "date,machine,load_per_processor,threads,scene,map,target_error,compute_s,rays,true_error,stated_error,seeds,speed_up_of_two_threads\n";
+const HEADER: &str = "date,machine,load_per_processor,threads,scene,map,target_error,compute_s,processor_s,rays,true_error,stated_error,seeds,speed_up_of_two_threads\n";
 /// Seeds whose median time, mean rays and mean squared errors are told.
 const SEEDS: u64 = 3;
 /// Every seed is run so many times, with one thread and two in turn, and the quickest counts: what else a machine does
@@ -200,11 +200,22 @@ fn subjects(root: &Path, asked: &[String]) -> Vec<Subject> {
 
 /// What runs gave.
 struct Told {
-    /// Seconds of computing with one thread and with two.
-    compute_s: [f64; 2],
+    /// Seconds of computing with two threads.
+    compute_s: f64,
+    /// Seconds that processors worked for it, both threads together.
+    processor_s: f64,
+    /// Seconds that the one thread worked, over those that the busier of two worked: what two threads gain where nothing
+    /// else wants the processors.
+    speed_up: f64,
     rays: f64,
     true_error: Option<f64>,
     stated_error: f64,
+}
+
+/// Seconds that this thread has had a processor, as Linux tells it; else 0.
+fn worked_s() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|number| number.parse::<f64>().ok()).map_or(0.0, |nanoseconds| nanoseconds * 1e-9)
 }
 
 fn median(mut numbers: Vec<f64>) -> f64 {
@@ -216,12 +227,13 @@ fn measured(subject: &Subject, target_error: f64) -> Told {
     let pools =
         [1, 2].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool"));
     let mut runs: Vec<Solution> = Vec::new();
-    let mut seconds = [Vec::new(), Vec::new()];
+    let (mut compute_s, mut processor_s, mut speed_up) = (Vec::new(), Vec::new(), Vec::new());
     for seed in 0..SEEDS {
-        let mut least_s = [f64::INFINITY; 2];
+        // Of one and of two threads: wall time, and what the busiest thread and all threads worked.
+        let mut least = [[f64::INFINITY; 3]; 2];
         let mut solution = None;
         for _ in 0..REPEATS {
-            for (pool, least_s) in pools.iter().zip(&mut least_s) {
+            for (pool, least) in pools.iter().zip(&mut least) {
                 let settings = Settings {
                     method: Method::Auto,
                     elements: subject.elements,
@@ -230,21 +242,30 @@ fn measured(subject: &Subject, target_error: f64) -> Told {
                     maps: subject.maps.clone(),
                     ..Settings::default()
                 };
+                let before = pool.broadcast(|_| worked_s());
                 let run = pool.install(|| solve(&subject.scene, &settings, &Silent));
-                *least_s = least_s.min(run.compute_s);
+                let worked: Vec<f64> =
+                    pool.broadcast(|_| worked_s()).iter().zip(before).map(|(after, before)| after - before).collect();
+                let told = [run.compute_s, worked.iter().copied().fold(0.0, f64::max), worked.iter().sum()];
+                least.iter_mut().zip(told).for_each(|(least, told)| *least = least.min(told));
                 solution = Some(run);
             }
-            if least_s[1] > DEAR_S {
+            if least[1][0] > DEAR_S {
                 break;
             }
         }
         runs.extend(solution);
-        seconds.iter_mut().zip(least_s).for_each(|(seconds, least_s)| seconds.push(least_s));
+        let [single, double] = least;
+        compute_s.push(double[0]);
+        processor_s.push(double[2]);
+        speed_up.push(single[1] / double[1]);
     }
     let count = runs.len() as f64;
     let squares: Option<Vec<f64>> = runs.iter().map(|run| subject.truth.squared_error(&subject.scene, run)).collect();
     Told {
-        compute_s: seconds.map(median),
+        compute_s: median(compute_s),
+        processor_s: median(processor_s),
+        speed_up: median(speed_up),
         rays: runs.iter().map(|run| run.rays as f64).sum::<f64>() / count,
         true_error: squares.map(|squares| (squares.iter().sum::<f64>() / count).max(0.0).sqrt()),
         stated_error: (runs.iter().map(|run| run.estimated_error.powi(2)).sum::<f64>() / count).sqrt(),
@@ -276,16 +297,17 @@ fn main() {
     for subject in subjects(root, &asked) {
         for target_error in subject.targets {
             let told = measured(&subject, *target_error);
-            let [single_s, double_s] = told.compute_s;
             let true_error = told.true_error.map_or("unknown".to_owned(), |error| format!("{error:.6}"));
             let row = format!(
-                "{date},{machine},{:.2},2,{},{},{target_error},{double_s:.4},{:.0},{true_error},{:.6},{SEEDS},{:.3}\n",
+                "{date},{machine},{:.2},2,{},{},{target_error},{:.4},{:.4},{:.0},{true_error},{:.6},{SEEDS},{:.3}\n",
                 load(),
                 subject.scene_name,
                 subject.map_name,
+                told.compute_s,
+                told.processor_s,
                 told.rays,
                 told.stated_error,
-                single_s / double_s
+                told.speed_up
             );
             eprint!("{row}");
             rows.push_str(&row);

@@ -260,7 +260,8 @@ mod tests {
         };
         let fixed = [("collision", cost(50.0, false)), ("gather", cost(100.0, true)), ("local", cost(80.0, true))];
         let of: fn(&Cost) -> f64 = |cost| cost.rays;
-        let (choices, all): (fn(&Cost) -> bool, fn(&Cost) -> bool) = (|cost| cost.is_choice, |_| true);
+        let choices: fn(&Cost) -> bool = |cost| cost.is_choice;
+        let all: fn(&Cost) -> bool = |_| true;
         assert_eq!(ratio(&cost(140.0, true), &fixed, of, choices), (1.4, "gather"));
         assert_eq!(ratio(&cost(140.0, true), &fixed, of, all), (1.75, "local"));
         assert_eq!(ratio(&cost(30.0, true), &fixed[..1], of, all), (1.0 / PATIENCE, "auto"));

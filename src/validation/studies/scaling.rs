@@ -228,7 +228,10 @@ fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut Wishes) -> Result<R
     Ok(row)
 }
 
-const COSTS: [(&str, fn(&Row) -> f64); 4] = [
+/// A cost by its name.
+type Named = (&'static str, fn(&Row) -> f64);
+
+const COSTS: [Named; 4] = [
     ("computing", |row| row.compute_s),
     ("rays", |row| row.rays),
     ("reading", |row| row.read_s),
