@@ -10,6 +10,10 @@ use luxmc::validation::studies::{Line, log_log};
 /// Targets of the table's columns.
 const TARGETS: [f64; 3] = [0.03, 0.01, 0.003];
 
+/// Words of the history that the legend has no room for.
+const SHORTER: [(&str, &str); 3] =
+    [(" elements as given", " given"), (" triangles that adapt", " that adapt"), ("elements as given", "elements")];
+
 /// A row of the history.
 struct Row {
     date: String,
@@ -84,8 +88,12 @@ fn main() -> Result<(), String> {
             .collect();
         println!("| {name} | {} |", cells.join(" | "));
         let places = TARGETS.iter().filter_map(|target| Some((100.0 * target, latest(name, *target)?.processor_s)));
-        lines.push(Line { name: name.to_owned(), places: places.collect() });
+        let short_name = SHORTER.iter().fold(name.to_owned(), |name, (long, short)| name.replace(long, short));
+        lines.push(Line { name: short_name, places: places.collect() });
     }
-    let picture = log_log(["stated error asked for, %", "processor seconds, two threads together"], &lines);
+    let picture = log_log(
+        ["target error, %: 0.3, 1 and 3 from left to right", "processor seconds, two threads together"],
+        &lines,
+    );
     std::fs::write(&out, picture).map_err(|error| format!("{out}: {error}"))
 }
