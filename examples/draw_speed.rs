@@ -11,8 +11,11 @@ use luxmc::validation::studies::{Line, log_log};
 const TARGETS: [f64; 3] = [0.03, 0.01, 0.003];
 
 /// Words of the history that the legend has no room for.
-const SHORTER: [(&str, &str); 3] =
-    [(" elements as given", " given"), (" triangles that adapt", " that adapt"), ("elements as given", "elements")];
+const SHORTER: [(&str, &str); 3] = [
+    ("3072 elements as given", "3072 given"),
+    (" triangles that adapt", " that adapt"),
+    ("elements as given", "elements"),
+];
 
 /// A row of the history.
 struct Row {
