@@ -28,7 +28,7 @@ pub struct MeshArguments {
 enum Form {
     /// One number, whichever way a surface faces
     Scalar,
-    /// Spherical harmonics up to order 2
+    /// Spherical harmonics of low order
     Directional,
 }
 

@@ -114,24 +114,31 @@ impl AreaImages {
 
     /// One unbiased sample of what they bring to a place in lx, and the rays it took.
     pub fn look(&self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-        look_by_facets(stage, &self.facets, receiver, |_| 1.0, stream, |step, stream| {
-            let list = stage.emitters.list();
-            let weight = |number: &u32| list[*number as usize].importance(step.apex_m, step.normal);
-            let total: f64 = self.areas.iter().map(weight).sum();
-            let mut rest = stream.fine_unit() * total;
-            let last = self.areas.iter().rposition(|number| weight(number) > 0.0)?;
-            let met = self.areas[..last].iter().find(|number| {
-                let here = weight(number);
-                let found = rest < here;
-                rest -= here;
-                found
-            });
-            let number = met.unwrap_or(&self.areas[last]);
-            let look = list[*number as usize].look(step.apex_m, step.normal, stream)?;
-            let origin = stage.origin(&look.place?);
-            let position_m = stage.tracer.position_m(&origin);
-            Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx * total / weight(number) })
-        })
+        look_by_facets(
+            stage,
+            &self.facets,
+            receiver,
+            |_| 1.0,
+            stream,
+            |step, stream| {
+                let list = stage.emitters.list();
+                let weight = |number: &u32| list[*number as usize].importance(step.apex_m, step.normal);
+                let total: f64 = self.areas.iter().map(weight).sum();
+                let mut rest = stream.fine_unit() * total;
+                let last = self.areas.iter().rposition(|number| weight(number) > 0.0)?;
+                let met = self.areas[..last].iter().find(|number| {
+                    let here = weight(number);
+                    let found = rest < here;
+                    rest -= here;
+                    found
+                });
+                let number = met.unwrap_or(&self.areas[last]);
+                let look = list[*number as usize].look(step.apex_m, step.normal, stream)?;
+                let origin = stage.origin(&look.place?);
+                let position_m = stage.tracer.position_m(&origin);
+                Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx * total / weight(number) })
+            },
+        )
     }
 }
 

@@ -79,9 +79,8 @@ impl Planner<'_> {
             *effort += took;
             let (before, now) = (rounds.passes as f64, more as f64);
             for (light, found) in lights.iter_mut().zip(found) {
-                let mean = |half: usize| {
-                    (before * light.direct_lx[half] + now * found.direct_lx[half]) / (before + now)
-                };
+                let mean =
+                    |half: usize| (before * light.direct_lx[half] + now * found.direct_lx[half]) / (before + now);
                 light.direct_lx = [0, 1].map(mean);
                 light.is_known = found.is_known;
             }
@@ -117,15 +116,15 @@ impl Planner<'_> {
             *effort += took;
             let (before, now) = (f64::from(rounds.walks), f64::from(more));
             for (light, found) in lights.iter_mut().zip(found) {
-                let mean = |half: usize| {
-                    (before * light.indirect_lx[half] + now * found.indirect_lx[half]) / (before + now)
-                };
+                let mean =
+                    |half: usize| (before * light.indirect_lx[half] + now * found.indirect_lx[half]) / (before + now);
                 light.indirect_lx = [0, 1].map(mean);
             }
             rounds.walks += more;
             let random_lx = random_lx(entries, lights, |light| light.indirect_lx);
             let target_lx = self.target_lx(entries, lights).unwrap_or(f64::INFINITY);
-            let square = ((SHARE_OF_ALL * target_lx).powi(2) - direct_lx.powi(2)).max((LEAST_SHARE * target_lx).powi(2));
+            let square =
+                ((SHARE_OF_ALL * target_lx).powi(2) - direct_lx.powi(2)).max((LEAST_SHARE * target_lx).powi(2));
             if random_lx.powi(2) <= square || rounds.walks >= MOST_WALKS || (self.stop)() {
                 return;
             }

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 
 use super::fit::Fit;
+use super::harmonics::{COEFFICIENTS, Harmonics};
 use super::lattice::{Index, Lattice};
 use super::mesh::{NEAREST, Surroundings};
 use super::options::IndirectForm;
@@ -19,8 +20,6 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_sphere;
 
-/// Coefficients of spherical harmonics up to order 2.
-const COEFFICIENTS: usize = 9;
 /// The map number of the streams of a mesh's walks, less the level of refinement.
 const GATHERING: u32 = u32::MAX - 1;
 /// Walks of a mesh point for each look into mirrors from a place.
@@ -30,41 +29,11 @@ const MOST_LOOKS: u32 = 64;
 /// Walks from points that are asked for after the run has been ended: every place gets a value, if a rough one.
 const HURRIED_WALKS: u32 = 32;
 
-/// Coefficients of the light that arrives at a point, from each half of its walks.
-type Field = [[f64; COEFFICIENTS]; HALVES];
-
-/// Real spherical harmonics up to order 2 of a unit vector.
-fn harmonics(d: DVec3) -> [f64; COEFFICIENTS] {
-    let band = |l: f64| (l / PI).sqrt();
-    let (linear, quadratic) = (0.5 * band(3.0), 0.5 * band(15.0));
-    [
-        0.5 * band(1.0),
-        linear * d.y,
-        linear * d.z,
-        linear * d.x,
-        quadratic * d.x * d.y,
-        quadratic * d.y * d.z,
-        0.25 * band(5.0) * (3.0 * d.z * d.z - 1.0),
-        quadratic * d.z * d.x,
-        0.5 * quadratic * (d.x * d.x - d.y * d.y),
-    ]
-}
-
-/// What the clamped cosine leaves of each order, over π: 1, 2/3, 1/4 (Ramamoorthi and Hanrahan 2001, "An efficient
-/// representation for irradiance environment maps").
-const COSINE: [f64; COEFFICIENTS] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
-
-/// Illuminance of a surface with this normal, in the unit of π times luminance that the field has.
-fn illuminance(field: &[f64; COEFFICIENTS], normal: DVec3, form: IndirectForm) -> f64 {
-    let y = harmonics(normal);
-    match form {
-        IndirectForm::Scalar => field[0] * y[0],
-        IndirectForm::Directional => (0..COEFFICIENTS).map(|i| COSINE[i] * field[i] * y[i]).sum::<f64>(),
-    }
-}
-
 /// Whether a limit or the user has ended the run.
 pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Coefficients of the light that arrives at a point, from each half of its walks.
+type Field = [[f64; COEFFICIENTS]; HALVES];
 
 /// How indirect light is gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,6 +93,7 @@ pub struct IndirectMesh<'a> {
     /// How it gathers.
     pub gathering: Gathering,
     lattice: Lattice,
+    harmonics: Harmonics,
     templates: Templates,
     walls: Walls,
     tree: SparseTree<[OnceLock<Option<Box<Field>>>; LEAF_POINTS]>,
@@ -144,6 +114,7 @@ impl<'a> IndirectMesh<'a> {
         let Gathering { step_m, radius_m, .. } = gathering;
         let lattice = Lattice::over(bounds_m, step_m, radius_m)?;
         Some(IndirectMesh {
+            harmonics: Harmonics::new(),
             templates: Templates::new(radius_m / step_m),
             walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m),
             tree: SparseTree::over(&lattice)?,
@@ -183,6 +154,7 @@ impl<'a> IndirectMesh<'a> {
         let (cell, _) = self.lattice.cell_of(place_m);
         let near_squared = (NEAREST * self.gathering.step_m).powi(2);
         let tracer = &self.around.stage.tracer;
+        let of_normal = self.harmonics.of(normal);
         let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
         loop {
             let mut fit = Fit::empty();
@@ -200,7 +172,7 @@ impl<'a> IndirectMesh<'a> {
                         continue;
                     }
                 }
-                let lx = [0, 1].map(|half| illuminance(&field[half], normal, self.gathering.form));
+                let lx = [0, 1].map(|half| self.harmonics.illuminance(&field[half], &of_normal, self.gathering.form));
                 fit.add(candidate.offset_m / self.gathering.radius_m, lx);
             }
             // With one of the nearest points inside of a solid, the place may lie under it: each point is tested.
@@ -242,65 +214,13 @@ impl<'a> IndirectMesh<'a> {
                 let direction = uniform_sphere(stream.pair());
                 let (arriving, rays) = sample_along_lx(&self.around, origin, direction, cut, &mut stream);
                 counts.walk_rays += rays;
-                let y = harmonics(direction);
-                (0..COEFFICIENTS).for_each(|i| field[i] += arriving * y[i]);
+                let y = self.harmonics.of(direction);
+                field.iter_mut().zip(y).for_each(|(sum, y)| *sum += arriving * y);
             }
         }
         // ∫ f Y dω = 4π · mean, for each half of the walks.
         let scale = 4.0 * PI * HALVES as f64 / f64::from(walks);
         field.iter_mut().flatten().for_each(|coefficient| *coefficient *= scale);
         Some(field)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// 1/φ: steps of it cover a turn evenly.
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-
-    /// ∫ Y_i Y_j dω = δ_ij over a spiral of 20,000 directions.
-    #[test]
-    fn harmonics_are_orthonormal() {
-        const N: u32 = 20_000;
-        let mut products = [[0.0; COEFFICIENTS]; COEFFICIENTS];
-        for step in 0..N {
-            let direction =
-                uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
-            let y = harmonics(direction);
-            for (row, left) in products.iter_mut().zip(y) {
-                row.iter_mut().zip(y).for_each(|(sum, right)| *sum += left * right * 4.0 * PI / f64::from(N));
-            }
-        }
-        for (i, row) in products.iter().enumerate() {
-            for (j, product) in row.iter().enumerate() {
-                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-3, "{i} {j} {product}");
-            }
-        }
-    }
-
-    /// π L = 1 from above the plane z = 0 and nothing from below: a plane whose normal makes the angle θ with the z axis
-    /// receives (1 + cos θ)/2 exactly, and so say the harmonics up to order 2, whose next term has order 3.
-    #[test]
-    fn a_half_lit_sphere_gives_its_exact_illuminance() {
-        const N: u32 = 200_000;
-        let mut field = [0.0; COEFFICIENTS];
-        for step in 0..N {
-            let direction =
-                uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
-            if direction.z > 0.0 {
-                let y = harmonics(direction);
-                (0..COEFFICIENTS).for_each(|i| field[i] += y[i] * 4.0 * PI / f64::from(N));
-            }
-        }
-        for cosine in [-1.0, -0.5, 0.0, 0.3, 1.0f64] {
-            let normal = DVec3::new(0.6 * (1.0 - cosine * cosine).sqrt(), 0.8 * (1.0 - cosine * cosine).sqrt(), cosine);
-            let exact = 0.5 * (1.0 + cosine);
-            let found = illuminance(&field, normal, IndirectForm::Directional);
-            assert!((found - exact).abs() < 1e-4, "{cosine}: {found} {exact}");
-            // A scalar gives half to every surface, whichever way it looks.
-            assert!((illuminance(&field, normal, IndirectForm::Scalar) - 0.5).abs() < 1e-4);
-        }
     }
 }

@@ -8,6 +8,7 @@ mod entries;
 mod error;
 pub mod exact;
 mod fit;
+mod harmonics;
 mod indirect;
 pub mod judge;
 mod lattice;

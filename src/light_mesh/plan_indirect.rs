@@ -30,27 +30,36 @@ pub(super) const FIRST_CHECK_WALKS: u64 = 256;
 /// Walks from a checked place in each half, at most.
 const MOST_CHECK_WALKS: u64 = 16_384;
 /// Part of the squared error allowed to indirect light that the mesh's step may take.
-const SHARE_OF_STEP: f64 = 0.5;
+const SHARE_OF_STEP: f64 = 0.55;
 /// Part of it that chance may take: the rest is left to the last check's own chance.
-const SHARE_OF_CHANCE: f64 = 0.35;
+const SHARE_OF_CHANCE: f64 = 0.3;
 /// Least part of the target that indirect light gets, whatever direct light has taken.
 const LEAST_SHARE: f64 = 0.3;
 /// A step half as long should leave less than this part of the squared error.
 const HELPED: f64 = 0.8;
 /// Finding a mesh may take this part of the rays that walks from every place would take.
-const SHARE_OF_SEARCH: f64 = 0.4;
+const SHARE_OF_SEARCH: f64 = 0.25;
+/// Chance below this part of what is to be told is not in the way.
+const LITTLE: f64 = 0.1;
 
 /// What a mesh was found to be off by at the checked places.
 struct Trial {
-    /// Square of what its step does, in lx², and the standard error of that.
-    of_step: f64,
-    standard_error: f64,
+    /// What it says of the checked places.
+    lights: Vec<EntryLight>,
     /// Square of what chance in its walks does, in lx².
     of_chance: f64,
     /// Rays of one walk from one of its points.
     rays_per_walk: f64,
     /// Rays of all.
     rays: f64,
+}
+
+impl Trial {
+    /// Square of what its step does, in lx², and the standard error of that.
+    fn of_step(&self, checked: &Checked) -> (f64, f64) {
+        let measured = checked.compare(self.lights.iter().copied());
+        ((measured.mean - self.of_chance).max(0.0), measured.standard_error)
+    }
 }
 
 impl Planner<'_> {
@@ -70,8 +79,7 @@ impl Planner<'_> {
     /// A few walks from some places: how bright indirect light is, and how much chance a walk has in it.
     pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut Plan) -> Checked {
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
-        let checked =
-            Checked::of(&self.around, entries, chosen, FIRST_CHECK_WALKS, self.wishes.seed, PLANNING + map);
+        let checked = Checked::of(&self.around, entries, chosen, FIRST_CHECK_WALKS, self.wishes.seed, PLANNING + map);
         plan.check_rays += checked.rays;
         checked
     }
@@ -110,32 +118,35 @@ impl<'a> Planner<'a> {
             spent += trial.rays;
             rays_per_walk = trial.rays_per_walk;
             let most = SHARE_OF_STEP * allowed;
-            let spread = ONE_IN_TWENTY * trial.standard_error;
-            let is_fine = trial.of_step + spread <= most;
-            let is_coarse = trial.of_step - spread > most;
-            if (self.stop)() {
-                plan.indirect = IndirectPlan::Walks(Why::Cheaper(step_m));
-                return;
-            }
-            if !is_fine && !is_coarse {
-                // It cannot be told: whichever has more chance in it gets more walks.
+            let of_step = loop {
+                let (of_step, standard_error) = trial.of_step(&checked);
+                let is_clear = (of_step - most).abs() > ONE_IN_TWENTY * standard_error;
                 let of_check = checked.variance_of_walk() / checked.walks as f64;
-                if trial.of_chance > of_check && walks < WALKS[1] {
-                    walks = more_walks(walks, 4.0);
-                    continue;
+                let asks_more = !is_clear && of_check > trial.of_chance.max(LITTLE * most);
+                if !asks_more || checked.walks >= MOST_CHECK_WALKS || (self.stop)() {
+                    break if is_clear || walks >= WALKS[1] || trial.of_chance < LITTLE * most {
+                        Some(of_step)
+                    } else {
+                        None
+                    };
                 }
-                if of_check > 0.1 * most && checked.walks < MOST_CHECK_WALKS {
-                    let before = checked.rays;
-                    checked.add(&self.around, entries, checked.walks);
-                    plan.check_rays += checked.rays - before;
-                    plan.check_walks = checked.walks;
-                    spent += (checked.rays - before) as f64;
-                    continue;
-                }
+                let before = checked.rays;
+                checked.add(&self.around, entries, checked.walks);
+                plan.check_rays += checked.rays - before;
+                plan.check_walks = checked.walks;
+                spent += (checked.rays - before) as f64;
+            };
+            if (self.stop)() {
+                break;
             }
-            if trial.of_step <= most {
+            let Some(of_step) = of_step else {
+                // It cannot be told yet, and the mesh has more chance in it than the check.
+                walks = more_walks(walks, 4.0);
+                continue;
+            };
+            if of_step <= most {
                 let needed = f64::from(walks) * trial.of_chance / (SHARE_OF_CHANCE * allowed);
-                let walks = (needed.clamp(f64::from(WALKS[0]), f64::from(WALKS[1])) as u32).next_power_of_two();
+                let walks = (needed.clamp(f64::from(WALKS[0]), f64::from(WALKS[1])) as u32).next_multiple_of(2);
                 if !is_asked && points * f64::from(walks) * rays_per_walk >= rays_by_places {
                     break;
                 }
@@ -148,15 +159,15 @@ impl<'a> Planner<'a> {
                 break;
             }
             if is_asked {
-                let error = trial.of_step.sqrt() / self.whole_lx(entries, map, &checked, plan).max(f64::MIN_POSITIVE);
+                let error = of_step.sqrt() / self.whole_lx(entries, map, &checked, plan).max(f64::MIN_POSITIVE);
                 plan.indirect = IndirectPlan::Walks(Why::StepMisses(error));
                 return;
             }
-            if coarser.is_some_and(|coarser: f64| trial.of_step > HELPED * coarser) {
+            if coarser.is_some_and(|coarser: f64| of_step > HELPED * coarser) {
                 plan.indirect = IndirectPlan::Walks(Why::NotSmooth(step_m));
                 return;
             }
-            coarser = Some(trial.of_step);
+            coarser = Some(of_step);
             step_m *= 0.5;
         }
         plan.indirect = IndirectPlan::Walks(Why::Cheaper(step_m));
@@ -208,11 +219,9 @@ impl<'a> Planner<'a> {
             light_of(&self.around, entries, &checked.chosen, &none, &IndirectBy::Mesh(&mesh), seed, map);
         plan.effort += effort;
         let of_chance = mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
-        let measured = checked.compare(lights.into_iter());
         let walks = effort.gather.points as f64 * f64::from(gathering.walks);
         Some(Trial {
-            of_step: (measured.mean - of_chance).max(0.0),
-            standard_error: measured.standard_error,
+            lights,
             of_chance,
             rays_per_walk: effort.gather.walk_rays as f64 / walks.max(1.0),
             rays: effort.rays() as f64,
@@ -227,7 +236,8 @@ impl<'a> Planner<'a> {
         let quiet = (QUIET * checked.mean_lx()).powi(2);
         let mut gathering = Gathering { step_m, radius_m: ratio * step_m, walks: FIRST_WALKS, form: self.wishes.form };
         let rays_of_one = points_needed(entries, step_m, ratio * step_m) * checked.rays_per_walk();
-        let affordable = (self.most_rays / rays_of_one.max(1.0)).clamp(f64::from(WALKS[0]), f64::from(MOST_QUIET_WALKS));
+        let affordable =
+            (self.most_rays / rays_of_one.max(1.0)).clamp(f64::from(WALKS[0]), f64::from(MOST_QUIET_WALKS));
         let most = (affordable as u32).next_power_of_two();
         gathering.walks = FIRST_WALKS.min(most);
         while gathering.walks < most && !(self.stop)() {

@@ -1,7 +1,7 @@
 //! From computed places to a map with the error it states.
 
-use super::entries::Entries;
 use super::complete::Rounds;
+use super::entries::Entries;
 use super::judge::{
     Checked, DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct,
 };
@@ -108,7 +108,16 @@ impl Planner<'_> {
         let (map, upper_error) = self.map_of(entries, &lights, &measured, true);
         let map = MapResult { method: "points".to_owned(), ..map };
         let check_rays = measured.rays;
-        TracedMap { map, measured, upper_error, effort, check_rays, mesh: None, gathering: None, rounds: Rounds::default() }
+        TracedMap {
+            map,
+            measured,
+            upper_error,
+            effort,
+            check_rays,
+            mesh: None,
+            gathering: None,
+            rounds: Rounds::default(),
+        }
     }
 
     fn map_of(&self, entries: &Entries, lights: &[EntryLight], measured: &Measured, by_mesh: bool) -> (MapResult, f64) {

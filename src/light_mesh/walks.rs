@@ -31,8 +31,7 @@ fn look_at_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, str
     let Surroundings { stage, images, .. } = around;
     let of_points = |mirrors| look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, stream);
     let (points_lx, point_rays) = stage.mirrors.as_ref().map_or((0.0, 0), of_points);
-    let (areas_lx, area_rays) =
-        if images.is_empty() { (0.0, 0) } else { images.look(stage, receiver, stream) };
+    let (areas_lx, area_rays) = if images.is_empty() { (0.0, 0) } else { images.look(stage, receiver, stream) };
     (points_lx + areas_lx, point_rays + area_rays)
 }
 

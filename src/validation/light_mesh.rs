@@ -5,8 +5,9 @@ use std::time::Instant;
 use crate::chain::Stage;
 use crate::estimators::images::AreaImages;
 use crate::light_mesh::{
-    Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, NotForLightMesh,
-    Placing, Plan, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes, check,
+    Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP,
+    NotForLightMesh, Placing, Plan, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes,
+    check,
 };
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Scene};
