@@ -23,7 +23,7 @@ const LEAST_SPREAD: f64 = 2e-4;
 
 /// Added to the offsets' sums of squares, which are in units of the radius: as much as one more member a radius away along
 /// every axis. The slopes of small sets bring more chance than they take error; this draws them towards 0.
-const RIDGE: f64 = 1.0;
+const RIDGE: f64 = 0.1;
 
 impl Fit {
     /// No member yet, but the ridge.

@@ -40,7 +40,7 @@ const HELPED: f64 = 0.8;
 /// Finding a mesh may take this part of the rays that walks from every place would take.
 const SHARE_OF_SEARCH: f64 = 0.25;
 /// Chance below this part of what is to be told is not in the way.
-const LITTLE: f64 = 0.1;
+const LITTLE: f64 = 0.3;
 
 /// What a mesh was found to be off by at the checked places.
 struct Trial {
@@ -163,11 +163,12 @@ impl<'a> Planner<'a> {
                 plan.indirect = IndirectPlan::Walks(Why::StepMisses(error));
                 return;
             }
-            if coarser.is_some_and(|coarser: f64| of_step > HELPED * coarser) {
+            let spread = ONE_IN_TWENTY * trial.of_step(&checked).1;
+            if coarser.is_some_and(|coarser: f64| of_step - spread > HELPED * coarser) {
                 plan.indirect = IndirectPlan::Walks(Why::NotSmooth(step_m));
                 return;
             }
-            coarser = Some(of_step);
+            coarser = Some(of_step + spread);
             step_m *= 0.5;
         }
         plan.indirect = IndirectPlan::Walks(Why::Cheaper(step_m));
