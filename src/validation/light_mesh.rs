@@ -133,9 +133,9 @@ pub fn solve_by_light_mesh(
                 break (plan, map);
             }
             attempt += 1;
-            planner.caution *= NEXT_CAUTION;
-            // The last go is without a mesh, and as good as the places themselves can be.
+            // The last go is without a mesh: its error is chance alone, and needs no caution.
             planner.by_places = attempt == MOST_ATTEMPTS;
+            planner.caution = if planner.by_places { 1.0 } else { NEXT_CAUTION * planner.caution };
         };
         notes.extend(said(&map, &plan, samples.len(), entries.places()));
         if bound && let Some(facts) = &map.mesh {
