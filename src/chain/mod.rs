@@ -1,10 +1,12 @@
 //! One packet's life: emit → first_hit → arrive → scatter, until it is absorbed or leaves.
 
 mod mirrors;
+mod outlook;
 
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
+pub use outlook::{Outlook, Spot};
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitters, Place};
@@ -22,6 +24,8 @@ pub struct Stage {
     pub emitters: Emitters,
     /// Flat mirrors in which walks look for point-like luminaires; `None` where there is nothing to look for.
     pub mirrors: Option<Mirrors>,
+    /// Which luminaires are in sight from where, where that changes a walk's choice.
+    pub outlook: Outlook,
     /// Classes of paths that walks cannot find, in words; chains find all.
     pub paths_not_found: Vec<String>,
     triangles: Vec<TriangleOptics>,
@@ -82,16 +86,19 @@ impl Stage {
         let has_panes = is_used(&|law| matches!(law, Law::Glass(_)));
         let emitters = Emitters::of(scene);
         let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &laws, &emitters);
-        Stage {
+        let mut stage = Stage {
             tracer: Tracer::new(scene),
             elements: Elements::of(scene),
             emitters,
             mirrors,
+            outlook: Outlook::default(),
             paths_not_found: mirrors::not_found(&left_out),
             triangles,
             laws,
             has_panes,
-        }
+        };
+        stage.outlook = Outlook::of(scene, &stage);
+        stage
     }
 
     /// Whether a side of a triangle reflects and is reported; the backs of one-sided surfaces only absorb.

@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use super::element::Element;
-use crate::chain::Stage;
+use crate::chain::{Spot, Stage};
 use crate::geometry::Origin;
 use crate::sampling::emitter::{Emitter, Look};
 use crate::sampling::emitter_tree::Cut;
-use crate::sampling::random::Stream;
+use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::triangle::SeenTriangle;
 use crate::scene::Side;
 
@@ -17,6 +17,14 @@ const MOST_EACH: usize = 24;
 const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
 /// Share of the bound of what an emitter brings that is added to what it brings unshadowed.
 const SHARE_OF_BOUND: f64 = 0.05;
+/// Share of all looks of a pass at a receiver that goes to any emitter, bright or dim: the bright ones may be hidden.
+const SHARE_FOR_ANY: f64 = 0.01;
+/// Where more than this share of the unshadowed light is hidden, what is hidden is weighed less.
+const HIDDEN: f64 = 0.99;
+/// A look ahead ends when what has not been looked at could bring this share of what is in sight.
+const REST: f64 = 1e-3;
+/// Rays of a look ahead, at most.
+const MOST_LOOKS_AHEAD: u64 = 256;
 /// Looks of one pass at an element where emitters are chosen: elements are many.
 const LOOKS_OVER_ELEMENT: usize = 6;
 
@@ -25,6 +33,8 @@ const LOOKS_OVER_ELEMENT: usize = 6;
 pub struct DirectPass {
     importance: Vec<f64>,
     total: f64,
+    /// Emitters that a look ahead found hidden.
+    hidden: Vec<u32>,
 }
 
 /// A point that receives light.
@@ -44,23 +54,59 @@ impl DirectPass {
     /// Every emitter brings its exact unshadowed illuminance times the visibility of one point of it, drawn in
     /// proportion to what it brings.
     pub fn at_point(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-        self.prepare(stage, receiver);
-        self.at_prepared(stage, receiver, stream)
+        let rays_ahead = self.prepare(stage, receiver);
+        let (lx, rays) = self.at_prepared(stage, receiver, stream);
+        (lx, rays_ahead + rays)
     }
 
-    /// Weighs the emitters for a point, for any number of samples there.
+    /// Weighs the emitters for a point, for any number of samples there; returns the rays it took.
     ///
     /// Many emitters are weighed by what each brings unshadowed. An opening counts as its centre there, which may lie
     /// below the horizon while parts of it do not: a share of the bound keeps it possible.
-    pub fn prepare(&mut self, stage: &Stage, receiver: &Receiver) {
+    pub fn prepare(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
         if stage.emitters.list().len() <= MOST_EACH {
-            return;
+            return 0;
         }
         let (point_m, normal) = (receiver.point_m, receiver.normal);
         self.weigh(stage, |emitter| {
             let bound = emitter.importance(point_m, normal);
             if bound > 0.0 { emitter.unshadowed_lx(point_m, normal) + SHARE_OF_BOUND * bound } else { 0.0 }
         });
+        let rays = self.weigh_hidden_less(stage, receiver);
+        let total: f64 = self.importance.iter().sum();
+        let any = SHARE_FOR_ANY * total / self.importance.len() as f64;
+        self.importance.iter_mut().filter(|importance| **importance > 0.0).for_each(|importance| *importance += any);
+        self.total = self.importance.iter().sum();
+        rays
+    }
+
+    /// Looks for luminaires in sight, strong ones first, until the rest is small beside them. Where nearly all unshadowed
+    /// light is hidden, the hidden ones get no more weight than all others together. Returns the rays.
+    fn weigh_hidden_less(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
+        let mut stream = Stream::new(0, Purpose::Pilot, 0, 0);
+        stream.seek(receiver.point_m.to_array().iter().fold(0, |bits, m| bits.rotate_left(21) ^ m.to_bits()));
+        self.hidden.clear();
+        let (mut seen, mut hidden, mut rays) = (0.0, 0.0, 0);
+        stage.emitters.strongest_first(receiver.point_m, receiver.normal, |index, importance, rest| {
+            let look = stage.emitters.list()[index as usize].look(receiver.point_m, receiver.normal, &mut stream);
+            rays += u64::from(look.is_some());
+            if look.is_some_and(|look| seen_share(stage, &look, receiver) > 0.0) {
+                seen += importance;
+            } else {
+                hidden += importance;
+                self.hidden.push(index);
+            }
+            let is_hidden = hidden > HIDDEN * (hidden + seen);
+            rays < MOST_LOOKS_AHEAD && if is_hidden { rest > REST * seen } else { rest > seen }
+        });
+        let weight_of = |indices: &[u32]| indices.iter().map(|index| self.importance[*index as usize]).sum::<f64>();
+        let (weight_hidden, weight) = (weight_of(&self.hidden), self.total);
+        let others = weight - weight_hidden;
+        if others > 0.0 && weight_hidden > HIDDEN * weight {
+            let scale = others / weight_hidden;
+            self.hidden.iter().for_each(|index| self.importance[*index as usize] *= scale);
+        }
+        rays
     }
 
     /// One unbiased sample at the point that was prepared, and the rays it took.
@@ -81,9 +127,18 @@ impl DirectPass {
     }
 
     /// One unbiased sample of the direct illuminance at a point in lx from `count` looks, at emitters weighed by a cheap
-    /// bound of what they bring.
-    pub fn looks(&mut self, stage: &Stage, receiver: &Receiver, count: usize, stream: &mut Stream) -> (f64, u64) {
+    /// bound of what they bring, and by whether they are in sight from the side of a triangle that the point is on.
+    pub fn looks(
+        &mut self,
+        stage: &Stage,
+        spot: Spot,
+        receiver: &Receiver,
+        count: usize,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
         self.weigh(stage, |emitter| emitter.importance(receiver.point_m, receiver.normal));
+        stage.outlook.share_out(spot, &mut self.importance);
+        self.total = self.importance.iter().sum();
         self.choose_looks(stage, receiver, count, stream)
     }
 
@@ -177,17 +232,17 @@ impl DirectPass {
         let at = element.draw(stream);
         let origin = element.origin(stage, at);
         let receiver = Receiver { point_m: element.point_m(at), normal: element.normal, origin: &origin };
-        self.looks(stage, &receiver, LOOKS_OVER_ELEMENT, stream)
+        self.looks(stage, element.spot(), &receiver, LOOKS_OVER_ELEMENT, stream)
     }
 
     /// Two unbiased samples of the direct illuminance at a point of an element in lx, and the rays of both.
     ///
     /// What point emitters bring has no chance and is looked at once.
-    pub fn twice(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> ([f64; 2], u64) {
+    pub fn twice(&mut self, stage: &Stage, spot: Spot, receiver: &Receiver, stream: &mut Stream) -> ([f64; 2], u64) {
         let emitters = stage.emitters.list();
         if emitters.len() > MOST_EACH {
-            let (one_lx, one_rays) = self.looks(stage, receiver, LOOKS_OVER_ELEMENT, stream);
-            let (other_lx, other_rays) = self.looks(stage, receiver, LOOKS_OVER_ELEMENT, stream);
+            let (one_lx, one_rays) = self.looks(stage, spot, receiver, LOOKS_OVER_ELEMENT, stream);
+            let (other_lx, other_rays) = self.looks(stage, spot, receiver, LOOKS_OVER_ELEMENT, stream);
             return ([one_lx, other_lx], one_rays + other_rays);
         }
         let mut sums_lx = [0.0; 2];
@@ -232,12 +287,19 @@ impl Sight<'_> {
     }
 }
 
-/// A look at a single emitter, chosen about in proportion to what it brings: for the vertices of walks. `None` where
-/// the choice brings nothing; else it took one ray.
+/// A look at a single emitter from a point on a side of a triangle, chosen about in proportion to what it brings: for the
+/// vertices of walks. `None` where the choice brings nothing; else it took one ray.
 #[inline]
-pub fn one_look<'a>(stage: &'a Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> Option<Sight<'a>> {
+pub fn one_look<'a>(
+    stage: &'a Stage,
+    spot: Spot,
+    receiver: &Receiver,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> Option<Sight<'a>> {
     let variate = stream.fine_unit();
-    let (emitter, probability) = stage.emitters.choose_for(receiver.point_m, receiver.normal, variate, cut)?;
+    let (index, probability) = stage.choose_emitter(spot, receiver.point_m, receiver.normal, variate, cut)?;
+    let emitter = &stage.emitters.list()[index as usize];
     let look = emitter.look(receiver.point_m, receiver.normal, stream)?;
     let mut sight =
         Sight { emitter, probability, unshadowed_lx: look.unshadowed_lx, transmittance: 0.0, towards: receiver.normal };

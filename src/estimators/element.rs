@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::direct::{DirectPass, Receiver};
-use crate::chain::Stage;
+use crate::chain::{Spot, Stage};
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
@@ -48,6 +48,11 @@ impl Element {
         }
     }
 
+    /// The side of a triangle that it lies on.
+    pub fn spot(&self) -> Spot {
+        (self.cell.triangle, self.cell.side)
+    }
+
     /// A random point: the weights of the second and third corner.
     #[inline]
     pub fn draw(&self, stream: &mut Stream) -> [f64; 2] {
@@ -74,7 +79,7 @@ impl Element {
         let at = self.draw(stream);
         let origin = self.origin(stage, at);
         let receiver = Receiver { point_m: self.point_m(at), normal: self.normal, origin: &origin };
-        let (looks_lx, rays) = pass.twice(stage, &receiver, stream);
+        let (looks_lx, rays) = pass.twice(stage, self.spot(), &receiver, stream);
         TwoLooks { at, looks_lx, rays }
     }
 }

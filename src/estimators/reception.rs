@@ -55,6 +55,8 @@ pub struct DirectLook<'a> {
     quantity: Quantity,
     receiver: Receiver<'a>,
     pass: &'a mut DirectPass,
+    /// Rays that making ready took.
+    pub rays_ahead: u64,
 }
 
 impl<'a> DirectLook<'a> {
@@ -65,10 +67,8 @@ impl<'a> DirectLook<'a> {
         receiver: &Receiver<'a>,
         pass: &'a mut DirectPass,
     ) -> DirectLook<'a> {
-        if quantity == Quantity::Perpendicular {
-            pass.prepare(stage, receiver);
-        }
-        DirectLook { quantity, receiver: *receiver, pass }
+        let rays_ahead = if quantity == Quantity::Perpendicular { pass.prepare(stage, receiver) } else { 0 };
+        DirectLook { quantity, receiver: *receiver, pass, rays_ahead }
     }
 
     /// One unbiased sample of the direct part in lx, and the rays it took.

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::chain::Stage;
+use crate::chain::{Spot, Stage};
 use crate::estimators::direct::{Receiver, one_look};
 use crate::estimators::images::look_into_mirrors;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
@@ -22,6 +22,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair, Phong, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
+use crate::scene::Side;
 
 /// How a walk left the last vertex at which it looked for luminaires.
 enum Departure {
@@ -36,6 +37,7 @@ enum Departure {
 /// A ray drawn from a lobe, and where from.
 struct LobeRay {
     lobe_per_sr: f64,
+    spot: Spot,
     point_m: DVec3,
     normal: DVec3,
 }
@@ -203,7 +205,7 @@ fn follow_lm_m2(
         }
         // Light that a sheet lets through has arrived at its other side.
         let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
-        let vertex = Vertex { stage, hit: &hit, direction, normal, origin: &origin };
+        let vertex = Vertex { stage, hit: &hit, side: hit.side, direction, normal, origin: &origin };
         let mut guided_lx = 0.0;
         if let Law::Diffuse(law) = law {
             let (recall, recall_rays) = memory.recall(&hit, &vertex.receiver(), law.reflectance, cut, stream);
@@ -212,7 +214,7 @@ fn follow_lm_m2(
                 Recall::Nothing => {}
                 Recall::End(known_lx) => {
                     // What is known holds the images in mirrors.
-                    let sight = one_look(stage, &vertex.receiver(), cut, stream);
+                    let sight = one_look(stage, vertex.spot(), &vertex.receiver(), cut, stream);
                     let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1));
                     let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
                     return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
@@ -242,6 +244,7 @@ fn follow_lm_m2(
         departure = match (scattered.way, law) {
             (Way::Lobe, Law::Phong(law)) => Departure::Lobe(LobeRay {
                 lobe_per_sr: law.lobe_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
+                spot: (hit.triangle, hit.side),
                 point_m: stage.tracer.position_m(&origin),
                 normal,
             }),
@@ -273,7 +276,7 @@ fn met_lm_m2(stage: &Stage, departure: &Departure, met: impl Iterator<Item = u32
             Departure::Mirrored => 1.0,
             Departure::Lobe(ray) => {
                 let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
-                let probability = stage.emitters.probability_for(index, ray.point_m, ray.normal, cut);
+                let probability = stage.probability_of_emitter(index, ray.spot, ray.point_m, ray.normal, cut);
                 let looked = probability * exitance_lm_m2 / PI;
                 let rayed = ray.lobe_per_sr * unshadowed_lx;
                 if looked > 0.0 && unshadowed_lx > 0.0 { rayed / (rayed + looked) } else { 1.0 }
@@ -288,6 +291,8 @@ fn met_lm_m2(stage: &Stage, departure: &Departure, met: impl Iterator<Item = u32
 struct Vertex<'a> {
     stage: &'a Stage,
     hit: &'a SurfaceHit,
+    /// The side from which it looks for luminaires.
+    side: Side,
     /// Direction of the walk's ray.
     direction: DVec3,
     normal: DVec3,
@@ -296,6 +301,10 @@ struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
+    fn spot(&self) -> Spot {
+        (self.hit.triangle, self.side)
+    }
+
     fn receiver(&self) -> Receiver<'_> {
         Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
@@ -303,7 +312,7 @@ impl Vertex<'_> {
     /// Direct light of which a share leaves in all directions, and another of light from images in mirrors.
     #[inline]
     fn spread_lm_m2(&self, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-        let sight = if direct > 0.0 { one_look(self.stage, &self.receiver(), cut, stream) } else { None };
+        let sight = if direct > 0.0 { one_look(self.stage, self.spot(), &self.receiver(), cut, stream) } else { None };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * sight.direct_lx(), 1));
         let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| mirrored, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
@@ -322,7 +331,8 @@ impl Vertex<'_> {
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
         let shares = shares_behind.map(|share| share * law.total());
-        Vertex { normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(shares, cut, stream)
+        Vertex { side: self.side.other(), normal: -self.normal, origin: &behind, ..*self }
+            .spread_lm_m2(shares, cut, stream)
     }
 
     /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
@@ -335,7 +345,7 @@ impl Vertex<'_> {
             PI * (law.lobe_per_sr(&pair) + mirrored * law.spread_per_sr(&pair))
         };
         let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, response, cut, stream);
-        let Some(sight) = one_look(self.stage, &receiver, cut, stream) else {
+        let Some(sight) = one_look(self.stage, self.spot(), &receiver, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
         let pair = pair(sight.towards);

@@ -5,6 +5,7 @@ mod crossing;
 mod detail;
 mod history;
 mod judge;
+mod lopsided;
 mod replicas;
 mod result;
 mod scores;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::basis::SLOPES;
+use super::lopsided::{Spread, widening};
 use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
@@ -294,6 +295,19 @@ impl ReplicaMap {
         3.0 * luminous_flux_lm / (packets * entries_area_m2)
     }
 
+    /// Lengthens the error bars of entries whose replicas are lopsided: see [`super::lopsided`].
+    fn widen_bars(&self, values: &mut MapValues) {
+        let spreads: Vec<Spread> = (0..self.sites)
+            .map(|entry| {
+                let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
+                Spread::of(|replica| self.illuminance_lx(replica, entry), indirect_lx)
+            })
+            .collect();
+        for (error_lx, factor) in values.standard_error_lx.iter_mut().zip(widening(&spreads)) {
+            *error_lx *= factor;
+        }
+    }
+
     /// Means over the replicas and the standard errors that their spread gives, with 15 degrees of freedom.
     ///
     /// An entry that chains could have reached but none has gets the bound of three packets as its error, since 0
@@ -311,6 +325,9 @@ impl ReplicaMap {
             values.indirect_lx.push(indirect_lx);
             values.illuminance_lx.push(direct_lx + indirect_lx);
             values.standard_error_lx.push(spread_lx.max(bound_lx));
+        }
+        if self.crossing.is_none() {
+            self.widen_bars(&mut values);
         }
         values
     }

@@ -4,6 +4,8 @@
 //! stand near, whose bound says little, are opened; far ones stand as one. A group is chosen in proportion to what it
 //! may bring, and within it the way goes down to either child in the same proportion.
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -25,6 +27,9 @@ enum Content {
     Children(u32, u32),
 }
 
+/// A sum that has shrunk to this share of what it was is nothing but rounding.
+const ROUNDING: f64 = 1e-13;
+
 /// Room for one choice, so that choosing allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Cut {
@@ -37,6 +42,33 @@ struct Group {
     node: u32,
     cumulative: f64,
 }
+
+/// A node in the order of what it may bring.
+#[derive(Clone, Copy, Debug)]
+struct Weighed {
+    importance: f64,
+    node: u32,
+}
+
+impl Ord for Weighed {
+    fn cmp(&self, other: &Weighed) -> Ordering {
+        self.importance.total_cmp(&other.importance).then(other.node.cmp(&self.node))
+    }
+}
+
+impl PartialOrd for Weighed {
+    fn partial_cmp(&self, other: &Weighed) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Weighed {
+    fn eq(&self, other: &Weighed) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Weighed {}
 
 /// Emitters in a binary tree by place.
 #[derive(Clone, Debug)]
@@ -128,6 +160,35 @@ impl EmitterTree {
             return probability;
         }
         0.0
+    }
+
+    /// Shows the emitters that may bring something to a point, strong ones about first, until `show` wants no more: each
+    /// with its importance and that of all that have not been shown.
+    pub fn strongest_first(&self, point_m: DVec3, normal: DVec3, mut show: impl FnMut(u32, f64, f64) -> bool) {
+        let weighed =
+            |node: u32| Weighed { importance: self.nodes[node as usize].beacon.importance(point_m, normal), node };
+        let mut open = BinaryHeap::from([weighed(self.nodes.len() as u32 - 1)]);
+        let all = open.iter().map(|top| top.importance).sum::<f64>();
+        let mut rest = all;
+        while let Some(strongest) = open.pop() {
+            rest -= strongest.importance;
+            if rest <= ROUNDING * all {
+                rest = 0.0;
+            }
+            match self.nodes[strongest.node as usize].content {
+                Content::Emitter(emitter) => {
+                    if strongest.importance > 0.0 && !show(emitter, strongest.importance, rest) {
+                        return;
+                    }
+                }
+                Content::Children(left, right) => {
+                    for child in [weighed(left), weighed(right)] {
+                        rest += child.importance;
+                        open.push(child);
+                    }
+                }
+            }
+        }
     }
 
     /// Lists the groups that stand far enough to be judged as one, with their running sum of importance.

@@ -24,7 +24,9 @@ pub(super) fn finish(
 ) -> Solution {
     let forward_chains = forward.map_or(0, |forward| forward.chains * REPLICAS as u64);
     let chains = forward_chains + jobs.iter().map(Job::chains).sum::<u64>();
-    let rays = forward.map_or(0, |forward| forward.rays) + jobs.iter().map(|job| job.rays).sum::<u64>();
+    let rays = context.stage.outlook.rays()
+        + forward.map_or(0, |forward| forward.rays)
+        + jobs.iter().map(|job| job.rays).sum::<u64>();
     let mut warnings = Vec::new();
     let ends = ends_of_chains(&jobs, forward);
     let flux_balance = ends.map(|ends| flux_balance(context, ends));

@@ -376,7 +376,9 @@ impl Run<'_> {
             estimated_error: judged().map(|job| job.judgement.stated_error()).reduce(f64::max),
             target_error: self.target_error,
             chains,
-            rays: forward.map_or(0, |forward| forward.rays) + self.jobs.iter().map(|job| job.rays).sum::<u64>(),
+            rays: self.context.stage.outlook.rays()
+                + forward.map_or(0, |forward| forward.rays)
+                + self.jobs.iter().map(|job| job.rays).sum::<u64>(),
             forecast_chains: known.then_some(chains as f64 + more_chains),
             remaining_s: known.then_some(remaining_s),
             fraction: if known { work_fraction.max(time_fraction) } else { time_fraction }.min(1.0),

@@ -195,6 +195,7 @@ pub fn direct_at_points(
             let origin = stage.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let mut look = DirectLook::prepare(stage, receivers.quantity, &receiver, &mut pass);
+            rays += look.rays_ahead;
             for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {

@@ -132,11 +132,19 @@ impl Emitters {
         self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
-    /// Chooses one emitter for a point with a unit normal, about in proportion to what it brings there; returns it with
-    /// the probability of the choice. `None`: this choice brings nothing.
-    pub fn choose_for(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(&Emitter, f64)> {
-        let (emitter, probability) = self.tree.as_ref()?.choose(point_m, normal, variate, cut)?;
-        Some((&self.list[emitter as usize], probability))
+    /// Chooses one emitter for a point with a unit normal, about in proportion to what it brings there unshadowed; returns
+    /// its number with the probability of the choice. `None`: this choice brings nothing.
+    #[inline]
+    pub fn choose_for(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(u32, f64)> {
+        self.tree.as_ref()?.choose(point_m, normal, variate, cut)
+    }
+
+    /// Shows the emitters that may bring something to a point with a unit normal, strong ones about first, until `show`
+    /// wants no more: each with its importance and that of all that have not been shown.
+    pub fn strongest_first(&self, point_m: DVec3, normal: DVec3, show: impl FnMut(u32, f64, f64) -> bool) {
+        if let Some(tree) = &self.tree {
+            tree.strongest_first(point_m, normal, show);
+        }
     }
 
     /// Draws a packet: the emitter in proportion to flux by `choice` in [0, 1), then its point and direction.

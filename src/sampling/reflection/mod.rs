@@ -185,6 +185,11 @@ impl Law {
         }
     }
 
+    /// Whether it spreads light, so that a walk looks for luminaires there.
+    pub fn scatters(&self) -> bool {
+        !self.is_black() && !matches!(self, Law::Mirror(_) | Law::Glass(_))
+    }
+
     /// Share of the light that is reflected as by a mirror, at an angle of this cosine.
     pub fn mirror_share(&self, cos_in: f64) -> f64 {
         match self {

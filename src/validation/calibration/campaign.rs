@@ -1,11 +1,13 @@
 //! Runs of one map with many seeds, and what they sum up to.
 
-use super::{NOMINAL, coverage_allowance, fewest_met, most_cost, student_within};
+use super::bias::Biases;
+use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
 use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 use crate::validation::case::{Case, Comparison, Light, Run, What};
 use crate::validation::error::CaseError;
 use crate::validation::exact_side::ExactSide;
 use crate::validation::measure::Silent;
+use crate::validation::statistics::EntrySet;
 
 /// Probabilities at which error bars are held against the truth.
 pub(super) const LEVELS: [f64; 9] = [0.1, 0.25, 0.5, 0.683, 0.8, 0.9, NOMINAL, 0.99, 0.999];
@@ -88,6 +90,8 @@ pub struct Campaign {
     pub target_error: f64,
     /// The runs in the order of their seeds.
     pub runs: Vec<SeedRun>,
+    /// What of the deviations is the same in all runs.
+    pub biases: Biases,
 }
 
 /// Runs all campaigns of a case; `tell` hears of every one that begins.
@@ -109,9 +113,11 @@ pub fn calibrate(
         for (name, method) in methods.into_iter().take(if settings.with_auto { 2 } else { 1 }) {
             tell(&format!("{}, {name}", comparison.name));
             let solutions = solve_all(run, comparison, method, settings);
-            let mut runs = Vec::new();
+            let (mut runs, mut biases) = (Vec::new(), Biases::default());
             for (seed, solution) in solutions.iter().enumerate() {
-                runs.push(seed_run(seed as u64, solution, comparison, &truth)?);
+                let set = truth.beside(solution)?;
+                biases.add(&set.entries);
+                runs.push(seed_run(seed as u64, solution, comparison, &set));
             }
             campaigns.push(Campaign {
                 case: case.name.clone(),
@@ -120,6 +126,7 @@ pub fn calibrate(
                 values: runs.first().map_or(0, |run| run.noisy),
                 target_error: settings.target_error,
                 runs,
+                biases,
             });
         }
     }
@@ -161,8 +168,7 @@ fn solve_all(run: &Run, comparison: &Comparison, method: Method, settings: &Camp
     solved.into_iter().map(|(_, solution)| solution).collect()
 }
 
-fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, truth: &ExactSide) -> Result<SeedRun, CaseError> {
-    let set = truth.beside(solution)?;
+fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &EntrySet) -> SeedRun {
     let statistics = set.statistics();
     let map = solution.maps.iter().find(|map| map.name == comparison.map);
     let scores: Vec<f64> = set.entries.iter().filter_map(|entry| entry.z()).collect();
@@ -173,7 +179,7 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, truth: &Exa
     });
     let all = solution.chains.max(1) as f64;
     let forecasts = solution.convergence.iter().filter(|row| row.forecast_chains > 0.0 && row.chains > 0);
-    Ok(SeedRun {
+    SeedRun {
         seed,
         estimator: map.map_or(String::new(), |map| map.method.clone()),
         target_met: solution.target_met == Some(true),
@@ -190,7 +196,7 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, truth: &Exa
         forecasts: forecasts
             .map(|row| Forecast { share: row.chains as f64 / all, ratio: row.forecast_chains / all })
             .collect(),
-    })
+    }
 }
 
 impl Campaign {
@@ -282,7 +288,7 @@ impl Campaign {
 
     /// Whether error bars hold.
     pub fn covers(&self) -> bool {
-        let allowance = coverage_allowance(self.degrees_of_freedom()) + 3.0 * self.coverage_error();
+        let allowance = COVERAGE_ALLOWANCE + 3.0 * self.coverage_error();
         (self.coverage(AT_NOMINAL) - NOMINAL).abs() <= allowance
     }
 
@@ -297,9 +303,9 @@ impl Campaign {
         self.cost() <= most_cost(self.degrees_of_freedom())
     }
 
-    /// Whether error bars hold and targets are kept; work is told beside.
+    /// Whether error bars hold, targets are kept and no bias hides in them; work is told beside.
     pub fn passes(&self) -> bool {
-        self.covers() && self.keeps_targets()
+        self.covers() && self.keeps_targets() && self.biases.is_small()
     }
 }
 

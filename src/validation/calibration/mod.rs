@@ -3,6 +3,7 @@
 //!
 //! A case of the group `calibration` lends its scene and its truths; chains and targets of its own runs do not count.
 
+mod bias;
 mod campaign;
 mod pictures;
 mod report;
@@ -25,17 +26,10 @@ const MANY_DEGREES: f64 = 200.0;
 const FACTOR_OF_MANY: f64 = 1.3;
 /// The same over χ²(k, 95%)/k for maps of fewer.
 const FACTOR_OF_FEW: f64 = 1.2;
-/// Coverage may deviate from its nominal value by this much, and by three of its own standard errors. Runs end where their
-/// error looks small, so that their error bars are small by selection: the more so, the fewer degrees of freedom.
+/// Coverage may deviate from its nominal value by this much, and by three of its own standard errors.
 const COVERAGE_ALLOWANCE: f64 = 0.02;
-const COVERAGE_ALLOWANCE_OF_FEW: f64 = 0.045;
 /// What error bars of two standard errors are held to: 95.4%.
 pub(super) const NOMINAL: f64 = 0.954;
-
-/// By how much coverage may deviate for a map of so many degrees of freedom, besides its own chance.
-fn coverage_allowance(degrees_of_freedom: f64) -> f64 {
-    if degrees_of_freedom >= MANY_DEGREES { COVERAGE_ALLOWANCE } else { COVERAGE_ALLOWANCE_OF_FEW }
-}
 
 /// |t| that Student's t stays within with this probability.
 pub(super) fn student_within(probability: f64, degrees_of_freedom: f64) -> f64 {

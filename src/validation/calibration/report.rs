@@ -8,9 +8,10 @@ use crate::validation::report_html::{opening, table as html_table};
 use crate::validation::report_md::table as md_table;
 use crate::validation::words::{date, duration, escaped, percent, rounded_count, significant};
 
-const HOW_TO_READ: [&str; 4] = [
+const HOW_TO_READ: [&str; 5] = [
     "Every row is many runs of one map, each with a seed of its own, to the same target. The truth is exact, so each run's true error is known, which its user never knows.",
     "Covered is the share of the error bars (Student's t with 15 degrees of freedom, nominally 95.4 %) that hold the truth. Met is how many of the runs that said “target met” truly are at or under the target; at least 95 % should be, and the bound is what chance leaves of it.",
+    "Bias is the mean error over all runs of a value, beside the error that the value states: the share of the values for which it is at most a third (of 300 seeds and more, 99 % must be), and the largest, four of its own standard errors less, over what is stated (at most a third). The mean bias is that of the whole map, in its own standard errors.",
     "Cost is the mean of the rays over those of an oracle that knows the expected error and stops where it equals the target. It may be 1.3 where the error has 200 degrees of freedom and more, else 1.2·χ²(k, 95 %)/k.",
     "Forecasts are of the chains at the end; a forecast is held against what came true, by the share of the run that was done when it was made. Refused counts the runs in which a statistical check held up a run that the stop rule would have ended.",
 ];
@@ -28,6 +29,8 @@ pub fn calibration_table(campaigns: &[Campaign]) -> Table {
             campaign.values.to_string(),
             significant(campaign.degrees_of_freedom(), 2),
             format!("{} ± {}", percent(campaign.coverage(AT_NOMINAL)), percent(campaign.coverage_error())),
+            format!("{} ({})", percent(campaign.biases.share_within()), significant(campaign.biases.worst(), 2)),
+            significant(campaign.bias_z(), 2),
             format!("{met}/{said} (≥ {})", fewest_met(said)),
             significant(campaign.true_over_target(), 3),
             format!(
@@ -48,6 +51,8 @@ pub fn calibration_table(campaigns: &[Campaign]) -> Table {
             "values",
             "k",
             "covered",
+            "bias ≤ ⅓ (worst)",
+            "mean bias in σ",
             "met",
             "true error / target",
             "cost / oracle",
@@ -84,6 +89,12 @@ fn failures(campaigns: &[Campaign]) -> Vec<String> {
         if !campaign.covers() {
             let coverage = percent(campaign.coverage(AT_NOMINAL));
             found.push(format!("{name}: error bars hold the truth in {coverage} instead of {}", percent(NOMINAL)));
+        }
+        if !campaign.biases.is_small() {
+            let (share, worst) = (percent(campaign.biases.share_within()), significant(campaign.biases.worst(), 2));
+            found.push(format!(
+                "{name}: the mean error is at most a third of the stated one at {share} of the values, and {worst} of it beyond chance at the worst"
+            ));
         }
         if said < campaign.runs.len() {
             found.push(format!("{name}: {} runs ended without their target", campaign.runs.len() - said));

@@ -1,0 +1,309 @@
+//! Which luminaires are in sight from where.
+//!
+//! A walk looks at one luminaire, chosen by what it would bring if nothing stood between. Where a strong one is hidden,
+//! nearly all looks go to it and what lights the place is hardly ever found: the result is right in the mean, but no
+//! run is long enough for its error bar to know. So a few looks from every part of the scene, before the run, tell where
+//! most of the unshadowed light is hidden. There the choice is shared: half of the looks go to luminaires that were seen
+//! from the region, most others by unshadowed light, and a few to any, so that none is ever impossible.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Stage;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::warp::uniform_triangle;
+use crate::scene::{Scene, Side};
+
+/// Parts that a scene's surfaces are divided into, at most.
+const MOST_REGIONS: usize = 128;
+/// Points of a region from which the first looks are taken.
+const FIRST_POINTS: u64 = 8;
+/// Luminaires looked at from each of them, at most.
+const FIRST_LOOKS: u32 = 32;
+/// Choices need help where more than this share of the unshadowed light is hidden from a point: less costs little.
+const HIDDEN: f64 = 0.99;
+/// Points of a region that is looked at closely.
+const POINTS: u64 = 16;
+/// Luminaires looked at from each of them, at most.
+const LOOKS: u32 = 256;
+/// A close look at a point ends when what has not been looked at could bring this share of what is in sight.
+const REST: f64 = 1e-3;
+/// Share of the choices that go to luminaires that were seen from the region.
+const SEEN: f64 = 0.5;
+/// Share of the choices that go to any luminaire.
+const ANY: f64 = 0.05;
+/// The survey's numbers enter no result but by way of probabilities: they are the same for all seeds.
+const SEED: u64 = 0x0A11;
+
+/// What was seen of the luminaires from the parts of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Outlook {
+    /// Region of every triangle's front and back; empty where no choice needs help.
+    regions: Vec<[u32; 2]>,
+    sights: Vec<Option<Sights>>,
+    rays: u64,
+}
+
+/// Where an emitter is looked for from: a side of a triangle.
+pub type Spot = (u32, Side);
+
+/// The luminaires in sight from a region where most of the unshadowed light is hidden.
+#[derive(Clone, Debug)]
+struct Sights {
+    /// Emitters by number.
+    emitters: Vec<u32>,
+    /// Sum of the shares up to and including each, 1 at the end.
+    cumulative: Vec<f64>,
+}
+
+impl Sights {
+    fn choose(&self, variate: f64) -> u32 {
+        let place = self.cumulative.partition_point(|sum| *sum <= variate);
+        self.emitters[place.min(self.emitters.len() - 1)]
+    }
+
+    fn probability(&self, emitter: u32) -> f64 {
+        self.emitters.binary_search(&emitter).map_or(0.0, |place| {
+            let before = if place == 0 { 0.0 } else { self.cumulative[place - 1] };
+            self.cumulative[place] - before
+        })
+    }
+}
+
+impl Outlook {
+    /// Looks around in a scene; a scene of one emitter, or without reflection, needs no look.
+    pub(super) fn of(scene: &Scene, stage: &Stage) -> Outlook {
+        if stage.emitters.list().len() < 2 || !stage.reflects() {
+            return Outlook::default();
+        }
+        let mut spots: Vec<Spot> = (0..scene.triangles.len() as u32)
+            .flat_map(|triangle| [(triangle, Side::Front), (triangle, Side::Back)])
+            .filter(|(triangle, side)| stage.receives(*triangle, *side) && stage.law(*triangle).scatters())
+            .collect();
+        let mut parts = Vec::new();
+        let most = spots.len().div_ceil(MOST_REGIONS);
+        divide(scene, stage, &mut spots, most, &mut parts);
+
+        let found: Vec<(Option<Sights>, u64)> =
+            parts.par_iter().enumerate().map(|(region, spots)| survey(scene, stage, spots, region as u32)).collect();
+        let rays = found.iter().map(|(_, rays)| rays).sum();
+        if found.iter().all(|(sights, _)| sights.is_none()) {
+            return Outlook { rays, ..Outlook::default() };
+        }
+        let mut regions = vec![[u32::MAX; 2]; scene.triangles.len()];
+        for (region, spots) in parts.iter().enumerate() {
+            for (triangle, side) in spots.iter() {
+                regions[*triangle as usize][*side as usize] = region as u32;
+            }
+        }
+        Outlook { regions, sights: found.into_iter().map(|(sights, _)| sights).collect(), rays }
+    }
+
+    /// Rays that looking around took.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// Changes the emitters' weights for a look from a side of a triangle as the choices of walks are changed.
+    pub fn share_out(&self, spot: Spot, weights: &mut [f64]) {
+        let Some(sights) = self.sights_from(spot) else {
+            return;
+        };
+        let total: f64 = weights.iter().sum();
+        let any = ANY * total / weights.len() as f64;
+        weights.iter_mut().for_each(|weight| *weight = *weight * (1.0 - SEEN - ANY) + any);
+        for emitter in &sights.emitters {
+            weights[*emitter as usize] += SEEN * total * sights.probability(*emitter);
+        }
+    }
+
+    #[inline]
+    fn sights_from(&self, (triangle, side): Spot) -> Option<&Sights> {
+        let region = self.regions.get(triangle as usize)?[side as usize];
+        self.sights.get(region as usize)?.as_ref()
+    }
+}
+
+impl Stage {
+    /// Chooses one emitter for a point with a unit normal on a side of a triangle, about in proportion to what it brings
+    /// there; returns its number with the probability of the choice. `None`: this choice brings nothing.
+    #[inline]
+    pub fn choose_emitter(
+        &self,
+        spot: Spot,
+        point_m: DVec3,
+        normal: DVec3,
+        variate: f64,
+        cut: &mut Cut,
+    ) -> Option<(u32, f64)> {
+        let Some(sights) = self.outlook.sights_from(spot) else {
+            return self.emitters.choose_for(point_m, normal, variate, cut);
+        };
+        let emitter = if variate < SEEN {
+            sights.choose(variate / SEEN)
+        } else if variate < 1.0 - ANY {
+            let variate = (variate - SEEN) / (1.0 - ANY - SEEN);
+            self.emitters.choose_for(point_m, normal, variate, cut)?.0
+        } else {
+            let count = self.emitters.list().len();
+            ((((variate - 1.0 + ANY) / ANY) * count as f64) as usize).min(count - 1) as u32
+        };
+        Some((emitter, self.probability_with(sights, emitter, point_m, normal, cut)))
+    }
+
+    /// Probability with which [`Stage::choose_emitter`] chooses an emitter.
+    pub fn probability_of_emitter(
+        &self,
+        emitter: u32,
+        spot: Spot,
+        point_m: DVec3,
+        normal: DVec3,
+        cut: &mut Cut,
+    ) -> f64 {
+        match self.outlook.sights_from(spot) {
+            Some(sights) => self.probability_with(sights, emitter, point_m, normal, cut),
+            None => self.emitters.probability_for(emitter, point_m, normal, cut),
+        }
+    }
+
+    fn probability_with(&self, sights: &Sights, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
+        SEEN * sights.probability(emitter)
+            + (1.0 - SEEN - ANY) * self.emitters.probability_for(emitter, point_m, normal, cut)
+            + ANY / self.emitters.list().len() as f64
+    }
+}
+
+/// Divides sides of triangles into parts of at most so many that face and stand alike: first by the axis that they
+/// face, then in halves along the longest extent.
+fn divide<'a>(scene: &Scene, stage: &Stage, spots: &'a mut [Spot], most: usize, parts: &mut Vec<&'a [Spot]>) {
+    let facing = |(triangle, side): &Spot| {
+        let normal = stage.normal(*triangle, *side);
+        let axis = normal.abs().max_position();
+        2 * axis + usize::from(normal[axis] < 0.0)
+    };
+    spots.sort_by_key(facing);
+    for alike in spots.chunk_by_mut(|a, b| facing(a) == facing(b)) {
+        halve(scene, alike, most, parts);
+    }
+}
+
+fn halve<'a>(scene: &Scene, spots: &'a mut [Spot], most: usize, parts: &mut Vec<&'a [Spot]>) {
+    if spots.len() <= most.max(1) {
+        parts.push(spots);
+        return;
+    }
+    let center = |spot: &Spot| scene.corners_m(spot.0).iter().sum::<DVec3>() / 3.0;
+    let (low, high) = spots
+        .iter()
+        .map(center)
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+    let axis = (high - low).max_position();
+    let middle = spots.len() / 2;
+    spots.select_nth_unstable_by(middle, |a, b| center(a)[axis].total_cmp(&center(b)[axis]).then(a.0.cmp(&b.0)));
+    let (first, second) = spots.split_at_mut(middle);
+    halve(scene, first, most, parts);
+    halve(scene, second, most, parts);
+}
+
+/// What the looks from one point found.
+#[derive(Default)]
+struct Found {
+    /// Importance of emitters that were seen, that were hidden, and that were not looked at.
+    seen: f64,
+    hidden: f64,
+    rest: f64,
+    rays: u64,
+}
+
+/// Looks around from a region; the luminaires in sight where nearly all unshadowed light is hidden from some point of it,
+/// and the rays.
+fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<Sights>, u64) {
+    let areas: Vec<f64> = spots
+        .iter()
+        .scan(0.0, |sum, (triangle, _)| {
+            *sum += scene.triangle_area_m2(*triangle);
+            Some(*sum)
+        })
+        .collect();
+    let mut stream = Stream::new(SEED, Purpose::Pilot, region, 0);
+    let mut look_from =
+        |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&Found, u32) -> bool| {
+            stream.seek(index);
+            let aim = (index % points) as f64 + stream.unit();
+            let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
+            let spot = spots[place.min(spots.len() - 1)];
+            look_around(stage, spot, &mut stream, show, enough)
+        };
+
+    let mut rays = 0;
+    let mut most_is_hidden = false;
+    for index in 0..FIRST_POINTS {
+        let enough = |found: &Found, looks: u32| found.seen >= found.rest || looks >= FIRST_LOOKS;
+        let found = look_from(index, FIRST_POINTS, &mut |_, _| {}, &enough);
+        rays += found.rays;
+        // In full shadow there is nothing to find.
+        let may_find = found.seen + found.rest > 0.0;
+        most_is_hidden |= may_find && found.hidden > HIDDEN * (found.hidden + found.seen);
+    }
+    if !most_is_hidden {
+        return (None, rays);
+    }
+
+    let mut shares: Vec<(u32, f64)> = Vec::new();
+    for index in 0..POINTS {
+        let first = shares.len();
+        let enough = |found: &Found, looks: u32| found.rest <= REST * found.seen || looks >= LOOKS;
+        let mut show = |emitter: u32, lx: f64| shares.push((emitter, lx));
+        rays += look_from(FIRST_POINTS + index, POINTS, &mut show, &enough).rays;
+        // Every point has one vote, however dark it is there.
+        let sum: f64 = shares[first..].iter().map(|(_, lx)| lx).sum();
+        shares[first..].iter_mut().for_each(|(_, lx)| *lx /= sum);
+    }
+    shares.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    if total.is_nan() || total <= 0.0 {
+        return (None, rays);
+    }
+    let mut sights = Sights { emitters: Vec::new(), cumulative: Vec::new() };
+    let mut before = 0.0;
+    for same in shares.chunk_by(|a, b| a.0 == b.0) {
+        before += same.iter().map(|(_, share)| share).sum::<f64>() / total;
+        sights.emitters.push(same[0].0);
+        sights.cumulative.push(before);
+    }
+    (Some(sights), rays)
+}
+
+/// Looks at one emitter after the other from a random point of a side, strong ones first, and shows those in sight with
+/// what they bring in lx.
+fn look_around(
+    stage: &Stage,
+    (triangle, side): Spot,
+    stream: &mut Stream,
+    show: &mut dyn FnMut(u32, f64),
+    enough: &dyn Fn(&Found, u32) -> bool,
+) -> Found {
+    let origin = stage.tracer.surface_origin(triangle, uniform_triangle(stream.pair()), side);
+    let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal(triangle, side));
+    let mut found = Found::default();
+    let mut looks = 0;
+    stage.emitters.strongest_first(point_m, normal, |index, importance, rest| {
+        let look = stage.emitters.list()[index as usize].look(point_m, normal, stream);
+        let lx = look.map_or(0.0, |look| {
+            found.rays += 1;
+            let seen = look.place.map_or(0.0, |place| stage.transmittance(&origin, &stage.origin(&place)));
+            look.unshadowed_lx * seen
+        });
+        looks += 1;
+        found.rest = rest;
+        if lx > 0.0 {
+            found.seen += importance;
+            show(index, lx);
+        } else {
+            found.hidden += importance;
+        }
+        !enough(&found, looks)
+    });
+    found
+}
