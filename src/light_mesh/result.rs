@@ -122,20 +122,21 @@ impl Planner<'_> {
 
     fn map_of(&self, entries: &Entries, lights: &[EntryLight], measured: &Measured, by_mesh: bool) -> (MapResult, f64) {
         let mean_lx = mean_lx(entries, lights);
-        let random_lx = random_lx(entries, lights, EntryLight::halves_lx);
-        // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places.
+        let halves_lx = random_lx(entries, lights, EntryLight::halves_lx);
+        // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places. Of k
+        // places, each with a difference of its own, that is short by this much in one case in twenty.
+        let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
+        let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
         let of_places_lx = if measured.indirect == MeanSquare::default() {
-            random_lx
+            short * halves_lx
         } else {
-            self::random_lx(entries, lights, |light| light.direct_lx)
+            short * random_lx(entries, lights, |light| light.direct_lx)
         };
+        let random_lx = halves_lx.max(of_places_lx);
         let squares = measured.total().mean.max(0.0) + of_places_lx.powi(2);
         let estimated_lx = squares.max(random_lx.powi(2)).sqrt();
         let bias_lx = (estimated_lx.powi(2) - random_lx.powi(2)).max(0.0).sqrt();
-        // Of k places' own noise, each a number of its own, the error's estimate is short by this much in one case in twenty.
-        let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
-        let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
-        let upper_lx = measured.total().upper_root_lx().hypot(short * of_places_lx).max(estimated_lx);
+        let upper_lx = measured.total().upper_root_lx().hypot(of_places_lx).max(estimated_lx);
         let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
         let error_of = |light: &EntryLight| {
             if light.is_known {
