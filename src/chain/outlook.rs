@@ -105,17 +105,9 @@ impl Outlook {
         self.rays
     }
 
-    /// Changes the emitters' weights for a look from a side of a triangle as the choices of walks are changed.
-    pub fn share_out(&self, spot: Spot, weights: &mut [f64]) {
-        let Some(sights) = self.sights_from(spot) else {
-            return;
-        };
-        let total: f64 = weights.iter().sum();
-        let any = ANY * total / weights.len() as f64;
-        weights.iter_mut().for_each(|weight| *weight = *weight * (1.0 - SEEN - ANY) + any);
-        for emitter in &sights.emitters {
-            weights[*emitter as usize] += SEEN * total * sights.probability(*emitter);
-        }
+    /// Whether choices from a side of a triangle need help.
+    pub fn helps_from(&self, spot: Spot) -> bool {
+        self.sights_from(spot).is_some()
     }
 
     #[inline]

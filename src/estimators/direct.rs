@@ -35,6 +35,7 @@ pub struct DirectPass {
     total: f64,
     /// Emitters that a look ahead found hidden.
     hidden: Vec<u32>,
+    cut: Cut,
 }
 
 /// A point that receives light.
@@ -126,8 +127,8 @@ impl DirectPass {
         (sum_lx, rays)
     }
 
-    /// One unbiased sample of the direct illuminance at a point in lx from `count` looks, at emitters weighed by a cheap
-    /// bound of what they bring, and by whether they are in sight from the side of a triangle that the point is on.
+    /// One unbiased sample of the direct illuminance at a point on a side of a triangle in lx from `count` looks: equal
+    /// steps through the choice that walks make.
     pub fn looks(
         &mut self,
         stage: &Stage,
@@ -136,10 +137,30 @@ impl DirectPass {
         count: usize,
         stream: &mut Stream,
     ) -> (f64, u64) {
-        self.weigh(stage, |emitter| emitter.importance(receiver.point_m, receiver.normal));
-        stage.outlook.share_out(spot, &mut self.importance);
-        self.total = self.importance.iter().sum();
-        self.choose_looks(stage, receiver, count, stream)
+        let first = stream.fine_unit();
+        let needs_help = stage.outlook.helps_from(spot);
+        if !needs_help {
+            stage.emitters.open(receiver.point_m, receiver.normal, &mut self.cut);
+        }
+        let (mut sum_lx, mut rays) = (0.0, 0);
+        for step in 0..count {
+            let variate = (first + step as f64) / count as f64;
+            let (point_m, normal) = (receiver.point_m, receiver.normal);
+            let chosen = if needs_help {
+                stage.choose_emitter(spot, point_m, normal, variate, &mut self.cut)
+            } else {
+                stage.emitters.choose_again(point_m, normal, variate, &self.cut)
+            };
+            let Some((index, probability)) = chosen else {
+                continue;
+            };
+            stream.turn_to((u64::from(index) << 32) | step as u64);
+            if let Some(look) = stage.emitters.list()[index as usize].look(point_m, normal, stream) {
+                sum_lx += look.unshadowed_lx / probability * seen_share(stage, &look, receiver);
+                rays += 1;
+            }
+        }
+        (sum_lx / count as f64, rays)
     }
 
     fn weigh(&mut self, stage: &Stage, weight: impl Fn(&Emitter) -> f64) {
@@ -172,33 +193,6 @@ impl DirectPass {
                 sum_lx += look.unshadowed_lx * weight * seen_share(stage, &look, receiver);
                 rays += 1;
             }
-        }
-        (sum_lx, rays)
-    }
-
-    /// Equal steps through the emitters' cumulative importance, so that strong ones are looked at several times and none
-    /// is ever left out.
-    fn choose_looks(&self, stage: &Stage, receiver: &Receiver, count: usize, stream: &mut Stream) -> (f64, u64) {
-        if self.total <= 0.0 {
-            return (0.0, 0);
-        }
-        let step = self.total / count as f64;
-        let mut next = stream.fine_unit() * step;
-        let mut before = 0.0;
-        let mut sum_lx = 0.0;
-        let mut rays = 0;
-        for (number, (emitter, importance)) in stage.emitters.list().iter().zip(&self.importance).enumerate() {
-            let mut looks = 0;
-            while next < before + importance {
-                next += step;
-                stream.turn_to(((number as u64) << 32) | looks);
-                looks += 1;
-                if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
-                    sum_lx += look.unshadowed_lx * (step / importance) * seen_share(stage, &look, receiver);
-                    rays += 1;
-                }
-            }
-            before += importance;
         }
         (sum_lx, rays)
     }

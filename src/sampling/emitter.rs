@@ -61,6 +61,8 @@ pub struct Emitter {
     pub luminous_flux_lm: f64,
     shape: Shape,
     beacon: Beacon,
+    /// Whether it is a triangle that fills little of its ball.
+    is_needle: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -264,10 +266,14 @@ impl Emitter {
     }
 
     /// A cheap stand-in for [`Emitter::unshadowed_lx`], 0 only where that is 0: its share decides how often the
-    /// emitter is looked at.
+    /// emitter is looked at. Beside a needle it is what that brings: its ball says far too little.
     #[inline]
     pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
-        self.beacon.importance(point_m, normal)
+        let importance = self.beacon.importance(point_m, normal);
+        if self.is_needle && importance > 0.0 && self.beacon.is_near(point_m) {
+            return importance.max(self.unshadowed_lx(point_m, normal));
+        }
+        importance
     }
 
     /// One look at the emitter from a point with a unit normal; `None` where it brings nothing.

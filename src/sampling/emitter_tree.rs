@@ -35,6 +35,8 @@ const ROUNDING: f64 = 1e-13;
 pub struct Cut {
     open: Vec<u32>,
     groups: Vec<Group>,
+    /// Importance of all groups together.
+    total: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -114,9 +116,28 @@ impl EmitterTree {
     }
 
     /// Chooses an emitter for a point with a unit normal by a variate in [0, 1); returns it with the probability of
-    /// the choice, or `None` where the way down ends at emitters that bring nothing. `cut` is room for the groups.
-    pub fn choose(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(u32, f64)> {
-        let total = self.open_near_groups(point_m, normal, cut);
+    /// the choice, or `None` where the way down ends at emitters that bring nothing. `near_lx` weighs an emitter
+    /// near by, whose ball may say too little; `cut` is room for the groups.
+    pub fn choose(
+        &self,
+        point_m: DVec3,
+        normal: DVec3,
+        variate: f64,
+        near_lx: impl Fn(u32) -> f64,
+        cut: &mut Cut,
+    ) -> Option<(u32, f64)> {
+        self.open(point_m, normal, near_lx, cut);
+        self.choose_again(point_m, normal, variate, cut)
+    }
+
+    /// Makes `cut` ready for any number of choices at a point with a unit normal.
+    pub fn open(&self, point_m: DVec3, normal: DVec3, near_lx: impl Fn(u32) -> f64, cut: &mut Cut) {
+        cut.total = self.open_near_groups(point_m, normal, near_lx, cut);
+    }
+
+    /// Chooses as [`EmitterTree::choose`] does, at the point and normal for which `cut` was opened.
+    pub fn choose_again(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
+        let total = cut.total;
         if total <= 0.0 {
             return None;
         }
@@ -132,9 +153,16 @@ impl EmitterTree {
     }
 
     /// Probability with which [`EmitterTree::choose`] chooses an emitter for a point with a unit normal.
-    pub fn probability(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
+    pub fn probability(
+        &self,
+        emitter: u32,
+        point_m: DVec3,
+        normal: DVec3,
+        near_lx: impl Fn(u32) -> f64,
+        cut: &mut Cut,
+    ) -> f64 {
         let place = self.place_of[emitter as usize];
-        let total = self.open_near_groups(point_m, normal, cut);
+        let total = self.open_near_groups(point_m, normal, near_lx, cut);
         let mut before = 0.0;
         for group in &cut.groups {
             let mut node = &self.nodes[group.node as usize];
@@ -192,21 +220,27 @@ impl EmitterTree {
     }
 
     /// Lists the groups that stand far enough to be judged as one, with their running sum of importance.
-    fn open_near_groups(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
+    fn open_near_groups(&self, point_m: DVec3, normal: DVec3, near_lx: impl Fn(u32) -> f64, cut: &mut Cut) -> f64 {
         cut.groups.clear();
         cut.open.clear();
         cut.open.push(self.nodes.len() as u32 - 1);
         let mut cumulative = 0.0;
         while let Some(index) = cut.open.pop() {
             let node = &self.nodes[index as usize];
-            if let Content::Children(left, right) = node.content
-                && node.beacon.is_near(point_m)
-            {
-                cut.open.push(right);
-                cut.open.push(left);
-                continue;
+            let is_near = node.beacon.is_near(point_m);
+            let mut importance = node.beacon.importance(point_m, normal);
+            match node.content {
+                Content::Children(left, right) if is_near => {
+                    cut.open.push(right);
+                    cut.open.push(left);
+                    continue;
+                }
+                // The ball about a needle says little of the light beside it.
+                Content::Emitter(emitter) if is_near && importance > 0.0 => {
+                    importance = importance.max(near_lx(emitter))
+                }
+                _ => {}
             }
-            let importance = node.beacon.importance(point_m, normal);
             if importance > 0.0 {
                 cumulative += importance;
                 cut.groups.push(Group { node: index, cumulative });
@@ -298,7 +332,7 @@ mod tests {
             let mut told = vec![0.0; beacons.len()];
             for i in 0..N {
                 if let Some((emitter, probability)) =
-                    tree.choose(point, normal, (f64::from(i) + 0.5) / f64::from(N), &mut cut)
+                    tree.choose(point, normal, (f64::from(i) + 0.5) / f64::from(N), |_| 0.0, &mut cut)
                 {
                     counts[emitter as usize] += 1;
                     told[emitter as usize] = probability;
@@ -309,7 +343,7 @@ mod tests {
                 // The variates are equidistant: a share is met within a few of them.
                 let share = f64::from(counts[emitter]) / f64::from(N);
                 assert!((share - told[emitter]).abs() < 8.0 / f64::from(N), "{emitter}: {share} {}", told[emitter]);
-                let asked = tree.probability(emitter as u32, point, normal, &mut cut);
+                let asked = tree.probability(emitter as u32, point, normal, |_| 0.0, &mut cut);
                 assert!(told[emitter] == 0.0 || (asked / told[emitter] - 1.0).abs() < 1e-12, "{emitter}: {asked}");
                 let brings = beacon.importance(point, normal) > 0.0;
                 let expected = brings && beacon.importance(point, normal) > 1e-4 * total;

@@ -36,7 +36,8 @@ impl Emitters {
             let mut push = |luminous_flux_lm: f64, shape: Shape| {
                 if luminous_flux_lm > 0.0 {
                     let beacon = shape.beacon();
-                    list.push(Emitter { luminaire, luminous_flux_lm, shape, beacon });
+                    let is_needle = matches!(&shape, Shape::Triangle(triangle) if triangle.is_needle());
+                    list.push(Emitter { luminaire, luminous_flux_lm, shape, beacon, is_needle });
                 }
             };
             match &source.emission {
@@ -119,7 +120,8 @@ impl Emitters {
 
     /// Probability with which [`Emitters::choose_for`] chooses an emitter.
     pub fn probability_for(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
-        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, cut))
+        let near_lx = |near: u32| self.list[near as usize].importance(point_m, normal);
+        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, near_lx, cut))
     }
 
     /// The emitters.
@@ -136,7 +138,21 @@ impl Emitters {
     /// its number with the probability of the choice. `None`: this choice brings nothing.
     #[inline]
     pub fn choose_for(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(u32, f64)> {
-        self.tree.as_ref()?.choose(point_m, normal, variate, cut)
+        let near_lx = |near: u32| self.list[near as usize].importance(point_m, normal);
+        self.tree.as_ref()?.choose(point_m, normal, variate, near_lx, cut)
+    }
+
+    /// Makes `cut` ready for any number of choices by [`Emitters::choose_again`] at a point with a unit normal.
+    pub fn open(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) {
+        let near_lx = |near: u32| self.list[near as usize].importance(point_m, normal);
+        if let Some(tree) = &self.tree {
+            tree.open(point_m, normal, near_lx, cut);
+        }
+    }
+
+    /// Chooses as [`Emitters::choose_for`] does, at the point and normal for which `cut` was opened.
+    pub fn choose_again(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
+        self.tree.as_ref()?.choose_again(point_m, normal, variate, cut)
     }
 
     /// Shows the emitters that may bring something to a point with a unit normal, strong ones about first, until `show`
@@ -184,7 +200,7 @@ impl PointEmitters {
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> Option<(PointLook<'_>, f64)> {
-        let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
+        let (index, probability) = self.tree.choose(point_m, normal, variate, |_| 0.0, cut)?;
         let emitter = &self.list[index as usize];
         let position_m = emitter.draw_point(stream)?;
         Some((PointLook { emitter, position_m, place: emitter.place_of_point(position_m) }, probability))

@@ -63,6 +63,11 @@ impl TriangleEmitter {
         TriangleEmitter { triangle, side, corners_m, normal, centroid_m, radius_m, area_m2, exitance_lm_m2 }
     }
 
+    /// Whether it fills little of the ball about it: halves of rectangles about twice as long as wide do.
+    pub(super) fn is_needle(&self) -> bool {
+        self.area_m2 < 0.6 * self.radius_m * self.radius_m
+    }
+
     /// The barycentric coordinates of the scene's triangle for those of this one (whose turn depends on the side).
     pub(super) fn place(&self, [u, v]: [f64; 2]) -> Place {
         let barycentric = if self.side == Side::Front { [u, v] } else { [v, u] };
