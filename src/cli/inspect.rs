@@ -130,6 +130,7 @@ fn mesh_text(mesh: &MeshFaults) -> String {
     }
     for (faults, what) in [
         (&mesh.duplicate_triangles, "triangles lie on others"),
+        (&mesh.overlapping_triangles, "pairs of triangles cover each other in one plane"),
         (&mesh.turned_edges, "edges have neighbours that face opposite ways"),
         (&mesh.odd_edges, "edges have three triangles, or another odd number"),
         (&mesh.t_junctions, "T-junctions: vertices in the middle of another triangle's edge"),
@@ -141,6 +142,9 @@ fn mesh_text(mesh: &MeshFaults) -> String {
     }
     if !mesh.t_junctions_looked_for {
         text += "T-junctions were not looked for: the mesh has too many open edges\n";
+    }
+    if !mesh.overlaps_looked_for {
+        text += "not all overlaps in one plane were looked for: too many triangles lie in it\n";
     }
     text
 }

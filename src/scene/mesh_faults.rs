@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::coplanar::coplanar_overlaps;
 use super::model::Scene;
 use super::shells::{Shell, one_vertex_a_place, plain_shells_over, size_m, sorted_edges};
 
@@ -22,6 +23,8 @@ const MOST_CORNERS: usize = 32;
 /// it, a fraction of one when a scene is read.
 const MOST_LOOKS: usize = 1_000_000_000;
 const MOST_LOOKS_WHEN_READ: usize = 50_000_000;
+/// A pair of triangles in one plane costs so many of them.
+const LOOKS_A_PAIR: usize = 5;
 
 /// What a scene's triangles do that closed rooms and solids don't.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -34,12 +37,16 @@ pub struct MeshFaults {
     pub t_junctions: Faults,
     /// Triangles with the very corners of an earlier one, facing the same way: both are hit by half of the rays, at random.
     pub duplicate_triangles: Faults,
+    /// Pairs of triangles that cover each other in part in one plane and face the same way: which is hit there is chance.
+    pub overlapping_triangles: Faults,
     /// Edges that two neighbours pass the same way: one of them has its normal turned over.
     pub turned_edges: Faults,
     /// Edges of three, five, … triangles.
     pub odd_edges: Faults,
     /// Whether T-junctions were looked for; in very large open meshes they are not.
     pub t_junctions_looked_for: bool,
+    /// Whether all pairs of triangles in one plane were looked at.
+    pub overlaps_looked_for: bool,
 }
 
 /// How often a fault was found, and where.
@@ -75,7 +82,13 @@ pub struct Hole {
 impl MeshFaults {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        let faults = [&self.t_junctions, &self.duplicate_triangles, &self.turned_edges, &self.odd_edges];
+        let faults = [
+            &self.t_junctions,
+            &self.duplicate_triangles,
+            &self.overlapping_triangles,
+            &self.turned_edges,
+            &self.odd_edges,
+        ];
         self.holes.is_empty() && faults.iter().all(|faults| faults.count == 0)
     }
 }
@@ -86,6 +99,10 @@ impl Faults {
         if self.places_m.len() < MOST_PLACES {
             self.places_m.push(place_m.to_array());
         }
+        self.name(surface);
+    }
+
+    fn name(&mut self, surface: &str) {
         if self.surfaces.len() < MOST_PLACES && !self.surfaces.iter().any(|name| name == surface) {
             self.surfaces.push(surface.to_string());
         }
@@ -134,6 +151,12 @@ fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks:
         faults.duplicate_triangles.add((place_m(a) + place_m(b) + place_m(c)) / 3.0, name(*triangle));
     }
     drop(by_corners);
+    let (overlaps, all_looked_at) = coplanar_overlaps(scene, vertex_of, most_looks / LOOKS_A_PAIR);
+    faults.overlaps_looked_for = all_looked_at;
+    for ([one, other], place) in overlaps {
+        faults.overlapping_triangles.add(place, name(one));
+        faults.overlapping_triangles.name(name(other));
+    }
     let single: Vec<u32> =
         (0..scene.triangles.len() as u32).filter(|triangle| doubled.binary_search(triangle).is_err()).collect();
     let edges = sorted_edges(&single, corners);
@@ -306,11 +329,20 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
             .warnings
             .push(format!("{MESH}too many open edges to look for T-junctions here; luxmc inspect looks longer"));
     }
+    if !found.overlaps_looked_for {
+        scene.warnings.push(format!(
+            "{MESH}too many triangles in one plane to look for all overlaps here; luxmc inspect looks longer"
+        ));
+    }
     let square_m2 = size_m(scene).powi(2);
     let kinds = [
         (
             &found.duplicate_triangles,
             "triangles have the very corners of others; rays hit either of the two, so take one away",
+        ),
+        (
+            &found.overlapping_triangles,
+            "pairs of triangles cover each other in one plane; rays hit either of the two, so part them by a millimetre or cut one",
         ),
         (
             &found.turned_edges,
@@ -405,6 +437,38 @@ mod tests {
         let found = faults(turned);
         assert_eq!((found.turned_edges.count, found.holes.len()), (4, 0), "{found:?}");
         assert!(found.turned_edges.places_m.contains(&[2.0, 0.0, 2.0]));
+    }
+
+    #[test]
+    fn triangles_that_cover_each_other_in_one_plane_are_counted_and_placed() {
+        // Two rectangles 1 m wide have a strip of 0.2 m in common: the halves of one meet those of the other.
+        let sheet = |name: &str, x: f64, v: &str, two_sided: bool| {
+            format!(
+                r#", {{ "name": "{name}", "type": "rectangle", "origin": [{x},1,1], "u": [1,0.3,0.2], "v": {v}, "two_sided": {two_sided}, "material": "m" }}"#
+            )
+        };
+        let all = ceiling("c", 0.0, 4.0);
+        let [up, down] = ["[0,0.5,0.1]", "[0,-0.5,-0.1]"];
+        let two = format!("{all}{}{}", sheet("p", 1.0, up, false), sheet("q", 1.8, up, false));
+        // The second starts 0.8 along u: its plane is the same only if it is moved along u itself.
+        assert_eq!(faults(&two).overlapping_triangles.count, 0);
+        let moved = sheet("q", 1.8, up, false).replace("[1.8,1,1]", "[1.8,1.24,1.16]");
+        let found = faults(&format!("{all}{}{moved}", sheet("p", 1.0, up, false)));
+        assert!(found.overlapping_triangles.count > 0 && found.overlaps_looked_for, "{found:?}");
+        assert_eq!(found.overlapping_triangles.surfaces, ["p", "q"]);
+        let [x, y, z] = found.overlapping_triangles.places_m[0];
+        assert!((1.8..2.0).contains(&x) && (1.2..1.8).contains(&y), "{found:?}");
+        let off = 0.3 * (x - 1.0) + 5.0 * (z - 1.0 - 0.2 * (x - 1.0)) - (y - 1.0);
+        assert!(off.abs() < 1e-9, "{off}: {x} {y} {z}");
+
+        // Sheets that face opposite ways hide each other's backs, unless both are met from both sides.
+        let turned = sheet("q", 1.8, down, false).replace("[1.8,1,1]", "[1.8,1.74,1.26]");
+        assert_eq!(faults(&format!("{all}{}{turned}", sheet("p", 1.0, up, false))).overlapping_triangles.count, 0);
+        let turned = turned.replace("false", "true");
+        assert!(faults(&format!("{all}{}{turned}", sheet("p", 1.0, up, true))).overlapping_triangles.count > 0);
+        // A box on the floor touches it from above.
+        let box_on_floor = r#", { "name": "b", "type": "box", "min": [1,1,0], "max": [2,2,1], "material": "m" }"#;
+        assert_eq!(faults(&format!("{all}{box_on_floor}")).overlapping_triangles.count, 0);
     }
 
     #[test]

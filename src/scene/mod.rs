@@ -3,6 +3,7 @@
 mod advice;
 mod advice_openings;
 mod arrays;
+mod coplanar;
 pub mod elements;
 mod error;
 mod file;

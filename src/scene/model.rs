@@ -336,23 +336,27 @@ pub struct ReceiverPoint {
 
 impl Scene {
     /// Corners of a triangle in m.
+    #[inline]
     pub fn corners_m(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|vertex| self.vertices_m[vertex as usize])
     }
 
     /// Area of a triangle in m².
+    #[inline]
     pub fn triangle_area_m2(&self, triangle: u32) -> f64 {
         let [a, b, c] = self.corners_m(triangle);
         0.5 * (b - a).cross(c - a).length()
     }
 
     /// Unit normal of a triangle's front.
+    #[inline]
     pub fn triangle_normal(&self, triangle: u32) -> DVec3 {
         let [a, b, c] = self.corners_m(triangle);
         (b - a).cross(c - a).normalize()
     }
 
     /// Surface of a triangle.
+    #[inline]
     pub fn surface_of(&self, triangle: u32) -> &Surface {
         &self.surfaces[self.triangle_surfaces[triangle as usize] as usize]
     }
