@@ -61,8 +61,6 @@ pub struct Emitter {
     pub luminous_flux_lm: f64,
     shape: Shape,
     beacon: Beacon,
-    /// Whether it is a triangle that fills little of its ball.
-    is_needle: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -270,7 +268,7 @@ impl Emitter {
     #[inline]
     pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
         let importance = self.beacon.importance(point_m, normal);
-        if self.is_needle && importance > 0.0 && self.beacon.is_near(point_m) {
+        if self.beacon.is_needle && importance > 0.0 && self.beacon.is_near(point_m) {
             return importance.max(self.unshadowed_lx(point_m, normal));
         }
         importance

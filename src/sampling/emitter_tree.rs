@@ -116,23 +116,23 @@ impl EmitterTree {
     }
 
     /// Chooses an emitter for a point with a unit normal by a variate in [0, 1); returns it with the probability of
-    /// the choice, or `None` where the way down ends at emitters that bring nothing. `near_lx` weighs an emitter
-    /// near by, whose ball may say too little; `cut` is room for the groups.
+    /// the choice, or `None` where the way down ends at emitters that bring nothing. `needle_lx` weighs a needle,
+    /// whose ball may say too little near by; `cut` is room for the groups.
     pub fn choose(
         &self,
         point_m: DVec3,
         normal: DVec3,
         variate: f64,
-        near_lx: impl Fn(u32) -> f64,
+        needle_lx: impl Fn(u32) -> f64,
         cut: &mut Cut,
     ) -> Option<(u32, f64)> {
-        self.open(point_m, normal, near_lx, cut);
+        self.open(point_m, normal, needle_lx, cut);
         self.choose_again(point_m, normal, variate, cut)
     }
 
     /// Makes `cut` ready for any number of choices at a point with a unit normal.
-    pub fn open(&self, point_m: DVec3, normal: DVec3, near_lx: impl Fn(u32) -> f64, cut: &mut Cut) {
-        cut.total = self.open_near_groups(point_m, normal, near_lx, cut);
+    pub fn open(&self, point_m: DVec3, normal: DVec3, needle_lx: impl Fn(u32) -> f64, cut: &mut Cut) {
+        cut.total = self.open_near_groups(point_m, normal, needle_lx, cut);
     }
 
     /// Chooses as [`EmitterTree::choose`] does, at the point and normal for which `cut` was opened.
@@ -158,11 +158,11 @@ impl EmitterTree {
         emitter: u32,
         point_m: DVec3,
         normal: DVec3,
-        near_lx: impl Fn(u32) -> f64,
+        needle_lx: impl Fn(u32) -> f64,
         cut: &mut Cut,
     ) -> f64 {
         let place = self.place_of[emitter as usize];
-        let total = self.open_near_groups(point_m, normal, near_lx, cut);
+        let total = self.open_near_groups(point_m, normal, needle_lx, cut);
         let mut before = 0.0;
         for group in &cut.groups {
             let mut node = &self.nodes[group.node as usize];
@@ -220,26 +220,26 @@ impl EmitterTree {
     }
 
     /// Lists the groups that stand far enough to be judged as one, with their running sum of importance.
-    fn open_near_groups(&self, point_m: DVec3, normal: DVec3, near_lx: impl Fn(u32) -> f64, cut: &mut Cut) -> f64 {
+    fn open_near_groups(&self, point_m: DVec3, normal: DVec3, needle_lx: impl Fn(u32) -> f64, cut: &mut Cut) -> f64 {
         cut.groups.clear();
         cut.open.clear();
         cut.open.push(self.nodes.len() as u32 - 1);
         let mut cumulative = 0.0;
         while let Some(index) = cut.open.pop() {
             let node = &self.nodes[index as usize];
-            let is_near = node.beacon.is_near(point_m);
+            if let Content::Children(left, right) = node.content
+                && node.beacon.is_near(point_m)
+            {
+                cut.open.push(right);
+                cut.open.push(left);
+                continue;
+            }
             let mut importance = node.beacon.importance(point_m, normal);
-            match node.content {
-                Content::Children(left, right) if is_near => {
-                    cut.open.push(right);
-                    cut.open.push(left);
-                    continue;
-                }
-                // The ball about a needle says little of the light beside it.
-                Content::Emitter(emitter) if is_near && importance > 0.0 => {
-                    importance = importance.max(near_lx(emitter))
-                }
-                _ => {}
+            if let Content::Emitter(emitter) = node.content
+                && node.beacon.is_needle
+                && importance > 0.0
+            {
+                importance = needle_lx(emitter);
             }
             if importance > 0.0 {
                 cumulative += importance;
@@ -294,13 +294,16 @@ fn joined(first: &Beacon, second: &Beacon) -> Beacon {
     };
     let center_m = first.center_m + along * lead;
     match first.profile_with(second) {
-        Some((intensity_cd, profile)) => Beacon { center_m, radius_m, axis: first.axis, intensity_cd, profile },
+        Some((intensity_cd, profile)) => {
+            Beacon { center_m, radius_m, axis: first.axis, intensity_cd, profile, is_needle: false }
+        }
         None => Beacon {
             center_m,
             radius_m,
             axis: DVec3::Z,
             intensity_cd: first.largest_intensity_cd() + second.largest_intensity_cd(),
             profile: Profile::Uniform,
+            is_needle: false,
         },
     }
 }
@@ -317,6 +320,7 @@ mod tests {
                 axis: -DVec3::Z,
                 intensity_cd: 10f64.powi(i % 5),
                 profile: if i % 3 == 0 { Profile::Cosine } else { Profile::Uniform },
+                is_needle: false,
             })
             .collect()
     }

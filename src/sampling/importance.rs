@@ -26,6 +26,8 @@ pub(super) struct Beacon {
     /// Intensity in cd that the profile multiplies.
     pub intensity_cd: f64,
     pub profile: Profile,
+    /// Whether it is a triangle that fills little of its ball, so that the ball says too little near by.
+    pub is_needle: bool,
 }
 
 /// How intensity depends on the angle from the axis.

@@ -17,6 +17,29 @@ pub fn tangents(normal: DVec3) -> [DVec3; 2] {
     ]
 }
 
+/// 1, −1/3!, 1/5!, …: the series of sin x / x in x².
+const SINE: [f64; 8] = [
+    1.0,
+    -1.0 / 6.0,
+    1.0 / 120.0,
+    -1.0 / 5_040.0,
+    1.0 / 362_880.0,
+    -1.0 / 39_916_800.0,
+    1.0 / 6_227_020_800.0,
+    -1.0 / 1_307_674_368_000.0,
+];
+/// −1/2!, 1/4!, …: the series of (cos x − 1) / x² in x².
+const COSINE: [f64; 8] = [
+    -1.0 / 2.0,
+    1.0 / 24.0,
+    -1.0 / 720.0,
+    1.0 / 40_320.0,
+    -1.0 / 3_628_800.0,
+    1.0 / 479_001_600.0,
+    -1.0 / 87_178_291_200.0,
+    1.0 / 20_922_789_888_000.0,
+];
+
 /// Sine and cosine of `turns` full turns, 0 to 1, to some 1e-15: a chain spends an eighth of its time here when the
 /// mathematical library, which must reduce any angle, does it.
 #[inline]
@@ -25,23 +48,10 @@ pub fn sin_cos_of_turns(turns: f64) -> (f64, f64) {
     let quarter = (4.0 * turns + 0.5).floor();
     let angle = (turns - 0.25 * quarter) * TAU;
     let a = angle * angle;
-    let sin = angle
-        * (1.0
-            - a / 6.0
-                * (1.0
-                    - a / 20.0
-                        * (1.0
-                            - a / 42.0
-                                * (1.0 - a / 72.0 * (1.0 - a / 110.0 * (1.0 - a / 156.0 * (1.0 - a / 210.0)))))));
-    let cos = 1.0
-        - a / 2.0
-            * (1.0
-                - a / 12.0
-                    * (1.0
-                        - a / 30.0
-                            * (1.0
-                                - a / 56.0
-                                    * (1.0 - a / 90.0 * (1.0 - a / 132.0 * (1.0 - a / 182.0 * (1.0 - a / 240.0)))))));
+    // Taylor's series; products by constants, since divisions would take most of the time.
+    let horner = |coefficients: [f64; 8]| coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * a + coefficient);
+    let sin = angle * horner(SINE);
+    let cos = 1.0 + a * horner(COSINE);
     match quarter as i32 & 3 {
         0 => (sin, cos),
         1 => (cos, -sin),

@@ -36,8 +36,7 @@ impl Emitters {
             let mut push = |luminous_flux_lm: f64, shape: Shape| {
                 if luminous_flux_lm > 0.0 {
                     let beacon = shape.beacon();
-                    let is_needle = matches!(&shape, Shape::Triangle(triangle) if triangle.is_needle());
-                    list.push(Emitter { luminaire, luminous_flux_lm, shape, beacon, is_needle });
+                    list.push(Emitter { luminaire, luminous_flux_lm, shape, beacon });
                 }
             };
             match &source.emission {
@@ -120,8 +119,8 @@ impl Emitters {
 
     /// Probability with which [`Emitters::choose_for`] chooses an emitter.
     pub fn probability_for(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
-        let near_lx = |near: u32| self.list[near as usize].importance(point_m, normal);
-        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, near_lx, cut))
+        let needle_lx = |needle: u32| self.list[needle as usize].importance(point_m, normal);
+        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, needle_lx, cut))
     }
 
     /// The emitters.
@@ -138,15 +137,15 @@ impl Emitters {
     /// its number with the probability of the choice. `None`: this choice brings nothing.
     #[inline]
     pub fn choose_for(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(u32, f64)> {
-        let near_lx = |near: u32| self.list[near as usize].importance(point_m, normal);
-        self.tree.as_ref()?.choose(point_m, normal, variate, near_lx, cut)
+        let needle_lx = |needle: u32| self.list[needle as usize].importance(point_m, normal);
+        self.tree.as_ref()?.choose(point_m, normal, variate, needle_lx, cut)
     }
 
     /// Makes `cut` ready for any number of choices by [`Emitters::choose_again`] at a point with a unit normal.
     pub fn open(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) {
-        let near_lx = |near: u32| self.list[near as usize].importance(point_m, normal);
+        let needle_lx = |needle: u32| self.list[needle as usize].importance(point_m, normal);
         if let Some(tree) = &self.tree {
-            tree.open(point_m, normal, near_lx, cut);
+            tree.open(point_m, normal, needle_lx, cut);
         }
     }
 

@@ -17,6 +17,7 @@ impl Shape {
             axis,
             intensity_cd,
             profile,
+            is_needle: false,
         };
         match self {
             Shape::Isotropic { position_m, intensity_cd } => {
@@ -31,6 +32,7 @@ impl Shape {
                 axis: web.frame[2],
                 intensity_cd: web.scale,
                 profile: web.profile.clone(),
+                is_needle: false,
             },
             Shape::Triangle(triangle) => Beacon {
                 center_m: triangle.centroid_m,
@@ -38,6 +40,7 @@ impl Shape {
                 axis: triangle.normal,
                 intensity_cd: triangle.exitance_lm_m2 * triangle.area_m2 / PI,
                 profile: Profile::Cosine,
+                is_needle: triangle.is_needle(),
             },
             Shape::Ball { center_m, radius_m, exitance_lm_m2 } => Beacon {
                 center_m: *center_m,
@@ -45,6 +48,7 @@ impl Shape {
                 axis: DVec3::Z,
                 intensity_cd: exitance_lm_m2 * radius_m * radius_m,
                 profile: Profile::Uniform,
+                is_needle: false,
             },
         }
     }
@@ -64,7 +68,7 @@ impl TriangleEmitter {
     }
 
     /// Whether it fills little of the ball about it: halves of rectangles about twice as long as wide do.
-    pub(super) fn is_needle(&self) -> bool {
+    fn is_needle(&self) -> bool {
         self.area_m2 < 0.6 * self.radius_m * self.radius_m
     }
 
