@@ -7,6 +7,7 @@ use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::polygon::polygon_illuminance_lx;
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
+use luxmc::estimators::images::AreaImages;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
     Accelerations, Counts, Entries, IndirectForm, LightMesh, Options, Placing, Samples, Solids, Surroundings,
@@ -47,17 +48,19 @@ struct World {
     stage: Stage,
     solids: Solids,
     samples: Samples,
+    images: AreaImages,
 }
 
 impl World {
     fn of(scene: Scene) -> World {
         let stage = Stage::new(&scene);
         let samples = Samples::of(&stage, Placing::Stratified, 1);
-        World { solids: Solids::of(&scene), samples, stage, scene }
+        World { solids: Solids::of(&scene), samples, images: AreaImages::of(&scene, &stage), stage, scene }
     }
 
     fn around(&self) -> Surroundings<'_> {
-        Surroundings { scene: &self.scene, stage: &self.stage, solids: &self.solids, samples: &self.samples }
+        let World { scene, stage, solids, samples, images } = self;
+        Surroundings { scene, stage, solids, samples, images }
     }
 
     /// Direct light of the first receiver set by a mesh, and what it took.
@@ -74,7 +77,7 @@ impl World {
     fn by_rays(&self) -> Vec<f64> {
         let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1);
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
-        let rays = DirectBy::Rays { passes: 1 };
+        let rays = DirectBy::Rays { first: 0, passes: 1 };
         let (lights, _) = light_of(&self.around(), &entries, &asked, &rays, &IndirectBy::Nothing, 1, 0);
         lights.iter().map(|light| light.direct_mean_lx()).collect()
     }

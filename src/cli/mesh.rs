@@ -19,7 +19,7 @@ pub struct MeshArguments {
     #[arg(long, value_name = "FORM", value_enum)]
     mesh_indirect: Option<Form>,
     /// With --method light-mesh: accelerations to switch off, with commas between
-    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', hide = true)]
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     mesh_without: Vec<Saving>,
 }
 
@@ -28,7 +28,7 @@ pub struct MeshArguments {
 enum Form {
     /// One number, whichever way a surface faces
     Scalar,
-    /// Spherical harmonics up to order 2
+    /// Spherical harmonics of low order
     Directional,
 }
 

@@ -128,6 +128,19 @@ pub fn sample_arriving_lx(
     follow_lm_m2(stage, start, |_, _| [1.0; 2], &mut Blank, cut, stream)
 }
 
+/// The same where a memory knows what comes after diffuse surfaces, or counts it by itself.
+pub fn gather_arriving_lx(
+    stage: &Stage,
+    origin: Origin,
+    direction: DVec3,
+    memory: &mut impl Memory,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let start = Start { origin, direction, departure: Departure::Seen };
+    follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream)
+}
+
 /// The same of a part of it: see [`sample_share_lx`].
 pub fn sample_arriving_share_lx(
     stage: &Stage,

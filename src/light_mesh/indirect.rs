@@ -4,130 +4,36 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
+use super::fit::Fit;
+use super::harmonics::{COEFFICIENTS, Harmonics};
 use super::lattice::{Index, Lattice};
 use super::mesh::{NEAREST, Surroundings};
 use super::options::IndirectForm;
 use super::solids::Walls;
 use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates};
-use crate::chain::Stage;
+use super::walks::{HALVES, images_at_place_lx, sample_along_lx, walks_at_place_lx};
 use crate::estimators::direct::Receiver;
-use crate::estimators::images::look_into_mirrors;
-use crate::estimators::walk::{sample_arriving_lx, sample_indirect_lx};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_sphere;
 
-/// Coefficients of spherical harmonics up to order 2.
-const COEFFICIENTS: usize = 9;
-/// Halves of the walks, for the random error.
-const HALVES: usize = 2;
 /// The map number of the streams of a mesh's walks, less the level of refinement.
 const GATHERING: u32 = u32::MAX - 1;
-/// The map number of the streams of looks into mirrors.
-const IMAGES: u32 = u32::MAX - 4;
 /// Walks of a mesh point for each look into mirrors from a place.
 const WALKS_PER_LOOK: u32 = 32;
 /// Looks into mirrors from a place in each half, at most.
 const MOST_LOOKS: u32 = 64;
+/// Walks from points that are asked for after the run has been ended: every place gets a value, if a rough one.
+const HURRIED_WALKS: u32 = 32;
+
+/// Whether a limit or the user has ended the run.
+pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Coefficients of the light that arrives at a point, from each half of its walks.
 type Field = [[f64; COEFFICIENTS]; HALVES];
-
-/// Real spherical harmonics up to order 2 of a unit vector.
-fn harmonics(d: DVec3) -> [f64; COEFFICIENTS] {
-    let band = |l: f64| (l / PI).sqrt();
-    let (linear, quadratic) = (0.5 * band(3.0), 0.5 * band(15.0));
-    [
-        0.5 * band(1.0),
-        linear * d.y,
-        linear * d.z,
-        linear * d.x,
-        quadratic * d.x * d.y,
-        quadratic * d.y * d.z,
-        0.25 * band(5.0) * (3.0 * d.z * d.z - 1.0),
-        quadratic * d.z * d.x,
-        0.5 * quadratic * (d.x * d.x - d.y * d.y),
-    ]
-}
-
-/// What the clamped cosine leaves of each order, over π: 1, 2/3, 1/4 (Ramamoorthi and Hanrahan 2001, "An efficient
-/// representation for irradiance environment maps").
-const COSINE: [f64; COEFFICIENTS] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
-
-/// Illuminance of a surface with this normal, in the unit of π times luminance that the field has.
-fn illuminance(field: &[f64; COEFFICIENTS], normal: DVec3, form: IndirectForm) -> f64 {
-    let y = harmonics(normal);
-    match form {
-        IndirectForm::Scalar => field[0] * y[0],
-        IndirectForm::Directional => (0..COEFFICIENTS).map(|i| COSINE[i] * field[i] * y[i]).sum::<f64>(),
-    }
-}
-
-/// What the points of a set would bring to a place's plane, and the linear function of their offsets that fits it best:
-/// its value at the place has no error of first order, neither from the height that the set lies at nor from a set that
-/// lies to one side.
-struct Fit {
-    members: f64,
-    /// Σ o and Σ o oᵀ of the offsets over the radius.
-    sum: DVec3,
-    square: DMat3,
-    /// Σ E and Σ E o of each half.
-    lx: [f64; HALVES],
-    moment: [DVec3; HALVES],
-}
-
-/// Least determinant of the offsets' covariance, over the radius to the sixth: a whole half ball's is 0.0024, a flat set's 0.
-const LEAST_SPREAD: f64 = 2e-4;
-
-/// Added to the offsets' sums of squares, which are in units of the radius: as much as one more member a radius away along
-/// every axis. The slopes of small sets bring more chance than they take error; this draws them towards 0.
-const RIDGE: f64 = 1.0;
-
-impl Fit {
-    /// No member yet, but the ridge.
-    fn empty() -> Fit {
-        Fit {
-            members: 0.0,
-            sum: DVec3::ZERO,
-            square: DMat3::IDENTITY * RIDGE,
-            lx: [0.0; HALVES],
-            moment: [DVec3::ZERO; HALVES],
-        }
-    }
-
-    fn add(&mut self, offset: DVec3, lx: [f64; HALVES]) {
-        self.members += 1.0;
-        self.sum += offset;
-        self.square += DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z);
-        for ((sum_lx, moment), lx) in self.lx.iter_mut().zip(&mut self.moment).zip(lx) {
-            *sum_lx += lx;
-            *moment += lx * offset;
-        }
-    }
-
-    fn mean(&self) -> [f64; HALVES] {
-        self.lx.map(|lx| (lx / self.members).max(0.0))
-    }
-
-    /// The fit's value at the place; the mean where the set is too flat for a slope.
-    fn at_place(&self) -> [f64; HALVES] {
-        let center = self.sum / self.members;
-        let outer = DMat3::from_cols(center * center.x, center * center.y, center * center.z);
-        let spread = self.square * (1.0 / self.members) - outer;
-        if spread.determinant() < LEAST_SPREAD {
-            return self.mean();
-        }
-        let towards_place = spread.inverse() * -center;
-        [0, 1].map(|half| {
-            let mean = self.lx[half] / self.members;
-            let slope = self.moment[half] / self.members - mean * center;
-            (mean + slope.dot(towards_place)).max(0.0)
-        })
-    }
-}
 
 /// How indirect light is gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -187,11 +93,13 @@ pub struct IndirectMesh<'a> {
     /// How it gathers.
     pub gathering: Gathering,
     lattice: Lattice,
+    harmonics: Harmonics,
     templates: Templates,
     walls: Walls,
     tree: SparseTree<[OnceLock<Option<Box<Field>>>; LEAF_POINTS]>,
     least_height_m: f64,
     seed: u64,
+    stop: Stop<'a>,
 }
 
 impl<'a> IndirectMesh<'a> {
@@ -201,10 +109,12 @@ impl<'a> IndirectMesh<'a> {
         bounds_m: [DVec3; 2],
         gathering: Gathering,
         seed: u64,
+        stop: Stop<'a>,
     ) -> Option<IndirectMesh<'a>> {
         let Gathering { step_m, radius_m, .. } = gathering;
         let lattice = Lattice::over(bounds_m, step_m, radius_m)?;
         Some(IndirectMesh {
+            harmonics: Harmonics::new(),
             templates: Templates::new(radius_m / step_m),
             walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m),
             tree: SparseTree::over(&lattice)?,
@@ -213,21 +123,22 @@ impl<'a> IndirectMesh<'a> {
             gathering,
             around,
             seed,
+            stop,
         })
     }
 
     /// Indirect illuminance of a place in lx by each half of the walks: what the points of its set would bring to the
     /// place's plane (directional: their linear fit, scalar: their mean), and what the place itself finds in flat mirrors.
     pub fn indirect_lx(&self, receiver: &Receiver, place_number: u64, room: &mut GatherRoom) -> [f64; HALVES] {
-        let (stage, walks) = (self.around.stage, self.gathering.walks);
+        let walks = self.gathering.walks;
         let gathered_lx = self.gathered_lx(receiver, room);
         let GatherRoom { cut, counts, .. } = room;
         let (lx, rays) = match gathered_lx {
             // Walks look into mirrors themselves.
-            None => walks_at_place_lx(stage, receiver, place_number, walks, self.seed, cut),
+            None => walks_at_place_lx(&self.around, receiver, place_number, [0, walks], self.seed, cut),
             Some(gathered_lx) => {
                 let looks = walks.div_ceil(WALKS_PER_LOOK).min(MOST_LOOKS);
-                let (images_lx, rays) = images_at_place_lx(stage, receiver, place_number, looks, self.seed, cut);
+                let (images_lx, rays) = images_at_place_lx(&self.around, receiver, place_number, looks, self.seed, cut);
                 ([0, 1].map(|half| gathered_lx[half] + images_lx[half]), rays)
             }
         };
@@ -243,6 +154,7 @@ impl<'a> IndirectMesh<'a> {
         let (cell, _) = self.lattice.cell_of(place_m);
         let near_squared = (NEAREST * self.gathering.step_m).powi(2);
         let tracer = &self.around.stage.tracer;
+        let of_normal = self.harmonics.of(normal);
         let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
         loop {
             let mut fit = Fit::empty();
@@ -260,7 +172,7 @@ impl<'a> IndirectMesh<'a> {
                         continue;
                     }
                 }
-                let lx = [0, 1].map(|half| illuminance(&field[half], normal, self.gathering.form));
+                let lx = [0, 1].map(|half| self.harmonics.illuminance(&field[half], &of_normal, self.gathering.form));
                 fit.add(candidate.offset_m / self.gathering.radius_m, lx);
             }
             // With one of the nearest points inside of a solid, the place may lie under it: each point is tested.
@@ -289,149 +201,26 @@ impl<'a> IndirectMesh<'a> {
         }
         counts.points += 1;
         let origin = self.around.stage.tracer.free_origin(position_m);
+        let walks = if (self.stop)() { HURRIED_WALKS.min(self.gathering.walks) } else { self.gathering.walks };
         let mut field = Box::new([[0.0; COEFFICIENTS]; HALVES]);
         // Half the key in the replica's number, half in the index: no two points share a stream.
         let key = self.lattice.key(index);
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, GATHERING, (key >> 32) as u32);
         for (half, field) in field.iter_mut().enumerate() {
-            for walk in 0..u64::from(self.gathering.walks) / HALVES as u64 {
+            for walk in 0..u64::from(walks) / HALVES as u64 {
                 let number = (walk * HALVES as u64) + half as u64;
                 // Each half of each point has a sequence of its own, scrambled apart from all others.
                 stream.seek_quasi((key << 32) | number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
                 let direction = uniform_sphere(stream.pair());
-                let (arriving, rays) = sample_arriving_lx(self.around.stage, origin, direction, cut, &mut stream);
+                let (arriving, rays) = sample_along_lx(&self.around, origin, direction, cut, &mut stream);
                 counts.walk_rays += rays;
-                let y = harmonics(direction);
-                (0..COEFFICIENTS).for_each(|i| field[i] += arriving * y[i]);
+                let y = self.harmonics.of(direction);
+                field.iter_mut().zip(y).for_each(|(sum, y)| *sum += arriving * y);
             }
         }
         // ∫ f Y dω = 4π · mean, for each half of the walks.
-        let scale = 4.0 * PI * HALVES as f64 / f64::from(self.gathering.walks);
+        let scale = 4.0 * PI * HALVES as f64 / f64::from(walks);
         field.iter_mut().flatten().for_each(|coefficient| *coefficient *= scale);
         Some(field)
-    }
-}
-
-/// What images of point-like luminaires in flat mirrors bring to a place, in two halves, and the rays they took: no ray of
-/// a walk meets them, and harmonics would blur them.
-pub fn images_at_place_lx(
-    stage: &Stage,
-    receiver: &Receiver,
-    place_number: u64,
-    looks: u32,
-    seed: u64,
-    cut: &mut Cut,
-) -> ([f64; HALVES], u64) {
-    let Some(mirrors) = &stage.mirrors else { return ([0.0; HALVES], 0) };
-    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
-    for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
-        let mut stream = Stream::new(seed, Purpose::LightMesh, IMAGES, half as u32);
-        for look in 0..looks {
-            stream.seek_quasi((place_number << 32) | u64::from(look), place_number, u64::from(look));
-            let (lx, look_rays) = look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, &mut stream);
-            *sum_lx += lx / f64::from(looks);
-            rays += look_rays;
-        }
-    }
-    (sum_lx, rays)
-}
-
-/// Indirect illuminance by walks from the place itself, in two halves, and the rays they took.
-pub fn walks_at_place_lx(
-    stage: &Stage,
-    receiver: &Receiver,
-    place_number: u64,
-    walks: u32,
-    seed: u64,
-    cut: &mut Cut,
-) -> ([f64; HALVES], u64) {
-    let mut stream = Stream::new(seed, Purpose::LightMesh, GATHERING - 1, 0);
-    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
-    for walk in 0..walks {
-        let half = walk as usize % HALVES;
-        let sequence = HALVES as u64 * place_number + half as u64;
-        stream.seek_quasi((place_number << 32) | u64::from(walk), sequence, u64::from(walk) / HALVES as u64);
-        let (lx, walk_rays) = sample_indirect_lx(stage, receiver, cut, &mut stream);
-        rays += walk_rays;
-        sum_lx[half] += lx;
-    }
-    (sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(walks)), rays)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// 1/φ: steps of it cover a turn evenly.
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-
-    /// A linear field is met by any set with a slope, as nearly as its members outnumber the ridge, and by the mean only
-    /// where the set lies around the place.
-    #[test]
-    fn the_fit_knows_no_error_of_first_order() {
-        let lx = |offset: DVec3| 5.0 + offset.dot(DVec3::new(1.0, -2.0, 3.0));
-        let mut fit = Fit::empty();
-        fit.square = DMat3::ZERO;
-        for k in 0..2 {
-            for j in -1..=1 {
-                for i in -1..=1 {
-                    let offset = 0.45 * DVec3::new(f64::from(i) + 0.3, f64::from(j) - 0.2, f64::from(k) + 0.5);
-                    fit.add(offset, [lx(offset), 2.0 * lx(offset)]);
-                }
-            }
-        }
-        let [even, odd] = fit.at_place();
-        assert!((even - 5.0).abs() < 1e-12 && (odd - 10.0).abs() < 1e-12, "{even} {odd}");
-        assert!((fit.mean()[0] - 5.0).abs() > 1.0);
-        fit.square += DMat3::IDENTITY * RIDGE;
-        let off = (fit.at_place()[0] - 5.0).abs();
-        assert!(off < 0.5 * (fit.mean()[0] - 5.0).abs(), "eighteen members outweigh the ridge: {off}");
-        let mut flat = Fit::empty();
-        (0..4).for_each(|i| flat.add(DVec3::new(f64::from(i % 2), f64::from(i / 2), 0.5), [1.0, 2.0]));
-        assert_eq!(flat.at_place(), [1.0, 2.0]);
-    }
-
-    /// ∫ Y_i Y_j dω = δ_ij over a spiral of 20,000 directions.
-    #[test]
-    fn harmonics_are_orthonormal() {
-        const N: u32 = 20_000;
-        let mut products = [[0.0; COEFFICIENTS]; COEFFICIENTS];
-        for step in 0..N {
-            let direction =
-                uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
-            let y = harmonics(direction);
-            for (row, left) in products.iter_mut().zip(y) {
-                row.iter_mut().zip(y).for_each(|(sum, right)| *sum += left * right * 4.0 * PI / f64::from(N));
-            }
-        }
-        for (i, row) in products.iter().enumerate() {
-            for (j, product) in row.iter().enumerate() {
-                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-3, "{i} {j} {product}");
-            }
-        }
-    }
-
-    /// π L = 1 from above the plane z = 0 and nothing from below: a plane whose normal makes the angle θ with the z axis
-    /// receives (1 + cos θ)/2 exactly, and so say the harmonics up to order 2, whose next term has order 3.
-    #[test]
-    fn a_half_lit_sphere_gives_its_exact_illuminance() {
-        const N: u32 = 200_000;
-        let mut field = [0.0; COEFFICIENTS];
-        for step in 0..N {
-            let direction =
-                uniform_sphere([(f64::from(step) + 0.5) / f64::from(N), (f64::from(step) * GOLDEN).fract()]);
-            if direction.z > 0.0 {
-                let y = harmonics(direction);
-                (0..COEFFICIENTS).for_each(|i| field[i] += y[i] * 4.0 * PI / f64::from(N));
-            }
-        }
-        for cosine in [-1.0, -0.5, 0.0, 0.3, 1.0f64] {
-            let normal = DVec3::new(0.6 * (1.0 - cosine * cosine).sqrt(), 0.8 * (1.0 - cosine * cosine).sqrt(), cosine);
-            let exact = 0.5 * (1.0 + cosine);
-            let found = illuminance(&field, normal, IndirectForm::Directional);
-            assert!((found - exact).abs() < 1e-4, "{cosine}: {found} {exact}");
-            // A scalar gives half to every surface, whichever way it looks.
-            assert!((illuminance(&field, normal, IndirectForm::Scalar) - 0.5).abs() < 1e-4);
-        }
     }
 }

@@ -8,10 +8,8 @@ use super::exact::{Spot, look_at_all, looks_are_exact};
 use super::mesh::Surroundings;
 use super::sights::{SeenPlace, end_at};
 use super::tracing::EntryLight;
-use crate::estimators::direct::Receiver;
-use crate::estimators::luminance::sample_interreflected_cd_m2;
+use super::walks::sample_at_place_lx;
 use crate::estimators::sight::{SMALL_SHARE, Seen, look_along};
-use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -25,6 +23,8 @@ pub const INDIRECT_PLACES: usize = 128;
 const LOOKS: u64 = 32;
 /// Bits of a stream's index that count samples.
 const SAMPLE_BITS: u32 = 32;
+/// Bit of a stream's index that tells the halves apart.
+const HALF_BIT: u32 = 31;
 /// Quantile of the normal distribution of which one in twenty is above.
 pub const ONE_IN_TWENTY: f64 = 1.645;
 
@@ -178,7 +178,7 @@ fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream:
     (sum_lx, rays)
 }
 
-/// The same of its indirect light: a walk.
+/// One unbiased sample of the indirect light of an entry, a walk from every place that is in it, and its rays.
 fn sample_indirect(
     around: &Surroundings,
     entries: &Entries,
@@ -186,15 +186,25 @@ fn sample_indirect(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    if let Some(eye) = eye_of(around, entries, entry) {
-        let origin = around.stage.tracer.side_origin(eye.position_m, eye.normal);
-        let eye = Receiver { point_m: eye.position_m, normal: eye.normal, origin: &origin };
-        return sample_interreflected_cd_m2(around.stage, &eye, cut, stream);
-    }
     let (mut sum_lx, mut rays) = (0.0, 0);
+    if let Some(eye) = eye_of(around, entries, entry) {
+        let mut places: Vec<SeenPlace> = Vec::new();
+        let origin = around.stage.tracer.side_origin(eye.position_m, eye.normal);
+        rays += look_along(around.stage, &origin, eye.normal, SMALL_SHARE, stream, |seen| {
+            if let Seen::Surface(end) = seen {
+                end_at(around.stage, &end, &mut places);
+            }
+        });
+        for place in places {
+            let (lx, walk_rays) =
+                place.spot.ask(around.stage, |receiver| sample_at_place_lx(around, receiver, cut, stream));
+            sum_lx += place.weight_per_sr * lx;
+            rays += walk_rays;
+        }
+        return (sum_lx, rays);
+    }
     entries.each_drawn_spot(around, entry, stream, |spot: Spot, weight, stream| {
-        let (lx, walk_rays) =
-            spot.ask(around.stage, |receiver| sample_indirect_lx(around.stage, receiver, cut, stream));
+        let (lx, walk_rays) = spot.ask(around.stage, |receiver| sample_at_place_lx(around, receiver, cut, stream));
         sum_lx += weight * lx;
         rays += walk_rays;
     });
@@ -209,37 +219,86 @@ fn eye_of<'a>(around: &Surroundings<'a>, entries: &Entries, entry: usize) -> Opt
     }
 }
 
-/// Measures indirect light the same way, with walks; returns rays too.
-pub fn measure_indirect(
-    around: &Surroundings,
-    entries: &Entries,
-    chosen: &[(usize, EntryLight)],
-    walks: u64,
+/// Indirect light of chosen places by walks of their own, in two independent halves: what a mesh is compared with.
+pub struct Checked {
+    /// The places.
+    pub chosen: Vec<usize>,
+    /// Walks of each half.
+    pub walks: u64,
+    /// Rays that they took.
+    pub rays: u64,
+    halves_lx: Vec<[f64; 2]>,
     seed: u64,
     map: u32,
-) -> (MeanSquare, u64) {
-    let judged: Vec<(f64, u64)> = chosen
-        .par_iter()
-        .map(|(entry, light)| {
+}
+
+impl Checked {
+    /// Walks from chosen places, so many in each half.
+    pub fn of(
+        around: &Surroundings,
+        entries: &Entries,
+        chosen: Vec<usize>,
+        walks: u64,
+        seed: u64,
+        map: u32,
+    ) -> Checked {
+        let halves_lx = vec![[0.0; 2]; chosen.len()];
+        let mut checked = Checked { chosen, walks: 0, rays: 0, halves_lx, seed, map };
+        checked.add(around, entries, walks);
+        checked
+    }
+
+    /// More walks.
+    pub fn add(&mut self, around: &Surroundings, entries: &Entries, more: u64) {
+        let (done, all) = (self.walks, self.walks + more);
+        let (seed, map) = (self.seed, self.map);
+        let places = self.chosen.par_iter().zip(&mut self.halves_lx);
+        let rays = places.map(|(entry, halves_lx)| {
             let mut stream = Stream::new(seed, Purpose::LightMesh, map, 2);
             let mut cut = Cut::default();
             let mut rays = 0;
-            let mut half_lx = |half: u64| {
-                let mut sum_lx = 0.0;
-                for walk in 0..walks {
-                    let index = ((*entry as u64) << SAMPLE_BITS) | (half * walks + walk);
+            for (half, half_lx) in (0u64..).zip(halves_lx) {
+                let mut sum_lx = done as f64 * *half_lx;
+                for walk in done..all {
+                    let index = ((*entry as u64) << SAMPLE_BITS) | (half << HALF_BIT) | walk;
                     stream.seek_quasi(index, 2 * *entry as u64 + half, walk);
                     let (lx, walk_rays) = sample_indirect(around, entries, *entry, &mut cut, &mut stream);
                     sum_lx += lx;
                     rays += walk_rays;
                 }
-                sum_lx / walks as f64
-            };
-            let (first_lx, second_lx) = (half_lx(0), half_lx(1));
+                *half_lx = sum_lx / all.max(1) as f64;
+            }
+            rays
+        });
+        self.rays += rays.sum::<u64>();
+        self.walks = all;
+    }
+
+    /// Mean of the places' light in lx.
+    pub fn mean_lx(&self) -> f64 {
+        let count = self.halves_lx.len().max(1) as f64;
+        self.halves_lx.iter().map(|[first, second]| 0.5 * (first + second)).sum::<f64>() / count
+    }
+
+    /// Variance of one walk from a place in lx², as far as the halves' difference tells. It is that of the mean of all
+    /// walks times their number: what evenly spread walks save is in it.
+    pub fn variance_of_walk(&self) -> f64 {
+        let count = self.halves_lx.len().max(1) as f64;
+        let squares: f64 = self.halves_lx.iter().map(|[first, second]| (first - second).powi(2)).sum();
+        0.5 * squares / count * self.walks as f64
+    }
+
+    /// Rays of a walk, or of those of one entry's places together.
+    pub fn rays_per_walk(&self) -> f64 {
+        self.rays as f64 / (2 * self.walks.max(1) * self.chosen.len().max(1) as u64) as f64
+    }
+
+    /// Mean square of what a mesh's light is off by.
+    pub fn compare(&self, lights: impl Iterator<Item = EntryLight>) -> MeanSquare {
+        let product = |(light, [first_lx, second_lx]): (EntryLight, &[f64; 2])| {
             let indirect_lx = light.indirect_mean_lx();
-            ((indirect_lx - first_lx) * (indirect_lx - second_lx), rays)
-        })
-        .collect();
-    let products: Vec<f64> = judged.iter().map(|(product, _)| *product).collect();
-    (MeanSquare::of(&products), judged.iter().map(|(_, rays)| rays).sum())
+            (indirect_lx - first_lx) * (indirect_lx - second_lx)
+        };
+        MeanSquare::of(&lights.zip(&self.halves_lx).map(product).collect::<Vec<f64>>())
+    }
 }

@@ -12,6 +12,7 @@ use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates, candidates_one_by_one, is_outer};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
+use crate::estimators::images::AreaImages;
 use crate::scene::Scene;
 
 /// Nobody has asked for the point yet.
@@ -119,6 +120,8 @@ pub struct Surroundings<'a> {
     pub solids: &'a Solids,
     /// Points of its luminaires.
     pub samples: &'a Samples,
+    /// What its flat mirrors show of balls and areas.
+    pub images: &'a AreaImages,
 }
 
 /// A mesh of points over a scene, each computed when first asked for.

@@ -3,15 +3,19 @@
 //! After Debelov and Sevastyanov (2001, "An original approach to simulation of soft shadows and diffuse color bleeding
 //! in ray tracing") and Debelov and Novikov (2009, "Soft shadow generation via recursive ray tracing").
 
+mod complete;
 mod entries;
 mod error;
 pub mod exact;
+mod fit;
+mod harmonics;
 mod indirect;
 pub mod judge;
 mod lattice;
 mod mesh;
 mod options;
 mod plan;
+mod plan_indirect;
 mod result;
 mod samples;
 mod sights;
@@ -19,10 +23,12 @@ mod solids;
 mod sparse;
 mod template;
 pub mod tracing;
+mod walks;
 
+pub use complete::Rounds;
 pub use entries::Entries;
 pub use error::{NotForLightMesh, check};
-pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh};
+pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh, Stop};
 pub use lattice::{Index, Lattice};
 pub use mesh::{Counts, LightMesh, MeshLight, Surroundings, Workroom};
 pub use options::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP};

@@ -29,7 +29,7 @@ pub enum IndirectForm {
     /// One number, the light from all sides: a surface gets a quarter of it, whichever way it faces (Debelov and
     /// Sevastyanov).
     Scalar,
-    /// Spherical harmonics up to order 2, which know directions.
+    /// Spherical harmonics of low order, which know directions.
     Directional,
 }
 

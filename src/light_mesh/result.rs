@@ -1,21 +1,15 @@
 //! From computed places to a map with the error it states.
 
+use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
-    DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct, measure_indirect,
+    Checked, DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct,
 };
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
 use super::samples::Samples;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
 use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side};
-
-/// Passes of shadow rays in each half, at most, where they have chance in them.
-const MOST_PASSES: u64 = 1024;
-/// Walks from a place at most.
-const MOST_PLACE_WALKS: u32 = 1 << 20;
-/// Part of the target that chance in shadow rays may use.
-const SHARE_OF_CHANCE: f64 = 0.5;
 
 /// A map, and what it took.
 pub struct TracedMap {
@@ -33,8 +27,8 @@ pub struct TracedMap {
     pub mesh: Option<MeshFacts>,
     /// Step and walks of the mesh that gathered indirect light.
     pub gathering: Option<super::indirect::Gathering>,
-    /// Walks from every place, where those gave indirect light.
-    pub place_walks: u32,
+    /// Rounds of shadow rays and walks from every place, where those completed it.
+    pub rounds: Rounds,
 }
 
 /// What is to be told of a mesh.
@@ -50,7 +44,7 @@ pub struct MeshFacts {
     pub dense_bytes: f64,
 }
 
-impl Planner<'_, '_> {
+impl Planner<'_> {
     /// Computes a map by its plan and measures its error at places of its own.
     pub fn trace(&self, entries: &Entries, map: u32, plan: &Plan) -> TracedMap {
         let seed = self.wishes.seed;
@@ -62,34 +56,11 @@ impl Planner<'_, '_> {
             effort += more;
             lights
         };
-        // What has chance in it is repeated with twice as much until chance takes no more than its share of the target.
-        let goes_on = |random_lx: f64, mean_lx: f64| {
-            self.wishes.target_error.is_some_and(|target| random_lx > SHARE_OF_CHANCE * target * mean_lx)
-                && !(self.stop)()
-        };
-        let (mut passes, mut walks) = (1, 0);
         let mut lights = match &plan.direct {
             DirectPlan::Mesh(mesh) => compute(&DirectBy::Mesh(mesh), &plan.indirect.by()),
-            DirectPlan::Rays(_) => compute(&DirectBy::Rays { passes }, &plan.indirect.by()),
+            DirectPlan::Rays(_) => compute(&DirectBy::Rays { first: 0, passes: 0 }, &plan.indirect.by()),
         };
-        while matches!(plan.direct, DirectPlan::Rays(_))
-            && passes < MOST_PASSES
-            && goes_on(random_lx(entries, &lights, |light| light.direct_lx), mean_lx(entries, &lights))
-        {
-            passes *= 2;
-            let more = compute(&DirectBy::Rays { passes }, &IndirectBy::Nothing);
-            lights.iter_mut().zip(more).for_each(|(light, more)| light.direct_lx = more.direct_lx);
-        }
-        if let IndirectPlan::Walks(first) = &plan.indirect {
-            walks = *first;
-            while walks < MOST_PLACE_WALKS
-                && goes_on(random_lx(entries, &lights, |light| light.indirect_lx), mean_lx(entries, &lights))
-            {
-                walks *= 2;
-                let more = compute(&DirectBy::Rays { passes: 0 }, &IndirectBy::Walks(walks));
-                lights.iter_mut().zip(more).for_each(|(light, more)| light.indirect_lx = more.indirect_lx);
-            }
-        }
+        let rounds = self.complete(entries, map, plan, &mut lights, &mut effort);
 
         // What is stated is checked at places and with numbers that no choice has seen.
         let mut measured = Measured::default();
@@ -100,8 +71,10 @@ impl Planner<'_, '_> {
             measured = measure_direct(&self.around, entries, &chosen(DIRECT_PLACES), seed, map);
         }
         if let IndirectPlan::Mesh(_) = plan.indirect {
-            let (indirect, rays) =
-                measure_indirect(&self.around, entries, &chosen(INDIRECT_PLACES), plan.check_walks, seed, map);
+            let chosen = choose(entries, INDIRECT_PLACES, seed, map);
+            let checked = Checked::of(&self.around, entries, chosen, plan.check_walks, seed, map);
+            let indirect = checked.compare(checked.chosen.iter().map(|entry| lights[*entry]));
+            let rays = checked.rays;
             measured.indirect = indirect;
             measured.rays += rays;
         }
@@ -120,7 +93,7 @@ impl Planner<'_, '_> {
             IndirectPlan::Mesh(mesh) => Some(mesh.gathering),
             _ => None,
         };
-        TracedMap { map, measured, upper_error, effort, check_rays, mesh, gathering, place_walks: walks }
+        TracedMap { map, measured, upper_error, effort, check_rays, mesh, gathering, rounds }
     }
 
     /// Computes direct light with a shadow ray to every one of some points, each a point source, and measures its error.
@@ -135,25 +108,35 @@ impl Planner<'_, '_> {
         let (map, upper_error) = self.map_of(entries, &lights, &measured, true);
         let map = MapResult { method: "points".to_owned(), ..map };
         let check_rays = measured.rays;
-        TracedMap { map, measured, upper_error, effort, check_rays, mesh: None, gathering: None, place_walks: 0 }
+        TracedMap {
+            map,
+            measured,
+            upper_error,
+            effort,
+            check_rays,
+            mesh: None,
+            gathering: None,
+            rounds: Rounds::default(),
+        }
     }
 
     fn map_of(&self, entries: &Entries, lights: &[EntryLight], measured: &Measured, by_mesh: bool) -> (MapResult, f64) {
         let mean_lx = mean_lx(entries, lights);
-        let random_lx = random_lx(entries, lights, EntryLight::halves_lx);
-        // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places.
+        let halves_lx = random_lx(entries, lights, EntryLight::halves_lx);
+        // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places. Of k
+        // places, each with a difference of its own, that is short by this much in one case in twenty.
+        let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
+        let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
         let of_places_lx = if measured.indirect == MeanSquare::default() {
-            random_lx
+            short * halves_lx
         } else {
-            self::random_lx(entries, lights, |light| light.direct_lx)
+            short * random_lx(entries, lights, |light| light.direct_lx)
         };
+        let random_lx = halves_lx.max(of_places_lx);
         let squares = measured.total().mean.max(0.0) + of_places_lx.powi(2);
         let estimated_lx = squares.max(random_lx.powi(2)).sqrt();
         let bias_lx = (estimated_lx.powi(2) - random_lx.powi(2)).max(0.0).sqrt();
-        // Of k places' own noise, each a number of its own, the error's estimate is short by this much in one case in twenty.
-        let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
-        let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
-        let upper_lx = measured.total().upper_root_lx().hypot(short * of_places_lx).max(estimated_lx);
+        let upper_lx = measured.total().upper_root_lx().hypot(of_places_lx).max(estimated_lx);
         let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
         let error_of = |light: &EntryLight| {
             if light.is_known {
@@ -224,12 +207,12 @@ fn weighted(entries: &Entries, lights: &[EntryLight], of: impl Fn(&EntryLight) -
     if weight > 0.0 { sum / weight } else { 0.0 }
 }
 
-fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
+pub(super) fn mean_lx(entries: &Entries, lights: &[EntryLight]) -> f64 {
     weighted(entries, lights, |light| light.direct_mean_lx() + light.indirect_mean_lx())
 }
 
 /// Random error in lx of what its two halves differ in.
-fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
+pub(super) fn random_lx(entries: &Entries, lights: &[EntryLight], halves: impl Fn(&EntryLight) -> [f64; 2]) -> f64 {
     let square = |light: &EntryLight| {
         let [even_lx, odd_lx] = halves(light);
         (even_lx - odd_lx).powi(2)

@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::entries::Entries;
 use super::exact::{look_at_all, looks_are_exact};
-use super::indirect::{GatherCounts, GatherRoom, IndirectMesh, walks_at_place_lx};
+use super::indirect::{GatherCounts, GatherRoom, IndirectMesh};
 use super::mesh::{Counts, LightMesh, Surroundings, Workroom};
 use super::samples::Samples;
+use super::walks::walks_at_place_lx;
 use crate::sampling::random::{Purpose, Stream};
 
 /// Entries that a thread takes at a time.
@@ -20,6 +21,8 @@ pub enum DirectBy<'m, 'a> {
     Mesh(&'m LightMesh<'a>),
     /// By shadow rays from every place, with so many passes over the luminaires in each half.
     Rays {
+        /// The first pass.
+        first: u64,
         /// Passes of each half.
         passes: u64,
     },
@@ -33,8 +36,8 @@ pub enum IndirectBy<'m, 'a> {
     Nothing,
     /// Gathered at the points of a mesh.
     Mesh(&'m IndirectMesh<'a>),
-    /// By so many walks from every place.
-    Walks(u32),
+    /// By so many walks from every place, from one number on.
+    Walks([u32; 2]),
 }
 
 /// What one entry of a map receives, in lx, or shows, in cd/m².
@@ -116,8 +119,8 @@ pub fn light_of(
                 if entries.weights[*entry] <= 0.0 {
                     return light;
                 }
-                if let DirectBy::Rays { passes } = direct {
-                    let (halves_lx, rays) = by_rays(around, entries, *entry, *passes, seed, map);
+                if let DirectBy::Rays { first, passes } = direct {
+                    let (halves_lx, rays) = by_rays(around, entries, *entry, [*first, *passes], seed, map);
                     light.direct_lx = halves_lx;
                     exact_rays += rays;
                 }
@@ -144,7 +147,7 @@ pub fn light_of(
                             IndirectBy::Mesh(mesh) => mesh.indirect_lx(receiver, place, &mut gather),
                             IndirectBy::Walks(walks) => {
                                 let (lx, rays) =
-                                    walks_at_place_lx(around.stage, receiver, place, *walks, seed, &mut gather.cut);
+                                    walks_at_place_lx(around, receiver, place, *walks, seed, &mut gather.cut);
                                 gather.counts.walk_rays += rays;
                                 lx
                             }
@@ -175,7 +178,7 @@ fn by_rays(
     around: &Surroundings,
     entries: &Entries,
     entry: usize,
-    passes: u64,
+    [first, passes]: [u64; 2],
     seed: u64,
     map: u32,
 ) -> ([f64; 2], u64) {
@@ -184,7 +187,7 @@ fn by_rays(
     let mut half_lx = |half: u64| {
         let mut stream = Stream::new(seed, Purpose::Direct, map, half as u32);
         let mut sum_lx = 0.0;
-        for pass in 0..passes {
+        for pass in first..first + passes {
             stream.seek_quasi(((entry as u64) << SAMPLE_BITS) | pass, entry as u64, pass);
             entries.each_drawn_spot(around, entry, &mut stream, |spot, weight, stream| {
                 let (lx, pass_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));

@@ -3,9 +3,11 @@
 use std::time::Instant;
 
 use crate::chain::Stage;
+use crate::estimators::images::AreaImages;
 use crate::light_mesh::{
-    Accelerations, DirectPlan, Entries, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, NotForLightMesh,
-    Placing, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes, check,
+    Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP,
+    NotForLightMesh, Placing, Plan, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes,
+    check,
 };
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Scene};
@@ -13,11 +15,13 @@ use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, Stop
 use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
 /// Plans of a map after the first whose last check missed the target.
-const MOST_ATTEMPTS: u32 = 4;
+const MOST_ATTEMPTS: u32 = 3;
 /// Part of the target that the next plan aims at, over that of the one before.
 const NEXT_CAUTION: f64 = 0.7;
 /// Step between the maps' numbers of one plan and the next: each checks at places of its own.
 const ATTEMPT: u32 = 1 << 8;
+/// A map that the target does not bind takes about as many rays as those that it binds at most, or as many as this.
+const LEAST_RAYS: f64 = 1e7;
 
 /// How the light mesh of a run is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,8 +89,9 @@ pub fn solve_by_light_mesh(
     let target_error = settings.target_error.or_else(|| no_rule.then_some(DEFAULT_TARGET_ERROR));
     let is_late = || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() >= limit_s);
     let stop = || observer.is_interrupted() || is_late();
+    let images = AreaImages::of(scene, &stage);
     let mut planner = Planner {
-        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &samples },
+        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &samples, images: &images },
         wishes: Wishes {
             step_m: choice.step_m,
             radius_m: choice.radius_m,
@@ -96,6 +101,8 @@ pub fn solve_by_light_mesh(
             seed: settings.seed,
         },
         caution: 1.0,
+        by_places: false,
+        most_rays: f64::INFINITY,
         stop: &stop,
     };
 
@@ -115,7 +122,8 @@ pub fn solve_by_light_mesh(
         }
         let entries = Entries::of(&planner.around, kind, settings.seed);
         let (number, mut attempt) = (index as u32, 0);
-        planner.caution = 1.0;
+        (planner.caution, planner.by_places) = (1.0, false);
+        planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(rays as f64) };
         let (plan, map) = loop {
             let plan = planner.plan(&entries, number + attempt * ATTEMPT, bound);
             let map = planner.trace(&entries, number + attempt * ATTEMPT, &plan);
@@ -125,9 +133,11 @@ pub fn solve_by_light_mesh(
                 break (plan, map);
             }
             attempt += 1;
-            planner.caution *= NEXT_CAUTION;
+            // The last go is without a mesh: its error is chance alone, and needs no caution.
+            planner.by_places = attempt == MOST_ATTEMPTS;
+            planner.caution = if planner.by_places { 1.0 } else { NEXT_CAUTION * planner.caution };
         };
-        notes.extend(said(&map, &plan.direct, samples.len(), entries.places()));
+        notes.extend(said(&map, &plan, samples.len(), entries.places()));
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
@@ -216,11 +226,11 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
 }
 
 /// What a user should know of how a map came about.
-fn said(map: &TracedMap, direct: &DirectPlan, points_of_luminaires: usize, places: usize) -> Vec<String> {
+fn said(map: &TracedMap, plan: &Plan, points_of_luminaires: usize, places: usize) -> Vec<String> {
     let name = &map.map.name;
     let rays_of_all = points_of_luminaires as f64 * places as f64;
     let mut said = Vec::new();
-    match (direct, map.mesh) {
+    match (&plan.direct, map.mesh) {
         (DirectPlan::Mesh(_), Some(facts)) => {
             let counts = &map.effort.mesh;
             said.push(format!(
@@ -240,23 +250,11 @@ fn said(map: &TracedMap, direct: &DirectPlan, points_of_luminaires: usize, place
                 ));
             }
         }
-        (DirectPlan::Rays(why @ (Why::Cheaper(_) | Why::StepMisses(_))), _) => {
-            let reason = match why {
-                Why::Cheaper(step_m) => {
-                    format!(
-                        "the target needs a step of {step_m:.4} m or less, with more mesh points than there are places"
-                    )
-                }
-                Why::StepMisses(error) => {
-                    format!("the step that was given leaves an error of {:.2} % in direct light", 100.0 * error)
-                }
-                Why::Dark => String::new(),
-            };
-            said.push(format!(
-                "light mesh: \"{name}\": {} shadow rays completed direct light: {reason}",
-                map.effort.exact_rays
-            ));
-        }
+        (DirectPlan::Rays(why), _) if *why != Why::Dark => said.push(format!(
+            "light mesh: \"{name}\": {} shadow rays from every place completed direct light: {}",
+            map.effort.exact_rays,
+            why_in_words(why)
+        )),
         _ => {}
     }
     if let Some(gathering) = &map.gathering {
@@ -265,11 +263,27 @@ fn said(map: &TracedMap, direct: &DirectPlan, points_of_luminaires: usize, place
             map.effort.gather.points, gathering.step_m, gathering.walks
         ));
     }
-    if map.place_walks > 0 {
+    if let IndirectPlan::Walks(why) = &plan.indirect {
         said.push(format!(
-            "light mesh: \"{name}\": {} walks from every place completed indirect light: a finer mesh would have more points than there are places",
-            map.place_walks
+            "light mesh: \"{name}\": {} walks from every place, {} rays with the search, completed indirect light: {}",
+            map.rounds.walks,
+            map.effort.gather.rays(),
+            why_in_words(why)
         ));
     }
     said
+}
+
+fn why_in_words(why: &Why) -> String {
+    match why {
+        Why::Cheaper(step_m) => {
+            format!("a mesh fine enough, of {step_m:.4} m or less, would take more rays than the places themselves")
+        }
+        Why::NotSmooth(step_m) => {
+            format!("a mesh of {step_m:.4} m was no nearer to it than one of twice the step")
+        }
+        Why::StepMisses(error) => format!("the step that was given leaves an error of {:.2} %", 100.0 * error),
+        Why::Missed => "plans with a mesh missed the target".to_owned(),
+        Why::Dark => "there is none".to_owned(),
+    }
 }

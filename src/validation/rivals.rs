@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use crate::chain::Stage;
+use crate::estimators::images::AreaImages;
 use crate::light_mesh::{
     Accelerations, Entries, IndirectForm, Placing, Planner, Samples, Solids, Surroundings, Wishes,
 };
@@ -35,9 +36,10 @@ pub fn solve_by_points(
     let build_s = started.elapsed().as_secs_f64();
     let solids = Solids::of(scene);
     let points = Samples::of(&stage, Placing::Count(count), settings.seed);
+    let images = AreaImages::of(scene, &stage);
     let stop = || observer.is_interrupted();
     let planner = Planner {
-        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &points },
+        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &points, images: &images },
         wishes: Wishes {
             step_m: None,
             radius_m: None,
@@ -47,6 +49,8 @@ pub fn solve_by_points(
             seed: settings.seed,
         },
         caution: 1.0,
+        by_places: false,
+        most_rays: f64::INFINITY,
         stop: &stop,
     };
     let (mut maps, mut rays, mut estimated_error, mut check_s) = (Vec::new(), 0, 0.0f64, 0.0);

@@ -1,0 +1,136 @@
+//! Maps whose places are computed one by one, where that is cheaper than a mesh: shadow rays and walks from every place, in
+//! rounds, until chance takes no more than its part of the target.
+
+use super::entries::Entries;
+use super::exact::looks_are_exact;
+use super::judge::ONE_IN_TWENTY;
+use super::plan::{DirectPlan, IndirectPlan, Plan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT};
+use super::result::{mean_lx, random_lx};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
+
+/// Passes of shadow rays in each half, at most, where they have chance in them.
+const MOST_PASSES: u64 = 1 << 12;
+/// Walks from a place at most.
+const MOST_WALKS: u32 = 1 << 20;
+/// Walks from a place in the first round.
+const FIRST_WALKS: u32 = 16;
+/// Rays of a round, about: after each, clocks and the error are looked at.
+const RAYS_OF_ROUND: f64 = 4e6;
+/// Part of the target that walks get at least, whatever direct light has taken.
+const LEAST_SHARE: f64 = 0.3;
+
+/// Rounds that have been run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Rounds {
+    /// Passes of shadow rays over all luminaires in each half.
+    pub passes: u64,
+    /// Walks from every place.
+    pub walks: u32,
+}
+
+impl Planner<'_> {
+    /// Whether shadow rays from every place have no chance in them.
+    pub(super) fn rays_are_exact(&self, entries: &Entries) -> bool {
+        looks_are_exact(self.around.stage) && !entries.are_means()
+    }
+
+    /// Completes what the plan leaves to the places themselves.
+    pub(super) fn complete(
+        &self,
+        entries: &Entries,
+        map: u32,
+        plan: &Plan,
+        lights: &mut [EntryLight],
+        effort: &mut Effort,
+    ) -> Rounds {
+        let mut rounds = Rounds::default();
+        if matches!(plan.direct, DirectPlan::Rays(_)) {
+            self.complete_direct(entries, map, plan, lights, effort, &mut rounds);
+        }
+        if matches!(plan.indirect, IndirectPlan::Walks(_)) {
+            self.complete_indirect(entries, map, plan, lights, effort, &mut rounds);
+        }
+        rounds
+    }
+
+    /// The target in lx for a map that is as bright as this, less what the last check's chance needs.
+    fn target_lx(&self, entries: &Entries, lights: &[EntryLight]) -> Option<f64> {
+        // The error's estimate from k places, each with a difference of its own, is short by this in one case in twenty.
+        let places = entries.weights.iter().filter(|weight| **weight > 0.0).count().max(1) as f64;
+        let short = 1.0 + ONE_IN_TWENTY / (2.0 * places).sqrt();
+        self.wishes.target_error.map(|target| self.caution * target * mean_lx(entries, lights) / short)
+    }
+
+    fn complete_direct(
+        &self,
+        entries: &Entries,
+        map: u32,
+        plan: &Plan,
+        lights: &mut [EntryLight],
+        effort: &mut Effort,
+        rounds: &mut Rounds,
+    ) {
+        let all: Vec<usize> = (0..lights.len()).collect();
+        let mut more = 1;
+        loop {
+            let by_rays = DirectBy::Rays { first: rounds.passes, passes: more };
+            let (found, took) =
+                light_of(&self.around, entries, &all, &by_rays, &IndirectBy::Nothing, self.wishes.seed, map);
+            *effort += took;
+            let (before, now) = (rounds.passes as f64, more as f64);
+            for (light, found) in lights.iter_mut().zip(found) {
+                let mean =
+                    |half: usize| (before * light.direct_lx[half] + now * found.direct_lx[half]) / (before + now);
+                light.direct_lx = [0, 1].map(mean);
+                light.is_known = found.is_known;
+            }
+            rounds.passes += more;
+            let random_lx = random_lx(entries, lights, |light| light.direct_lx);
+            // Where indirect light is to come yet, its part of the brightness is not known: the target is as if it were dark.
+            let share = if matches!(plan.indirect, IndirectPlan::Nothing) { SHARE_OF_ALL } else { SHARE_OF_DIRECT };
+            let goes_on = self.target_lx(entries, lights).is_some_and(|target_lx| random_lx > share * target_lx);
+            if !goes_on || rounds.passes >= MOST_PASSES || (self.stop)() {
+                return;
+            }
+            let rays_of_pass = (took.exact_rays as f64 / now).max(1.0);
+            more = rounds.passes.min((RAYS_OF_ROUND / rays_of_pass) as u64).max(1);
+        }
+    }
+
+    fn complete_indirect(
+        &self,
+        entries: &Entries,
+        map: u32,
+        plan: &Plan,
+        lights: &mut [EntryLight],
+        effort: &mut Effort,
+        rounds: &mut Rounds,
+    ) {
+        let all: Vec<usize> = (0..lights.len()).collect();
+        let none = DirectBy::Rays { first: 0, passes: 0 };
+        let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
+        let mut more = FIRST_WALKS;
+        loop {
+            let by_walks = IndirectBy::Walks([rounds.walks, more]);
+            let (found, took) = light_of(&self.around, entries, &all, &none, &by_walks, self.wishes.seed, map);
+            *effort += took;
+            let (before, now) = (f64::from(rounds.walks), f64::from(more));
+            for (light, found) in lights.iter_mut().zip(found) {
+                let mean =
+                    |half: usize| (before * light.indirect_lx[half] + now * found.indirect_lx[half]) / (before + now);
+                light.indirect_lx = [0, 1].map(mean);
+            }
+            rounds.walks += more;
+            let random_lx = random_lx(entries, lights, |light| light.indirect_lx);
+            let target_lx = self.target_lx(entries, lights).unwrap_or(f64::INFINITY);
+            let square =
+                ((SHARE_OF_ALL * target_lx).powi(2) - direct_lx.powi(2)).max((LEAST_SHARE * target_lx).powi(2));
+            if random_lx.powi(2) <= square || rounds.walks >= MOST_WALKS || (self.stop)() {
+                return;
+            }
+            let rays_of_walk = (took.gather.walk_rays as f64 / now).max(1.0);
+            let of_round = (RAYS_OF_ROUND / rays_of_walk) as u32;
+            more = rounds.walks.min(of_round).max(2).next_multiple_of(2);
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! How the indirect light of a map is computed: the step that is fine enough and the walks that leave little enough chance,
+//! or walks from every place where those take fewer rays.
+
+use super::entries::Entries;
+use super::indirect::{Gathering, IndirectMesh};
+use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
+use super::options::IndirectForm;
+use super::plan::{
+    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, PLANNING, Plan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT,
+    Why, half_ball, mean, points_needed, side_m,
+};
+use super::tracing::{DirectBy, EntryLight, IndirectBy, light_of};
+
+/// Indirect light varies more smoothly: its mesh is this much coarser than a step that the user gives.
+const INDIRECT_COARSER: f64 = 3.0;
+/// Radius over step of the sets that indirect light with directions is fitted over.
+const DIRECTIONAL_RADIUS_PER_STEP: f64 = 2.1;
+/// Walks from a mesh point on the first try.
+const FIRST_WALKS: u32 = 512;
+/// Walks from a mesh point at least and at most.
+const WALKS: [u32; 2] = [64, 1 << 15];
+/// The next try has this many times the walks at most.
+const MOST_MORE_WALKS: f64 = 16.0;
+/// Chance in indirect light over its mean, where no target is set.
+const QUIET: f64 = 0.007;
+/// Walks from a mesh point at most where no target is set.
+const MOST_QUIET_WALKS: u32 = 8192;
+/// Walks from a checked place in each half, at first.
+pub(super) const FIRST_CHECK_WALKS: u64 = 256;
+/// Walks from a checked place in each half, at most.
+const MOST_CHECK_WALKS: u64 = 16_384;
+/// Part of the squared error allowed to indirect light that the mesh's step may take.
+const SHARE_OF_STEP: f64 = 0.55;
+/// Part of it that chance may take: the rest is left to the last check's own chance.
+const SHARE_OF_CHANCE: f64 = 0.3;
+/// Least part of the target that indirect light gets, whatever direct light has taken.
+const LEAST_SHARE: f64 = 0.3;
+/// A step half as long should leave less than this part of the squared error.
+const HELPED: f64 = 0.8;
+/// Finding a mesh may take this part of the rays that walks from every place would take.
+const SHARE_OF_SEARCH: f64 = 0.25;
+/// Chance below this part of what is to be told is not in the way.
+const LITTLE: f64 = 0.3;
+
+/// What a mesh was found to be off by at the checked places.
+struct Trial {
+    /// What it says of the checked places.
+    lights: Vec<EntryLight>,
+    /// Square of what chance in its walks does, in lx².
+    of_chance: f64,
+    /// Rays of one walk from one of its points.
+    rays_per_walk: f64,
+    /// Rays of all.
+    rays: f64,
+}
+
+impl Trial {
+    /// Square of what its step does, in lx², and the standard error of that.
+    fn of_step(&self, checked: &Checked) -> (f64, f64) {
+        let measured = checked.compare(self.lights.iter().copied());
+        ((measured.mean - self.of_chance).max(0.0), measured.standard_error)
+    }
+}
+
+impl Planner<'_> {
+    /// Sets of two layers, so that a slope across them is known; those of the paper's form are means, as close as can be.
+    fn indirect_radius_per_step(&self) -> f64 {
+        match (self.wishes.radius_m, self.wishes.form) {
+            (None, IndirectForm::Directional) => DIRECTIONAL_RADIUS_PER_STEP,
+            _ => self.radius_per_step(),
+        }
+    }
+
+    fn indirect_step_m(&self, entries: &Entries) -> f64 {
+        let asked_m = self.wishes.step_m.map(|step_m| INDIRECT_COARSER * step_m);
+        asked_m.unwrap_or_else(|| side_m(entries) / FIRST_STEPS)
+    }
+
+    /// A few walks from some places: how bright indirect light is, and how much chance a walk has in it.
+    pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut Plan) -> Checked {
+        let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
+        let checked = Checked::of(&self.around, entries, chosen, FIRST_CHECK_WALKS, self.wishes.seed, PLANNING + map);
+        plan.check_rays += checked.rays;
+        checked
+    }
+}
+
+impl<'a> Planner<'a> {
+    /// Plans indirect light within what direct light leaves of the target.
+    pub(super) fn plan_indirect(
+        &self,
+        entries: &Entries,
+        map: u32,
+        target_error: f64,
+        mut checked: Checked,
+        plan: &mut Plan<'a>,
+    ) {
+        let allowed = self.allowed_indirect_lx(entries, map, target_error, &checked, plan).powi(2);
+        let counted = entries.weights.iter().filter(|weight| **weight > 0.0).count();
+        let walks_of_places = (checked.variance_of_walk() / allowed.max(f64::MIN_POSITIVE)).max(16.0);
+        let rays_by_places = walks_of_places * counted as f64 * checked.rays_per_walk();
+
+        let is_asked = self.wishes.step_m.is_some();
+        let ratio = self.indirect_radius_per_step();
+        let mut step_m = self.indirect_step_m(entries);
+        let mut walks = FIRST_WALKS;
+        let mut rays_per_walk = checked.rays_per_walk();
+        let (mut spent, mut coarser) = (0.0, None);
+        for _ in 0..2 * MOST_REFINEMENTS {
+            let points = points_needed(entries, step_m, ratio * step_m);
+            let points_of_trial = points.min(half_ball(ratio) * checked.chosen.len() as f64);
+            let search = spent + points_of_trial * f64::from(walks) * rays_per_walk;
+            if !is_asked && search > SHARE_OF_SEARCH * rays_by_places {
+                break;
+            }
+            let gathering = Gathering { step_m, radius_m: ratio * step_m, walks, form: self.wishes.form };
+            let Some(trial) = self.try_mesh(entries, map, gathering, &checked, plan) else { break };
+            spent += trial.rays;
+            rays_per_walk = trial.rays_per_walk;
+            let most = SHARE_OF_STEP * allowed;
+            let of_step = loop {
+                let (of_step, standard_error) = trial.of_step(&checked);
+                let is_clear = (of_step - most).abs() > ONE_IN_TWENTY * standard_error;
+                let of_check = checked.variance_of_walk() / checked.walks as f64;
+                let asks_more = !is_clear && of_check > trial.of_chance.max(LITTLE * most);
+                if !asks_more || checked.walks >= MOST_CHECK_WALKS || (self.stop)() {
+                    break if is_clear || walks >= WALKS[1] || trial.of_chance < LITTLE * most {
+                        Some(of_step)
+                    } else {
+                        None
+                    };
+                }
+                let before = checked.rays;
+                checked.add(&self.around, entries, checked.walks);
+                plan.check_rays += checked.rays - before;
+                plan.check_walks = checked.walks;
+                spent += (checked.rays - before) as f64;
+            };
+            if (self.stop)() {
+                break;
+            }
+            let Some(of_step) = of_step else {
+                // It cannot be told yet, and the mesh has more chance in it than the check.
+                walks = more_walks(walks, 4.0);
+                continue;
+            };
+            if of_step <= most {
+                let needed = f64::from(walks) * trial.of_chance / (SHARE_OF_CHANCE * allowed);
+                let walks = (needed.clamp(f64::from(WALKS[0]), f64::from(WALKS[1])) as u32).next_multiple_of(2);
+                if !is_asked && points * f64::from(walks) * rays_per_walk >= rays_by_places {
+                    break;
+                }
+                let gathering = Gathering { walks, ..gathering };
+                let seed = self.wishes.seed;
+                if let Some(mesh) = IndirectMesh::new(self.around, entries.bounds_m, gathering, seed, self.stop) {
+                    plan.indirect = IndirectPlan::Mesh(Box::new(mesh));
+                    return;
+                }
+                break;
+            }
+            if is_asked {
+                let error = of_step.sqrt() / self.whole_lx(entries, map, &checked, plan).max(f64::MIN_POSITIVE);
+                plan.indirect = IndirectPlan::Walks(Why::StepMisses(error));
+                return;
+            }
+            let spread = ONE_IN_TWENTY * trial.of_step(&checked).1;
+            if coarser.is_some_and(|coarser: f64| of_step - spread > HELPED * coarser) {
+                plan.indirect = IndirectPlan::Walks(Why::NotSmooth(step_m));
+                return;
+            }
+            coarser = Some(of_step + spread);
+            step_m *= 0.5;
+        }
+        plan.indirect = IndirectPlan::Walks(Why::Cheaper(step_m));
+    }
+
+    /// What the error of indirect light may be, in lx: what direct light leaves.
+    fn allowed_indirect_lx(
+        &self,
+        entries: &Entries,
+        map: u32,
+        target_error: f64,
+        checked: &Checked,
+        plan: &mut Plan,
+    ) -> f64 {
+        let target_lx = target_error * self.whole_lx(entries, map, checked, plan);
+        let of_direct_lx = match plan.direct {
+            DirectPlan::Mesh(_) => plan.direct_upper_lx,
+            DirectPlan::Rays(Why::Dark) => 0.0,
+            DirectPlan::Rays(_) if self.rays_are_exact(entries) => 0.0,
+            DirectPlan::Rays(_) => SHARE_OF_DIRECT * target_lx,
+        };
+        let square = (SHARE_OF_ALL * target_lx).powi(2) - of_direct_lx.powi(2);
+        square.max((LEAST_SHARE * target_lx).powi(2)).sqrt()
+    }
+
+    /// Mean of all light in lx, by a few shadow rays from the checked places and by their walks.
+    fn whole_lx(&self, entries: &Entries, map: u32, checked: &Checked, plan: &mut Plan) -> f64 {
+        let by_rays = DirectBy::Rays { first: 0, passes: 1 };
+        let (seed, map) = (self.wishes.seed, PLANNING + map);
+        let (lights, effort) =
+            light_of(&self.around, entries, &checked.chosen, &by_rays, &IndirectBy::Nothing, seed, map);
+        plan.effort += effort;
+        checked.mean_lx() + mean(lights.iter().map(EntryLight::direct_mean_lx))
+    }
+
+    /// Gathers at the checked places and compares.
+    fn try_mesh(
+        &self,
+        entries: &Entries,
+        map: u32,
+        gathering: Gathering,
+        checked: &Checked,
+        plan: &mut Plan,
+    ) -> Option<Trial> {
+        let (seed, map) = (self.wishes.seed, PLANNING + map);
+        let mesh = IndirectMesh::new(self.around, entries.bounds_m, gathering, seed, self.stop)?;
+        let none = DirectBy::Rays { first: 0, passes: 0 };
+        let (lights, effort) =
+            light_of(&self.around, entries, &checked.chosen, &none, &IndirectBy::Mesh(&mesh), seed, map);
+        plan.effort += effort;
+        let of_chance = mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
+        let walks = effort.gather.points as f64 * f64::from(gathering.walks);
+        Some(Trial {
+            lights,
+            of_chance,
+            rays_per_walk: effort.gather.walk_rays as f64 / walks.max(1.0),
+            rays: effort.rays() as f64,
+        })
+    }
+
+    /// Plans indirect light where no target binds: the mesh as it was asked for, with walks enough that chance is not seen,
+    /// if the rays that the map may take suffice for them.
+    pub(super) fn plan_quietly(&self, entries: &Entries, map: u32, plan: &mut Plan<'a>) {
+        let (step_m, ratio) = (self.indirect_step_m(entries), self.indirect_radius_per_step());
+        let checked = self.pilot(entries, map, plan);
+        let quiet = (QUIET * checked.mean_lx()).powi(2);
+        let mut gathering = Gathering { step_m, radius_m: ratio * step_m, walks: FIRST_WALKS, form: self.wishes.form };
+        let rays_of_one = points_needed(entries, step_m, ratio * step_m) * checked.rays_per_walk();
+        let affordable =
+            (self.most_rays / rays_of_one.max(1.0)).clamp(f64::from(WALKS[0]), f64::from(MOST_QUIET_WALKS));
+        let most = (affordable as u32).next_power_of_two();
+        gathering.walks = FIRST_WALKS.min(most);
+        while gathering.walks < most && !(self.stop)() {
+            let Some(trial) = self.try_mesh(entries, map, gathering, &checked, plan) else { break };
+            if trial.of_chance <= quiet {
+                break;
+            }
+            gathering.walks = more_walks(gathering.walks, trial.of_chance / quiet).min(most);
+        }
+        plan.check_walks = FIRST_CHECK_WALKS.max(u64::from(gathering.walks / 4)).min(MOST_CHECK_WALKS);
+        let mesh = IndirectMesh::new(self.around, entries.bounds_m, gathering, self.wishes.seed, self.stop);
+        plan.indirect = match mesh {
+            Some(mesh) => IndirectPlan::Mesh(Box::new(mesh)),
+            None => IndirectPlan::Walks(Why::Cheaper(step_m)),
+        };
+    }
+}
+
+/// Walks for the next try: chance's square falls at least as 1/n, and a try that goes too far is the dearer mistake.
+fn more_walks(walks: u32, excess: f64) -> u32 {
+    let times = excess.clamp(2.0, MOST_MORE_WALKS).log2().ceil().exp2();
+    ((f64::from(walks) * times) as u32).min(WALKS[1])
+}

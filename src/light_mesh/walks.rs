@@ -1,0 +1,184 @@
+//! Walks for indirect light: those of receivers, and where flat mirrors show balls and areas others that look straight at
+//! the images. A ray that goes to a mirror by chance meets a small ball there so seldom that a map would be made of the few
+//! rays that do.
+//!
+//! Light that comes to a diffuse surface, or to the place itself, by way of mirrors alone is counted by looks at images
+//! ([`crate::estimators::images::AreaImages`]), and left out where a walk's ray meets it; what comes to glossy surfaces and sheets so is met by chance
+//! as before. Each path ends at one surface before its mirrors, so that it is counted one way or the other.
+
+use glam::DVec3;
+
+use super::mesh::Surroundings;
+use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
+use crate::estimators::images::look_into_mirrors;
+use crate::estimators::walk::{Memory, Recall, gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
+use crate::geometry::{Meeting, Origin, SurfaceHit};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::reflection::Law;
+use crate::sampling::warp::cosine_hemisphere;
+
+/// Halves of the walks, for the random error.
+pub const HALVES: usize = 2;
+/// The map number of the streams of walks from places.
+const FROM_PLACES: u32 = u32::MAX - 2;
+/// The map number of the streams of looks into mirrors.
+const IMAGES: u32 = u32::MAX - 4;
+
+/// What images in flat mirrors bring to a place, and the rays it took.
+fn look_at_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    let Surroundings { stage, images, .. } = around;
+    let of_points = |mirrors| look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, stream);
+    let (points_lx, point_rays) = stage.mirrors.as_ref().map_or((0.0, 0), of_points);
+    let (areas_lx, area_rays) = if images.is_empty() { (0.0, 0) } else { images.look(stage, receiver, stream) };
+    (points_lx + areas_lx, point_rays + area_rays)
+}
+
+/// One unbiased sample of the indirect illuminance at a receiver in lx, and the rays it took.
+pub fn sample_at_place_lx(
+    around: &Surroundings,
+    receiver: &Receiver,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    if around.images.is_empty() {
+        return sample_indirect_lx(around.stage, receiver, cut, stream);
+    }
+    let direction = cosine_hemisphere(receiver.normal, stream.pair());
+    let (images_lx, image_rays) = look_at_images(around, receiver, cut, stream);
+    let (arriving_lx, rays) = sample_along_lx(around, *receiver.origin, direction, cut, stream);
+    (images_lx + arriving_lx, image_rays + rays)
+}
+
+/// One unbiased sample of π times the reflected luminance that arrives along a direction, in lx, and the rays it took.
+/// Luminaires in mirrors that stand there are not in it, if images are looked for.
+pub fn sample_along_lx(
+    around: &Surroundings,
+    origin: Origin,
+    direction: DVec3,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let stage = around.stage;
+    if around.images.is_empty() {
+        return sample_arriving_lx(stage, origin, direction, cut, stream);
+    }
+    let (mut origin, mut direction) = (origin, direction);
+    let (mut sum_lx, mut rays) = (0.0, 0);
+    loop {
+        let (past, mirror_rays) = past_mirrors(stage, origin, direction, stream);
+        rays += mirror_rays;
+        let Some((start, towards)) = past else { return (sum_lx, rays) };
+        let mut halt = Halt { around, at: None };
+        let (lx, walk_rays) = gather_arriving_lx(stage, start, towards, &mut halt, cut, stream);
+        sum_lx += lx;
+        rays += walk_rays;
+        match halt.at {
+            Some(vertex) if stream.unit() < vertex.reflectance => {
+                (origin, direction) = (vertex.origin, cosine_hemisphere(vertex.normal, stream.pair()));
+            }
+            _ => return (sum_lx, rays),
+        }
+    }
+}
+
+/// Follows a ray by way of mirrors and through panes up to one that goes somewhere else; `None` where it is absorbed. Its
+/// luminaires are not counted.
+fn past_mirrors(
+    stage: &Stage,
+    mut origin: Origin,
+    mut direction: DVec3,
+    stream: &mut Stream,
+) -> (Option<(Origin, DVec3)>, u64) {
+    for rays in 1.. {
+        let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) else {
+            return (Some((origin, direction)), rays);
+        };
+        let law = stage.law(hit.triangle);
+        if !matches!(law, Law::Mirror(_) | Law::Glass(_)) || !stage.receives(hit.triangle, hit.side) {
+            return (Some((origin, direction)), rays);
+        }
+        let normal = stage.normal(hit.triangle, hit.side);
+        let Some(scattered) = law.sample(direction, normal, stream) else { return (None, rays) };
+        origin = stage.leave(&hit, scattered.way);
+        direction = scattered.direction;
+    }
+    (None, 0)
+}
+
+/// Ends a walk at the first diffuse surface, with what images bring there, and says where that was.
+struct Halt<'a> {
+    around: &'a Surroundings<'a>,
+    at: Option<Vertex>,
+}
+
+/// A diffuse surface that a walk has met.
+struct Vertex {
+    origin: Origin,
+    normal: DVec3,
+    reflectance: f64,
+}
+
+impl Memory for Halt<'_> {
+    fn recall(
+        &mut self,
+        _: &SurfaceHit,
+        vertex: &Receiver,
+        reflectance: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (Recall, u64) {
+        self.at = Some(Vertex { origin: *vertex.origin, normal: vertex.normal, reflectance });
+        let (images_lx, rays) = look_at_images(self.around, vertex, cut, stream);
+        (Recall::End(images_lx), rays)
+    }
+}
+
+/// What images of luminaires in flat mirrors bring to a place, in two halves, and the rays they took: harmonics would blur
+/// them.
+pub fn images_at_place_lx(
+    around: &Surroundings,
+    receiver: &Receiver,
+    place_number: u64,
+    looks: u32,
+    seed: u64,
+    cut: &mut Cut,
+) -> ([f64; HALVES], u64) {
+    if around.stage.mirrors.is_none() && around.images.is_empty() {
+        return ([0.0; HALVES], 0);
+    }
+    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
+    for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
+        let mut stream = Stream::new(seed, Purpose::LightMesh, IMAGES, half as u32);
+        for look in 0..looks {
+            stream.seek_quasi((place_number << 32) | u64::from(look), place_number, u64::from(look));
+            let (lx, look_rays) = look_at_images(around, receiver, cut, &mut stream);
+            *sum_lx += lx / f64::from(looks);
+            rays += look_rays;
+        }
+    }
+    (sum_lx, rays)
+}
+
+/// Indirect illuminance by walks from the place itself, from one number of them on, in two halves, and the rays they took.
+pub fn walks_at_place_lx(
+    around: &Surroundings,
+    receiver: &Receiver,
+    place_number: u64,
+    [first, count]: [u32; 2],
+    seed: u64,
+    cut: &mut Cut,
+) -> ([f64; HALVES], u64) {
+    let mut stream = Stream::new(seed, Purpose::LightMesh, FROM_PLACES, 0);
+    let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
+    for walk in first..first + count {
+        let half = walk as usize % HALVES;
+        let sequence = HALVES as u64 * place_number + half as u64;
+        stream.seek_quasi((place_number << 32) | u64::from(walk), sequence, u64::from(walk) / HALVES as u64);
+        let (lx, walk_rays) = sample_at_place_lx(around, receiver, cut, &mut stream);
+        rays += walk_rays;
+        sum_lx[half] += lx;
+    }
+    (sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(count.max(1))), rays)
+}
