@@ -24,7 +24,7 @@ struct Row {
     machine: String,
     name: String,
     target_error: f64,
-    processor_s: f64,
+    compute_s: f64,
     true_error: String,
 }
 
@@ -47,7 +47,7 @@ fn read(path: &Path) -> Result<Vec<Row>, String> {
             machine: text("machine")?.to_owned(),
             name: format!("{}, {}", text("scene")?, text("map")?),
             target_error: number("target_error")?,
-            processor_s: number("processor_s")?,
+            compute_s: number("compute_s")?,
             true_error: text("true_error")?.to_owned(),
         });
     }
@@ -73,10 +73,7 @@ fn main() -> Result<(), String> {
     });
     let latest = |name: &str, target: f64| same.iter().rev().find(|row| row.name == name && row.target_error == target);
 
-    println!(
-        "Processor seconds of two threads together (true error); {}, latest rows up to {}.\n",
-        last.machine, last.date
-    );
+    println!("Seconds of computing on two threads (true error); {}, latest rows up to {}.\n", last.machine, last.date);
     println!("| scene, map | 3 % | 1 % | 0.3 % |\n| --- | ---: | ---: | ---: |");
     let mut lines = Vec::new();
     for name in names {
@@ -85,19 +82,17 @@ fn main() -> Result<(), String> {
             .map(|target| match latest(name, *target) {
                 None => "–".to_owned(),
                 Some(row) => match row.true_error.parse::<f64>() {
-                    Ok(error) => format!("{} s ({} %)", short(row.processor_s), short(100.0 * error)),
-                    Err(_) => format!("{} s", short(row.processor_s)),
+                    Ok(error) => format!("{} s ({} %)", short(row.compute_s), short(100.0 * error)),
+                    Err(_) => format!("{} s", short(row.compute_s)),
                 },
             })
             .collect();
         println!("| {name} | {} |", cells.join(" | "));
-        let places = TARGETS.iter().filter_map(|target| Some((100.0 * target, latest(name, *target)?.processor_s)));
+        let places = TARGETS.iter().filter_map(|target| Some((100.0 * target, latest(name, *target)?.compute_s)));
         let short_name = SHORTER.iter().fold(name.to_owned(), |name, (long, short)| name.replace(long, short));
         lines.push(Line { name: short_name, places: places.collect() });
     }
-    let picture = log_log(
-        ["target error, %: 0.3, 1 and 3 from left to right", "processor seconds, two threads together"],
-        &lines,
-    );
+    let picture =
+        log_log(["target error, %: 0.3, 1 and 3 from left to right", "seconds of computing on two threads"], &lines);
     std::fs::write(&out, picture).map_err(|error| format!("{out}: {error}"))
 }
