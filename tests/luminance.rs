@@ -31,6 +31,36 @@ const PLANES: &str = r#""materials": { "grey": { "type": "diffuse", "reflectance
     { "name": "plane 2", "type": "rectangle", "origin": [-100, -100, 1], "u": [0, 200, 0], "v": [200, 0, 0], "material": "grey" } ],
   "luminaires": [ { "name": "source", "type": "point", "position": [0, 0, 0.5], "intensity_cd": 1 } ]"#;
 
+/// An eye at right angles between two mirrors that absorb nothing sees an endless row of mirrors, and the run ends; the
+/// floor, in a direction beside it, has the luminance ρE/π of what comes straight and by images of the source.
+#[test]
+fn a_sight_between_perfect_mirrors_ends() {
+    let mirror = |name: &str, y: f64, u: &str, v: &str| {
+        format!(
+            r#"{{ "name": "{name}", "type": "rectangle", "origin": [-5, {y}, 0], "u": {u}, "v": {v}, "material": "mirror" }}"#
+        )
+    };
+    let scene = from_text(&format!(
+        r#"{{ "version": 1, "materials": {{ "mirror": {{ "type": "mirror", "reflectance": 1 }}, "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+          "geometry": [ {}, {}, {{ "name": "floor", "type": "rectangle", "origin": [-5, 0, 0], "u": [10, 0, 0], "v": [0, 1, 0], "material": "grey" }} ],
+          "luminaires": [ {{ "name": "source", "type": "point", "position": [0, 0.5, 2], "intensity_cd": 100 }} ],
+          "receivers": [ {{ "name": "across", "type": "luminance", "position": [1, 0.5, 1], "directions": [[0, 1, 0]] }},
+                         {{ "name": "down", "type": "luminance", "position": [1, 0.5, 1], "directions": [[0, 0, -1]] }} ] }}"#,
+        mirror("left", 0.0, "[0, 0, 3]", "[10, 0, 0]"),
+        mirror("right", 1.0, "[10, 0, 0]", "[0, 0, 3]"),
+    ));
+    let solution = by_method(&scene, Method::Collision, 3, 40_000);
+    let values = |name: &str| &solution.maps.iter().find(|map| map.name == name).expect("the map").values;
+    assert_eq!(values("across").illuminance_lx, [0.0]);
+    // The images stand a whole number of metres beside the source, on either side; all light is theirs.
+    let light = |image: i32| 100.0 * 2.0 / (1.0 + 4.0 + f64::from(image).powi(2)).powf(1.5);
+    // It falls from 2 m, so that mirrors 3 m high hold all of its way.
+    let exact = 0.5 / PI * (-2000..=2000).map(light).sum::<f64>();
+    let (value, error) = (values("down").illuminance_lx[0], values("down").standard_error_lx[0]);
+    assert!((value - exact).abs() < 6.0 * error + 0.02 * exact, "{value} ± {error}, exactly {exact}");
+    assert!((1.1 * value - exact).abs() > 6.0 * error + 0.02 * exact, "{value} ± {error}, exactly {exact}");
+}
+
 /// A diffuse plane has the luminance ρE/π whichever way it is seen, by walks and by double local estimation.
 ///
 /// 29 directions from a height of 0.5, up to 80° from the vertical; E by Sobolev's integral at each sub-point. Every

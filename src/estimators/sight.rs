@@ -12,6 +12,9 @@ use crate::sampling::reflection::{Law, Way, mirrored};
 
 /// A branch of a line of sight (mirrored or passed by a pane) that carries less than this share goes on by chance only.
 pub const SMALL_SHARE: f64 = 0.1;
+/// A line of sight that has met so many mirrors and panes goes on by chance only, whatever it carries: between two mirrors that
+/// face each other and absorb nothing it would never end.
+pub const MANY_MIRRORS: u32 = 1000;
 /// An opening may lie this many times the tracer's accuracy behind a surface and still be seen: it is mounted on it.
 const MOUNTING: f64 = 8.0;
 
@@ -52,8 +55,14 @@ pub fn look_along(
     mut show: impl FnMut(Seen),
 ) -> u64 {
     let mut rays = 0;
-    let mut branches = vec![(*eye, direction, 1.0)];
-    while let Some((origin, direction, mut share)) = branches.pop() {
+    let mut branches = vec![(*eye, direction, 1.0, 0)];
+    while let Some((origin, direction, mut share, met)) = branches.pop() {
+        if met > MANY_MIRRORS {
+            if stream.unit() >= 0.5 {
+                continue;
+            }
+            share *= 2.0;
+        }
         if share < small_share {
             if stream.unit() * small_share >= share {
                 continue;
@@ -105,9 +114,11 @@ pub fn look_along(
                     stage.leave(&hit, Way::Mirrored),
                     mirrored(direction, normal),
                     share * law.mirror_share(cosine),
+                    met + 1,
                 ));
                 if let Law::Glass(glass) = law {
-                    branches.push((stage.leave(&hit, Way::Passed), direction, share * glass.shares(cosine)[1]));
+                    let passed = stage.leave(&hit, Way::Passed);
+                    branches.push((passed, direction, share * glass.shares(cosine)[1], met + 1));
                 }
             }
             Law::Diffuse(_) | Law::Phong(_) | Law::Translucent(_) => {

@@ -12,6 +12,7 @@ use super::mesh::Surroundings;
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::estimators::images::look_into_mirrors;
+use crate::estimators::sight::MANY_MIRRORS;
 use crate::estimators::walk::{Memory, Recall, gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
@@ -91,7 +92,7 @@ fn past_mirrors(
     mut direction: DVec3,
     stream: &mut Stream,
 ) -> (Option<(Origin, DVec3)>, u64) {
-    for rays in 1.. {
+    for rays in 1..=u64::from(MANY_MIRRORS) {
         let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, direction) else {
             return (Some((origin, direction)), rays);
         };
@@ -104,7 +105,8 @@ fn past_mirrors(
         origin = stage.leave(&hit, scattered.way);
         direction = scattered.direction;
     }
-    (None, 0)
+    // Mirrors that face each other and absorb nothing: what comes after so many of them is lost.
+    (None, u64::from(MANY_MIRRORS))
 }
 
 /// Ends a walk at the first diffuse surface, with what images bring there, and says where that was.
