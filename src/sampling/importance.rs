@@ -106,13 +106,16 @@ impl Beacon {
         let inverse = 1.0 / distance_squared.sqrt();
         // Tilting by the angle that the radius spans can raise a cosine by no more than radius/distance.
         let spread = (self.radius_m * inverse).min(1.0);
-        let at_receiver = (offset.dot(normal) * inverse + spread).min(1.0);
+        // Within the ball it can stand anywhere above the horizon.
+        let is_within = spread >= 1.0;
+        let at_receiver = if is_within { 1.0 } else { (offset.dot(normal) * inverse + spread).min(1.0) };
         if at_receiver <= 0.0 {
             return 0.0;
         }
         let cos_gamma = -offset.dot(self.axis) * inverse;
         let profile = match &self.profile {
             Profile::Uniform => 1.0,
+            Profile::Cosine if is_within => 1.0,
             Profile::Cosine => (cos_gamma + spread).clamp(0.0, 1.0),
             Profile::Table(table) => {
                 let reached = (cos_gamma + spread).min(1.0);
