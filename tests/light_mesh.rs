@@ -1,7 +1,8 @@
 //! Light meshes against exact truths: shadows, walls, closed formulas, and what each acceleration changes.
 
-use std::path::Path;
+mod common;
 
+use common::{Silent, scene_of};
 use glam::DVec3;
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::polygon::polygon_illuminance_lx;
@@ -13,18 +14,17 @@ use luxmc::light_mesh::{
     Accelerations, Counts, Entries, IndirectForm, LightMesh, Options, Placing, Samples, Solids, Surroundings,
 };
 use luxmc::maps::MapKind;
-use luxmc::scene::{Scene, scene_from_json};
-use luxmc::solver::{MapSelection, Observer, Progress, Settings, StopReason, solve};
+use luxmc::scene::Scene;
+use luxmc::solver::{MapSelection, Settings, StopReason, solve};
 use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 fn scene(geometry: &str, luminaires: &str, receivers: &str) -> Scene {
-    let text = format!(
+    scene_of(&format!(
         r#"{{ "version": 1,
             "materials": {{ "black": {{ "type": "diffuse", "reflectance": 0 }},
                             "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
             "geometry": [{geometry}], "luminaires": [{luminaires}], "receivers": [{receivers}] }}"#
-    );
-    scene_from_json(&text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
+    ))
 }
 
 /// A hall of 8 m × 8 m with solids of all sizes, a thin sheet among them, and nine lamps.
@@ -209,7 +209,8 @@ fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
         .collect();
     let error = |form: IndirectForm, seed: u64| {
         let choice = MeshChoice { step_m: Some(0.025), form, ..MeshChoice::default() };
-        let solution = solve_by_light_mesh(&scene, &settings(None, seed), &choice, &Quiet).expect("it can be computed");
+        let solution =
+            solve_by_light_mesh(&scene, &settings(None, seed), &choice, &Silent).expect("it can be computed");
         relative_rms(&solution.maps[0].values.indirect_lx, &exact)
     };
     for seed in 1..=4 {
@@ -218,18 +219,6 @@ fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
     }
     let scalar = error(IndirectForm::Scalar, 1);
     assert!(scalar > 0.3, "{scalar}");
-}
-
-struct Quiet;
-
-impl Observer for Quiet {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
 }
 
 fn settings(target_error: Option<f64>, seed: u64) -> Settings {
@@ -245,7 +234,8 @@ fn the_stated_error_is_the_true_one() {
     let choice = MeshChoice { step_m: Some(0.1), ..MeshChoice::default() };
     let mut ratios = Vec::new();
     for seed in 0..12 {
-        let solution = solve_by_light_mesh(&scene, &settings(None, seed), &choice, &Quiet).expect("it can be computed");
+        let solution =
+            solve_by_light_mesh(&scene, &settings(None, seed), &choice, &Silent).expect("it can be computed");
         let map = &solution.maps[0];
         let error = relative_rms(&map.values.illuminance_lx, &exact);
         ratios.push(map.error.estimated / error);
@@ -262,7 +252,7 @@ fn the_step_is_found_for_the_target_or_shadow_rays_complete_the_run() {
     let scene = hall(300);
     let exact = World::of(hall(300)).by_rays();
     let solved = |target: f64| {
-        solve_by_light_mesh(&scene, &settings(Some(target), 0), &MeshChoice::default(), &Quiet)
+        solve_by_light_mesh(&scene, &settings(Some(target), 0), &MeshChoice::default(), &Silent)
             .expect("it can be computed")
     };
     let coarse = solved(0.07);
@@ -287,8 +277,8 @@ fn a_reflecting_room_agrees_with_chains() {
     let grid = r#"{ "name": "plane", "type": "grid", "origin": [0.2,0.2,1.2], "u": [3.6,0,0], "v": [0,3.6,0], "columns": 12, "rows": 12 }"#;
     let scene = scene(room, lamps, grid);
     let all = |target: f64| Settings { maps: MapSelection::All, ..settings(Some(target), 3) };
-    let chains = solve(&scene, &all(0.01), &Quiet);
-    let mesh = solve_by_light_mesh(&scene, &all(0.05), &MeshChoice::default(), &Quiet).expect("it can be computed");
+    let chains = solve(&scene, &all(0.01), &Silent);
+    let mesh = solve_by_light_mesh(&scene, &all(0.05), &MeshChoice::default(), &Silent).expect("it can be computed");
     for (by_mesh, by_chains) in mesh.maps.iter().zip(&chains.maps) {
         let error = relative_rms(&by_mesh.values.illuminance_lx, &by_chains.values.illuminance_lx);
         assert!(error < 0.05, "{}: {error}, stated {}", by_mesh.name, by_mesh.error.estimated);

@@ -1,31 +1,19 @@
 //! Luminance by light meshes: lines of sight through mirrors and panes, against closed forms and against walks.
 
-use std::f64::consts::PI;
-use std::path::Path;
+mod common;
 
+use std::f64::consts::PI;
+
+use common::{Silent, scene_of};
 use glam::DVec3;
 use luxmc::base::pane::pane_shares;
 use luxmc::maps::TableKind;
-use luxmc::scene::{Scene, scene_from_json};
-use luxmc::solver::{MapSelection, Method, Observer, Progress, Settings, Solution, StopReason, solve};
+use luxmc::scene::Scene;
+use luxmc::solver::{MapSelection, Method, Settings, Solution, StopReason, solve};
 use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
-struct Quiet;
-
-impl Observer for Quiet {
-    fn progress(&self, _: &Progress) {}
-
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
-
 fn scene(geometry: &str, luminaires: &str, receivers: &str, mirror: f64) -> Scene {
-    let text = format!(
+    scene_of(&format!(
         r#"{{ "version": 1,
             "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }},
                             "mirror": {{ "type": "mirror", "reflectance": {mirror} }},
@@ -33,14 +21,13 @@ fn scene(geometry: &str, luminaires: &str, receivers: &str, mirror: f64) -> Scen
                             "shade": {{ "type": "translucent", "diffuse_reflectance": 0.4, "diffuse_transmittance": 0.3 }},
                             "gloss": {{ "type": "phong", "diffuse_reflectance": 0.3, "specular_reflectance": 0.2, "exponent": 20 }} }},
             "geometry": [{geometry}], "luminaires": [{luminaires}], "receivers": [{receivers}] }}"#
-    );
-    scene_from_json(&text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
+    ))
 }
 
 fn by_mesh(scene: &Scene, step_m: f64, seed: u64) -> Solution {
     let settings = Settings { seed, maps: MapSelection::Receivers, ..Settings::default() };
     let choice = MeshChoice { step_m: Some(step_m), ..MeshChoice::default() };
-    solve_by_light_mesh(scene, &settings, &choice, &Quiet).unwrap_or_else(|error| panic!("{error}"))
+    solve_by_light_mesh(scene, &settings, &choice, &Silent).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Luminance of once reflected light on a floor under a lamp, seen straight, in a mirror, through a pane (whose other face
@@ -112,7 +99,7 @@ fn a_view_of_a_room_agrees_with_walks() {
         maps: MapSelection::Receivers,
         ..Settings::default()
     };
-    let walks = &solve(&view(0.9), &settings, &Quiet).maps[0];
+    let walks = &solve(&view(0.9), &settings, &Silent).maps[0];
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let compare = |solution: &Solution| {
         let found = &solution.maps[0].values.illuminance_lx;
@@ -154,7 +141,7 @@ fn lobes_cylinders_and_glare_are_refused_with_the_method_that_can() {
     let refusal = |receiver: &str| {
         let scene = scene(room, LAMP, receiver, 0.9);
         let settings = Settings { maps: MapSelection::Receivers, ..Settings::default() };
-        match solve_by_light_mesh(&scene, &settings, &MeshChoice::default(), &Quiet) {
+        match solve_by_light_mesh(&scene, &settings, &MeshChoice::default(), &Silent) {
             Ok(_) => panic!("accepted: {receiver}"),
             Err(error) => error.to_string(),
         }

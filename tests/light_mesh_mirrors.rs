@@ -1,7 +1,8 @@
 //! Light meshes where flat mirrors show balls and areas: closed forms of the images, and walks that meet them by chance.
 
-use std::path::Path;
+mod common;
 
+use common::{Silent, scene_of};
 use glam::DVec3;
 use luxmc::base::ball::ball_illuminance_factor;
 use luxmc::base::polygon::polygon_illuminance_lx;
@@ -9,33 +10,18 @@ use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
 use luxmc::estimators::images::AreaImages;
 use luxmc::sampling::random::{Purpose, Stream};
-use luxmc::scene::{Scene, scene_from_json};
-use luxmc::solver::{MapSelection, Method, Observer, Progress, Settings, Solution, StopReason, solve};
+use luxmc::scene::Scene;
+use luxmc::solver::{MapSelection, Method, Settings, Solution, StopReason, solve};
 use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
-struct Quiet;
-
-impl Observer for Quiet {
-    fn progress(&self, _: &Progress) {}
-
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
-
 fn scene(geometry: &str, luminaires: &str, receivers: &str) -> Scene {
-    let text = format!(
+    scene_of(&format!(
         r#"{{ "version": 1,
             "materials": {{ "black": {{ "type": "diffuse", "reflectance": 0 }},
                             "grey": {{ "type": "diffuse", "reflectance": 0.5 }},
                             "mirror": {{ "type": "mirror", "reflectance": 0.9 }} }},
             "geometry": [{geometry}], "luminaires": [{luminaires}], "receivers": [{receivers}] }}"#
-    );
-    scene_from_json(&text, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
+    ))
 }
 
 /// Two mirrors that meet in a corner (x = 0 and y = 0, 400 m wide and high).
@@ -105,7 +91,7 @@ fn images_of_areas_in_a_corner_have_closed_forms() {
 
 fn by_mesh(scene: &Scene, choice: &MeshChoice, target_error: Option<f64>) -> Solution {
     let settings = Settings { seed: 4, maps: MapSelection::Receivers, target_error, ..Settings::default() };
-    solve_by_light_mesh(scene, &settings, choice, &Quiet).unwrap_or_else(|error| panic!("{error}"))
+    solve_by_light_mesh(scene, &settings, choice, &Silent).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// An eye looks at a grey floor that a ball lights by way of a mirror alone: a black screen hides the ball itself. Its
@@ -156,7 +142,7 @@ fn a_room_with_a_ball_in_a_mirror_agrees_with_walks() {
         maps: MapSelection::Receivers,
         ..Settings::default()
     };
-    let walks = &solve(&room("mirror"), &settings, &Quiet).maps[0];
+    let walks = &solve(&room("mirror"), &settings, &Silent).maps[0];
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let shift =
         |solution: &Solution| mean(&solution.maps[0].values.indirect_lx) / mean(&walks.values.indirect_lx) - 1.0;

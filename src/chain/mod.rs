@@ -6,7 +6,7 @@ mod outlook;
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
-pub use outlook::{Outlook, Spot};
+pub use outlook::{Found, HIDDEN, Outlook, Spot};
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitters, Place};

@@ -10,6 +10,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Stage;
+use crate::geometry::Origin;
+use crate::sampling::emitter::Look;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
@@ -20,13 +22,13 @@ const MOST_REGIONS: usize = 128;
 /// Points of a region from which the first looks are taken.
 const FIRST_POINTS: u64 = 8;
 /// Luminaires looked at from each of them, at most.
-const FIRST_LOOKS: u32 = 32;
+const FIRST_LOOKS: u64 = 32;
 /// Choices need help where more than this share of the unshadowed light is hidden from a point: less costs little.
-const HIDDEN: f64 = 0.99;
+pub const HIDDEN: f64 = 0.99;
 /// Points of a region that is looked at closely.
 const POINTS: u64 = 16;
 /// Luminaires looked at from each of them, at most.
-const LOOKS: u32 = 256;
+const LOOKS: u64 = 256;
 /// A close look at a point ends when what has not been looked at could bring this share of what is in sight.
 const REST: f64 = 1e-3;
 /// Share of the choices that go to luminaires that were seen from the region.
@@ -105,11 +107,6 @@ impl Outlook {
         self.rays
     }
 
-    /// Whether choices from a side of a triangle need help.
-    pub fn helps_from(&self, spot: Spot) -> bool {
-        self.sights_from(spot).is_some()
-    }
-
     #[inline]
     fn sights_from(&self, (triangle, side): Spot) -> Option<&Sights> {
         let region = self.regions.get(triangle as usize)?[side as usize];
@@ -118,8 +115,9 @@ impl Outlook {
 }
 
 impl Stage {
-    /// Chooses one emitter for a point with a unit normal on a side of a triangle, about in proportion to what it brings
-    /// there; returns its number with the probability of the choice. `None`: this choice brings nothing.
+    /// Chooses one emitter, about in proportion to what it brings to the point with a unit normal on a side of a triangle for
+    /// which `cut` was opened ([`Emitters::open`](crate::sampling::emitter::Emitters::open)); returns its number with the
+    /// probability of the choice. `None`: this choice brings nothing.
     #[inline]
     pub fn choose_emitter(
         &self,
@@ -127,42 +125,62 @@ impl Stage {
         point_m: DVec3,
         normal: DVec3,
         variate: f64,
-        cut: &mut Cut,
+        cut: &Cut,
     ) -> Option<(u32, f64)> {
         let Some(sights) = self.outlook.sights_from(spot) else {
-            return self.emitters.choose_for(point_m, normal, variate, cut);
+            return self.emitters.choose(point_m, normal, variate, cut);
         };
         let emitter = if variate < SEEN {
             sights.choose(variate / SEEN)
         } else if variate < 1.0 - ANY {
             let variate = (variate - SEEN) / (1.0 - ANY - SEEN);
-            self.emitters.choose_for(point_m, normal, variate, cut)?.0
+            self.emitters.choose(point_m, normal, variate, cut)?.0
         } else {
             let count = self.emitters.list().len();
             ((((variate - 1.0 + ANY) / ANY) * count as f64) as usize).min(count - 1) as u32
         };
-        Some((emitter, self.probability_with(sights, emitter, point_m, normal, cut)))
+        Some((emitter, self.probability_of_emitter(emitter, spot, point_m, normal, cut)))
     }
 
     /// Probability with which [`Stage::choose_emitter`] chooses an emitter.
-    pub fn probability_of_emitter(
-        &self,
-        emitter: u32,
-        spot: Spot,
-        point_m: DVec3,
-        normal: DVec3,
-        cut: &mut Cut,
-    ) -> f64 {
-        match self.outlook.sights_from(spot) {
-            Some(sights) => self.probability_with(sights, emitter, point_m, normal, cut),
-            None => self.emitters.probability_for(emitter, point_m, normal, cut),
-        }
+    pub fn probability_of_emitter(&self, emitter: u32, spot: Spot, point_m: DVec3, normal: DVec3, cut: &Cut) -> f64 {
+        let unshadowed = self.emitters.probability(emitter, point_m, normal, cut);
+        self.outlook.sights_from(spot).map_or(unshadowed, |sights| {
+            SEEN * sights.probability(emitter)
+                + (1.0 - SEEN - ANY) * unshadowed
+                + ANY / self.emitters.list().len() as f64
+        })
     }
 
-    fn probability_with(&self, sights: &Sights, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
-        SEEN * sights.probability(emitter)
-            + (1.0 - SEEN - ANY) * self.emitters.probability_for(emitter, point_m, normal, cut)
-            + ANY / self.emitters.list().len() as f64
+    /// Share of the light of a look that gets to a place: 1 or 0, or what panes let pass.
+    pub fn seen_share(&self, look: &Look, origin: &Origin) -> f64 {
+        look.place.map_or(0.0, |place| self.transmittance(origin, &self.origin(&place)))
+    }
+
+    /// Looks at one emitter after the other from a point with a unit normal, strong ones about first, and shows each with
+    /// what it brings in lx, until that is `enough`.
+    pub fn look_around(
+        &self,
+        origin: &Origin,
+        [point_m, normal]: [DVec3; 2],
+        stream: &mut Stream,
+        show: &mut dyn FnMut(u32, f64),
+        enough: &dyn Fn(&Found) -> bool,
+    ) -> Found {
+        let mut found = Found::default();
+        self.emitters.strongest_first(point_m, normal, |index, importance, rest| {
+            let look = self.emitters.list()[index as usize].look(point_m, normal, stream);
+            let lx = look.map_or(0.0, |look| {
+                found.rays += 1;
+                look.unshadowed_lx * self.seen_share(&look, origin)
+            });
+            found.looks += 1;
+            found.rest = rest;
+            *(if lx > 0.0 { &mut found.seen } else { &mut found.hidden }) += importance;
+            show(index, lx);
+            !enough(&found)
+        });
+        found
     }
 }
 
@@ -199,13 +217,30 @@ fn halve<'a>(scene: &Scene, spots: &'a mut [Spot], most: usize, parts: &mut Vec<
 }
 
 /// What the looks from one point found.
-#[derive(Default)]
-struct Found {
-    /// Importance of emitters that were seen, that were hidden, and that were not looked at.
-    seen: f64,
-    hidden: f64,
-    rest: f64,
-    rays: u64,
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Found {
+    /// Importance of emitters that were seen, in lx.
+    pub seen: f64,
+    /// Importance of those that were hidden.
+    pub hidden: f64,
+    /// Importance of those that were not looked at.
+    pub rest: f64,
+    /// Emitters that were looked at.
+    pub looks: u64,
+    /// Rays that it took.
+    pub rays: u64,
+}
+
+impl Found {
+    /// Whether nearly all that was looked at is hidden: then a choice by unshadowed light needs help.
+    pub fn is_mostly_hidden(&self) -> bool {
+        self.hidden > HIDDEN * (self.hidden + self.seen)
+    }
+
+    /// Whether what was not looked at is nothing beside what is in sight.
+    pub fn has_little_rest(&self) -> bool {
+        self.rest <= REST * self.seen
+    }
 }
 
 /// Looks around from a region; the luminaires in sight where nearly all unshadowed light is hidden from some point of it,
@@ -219,24 +254,25 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<
         })
         .collect();
     let mut stream = Stream::new(SEED, Purpose::Pilot, region, 0);
-    let mut look_from =
-        |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&Found, u32) -> bool| {
-            stream.seek(index);
-            let aim = (index % points) as f64 + stream.unit();
-            let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
-            let spot = spots[place.min(spots.len() - 1)];
-            look_around(stage, spot, &mut stream, show, enough)
-        };
+    let mut look_from = |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&Found) -> bool| {
+        stream.seek(index);
+        let aim = (index % points) as f64 + stream.unit();
+        let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
+        let (triangle, side) = spots[place.min(spots.len() - 1)];
+        let origin = stage.tracer.surface_origin(triangle, uniform_triangle(stream.pair()), side);
+        let place = [stage.tracer.position_m(&origin), stage.normal(triangle, side)];
+        stage.look_around(&origin, place, &mut stream, show, enough)
+    };
 
     let mut rays = 0;
     let mut most_is_hidden = false;
     for index in 0..FIRST_POINTS {
-        let enough = |found: &Found, looks: u32| found.seen >= found.rest || looks >= FIRST_LOOKS;
+        let enough = |found: &Found| found.seen >= found.rest || found.looks >= FIRST_LOOKS;
         let found = look_from(index, FIRST_POINTS, &mut |_, _| {}, &enough);
         rays += found.rays;
         // In full shadow there is nothing to find.
         let may_find = found.seen + found.rest > 0.0;
-        most_is_hidden |= may_find && found.hidden > HIDDEN * (found.hidden + found.seen);
+        most_is_hidden |= may_find && found.is_mostly_hidden();
     }
     if !most_is_hidden {
         return (None, rays);
@@ -245,8 +281,12 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<
     let mut shares: Vec<(u32, f64)> = Vec::new();
     for index in 0..POINTS {
         let first = shares.len();
-        let enough = |found: &Found, looks: u32| found.rest <= REST * found.seen || looks >= LOOKS;
-        let mut show = |emitter: u32, lx: f64| shares.push((emitter, lx));
+        let enough = |found: &Found| found.has_little_rest() || found.looks >= LOOKS;
+        let mut show = |emitter: u32, lx: f64| {
+            if lx > 0.0 {
+                shares.push((emitter, lx));
+            }
+        };
         rays += look_from(FIRST_POINTS + index, POINTS, &mut show, &enough).rays;
         // Every point has one vote, however dark it is there.
         let sum: f64 = shares[first..].iter().map(|(_, lx)| lx).sum();
@@ -254,7 +294,7 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<
     }
     shares.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
-    if total.is_nan() || total <= 0.0 {
+    if total <= 0.0 {
         return (None, rays);
     }
     let mut sights = Sights { emitters: Vec::new(), cumulative: Vec::new() };
@@ -265,37 +305,4 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<
         sights.cumulative.push(before);
     }
     (Some(sights), rays)
-}
-
-/// Looks at one emitter after the other from a random point of a side, strong ones first, and shows those in sight with
-/// what they bring in lx.
-fn look_around(
-    stage: &Stage,
-    (triangle, side): Spot,
-    stream: &mut Stream,
-    show: &mut dyn FnMut(u32, f64),
-    enough: &dyn Fn(&Found, u32) -> bool,
-) -> Found {
-    let origin = stage.tracer.surface_origin(triangle, uniform_triangle(stream.pair()), side);
-    let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal(triangle, side));
-    let mut found = Found::default();
-    let mut looks = 0;
-    stage.emitters.strongest_first(point_m, normal, |index, importance, rest| {
-        let look = stage.emitters.list()[index as usize].look(point_m, normal, stream);
-        let lx = look.map_or(0.0, |look| {
-            found.rays += 1;
-            let seen = look.place.map_or(0.0, |place| stage.transmittance(&origin, &stage.origin(&place)));
-            look.unshadowed_lx * seen
-        });
-        looks += 1;
-        found.rest = rest;
-        if lx > 0.0 {
-            found.seen += importance;
-            show(index, lx);
-        } else {
-            found.hidden += importance;
-        }
-        !enough(&found, looks)
-    });
-    found
 }

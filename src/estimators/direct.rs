@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::element::Element;
-use crate::chain::{Spot, Stage};
+use crate::chain::{Found, HIDDEN, Spot, Stage};
 use crate::geometry::Origin;
-use crate::sampling::emitter::{Emitter, Look};
+use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::triangle::SeenTriangle;
@@ -19,10 +19,6 @@ const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
 const SHARE_OF_BOUND: f64 = 0.05;
 /// Share of all looks of a pass at a receiver that goes to any emitter, bright or dim: the bright ones may be hidden.
 const SHARE_FOR_ANY: f64 = 0.01;
-/// Where more than this share of the unshadowed light is hidden, what is hidden is weighed less.
-const HIDDEN: f64 = 0.99;
-/// A look ahead ends when what has not been looked at could bring this share of what is in sight.
-const REST: f64 = 1e-3;
 /// Rays of a look ahead, at most.
 const MOST_LOOKS_AHEAD: u64 = 256;
 /// Looks of one pass at an element where emitters are chosen: elements are many.
@@ -87,19 +83,17 @@ impl DirectPass {
         let mut stream = Stream::new(0, Purpose::Pilot, 0, 0);
         stream.seek(receiver.point_m.to_array().iter().fold(0, |bits, m| bits.rotate_left(21) ^ m.to_bits()));
         self.hidden.clear();
-        let (mut seen, mut hidden, mut rays) = (0.0, 0.0, 0);
-        stage.emitters.strongest_first(receiver.point_m, receiver.normal, |index, importance, rest| {
-            let look = stage.emitters.list()[index as usize].look(receiver.point_m, receiver.normal, &mut stream);
-            rays += u64::from(look.is_some());
-            if look.is_some_and(|look| seen_share(stage, &look, receiver) > 0.0) {
-                seen += importance;
-            } else {
-                hidden += importance;
+        let place = [receiver.point_m, receiver.normal];
+        let enough = |found: &Found| {
+            let is_seen = if found.is_mostly_hidden() { found.has_little_rest() } else { found.rest <= found.seen };
+            found.rays >= MOST_LOOKS_AHEAD || is_seen
+        };
+        let mut note_hidden = |index: u32, lx: f64| {
+            if lx <= 0.0 {
                 self.hidden.push(index);
             }
-            let is_hidden = hidden > HIDDEN * (hidden + seen);
-            rays < MOST_LOOKS_AHEAD && if is_hidden { rest > REST * seen } else { rest > seen }
-        });
+        };
+        let found = stage.look_around(receiver.origin, place, &mut stream, &mut note_hidden, &enough);
         let weight_of = |indices: &[u32]| indices.iter().map(|index| self.importance[*index as usize]).sum::<f64>();
         let (weight_hidden, weight) = (weight_of(&self.hidden), self.total);
         let others = weight - weight_hidden;
@@ -107,7 +101,7 @@ impl DirectPass {
             let scale = others / weight_hidden;
             self.hidden.iter().for_each(|index| self.importance[*index as usize] *= scale);
         }
-        rays
+        found.rays
     }
 
     /// One unbiased sample at the point that was prepared, and the rays it took.
@@ -120,7 +114,7 @@ impl DirectPass {
         for (number, emitter) in stage.emitters.list().iter().enumerate() {
             stream.turn_to(number as u64);
             if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
-                sum_lx += look.unshadowed_lx * seen_share(stage, &look, receiver);
+                sum_lx += look.unshadowed_lx * stage.seen_share(&look, receiver.origin);
                 rays += 1;
             }
         }
@@ -138,25 +132,17 @@ impl DirectPass {
         stream: &mut Stream,
     ) -> (f64, u64) {
         let first = stream.fine_unit();
-        let needs_help = stage.outlook.helps_from(spot);
-        if !needs_help {
-            stage.emitters.open(receiver.point_m, receiver.normal, &mut self.cut);
-        }
+        let (point_m, normal) = (receiver.point_m, receiver.normal);
+        stage.emitters.open(point_m, normal, &mut self.cut);
         let (mut sum_lx, mut rays) = (0.0, 0);
         for step in 0..count {
             let variate = (first + step as f64) / count as f64;
-            let (point_m, normal) = (receiver.point_m, receiver.normal);
-            let chosen = if needs_help {
-                stage.choose_emitter(spot, point_m, normal, variate, &mut self.cut)
-            } else {
-                stage.emitters.choose_again(point_m, normal, variate, &self.cut)
-            };
-            let Some((index, probability)) = chosen else {
+            let Some((index, probability)) = stage.choose_emitter(spot, point_m, normal, variate, &self.cut) else {
                 continue;
             };
             stream.turn_to((u64::from(index) << 32) | step as u64);
             if let Some(look) = stage.emitters.list()[index as usize].look(point_m, normal, stream) {
-                sum_lx += look.unshadowed_lx / probability * seen_share(stage, &look, receiver);
+                sum_lx += look.unshadowed_lx / probability * stage.seen_share(&look, receiver.origin);
                 rays += 1;
             }
         }
@@ -190,7 +176,7 @@ impl DirectPass {
             };
             stream.turn_to(number as u64);
             if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
-                sum_lx += look.unshadowed_lx * weight * seen_share(stage, &look, receiver);
+                sum_lx += look.unshadowed_lx * weight * stage.seen_share(&look, receiver.origin);
                 rays += 1;
             }
         }
@@ -214,7 +200,7 @@ impl DirectPass {
                         emitter.look(point_m, element.normal, stream).map(|look| {
                             let origin = element.origin(stage, at);
                             let receiver = Receiver { point_m, normal: element.normal, origin: &origin };
-                            look.unshadowed_lx * seen_share(stage, &look, &receiver)
+                            look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
                         })
                     }
                 };
@@ -246,7 +232,7 @@ impl DirectPass {
                 stream.turn_to(sequence as u64);
                 emitter.look(receiver.point_m, receiver.normal, stream).map_or(0.0, |look| {
                     rays += 1;
-                    look.unshadowed_lx * seen_share(stage, &look, receiver)
+                    look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
                 })
             };
             let first_lx = look_lx(number, stream);
@@ -292,6 +278,7 @@ pub fn one_look<'a>(
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
     let variate = stream.fine_unit();
+    stage.emitters.open(receiver.point_m, receiver.normal, cut);
     let (index, probability) = stage.choose_emitter(spot, receiver.point_m, receiver.normal, variate, cut)?;
     let emitter = &stage.emitters.list()[index as usize];
     let look = emitter.look(receiver.point_m, receiver.normal, stream)?;
@@ -329,9 +316,4 @@ fn point_over_element(
     let source = stage.origin(&emitter.place_of_point(position_m));
     let seen_share = stage.transmittance(&element.origin(stage, barycentric), &source);
     Some(intensity_cd * seen.solid_angle_sr() / element.area_m2 * seen_share)
-}
-
-/// Share of the light that gets to the receiver from the point that it looks at: 1 or 0, or what panes let pass.
-fn seen_share(stage: &Stage, look: &Look, receiver: &Receiver) -> f64 {
-    look.place.map_or(0.0, |place| stage.transmittance(receiver.origin, &stage.origin(&place)))
 }

@@ -22,7 +22,6 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair, Phong, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
-use crate::scene::Side;
 
 /// How a walk left the last vertex at which it looked for luminaires.
 enum Departure {
@@ -124,8 +123,7 @@ pub fn sample_arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, departure: Departure::Seen };
-    follow_lm_m2(stage, start, |_, _| [1.0; 2], &mut Blank, cut, stream)
+    gather_arriving_lx(stage, origin, direction, &mut Blank, cut, stream)
 }
 
 /// The same where a memory knows what comes after diffuse surfaces, or counts it by itself.
@@ -205,7 +203,8 @@ fn follow_lm_m2(
         }
         // Light that a sheet lets through has arrived at its other side.
         let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
-        let vertex = Vertex { stage, hit: &hit, side: hit.side, direction, normal, origin: &origin };
+        let spot = (hit.triangle, hit.side);
+        let vertex = Vertex { stage, hit: &hit, spot, direction, normal, origin: &origin };
         let mut guided_lx = 0.0;
         if let Law::Diffuse(law) = law {
             let (recall, recall_rays) = memory.recall(&hit, &vertex.receiver(), law.reflectance, cut, stream);
@@ -214,7 +213,7 @@ fn follow_lm_m2(
                 Recall::Nothing => {}
                 Recall::End(known_lx) => {
                     // What is known holds the images in mirrors.
-                    let sight = one_look(stage, vertex.spot(), &vertex.receiver(), cut, stream);
+                    let sight = one_look(stage, spot, &vertex.receiver(), cut, stream);
                     let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1));
                     let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
                     return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
@@ -244,7 +243,7 @@ fn follow_lm_m2(
         departure = match (scattered.way, law) {
             (Way::Lobe, Law::Phong(law)) => Departure::Lobe(LobeRay {
                 lobe_per_sr: law.lobe_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
-                spot: (hit.triangle, hit.side),
+                spot,
                 point_m: stage.tracer.position_m(&origin),
                 normal,
             }),
@@ -276,6 +275,7 @@ fn met_lm_m2(stage: &Stage, departure: &Departure, met: impl Iterator<Item = u32
             Departure::Mirrored => 1.0,
             Departure::Lobe(ray) => {
                 let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
+                stage.emitters.open(ray.point_m, ray.normal, cut);
                 let probability = stage.probability_of_emitter(index, ray.spot, ray.point_m, ray.normal, cut);
                 let looked = probability * exitance_lm_m2 / PI;
                 let rayed = ray.lobe_per_sr * unshadowed_lx;
@@ -291,8 +291,8 @@ fn met_lm_m2(stage: &Stage, departure: &Departure, met: impl Iterator<Item = u32
 struct Vertex<'a> {
     stage: &'a Stage,
     hit: &'a SurfaceHit,
-    /// The side from which it looks for luminaires.
-    side: Side,
+    /// The side of a triangle from which it looks for luminaires.
+    spot: Spot,
     /// Direction of the walk's ray.
     direction: DVec3,
     normal: DVec3,
@@ -301,10 +301,6 @@ struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
-    fn spot(&self) -> Spot {
-        (self.hit.triangle, self.side)
-    }
-
     fn receiver(&self) -> Receiver<'_> {
         Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
@@ -312,7 +308,7 @@ impl Vertex<'_> {
     /// Direct light of which a share leaves in all directions, and another of light from images in mirrors.
     #[inline]
     fn spread_lm_m2(&self, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-        let sight = if direct > 0.0 { one_look(self.stage, self.spot(), &self.receiver(), cut, stream) } else { None };
+        let sight = if direct > 0.0 { one_look(self.stage, self.spot, &self.receiver(), cut, stream) } else { None };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * sight.direct_lx(), 1));
         let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| mirrored, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
@@ -331,7 +327,8 @@ impl Vertex<'_> {
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
         let shares = shares_behind.map(|share| share * law.total());
-        Vertex { side: self.side.other(), normal: -self.normal, origin: &behind, ..*self }
+        let (triangle, side) = self.spot;
+        Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }
             .spread_lm_m2(shares, cut, stream)
     }
 
@@ -345,7 +342,7 @@ impl Vertex<'_> {
             PI * (law.lobe_per_sr(&pair) + mirrored * law.spread_per_sr(&pair))
         };
         let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, response, cut, stream);
-        let Some(sight) = one_look(self.stage, self.spot(), &receiver, cut, stream) else {
+        let Some(sight) = one_look(self.stage, self.spot, &receiver, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
         let pair = pair(sight.towards);

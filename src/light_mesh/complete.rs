@@ -79,9 +79,7 @@ impl Planner<'_> {
             *effort += took;
             let (before, now) = (rounds.passes as f64, more as f64);
             for (light, found) in lights.iter_mut().zip(found) {
-                let mean =
-                    |half: usize| (before * light.direct_lx[half] + now * found.direct_lx[half]) / (before + now);
-                light.direct_lx = [0, 1].map(mean);
+                light.direct_lx = joined([before, now], [light.direct_lx, found.direct_lx]);
                 light.is_known = found.is_known;
             }
             rounds.passes += more;
@@ -116,9 +114,7 @@ impl Planner<'_> {
             *effort += took;
             let (before, now) = (f64::from(rounds.walks), f64::from(more));
             for (light, found) in lights.iter_mut().zip(found) {
-                let mean =
-                    |half: usize| (before * light.indirect_lx[half] + now * found.indirect_lx[half]) / (before + now);
-                light.indirect_lx = [0, 1].map(mean);
+                light.indirect_lx = joined([before, now], [light.indirect_lx, found.indirect_lx]);
             }
             rounds.walks += more;
             let random_lx = random_lx(entries, lights, |light| light.indirect_lx);
@@ -133,4 +129,9 @@ impl Planner<'_> {
             more = rounds.walks.min(of_round).max(2).next_multiple_of(2);
         }
     }
+}
+
+/// Means of two halves over what was known before and what has come now.
+fn joined([before, now]: [f64; 2], [known_lx, found_lx]: [[f64; 2]; 2]) -> [f64; 2] {
+    [0, 1].map(|half| (before * known_lx[half] + now * found_lx[half]) / (before + now))
 }

@@ -5,7 +5,7 @@
 //! Expansion", section 2.6) a t interval of ±z standard errors loses about 2 φ(z) z (z⁴ + 2z² − 3)/18 · g² of its
 //! coverage, g the skewness of the mean; bars longer by a share of (z⁴ + 2z² − 3)/18 · g² give it back.
 
-use super::{HALF, REPLICAS, standard_error};
+use super::{HALF, REPLICAS};
 
 /// (z⁴ + 2z² − 3)/18 − 1.3 (z² − 3)/12 at z = 2.17, Student's quantile of 95.4% for 15 degrees of freedom: the second
 /// part is what the kurtosis of compound Poisson scores, some 1.3 times the square of their skewness, gives back.
@@ -26,9 +26,9 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Takes an entry's value and its indirect part, both in lx, from every replica. Products of even and odd replicas
+    /// Takes the standard error of an entry's mean, and its value and indirect part from every replica, all in lx. Products of even and odd replicas
     /// have no bias, since these are independent.
-    pub fn of(value_lx: impl Fn(usize) -> f64, indirect_lx: impl Fn(usize) -> f64) -> Spread {
+    pub fn of(standard_error_lx: f64, value_lx: impl Fn(usize) -> f64, indirect_lx: impl Fn(usize) -> f64) -> Spread {
         let halves = [0, 1].map(|parity| {
             let replicas = || (parity..REPLICAS).step_by(2);
             let mean = |of: &dyn Fn(usize) -> f64| replicas().map(of).sum::<f64>() / HALF as f64;
@@ -40,7 +40,7 @@ impl Spread {
         let [(even_lx, even_variance, even_third), (odd_lx, odd_variance, odd_third)] = halves;
         Spread {
             scale_lx: 0.5 * (even_lx + odd_lx),
-            standard_error_lx: standard_error(value_lx),
+            standard_error_lx,
             third_lx4: 0.5 * (even_third * odd_lx + odd_third * even_lx),
             fourth_lx4: even_variance * odd_variance,
         }
@@ -71,6 +71,7 @@ pub(super) fn widening(spreads: &[Spread]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::maps::standard_error;
     use crate::sampling::random::{Purpose, Stream};
 
     /// Quantile of 95.4% of Student's t with 15 degrees of freedom.
@@ -97,8 +98,13 @@ mod tests {
                     })
                 })
                 .collect();
-            let spreads: Vec<Spread> =
-                entries.iter().map(|values| Spread::of(|replica| values[replica], |replica| values[replica])).collect();
+            let spreads: Vec<Spread> = entries
+                .iter()
+                .map(|values| {
+                    let value = |replica: usize| values[replica];
+                    Spread::of(standard_error(value), value, value)
+                })
+                .collect();
             for (spread, factor) in spreads.iter().zip(widening(&spreads)) {
                 let deviation = (spread.scale_lx - truth).abs();
                 held[0] += f64::from(u8::from(deviation <= T * spread.standard_error_lx));

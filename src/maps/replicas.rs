@@ -300,7 +300,8 @@ impl ReplicaMap {
         let spreads: Vec<Spread> = (0..self.sites)
             .map(|entry| {
                 let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
-                Spread::of(|replica| self.illuminance_lx(replica, entry), indirect_lx)
+                let error_lx = values.standard_error_lx[entry];
+                Spread::of(error_lx, |replica| self.illuminance_lx(replica, entry), indirect_lx)
             })
             .collect();
         for (error_lx, factor) in values.standard_error_lx.iter_mut().zip(widening(&spreads)) {

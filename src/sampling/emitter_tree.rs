@@ -30,13 +30,18 @@ enum Content {
 /// A sum that has shrunk to this share of what it was is nothing but rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// Room for one choice, so that choosing allocates nothing.
+/// What lies open to choices at one point, and room for it, so that choosing allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Cut {
     open: Vec<u32>,
     groups: Vec<Group>,
+}
+
+impl Cut {
     /// Importance of all groups together.
-    total: f64,
+    fn total(&self) -> f64 {
+        self.groups.last().map_or(0.0, |group| group.cumulative)
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -115,29 +120,10 @@ impl EmitterTree {
         self.nodes.len() as u32 - 1
     }
 
-    /// Chooses an emitter for a point with a unit normal by a variate in [0, 1); returns it with the probability of
-    /// the choice, or `None` where the way down ends at emitters that bring nothing. `needle_lx` weighs a needle,
-    /// whose ball may say too little near by; `cut` is room for the groups.
-    pub fn choose(
-        &self,
-        point_m: DVec3,
-        normal: DVec3,
-        variate: f64,
-        needle_lx: impl Fn(u32) -> f64,
-        cut: &mut Cut,
-    ) -> Option<(u32, f64)> {
-        self.open(point_m, normal, needle_lx, cut);
-        self.choose_again(point_m, normal, variate, cut)
-    }
-
-    /// Makes `cut` ready for any number of choices at a point with a unit normal.
-    pub fn open(&self, point_m: DVec3, normal: DVec3, needle_lx: impl Fn(u32) -> f64, cut: &mut Cut) {
-        cut.total = self.open_near_groups(point_m, normal, needle_lx, cut);
-    }
-
-    /// Chooses as [`EmitterTree::choose`] does, at the point and normal for which `cut` was opened.
-    pub fn choose_again(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
-        let total = cut.total;
+    /// Chooses an emitter by a variate in [0, 1), at the point and normal for which `cut` was opened; returns it with the
+    /// probability of the choice, or `None` where the way down ends at emitters that bring nothing.
+    pub fn choose(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
+        let total = cut.total();
         if total <= 0.0 {
             return None;
         }
@@ -152,17 +138,10 @@ impl EmitterTree {
         self.descend(cut.groups[chosen].node, point_m, normal, rest, importance / total)
     }
 
-    /// Probability with which [`EmitterTree::choose`] chooses an emitter for a point with a unit normal.
-    pub fn probability(
-        &self,
-        emitter: u32,
-        point_m: DVec3,
-        normal: DVec3,
-        needle_lx: impl Fn(u32) -> f64,
-        cut: &mut Cut,
-    ) -> f64 {
+    /// Probability with which [`EmitterTree::choose`] chooses an emitter, at the point and normal for which `cut` was opened.
+    pub fn probability(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &Cut) -> f64 {
         let place = self.place_of[emitter as usize];
-        let total = self.open_near_groups(point_m, normal, needle_lx, cut);
+        let total = cut.total();
         let mut before = 0.0;
         for group in &cut.groups {
             let mut node = &self.nodes[group.node as usize];
@@ -219,8 +198,10 @@ impl EmitterTree {
         }
     }
 
-    /// Lists the groups that stand far enough to be judged as one, with their running sum of importance.
-    fn open_near_groups(&self, point_m: DVec3, normal: DVec3, needle_lx: impl Fn(u32) -> f64, cut: &mut Cut) -> f64 {
+    /// Makes `cut` ready for any number of choices at a point with a unit normal: lists the groups that stand far enough to
+    /// be judged as one, with their running sum of importance. `needle_lx` weighs a needle, whose ball may say too little
+    /// near by.
+    pub fn open(&self, point_m: DVec3, normal: DVec3, needle_lx: impl Fn(u32) -> f64, cut: &mut Cut) {
         cut.groups.clear();
         cut.open.clear();
         cut.open.push(self.nodes.len() as u32 - 1);
@@ -246,7 +227,6 @@ impl EmitterTree {
                 cut.groups.push(Group { node: index, cumulative });
             }
         }
-        cumulative
     }
 
     fn descend(
@@ -332,11 +312,12 @@ mod tests {
         for (point, normal) in [(DVec3::ZERO, DVec3::Z), (DVec3::new(3.0, 3.0, 3.05), DVec3::X)] {
             const N: u32 = 400_000;
             let mut cut = Cut::default();
+            tree.open(point, normal, |_| 0.0, &mut cut);
             let mut counts = vec![0u32; beacons.len()];
             let mut told = vec![0.0; beacons.len()];
             for i in 0..N {
                 if let Some((emitter, probability)) =
-                    tree.choose(point, normal, (f64::from(i) + 0.5) / f64::from(N), |_| 0.0, &mut cut)
+                    tree.choose(point, normal, (f64::from(i) + 0.5) / f64::from(N), &cut)
                 {
                     counts[emitter as usize] += 1;
                     told[emitter as usize] = probability;
@@ -347,7 +328,7 @@ mod tests {
                 // The variates are equidistant: a share is met within a few of them.
                 let share = f64::from(counts[emitter]) / f64::from(N);
                 assert!((share - told[emitter]).abs() < 8.0 / f64::from(N), "{emitter}: {share} {}", told[emitter]);
-                let asked = tree.probability(emitter as u32, point, normal, |_| 0.0, &mut cut);
+                let asked = tree.probability(emitter as u32, point, normal, &cut);
                 assert!(told[emitter] == 0.0 || (asked / told[emitter] - 1.0).abs() < 1e-12, "{emitter}: {asked}");
                 let brings = beacon.importance(point, normal) > 0.0;
                 let expected = brings && beacon.importance(point, normal) > 1e-4 * total;

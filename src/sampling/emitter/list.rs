@@ -117,12 +117,6 @@ impl Emitters {
         self.list.get(first).filter(|emitter| emitter.luminaire == luminaire).map(|_| first as u32)
     }
 
-    /// Probability with which [`Emitters::choose_for`] chooses an emitter.
-    pub fn probability_for(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &mut Cut) -> f64 {
-        let needle_lx = |needle: u32| self.list[needle as usize].importance(point_m, normal);
-        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, needle_lx, cut))
-    }
-
     /// The emitters.
     pub fn list(&self) -> &[Emitter] {
         &self.list
@@ -133,15 +127,8 @@ impl Emitters {
         self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
-    /// Chooses one emitter for a point with a unit normal, about in proportion to what it brings there unshadowed; returns
-    /// its number with the probability of the choice. `None`: this choice brings nothing.
+    /// Makes `cut` ready for any number of choices at a point with a unit normal.
     #[inline]
-    pub fn choose_for(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &mut Cut) -> Option<(u32, f64)> {
-        let needle_lx = |needle: u32| self.list[needle as usize].importance(point_m, normal);
-        self.tree.as_ref()?.choose(point_m, normal, variate, needle_lx, cut)
-    }
-
-    /// Makes `cut` ready for any number of choices by [`Emitters::choose_again`] at a point with a unit normal.
     pub fn open(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) {
         let needle_lx = |needle: u32| self.list[needle as usize].importance(point_m, normal);
         if let Some(tree) = &self.tree {
@@ -149,9 +136,16 @@ impl Emitters {
         }
     }
 
-    /// Chooses as [`Emitters::choose_for`] does, at the point and normal for which `cut` was opened.
-    pub fn choose_again(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
-        self.tree.as_ref()?.choose_again(point_m, normal, variate, cut)
+    /// Chooses one emitter, about in proportion to what it brings unshadowed to the point and normal for which `cut` was
+    /// opened; returns its number with the probability of the choice. `None`: this choice brings nothing.
+    #[inline]
+    pub fn choose(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
+        self.tree.as_ref()?.choose(point_m, normal, variate, cut)
+    }
+
+    /// Probability with which [`Emitters::choose`] chooses an emitter.
+    pub fn probability(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &Cut) -> f64 {
+        self.tree.as_ref().map_or(0.0, |tree| tree.probability(emitter, point_m, normal, cut))
     }
 
     /// Shows the emitters that may bring something to a point with a unit normal, strong ones about first, until `show`
@@ -189,7 +183,7 @@ pub struct PointLook<'a> {
 }
 
 impl PointEmitters {
-    /// Chooses a point-like emitter as [`Emitters::choose_for`] does, and a point of it; returns both with the
+    /// Chooses a point-like emitter as [`Emitters::choose`] does, and a point of it; returns both with the
     /// probability of the choice.
     pub fn choose(
         &self,
@@ -199,7 +193,9 @@ impl PointEmitters {
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> Option<(PointLook<'_>, f64)> {
-        let (index, probability) = self.tree.choose(point_m, normal, variate, |_| 0.0, cut)?;
+        // Points have no needles among them.
+        self.tree.open(point_m, normal, |_| 0.0, cut);
+        let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
         let emitter = &self.list[index as usize];
         let position_m = emitter.draw_point(stream)?;
         Some((PointLook { emitter, position_m, place: emitter.place_of_point(position_m) }, probability))
