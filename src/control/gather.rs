@@ -27,6 +27,37 @@ pub struct GatherState {
     pub chain_rays: f64,
 }
 
+/// Looks at least this factor of samples apart tell what of the columns lasts.
+const APART: f64 = 1.5;
+
+/// The variance of columns from look to look: of v(n) = c + d/n after n samples the part c lasts, the chance of the
+/// chains themselves. The rest is by which patches the rays met so far, and more rays mend it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Columns {
+    anchor: Option<(f64, f64)>,
+    lasting_share: Option<f64>,
+}
+
+impl Columns {
+    /// Notes the variance by a look after so many samples.
+    pub fn note(&mut self, samples: u64, variance: f64) {
+        let samples = samples as f64;
+        if let Some((earlier_samples, earlier)) = self.anchor {
+            if samples < APART * earlier_samples {
+                return;
+            }
+            let lasting = (samples * variance - earlier_samples * earlier) / (samples - earlier_samples);
+            self.lasting_share = (variance > 0.0).then(|| (lasting / variance).clamp(0.0, 1.0));
+        }
+        self.anchor = Some((samples, variance));
+    }
+
+    /// Share of the variance that lasts, from the second look on.
+    pub fn lasting_share(&self) -> Option<f64> {
+        self.lasting_share
+    }
+}
+
 /// What a gathering needs still, in multiples of what it has had.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GatherNeed {
@@ -83,6 +114,20 @@ mod tests {
 
     fn judged(expected_error: f64) -> Judgement {
         Judgement { mean_lx: 1.0, expected_error, degrees_of_freedom: 1e6, ..Judgement::default() }
+    }
+
+    #[test]
+    fn what_lasts_of_the_columns_is_told_apart_from_what_rays_mend() {
+        let mut columns = Columns::default();
+        assert_eq!(columns.lasting_share(), None);
+        let variance = |samples: f64| 3.0 + 24.0 / samples;
+        for samples in [4, 8, 9, 16] {
+            columns.note(samples, variance(samples as f64));
+            let anchor = if samples == 9 { 8.0 } else { samples as f64 };
+            let expected = (samples > 4).then(|| 3.0 / variance(anchor));
+            let close = |share: f64| (share - expected.unwrap_or(0.0)).abs() < 1e-12;
+            assert_eq!(columns.lasting_share().is_some_and(close), expected.is_some(), "{samples}: {columns:?}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::ahead::Expectation;
 use super::element::Element;
 use crate::chain::{Found, HIDDEN, Spot, Stage};
 use crate::geometry::Origin;
@@ -21,6 +22,8 @@ const SHARE_OF_BOUND: f64 = 0.05;
 const SHARE_FOR_ANY: f64 = 0.01;
 /// Rays of a look ahead, at most.
 const MOST_LOOKS_AHEAD: u64 = 256;
+/// What streams of a place are for, beside the first look around.
+const EXPECTATION: u32 = 1;
 /// Looks of one pass at an element where emitters are chosen: elements are many.
 const LOOKS_OVER_ELEMENT: usize = 6;
 
@@ -51,19 +54,37 @@ impl DirectPass {
     /// Every emitter brings its exact unshadowed illuminance times the visibility of one point of it, drawn in
     /// proportion to what it brings.
     pub fn at_point(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-        let rays_ahead = self.prepare(stage, receiver);
-        let (lx, rays) = self.at_prepared(stage, receiver, stream);
-        (lx, rays_ahead + rays)
+        if stage.emitters.list().len() > MOST_EACH {
+            let rays_ahead = self.weigh_at(stage, receiver);
+            let (lx, rays) = self.look_at_most(stage, receiver, stream);
+            return (lx, rays_ahead + rays);
+        }
+        let mut sum_lx = 0.0;
+        let mut rays = 0;
+        for (number, emitter) in stage.emitters.list().iter().enumerate() {
+            stream.turn_to(number as u64);
+            if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
+                sum_lx += look.unshadowed_lx * stage.seen_share(&look, receiver.origin);
+                rays += 1;
+            }
+        }
+        (sum_lx, rays)
     }
 
-    /// Weighs the emitters for a point, for any number of samples there; returns the rays it took.
+    /// What to expect at a point, for any number of samples there.
+    pub fn expect(&mut self, stage: &Stage, receiver: &Receiver) -> Expectation {
+        let rays = self.weigh_at(stage, receiver);
+        let mut stream = stream_of_place(receiver, EXPECTATION);
+        let mut expectation = Expectation::of(stage, receiver, &self.importance, &mut stream);
+        expectation.rays += rays;
+        expectation
+    }
+
+    /// Weighs the emitters for a point by what each brings unshadowed; returns the rays it took.
     ///
-    /// Many emitters are weighed by what each brings unshadowed. An opening counts as its centre there, which may lie
-    /// below the horizon while parts of it do not: a share of the bound keeps it possible.
-    pub fn prepare(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
-        if stage.emitters.list().len() <= MOST_EACH {
-            return 0;
-        }
+    /// An opening counts as its centre there, which may lie below the horizon while parts of it do not: a share of the
+    /// bound keeps it possible.
+    fn weigh_at(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
         let (point_m, normal) = (receiver.point_m, receiver.normal);
         self.weigh(stage, |emitter| {
             let bound = emitter.importance(point_m, normal);
@@ -80,8 +101,7 @@ impl DirectPass {
     /// Looks for luminaires in sight, strong ones first, until the rest is small beside them. Where nearly all unshadowed
     /// light is hidden, the hidden ones get no more weight than all others together. Returns the rays.
     fn weigh_hidden_less(&mut self, stage: &Stage, receiver: &Receiver) -> u64 {
-        let mut stream = Stream::new(0, Purpose::Pilot, 0, 0);
-        stream.seek(receiver.point_m.to_array().iter().fold(0, |bits, m| bits.rotate_left(21) ^ m.to_bits()));
+        let mut stream = stream_of_place(receiver, 0);
         self.hidden.clear();
         let place = [receiver.point_m, receiver.normal];
         let enough = |found: &Found| {
@@ -102,23 +122,6 @@ impl DirectPass {
             self.hidden.iter().for_each(|index| self.importance[*index as usize] *= scale);
         }
         found.rays
-    }
-
-    /// One unbiased sample at the point that was prepared, and the rays it took.
-    pub fn at_prepared(&self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-        if stage.emitters.list().len() > MOST_EACH {
-            return self.look_at_most(stage, receiver, stream);
-        }
-        let mut sum_lx = 0.0;
-        let mut rays = 0;
-        for (number, emitter) in stage.emitters.list().iter().enumerate() {
-            stream.turn_to(number as u64);
-            if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
-                sum_lx += look.unshadowed_lx * stage.seen_share(&look, receiver.origin);
-                rays += 1;
-            }
-        }
-        (sum_lx, rays)
     }
 
     /// One unbiased sample of the direct illuminance at a point on a side of a triangle in lx from `count` looks: equal
@@ -236,13 +239,20 @@ impl DirectPass {
                 })
             };
             let first_lx = look_lx(number, stream);
-            let is_point = !emitter.has_opening() && emitter.draw_point(stream).is_some();
-            let second_lx = if is_point { first_lx } else { look_lx(emitters.len() + number, stream) };
+            let second_lx = if emitter.is_single_point() { first_lx } else { look_lx(emitters.len() + number, stream) };
             sums_lx[0] += first_lx;
             sums_lx[1] += second_lx;
         }
         (sums_lx, rays)
     }
+}
+
+/// A stream of a place's own, from which no sample of a run is drawn.
+fn stream_of_place(receiver: &Receiver, what_for: u32) -> Stream {
+    let bits = receiver.point_m.to_array().iter().fold(0u64, |bits, m| bits.rotate_left(21) ^ m.to_bits());
+    let mut stream = Stream::new(bits, Purpose::Pilot, what_for, 0);
+    stream.seek(bits);
+    stream
 }
 
 /// A look at one emitter from a vertex of a walk.

@@ -1,5 +1,6 @@
 //! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
 
+pub mod ahead;
 pub mod direct;
 pub mod element;
 pub mod glare;

@@ -11,6 +11,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::chain::Stage;
+use crate::estimators::ahead::Expectation;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::luminance::{sample_interreflected_cd_m2, sample_seen_cd_m2};
 use crate::estimators::walk::{sample_indirect_lx, sample_share_lx};
@@ -50,31 +51,34 @@ pub fn sample_direct_lx(
     (sum_lx / f64::from(PLANES), rays)
 }
 
-/// A look at direct light from one place, made ready for any number of samples.
+/// Direct light at one place, for any number of samples.
 pub struct DirectLook<'a> {
     quantity: Quantity,
     receiver: Receiver<'a>,
     pass: &'a mut DirectPass,
-    /// Rays that making ready took.
-    pub rays_ahead: u64,
+    expectation: &'a Expectation,
 }
 
 impl<'a> DirectLook<'a> {
-    /// Weighs the emitters for a place; the turned planes of a cylinder are weighed one by one.
-    pub fn prepare(
-        stage: &Stage,
+    /// What there is to expect at a place; nothing for the turned planes of a cylinder, and for what eyes see.
+    pub fn expect(stage: &Stage, quantity: Quantity, receiver: &Receiver, pass: &mut DirectPass) -> Expectation {
+        if quantity == Quantity::Perpendicular { pass.expect(stage, receiver) } else { Expectation::default() }
+    }
+
+    /// Makes ready, with what there is to expect.
+    pub fn new(
         quantity: Quantity,
         receiver: &Receiver<'a>,
         pass: &'a mut DirectPass,
+        expectation: &'a Expectation,
     ) -> DirectLook<'a> {
-        let rays_ahead = if quantity == Quantity::Perpendicular { pass.prepare(stage, receiver) } else { 0 };
-        DirectLook { quantity, receiver: *receiver, pass, rays_ahead }
+        DirectLook { quantity, receiver: *receiver, pass, expectation }
     }
 
     /// One unbiased sample of the direct part in lx, and the rays it took.
     pub fn sample(&mut self, stage: &Stage, stream: &mut Stream) -> (f64, u64) {
         if self.quantity == Quantity::Perpendicular {
-            return self.pass.at_prepared(stage, &self.receiver, stream);
+            return self.expectation.sample(stage, &self.receiver, stream);
         }
         sample_direct_lx(stage, self.quantity, &self.receiver, self.pass, stream)
     }

@@ -140,6 +140,11 @@ impl Emitter {
         !matches!(self.shape, Shape::Triangle(_) | Shape::Ball { .. })
     }
 
+    /// Whether it is one point: every look from one place then says the same.
+    pub fn is_single_point(&self) -> bool {
+        self.is_point() && !self.has_opening()
+    }
+
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         matches!(self.shape, Shape::Ball { .. })

@@ -29,6 +29,9 @@ const REFINING_SHARE: f64 = 1.0;
 /// Points of a patch that tell how much of it shows, and rays from each that must all meet backs where it does not.
 const EXPOSURE_POINTS: u64 = 16;
 const HIDING_RAYS: u32 = 3;
+/// A ray that meets a surface nearer than this share of the edge of patches goes on instead of looking the patch up: in corners a
+/// patch says little of what lies next to it.
+const NEAR: f64 = 0.07;
 /// Below so many samples a patch the deposits stay as they are.
 const FEWEST_SAMPLES: u64 = 4;
 
@@ -37,6 +40,8 @@ pub struct Forward {
     fine: Layer,
     /// Patches with twice the edges: what they would have said tells the bias of the finer ones.
     coarse: Layer,
+    /// Nearer than this, in m, patches are not looked up.
+    near_m: f64,
     /// Chains of each replica so far.
     pub chains: u64,
     /// Rays so far, all replicas: those of the chains and those of the patches' own gathering.
@@ -139,6 +144,7 @@ impl Forward {
         Forward {
             fine: layer(edge_m),
             coarse: layer(2.0 * edge_m),
+            near_m: NEAR * edge_m,
             chains: 0,
             rays: 0,
             earlier_rays: 0,
@@ -434,6 +440,9 @@ impl Memory for Recollection<'_> {
             return (Recall::Nothing, 0);
         };
         let mean_lx = mean_of(&known_lx);
+        if hit.distance_m < forward.near_m {
+            return (Recall::Guide(mean_lx), 0);
+        }
         let weight = self.weight * reflectance;
         self.scores.columns_lx.iter_mut().zip(&known_lx).for_each(|(sum, lx)| *sum += weight * lx);
         if let Some(coarse_lx) = forward.coarse.recall(self.parity, hit) {

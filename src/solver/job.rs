@@ -18,7 +18,8 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::{ErrorHistory, USUAL_EXPONENT, statistical_checks};
+use crate::control::{Columns, ErrorHistory, USUAL_EXPONENT, statistical_checks};
+use crate::estimators::ahead::Expectations;
 use crate::maps::{
     CrossedVariances, Crossing, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit,
     judge,
@@ -142,6 +143,8 @@ pub struct Job {
     pub method_reason: String,
     /// Variances of what it gathers, by the latest look.
     pub variances: CrossedVariances,
+    /// What of the columns' variance lasts, by its looks.
+    pub columns: Columns,
     /// Gathering rays an entry that the plan gives it.
     pub planned_samples: u64,
     /// What a count is worth, kept while the map gathers.
@@ -151,6 +154,8 @@ pub struct Job {
     direct: PartCost,
     indirect: PartCost,
     share: DirectShare,
+    /// What its points expect of direct light.
+    expectations: Expectations,
     checked_share: f64,
     /// What adaptive elements cannot show, by the latest look.
     loss: Loss,
@@ -247,12 +252,14 @@ impl Job {
             method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
             counting_unit: None,
             variances: CrossedVariances::default(),
+            columns: Columns::default(),
             planned_samples: 0,
             judged_samples: 0,
             pace: ErrorHistory::default(),
             direct,
             indirect,
             share: DirectShare::of(direct, indirect, entries),
+            expectations: Expectations::default(),
             checked_share: 0.0,
             loss: Loss::default(),
             local,
@@ -402,7 +409,9 @@ impl Job {
                     sweep::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
                 }
                 (MapKind::Elements, None) => sweep::direct_over_elements(context, elements, map, part.0, part.1),
-                (MapKind::Receivers(set), _) => sweep::direct_at_points(context, set, map, part.0, part.1),
+                (MapKind::Receivers(set), _) => {
+                    sweep::direct_at_points(context, set, map, &mut self.expectations, part.0, part.1)
+                }
             };
             self.map.direct_samples = after_sweep(entries, times, self.map.len());
         } else if !self.black {
@@ -471,6 +480,7 @@ impl Job {
         self.judged_samples = self.samples;
         self.map.settle();
         self.variances = self.map.crossed_variances(&self.weights);
+        self.columns.note(self.samples, self.variances.columns);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map);
@@ -547,6 +557,7 @@ impl Job {
     fn forget_looks(&mut self) {
         self.history.clear();
         self.pace.clear();
+        self.columns = Columns::default();
         self.held_since = None;
     }
 

@@ -7,7 +7,7 @@ use super::adapt::Adaptive;
 use super::job::Context;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
-use crate::estimators::reception::{sample_direct_lx, sample_reflected_lx};
+use crate::estimators::reception::{DirectLook, sample_reflected_lx};
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -28,7 +28,7 @@ const CHAINS: u64 = 1024;
 const LEAST_RAY_SHARE: f64 = 0.02;
 const MOST_RAY_SHARE: f64 = 8.0;
 
-/// A pass costs at least this, in rays an entry: asking emitters that turn out to bring nothing takes time as well.
+/// A pass costs at least this, in rays an entry: where nothing is in doubt, or emitters bring nothing, it takes time as well.
 const LEAST_RAYS_PER_PASS: f64 = 0.1;
 
 /// What one sample of one part of a map costs and how it scatters.
@@ -65,12 +65,13 @@ pub struct DirectShare {
 impl DirectShare {
     /// The best share for two parts of a map of so many entries.
     pub fn of(direct: PartCost, indirect: PartCost, entries: usize) -> DirectShare {
-        let rays_ratio = indirect.rays / direct.rays.max(LEAST_RAYS_PER_PASS);
+        let rays = direct.rays.max(LEAST_RAYS_PER_PASS);
+        let rays_ratio = indirect.rays / rays;
         let best = (direct.variance / indirect.variance * rays_ratio).sqrt();
         let best = if best.is_nan() { 0.0 } else { best };
         DirectShare {
             passes_per_sample: best.clamp(LEAST_RAY_SHARE * rays_ratio, MOST_RAY_SHARE * rays_ratio),
-            rays_per_pass: direct.rays * entries as f64,
+            rays_per_pass: rays * entries as f64,
             rays_per_indirect: indirect.rays * entries as f64,
         }
     }
@@ -82,6 +83,7 @@ pub fn direct_cost(context: &Context, kind: MapKind, elements: &Elements, adapti
     let mut room = DirectPass::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 0);
     let mut sites = Sites::default();
+    let mut ahead_rays = 0;
     match kind {
         MapKind::Elements => {
             for index in (0..elements.len()).step_by(elements.len().div_ceil(MOST_SITES).max(1)) {
@@ -102,11 +104,15 @@ pub fn direct_cost(context: &Context, kind: MapKind, elements: &Elements, adapti
             let quantity = scene.receivers[set].quantity;
             let passes = PASSES.max(LEAST_SAMPLES / sites_of(context, set));
             over_receivers(context, set, &mut stream, |receiver, weight, stream| {
-                sites.add(weight, passes, || sample_direct_lx(stage, quantity, receiver, &mut room, stream));
+                let expectation = DirectLook::expect(stage, quantity, receiver, &mut room);
+                ahead_rays += expectation.rays;
+                let mut look = DirectLook::new(quantity, receiver, &mut room, &expectation);
+                sites.add(weight, passes, || look.sample(stage, stream));
             });
         }
     }
-    sites.cost()
+    let cost = sites.cost();
+    PartCost { pilot_rays: cost.pilot_rays + ahead_rays, ..cost }
 }
 
 /// Measures a sample of the indirect light of a map by chains (elements) or walks (receivers).

@@ -167,8 +167,10 @@ impl Stages {
         let job = &mut jobs[index];
         let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
         // Until its rays have met most patches, columns differ mostly by which patches these were: more rays help as well.
-        let asked = HALF as f64 * job.samples as f64;
-        let lasting = asked / (asked + SEEN_SHARE * self.forward.lit_patches());
+        let lasting = job.columns.lasting_share().unwrap_or_else(|| {
+            let asked = HALF as f64 * job.samples as f64;
+            asked / (asked + SEEN_SHARE * self.forward.lit_patches())
+        });
         let state = GatherState {
             rows: job.variances.rows / mean_squared,
             columns: lasting * job.variances.columns / mean_squared,

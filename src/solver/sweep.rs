@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::adapt::{Adaptive, add_direct};
 use super::job::{Context, Ends};
+use crate::estimators::ahead::Expectations;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
@@ -166,18 +167,20 @@ pub fn chains(
 
 /// Passes over the direct light of a range of points; returns the rays traced.
 ///
-/// A task does all replicas of its points, so that the emitters are weighed once for each point.
+/// A task does all replicas of its points, so that the emitters are weighed once for each point; what is expected there is
+/// kept for the next passes.
 pub fn direct_at_points(
     context: &Context,
     set: usize,
     map: &mut ReplicaMap,
+    expectations: &mut Expectations,
     points: Range<usize>,
     passes: Range<u64>,
 ) -> u64 {
     let (stage, receivers) = (context.stage, &context.scene.receivers[set]);
     let firsts: Vec<usize> = points.clone().step_by(POINTS_PER_CHUNK).collect();
     map.fix_direct_levels(points.clone());
-    let (whole, levels) = (&map.scores[0], &map.levels[0]);
+    let (whole, levels, kept) = (&map.scores[0], &map.levels[0], &*expectations);
     let looked = firsts.par_iter().map(|first| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
@@ -186,6 +189,7 @@ pub fn direct_at_points(
             Stream::new(context.seed, Purpose::Direct, MapKind::Receivers(set).number(), replica as u32)
         });
         let chunk = *first..(*first + POINTS_PER_CHUNK).min(points.end);
+        let mut made = Vec::new();
         let sums = chunk.map(|entry| {
             let mut sums_lx = [0.0; REPLICAS];
             let point = &receivers.points[entry];
@@ -194,8 +198,13 @@ pub fn direct_at_points(
             }
             let origin = stage.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-            let mut look = DirectLook::prepare(stage, receivers.quantity, &receiver, &mut pass);
-            rays += look.rays_ahead;
+            let expectation = kept.of(entry).unwrap_or_else(|| {
+                let expectation = DirectLook::expect(stage, receivers.quantity, &receiver, &mut pass);
+                rays += expectation.rays;
+                made.push((entry, expectation));
+                &made[made.len() - 1].1
+            });
+            let mut look = DirectLook::new(receivers.quantity, &receiver, &mut pass, expectation);
             for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {
@@ -209,10 +218,11 @@ pub fn direct_at_points(
             sums_lx
         });
         let sums: Vec<[f64; REPLICAS]> = sums.collect();
-        (sums, rays, scores)
+        (sums, rays, scores, made)
     });
     let mut rays = 0;
-    for (first, (sums, chunk_rays, scores)) in firsts.iter().zip(looked.collect::<Vec<_>>()) {
+    for (first, (sums, chunk_rays, scores, made)) in firsts.iter().zip(looked.collect::<Vec<_>>()) {
+        made.into_iter().for_each(|(entry, expectation)| expectations.keep(entry, expectation));
         for (offset, sums_lx) in sums.iter().enumerate() {
             for (slab, sum_lx) in map.direct.iter_mut().zip(sums_lx) {
                 slab[first + offset] += sum_lx;
