@@ -9,7 +9,7 @@ use super::result::{mean_lx, random_lx};
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
-const MOST_PASSES: u64 = 1 << 12;
+const MOST_PASSES: u64 = 1 << 20;
 /// Walks from a place at most.
 const MOST_WALKS: u32 = 1 << 20;
 /// Walks from a place in the first round.

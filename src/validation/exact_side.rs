@@ -42,6 +42,11 @@ impl<'a> ExactSide<'a> {
         Ok(ExactSide { case, run, comparison, exact })
     }
 
+    /// The exact values.
+    pub fn entries(&self) -> &[Entry] {
+        &self.exact.entries
+    }
+
     /// Puts a run's numbers beside them.
     ///
     /// # Errors
