@@ -183,6 +183,8 @@ impl<'a> Planner<'a> {
             }
             coarser = Some(of_step + spread);
             step_m *= 0.5;
+            // What the step does is much less now: the walks that could tell it before are not needed to see that.
+            walks = FIRST_WALKS;
             last = Some(trial);
         }
         plan.indirect = IndirectPlan::Walks(Why::Cheaper(step_m));
