@@ -7,7 +7,7 @@ use super::exact_side::ExactSide;
 use super::measure::settings_of;
 use super::run_method::RunMethod;
 use super::statistics::Entry;
-use crate::solver::Settings;
+use crate::solver::{DEFAULT_TARGET_ERROR, Settings};
 
 /// Chance that one of the values passes its bound though the stated error is the true one.
 const ONE_IN_A_HUNDRED: f64 = 0.01;
@@ -46,7 +46,10 @@ pub fn parts_of(run: &Run, method: Option<&RunMethod>, exact: &[ExactSide]) -> V
     let target_of = |numbers: &[usize]| {
         let needed = numbers.iter().filter_map(|number| {
             let comparison = &run.comparisons[*number];
-            needed_error(comparison.what, &comparison.criterion, exact[*number].entries())
+            let needed = needed_error(comparison.what, &comparison.criterion, exact[*number].entries());
+            // A surface may be darker than its map, by whose mean the target goes: its mean is no reason for less than usual.
+            let is_part = comparison.what == What::Average && comparison.surface.is_some();
+            needed.map(|needed| if is_part { needed.min(DEFAULT_TARGET_ERROR) } else { needed })
         });
         needed.reduce(f64::min)
     };
