@@ -46,7 +46,11 @@ pub fn parts_of(run: &Run, method: Option<&RunMethod>, exact: &[ExactSide]) -> V
     let target_of = |numbers: &[usize]| {
         let needed = numbers.iter().filter_map(|number| {
             let comparison = &run.comparisons[*number];
-            let needed = needed_error(comparison.what, &comparison.criterion, exact[*number].entries());
+            let exact = &exact[*number];
+            // A target is of all light, a comparison perhaps of a part of it; where there is none of that part, nothing is asked.
+            let needed = needed_error(comparison.what, &comparison.criterion, exact.entries())
+                .map(|needed| exact.share_of_all() * needed)
+                .filter(|needed| *needed > 0.0);
             // A surface may be darker than its map, by whose mean the target goes: its mean is no reason for less than usual.
             let is_part = comparison.what == What::Average && comparison.surface.is_some();
             needed.map(|needed| if is_part { needed.min(DEFAULT_TARGET_ERROR) } else { needed })
