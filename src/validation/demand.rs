@@ -51,9 +51,8 @@ pub fn parts_of(run: &Run, method: Option<&RunMethod>, exact: &[ExactSide]) -> V
             let needed = needed_error(comparison.what, &comparison.criterion, exact.entries())
                 .map(|needed| exact.share_of_all() * needed)
                 .filter(|needed| *needed > 0.0);
-            // A surface may be darker than its map, by whose mean the target goes: its mean is no reason for less than usual.
-            let is_part = comparison.what == What::Average && comparison.surface.is_some();
-            needed.map(|needed| if is_part { needed.min(DEFAULT_TARGET_ERROR) } else { needed })
+            // A surface may be darker than its map, by whose mean the target goes: it is no reason for less than usual.
+            needed.map(|needed| if comparison.surface.is_some() { needed.min(DEFAULT_TARGET_ERROR) } else { needed })
         });
         needed.reduce(f64::min)
     };
@@ -74,6 +73,10 @@ pub fn parts_of(run: &Run, method: Option<&RunMethod>, exact: &[ExactSide]) -> V
 /// The relative RMS error, over the mean, at which a map meets a criterion; `None` where the criterion asks for no
 /// accuracy. Errors are taken to be equally large everywhere, in lx.
 fn needed_error(what: What, criterion: &Criterion, exact: &[Entry]) -> Option<f64> {
+    // Where all is dark, any light is wrong, and no accuracy brings it about.
+    if exact.iter().all(|entry| entry.exact.value_lx <= 0.0) {
+        return None;
+    }
     let of_rms = criterion.true_error.map(|most| SHARE_OF_RMS * most.0);
     let of_worst = criterion.worst.map(|most| match what {
         What::Average => most.0 / SHARED_BY_ALL,
@@ -123,5 +126,6 @@ mod tests {
         // Places without light do not ask for errors of 0.
         let needed = needed_error(What::Points, &asks(Some(0.003), None, None), &entries(&[0.0, 10.0]));
         assert!(needed.is_some_and(|needed| needed > 0.0005));
+        assert_eq!(needed_error(What::Elements, &asks(Some(0.00001), None, None), &entries(&[0.0, 0.0])), None);
     }
 }
