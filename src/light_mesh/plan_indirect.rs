@@ -122,8 +122,11 @@ impl<'a> Planner<'a> {
             let gathering = Gathering { step_m, radius_m: ratio * step_m, walks, form: self.wishes.form };
             let Some(trial) = self.try_mesh(entries, map, gathering, &checked, plan) else { break };
             if (self.stop)() {
-                // This trial may be half done: the one before is not.
-                plan.indirect = best_when_cut(last.unwrap_or(trial), &checked, points);
+                // This trial may be half done, with few walks in it as the rest would have: the one before is not.
+                plan.indirect = match last {
+                    Some(last) => best_when_cut(last, walks, &checked, points),
+                    None => best_when_cut(trial, HURRIED_WALKS, &checked, points),
+                };
                 return;
             }
             spent += trial.rays;
@@ -148,7 +151,7 @@ impl<'a> Planner<'a> {
                 spent += (checked.rays - before) as f64;
             };
             if (self.stop)() {
-                plan.indirect = best_when_cut(trial, &checked, points);
+                plan.indirect = best_when_cut(trial, walks, &checked, points);
                 return;
             }
             let Some(of_step) = of_step else {
@@ -278,9 +281,9 @@ impl<'a> Planner<'a> {
 
 /// What a search that was ended has at its best: the mesh of a trial, whose other points get few walks, or few walks from
 /// every place.
-fn best_when_cut<'a>(trial: Trial<'a>, checked: &Checked, points: f64) -> IndirectPlan<'a> {
+fn best_when_cut<'a>(trial: Trial<'a>, walks: u32, checked: &Checked, points: f64) -> IndirectPlan<'a> {
     let known = (trial.points / points.max(1.0)).min(1.0);
-    let times = f64::from(trial.mesh.gathering.walks) / f64::from(HURRIED_WALKS);
+    let times = f64::from(walks) / f64::from(HURRIED_WALKS);
     let of_mesh = trial.of_step(checked).0 + trial.of_chance * (known + (1.0 - known) * times.max(1.0));
     if of_mesh < checked.variance_of_walk() / f64::from(FIRST_ROUND_WALKS) {
         IndirectPlan::Mesh(Box::new(trial.mesh))

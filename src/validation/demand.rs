@@ -51,8 +51,8 @@ pub fn parts_of(run: &Run, method: Option<&RunMethod>, exact: &[ExactSide]) -> V
             let needed = needed_error(comparison.what, &comparison.criterion, exact.entries())
                 .map(|needed| exact.share_of_all() * needed)
                 .filter(|needed| *needed > 0.0);
-            // A surface may be darker than its map, by whose mean the target goes: it is no reason for less than usual.
-            needed.map(|needed| if comparison.surface.is_some() { needed.min(DEFAULT_TARGET_ERROR) } else { needed })
+            // A loose criterion is no reason for less than usual: what is compared may be darker than its map.
+            needed.map(|needed| needed.min(DEFAULT_TARGET_ERROR))
         });
         needed.reduce(f64::min)
     };

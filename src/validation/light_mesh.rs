@@ -339,7 +339,7 @@ mod tests {
             radius_m: None,
             form: IndirectForm::Directional,
             accelerations: Accelerations::ALL,
-            target_error: Some(0.03),
+            target_error: Some(0.005),
             seed: 1,
         };
         let mut planner =
