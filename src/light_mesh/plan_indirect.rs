@@ -124,7 +124,10 @@ impl<'a> Planner<'a> {
             if (self.stop)() {
                 // This trial may be half done, with few walks in it as the rest would have: the one before is not.
                 plan.indirect = match last {
-                    Some(last) => best_when_cut(last, walks, &checked, points),
+                    Some(last) => {
+                        let walks = last.mesh.gathering.walks;
+                        best_when_cut(last, walks, &checked, points)
+                    }
                     None => best_when_cut(trial, HURRIED_WALKS, &checked, points),
                 };
                 return;
