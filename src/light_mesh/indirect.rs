@@ -41,7 +41,7 @@ type Field = [[f64; COEFFICIENTS]; HALVES];
 /// What the points of a mesh keep, each for the places that ask for it.
 enum Kept {
     /// All directions.
-    Field { harmonics: Harmonics, tree: SparseTree<[OnceLock<Option<Box<Field>>>; LEAF_POINTS]> },
+    Field { harmonics: Box<Harmonics>, tree: SparseTree<[OnceLock<Option<Box<Field>>>; LEAF_POINTS]> },
     /// The illuminance of planes that face a few ways, by each half: what a map's places ask for where all of them face so.
     Planes(Vec<Plane>),
 }
@@ -138,7 +138,7 @@ impl<'a> IndirectMesh<'a> {
                     normals.iter().map(|normal| Some(Plane { normal: *normal, tree: SparseTree::over(&lattice)? }));
                 Kept::Planes(planes.collect::<Option<Vec<Plane>>>()?)
             }
-            _ => Kept::Field { harmonics: Harmonics::new(), tree: SparseTree::over(&lattice)? },
+            _ => Kept::Field { harmonics: Box::new(Harmonics::new()), tree: SparseTree::over(&lattice)? },
         };
         Some(IndirectMesh {
             kept,
