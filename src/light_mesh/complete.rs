@@ -9,11 +9,11 @@ use super::result::{mean_lx, random_lx};
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
-const MOST_PASSES: u64 = 1 << 12;
+const MOST_PASSES: u64 = 1 << 20;
 /// Walks from a place at most.
 const MOST_WALKS: u32 = 1 << 20;
 /// Walks from a place in the first round.
-const FIRST_WALKS: u32 = 16;
+pub(super) const FIRST_ROUND_WALKS: u32 = 16;
 /// Rays of a round, about: after each, clocks and the error are looked at.
 const RAYS_OF_ROUND: f64 = 4e6;
 /// Part of the target that walks get at least, whatever direct light has taken.
@@ -107,7 +107,7 @@ impl Planner<'_> {
         let all: Vec<usize> = (0..lights.len()).collect();
         let none = DirectBy::Rays { first: 0, passes: 0 };
         let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
-        let mut more = FIRST_WALKS;
+        let mut more = FIRST_ROUND_WALKS;
         loop {
             let by_walks = IndirectBy::Walks([rounds.walks, more]);
             let (found, took) = light_of(&self.around, entries, &all, &none, &by_walks, self.wishes.seed, map);

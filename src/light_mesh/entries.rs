@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use super::exact::Spot;
+use super::indirect::ONE_NORMAL;
 use super::mesh::Surroundings;
 use super::sights::Sights;
 use crate::maps::MapKind;
@@ -12,6 +13,9 @@ use crate::scene::{Quantity, ReceiverLayout};
 
 /// Places of an element at which a mesh is asked: their mean is exact for what varies quadratically.
 const PLACES_OF_ELEMENT: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];
+
+/// Ways to face that are few: a room's six sides.
+const MOST_NORMALS: usize = 6;
 
 /// The entries of a map: points of a receiver set, directions of view, or element sides.
 pub struct Entries {
@@ -23,6 +27,8 @@ pub struct Entries {
     pub area_m2: Option<f64>,
     /// Box around all places.
     pub bounds_m: [DVec3; 2],
+    /// The ways that all places face, where they are few.
+    pub normals: Option<Vec<DVec3>>,
     /// What the eye sees, for a set that asks for luminance.
     pub sights: Option<Sights>,
 }
@@ -60,7 +66,25 @@ impl Entries {
                 (weights, Some(area_m2))
             }
         };
-        Entries { kind, weights, area_m2, bounds_m, sights }
+        let mut entries = Entries { kind, weights, area_m2, bounds_m, normals: None, sights };
+        entries.normals = entries.few_normals(around);
+        entries
+    }
+
+    fn few_normals(&self, around: &Surroundings) -> Option<Vec<DVec3>> {
+        let mut normals: Vec<DVec3> = Vec::new();
+        for entry in (0..self.weights.len()).filter(|entry| self.weights[*entry] > 0.0) {
+            self.each_spot(around, entry, |spot, _| {
+                let is_known = normals.iter().any(|known| 1.0 - known.dot(spot.normal) < 0.5 * ONE_NORMAL);
+                if !is_known && normals.len() <= MOST_NORMALS {
+                    normals.push(spot.normal);
+                }
+            });
+            if normals.len() > MOST_NORMALS {
+                return None;
+            }
+        }
+        Some(normals)
     }
 
     /// Whether an entry is a mean over an area.

@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
+use super::entries::Entries;
 use super::fit::Fit;
 use super::harmonics::{COEFFICIENTS, Harmonics};
 use super::lattice::{Index, Lattice};
@@ -18,7 +19,7 @@ use super::walks::{HALVES, images_at_place_lx, sample_along_lx, walks_at_place_l
 use crate::estimators::direct::Receiver;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::warp::uniform_sphere;
+use crate::sampling::warp::{cosine_hemisphere, uniform_sphere};
 
 /// The map number of the streams of a mesh's walks, less the level of refinement.
 const GATHERING: u32 = u32::MAX - 1;
@@ -27,13 +28,32 @@ const WALKS_PER_LOOK: u32 = 32;
 /// Looks into mirrors from a place in each half, at most.
 const MOST_LOOKS: u32 = 64;
 /// Walks from points that are asked for after the run has been ended: every place gets a value, if a rough one.
-const HURRIED_WALKS: u32 = 32;
+pub(super) const HURRIED_WALKS: u32 = 32;
+/// The map number of the streams of walks towards the first normal, less the number of the normal.
+const TOWARDS_NORMALS: u32 = u32::MAX - 16;
 
 /// Whether a limit or the user has ended the run.
 pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Coefficients of the light that arrives at a point, from each half of its walks.
 type Field = [[f64; COEFFICIENTS]; HALVES];
+
+/// What the points of a mesh keep, each for the places that ask for it.
+enum Kept {
+    /// All directions.
+    Field { harmonics: Box<Harmonics>, tree: SparseTree<[OnceLock<Option<Box<Field>>>; LEAF_POINTS]> },
+    /// The illuminance of planes that face a few ways, by each half: what a map's places ask for where all of them face so.
+    Planes(Vec<Plane>),
+}
+
+/// Illuminance at the points of a mesh on planes of one normal; `None` inside of solids.
+struct Plane {
+    normal: DVec3,
+    tree: SparseTree<[OnceLock<Option<[f64; HALVES]>>; LEAF_POINTS]>,
+}
+
+/// Normals nearer to each other than this, by 1 less their cosine, are one.
+pub(super) const ONE_NORMAL: f64 = 1e-9;
 
 /// How indirect light is gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,31 +113,37 @@ pub struct IndirectMesh<'a> {
     /// How it gathers.
     pub gathering: Gathering,
     lattice: Lattice,
-    harmonics: Harmonics,
     templates: Templates,
     walls: Walls,
-    tree: SparseTree<[OnceLock<Option<Box<Field>>>; LEAF_POINTS]>,
+    kept: Kept,
     least_height_m: f64,
     seed: u64,
     stop: Stop<'a>,
 }
 
 impl<'a> IndirectMesh<'a> {
-    /// An empty mesh for places within a box; `None` where it would be out of proportion.
+    /// An empty mesh for the places of a map; `None` where it would be out of proportion.
     pub fn new(
         around: Surroundings<'a>,
-        bounds_m: [DVec3; 2],
+        entries: &Entries,
         gathering: Gathering,
         seed: u64,
         stop: Stop<'a>,
     ) -> Option<IndirectMesh<'a>> {
         let Gathering { step_m, radius_m, .. } = gathering;
-        let lattice = Lattice::over(bounds_m, step_m, radius_m)?;
+        let lattice = Lattice::over(entries.bounds_m, step_m, radius_m)?;
+        let kept = match (&entries.normals, gathering.form) {
+            (Some(normals), IndirectForm::Directional) => {
+                let planes =
+                    normals.iter().map(|normal| Some(Plane { normal: *normal, tree: SparseTree::over(&lattice)? }));
+                Kept::Planes(planes.collect::<Option<Vec<Plane>>>()?)
+            }
+            _ => Kept::Field { harmonics: Box::new(Harmonics::new()), tree: SparseTree::over(&lattice)? },
+        };
         Some(IndirectMesh {
-            harmonics: Harmonics::new(),
+            kept,
             templates: Templates::new(radius_m / step_m),
             walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m),
-            tree: SparseTree::over(&lattice)?,
             least_height_m: around.stage.tracer.position_accuracy_m(),
             lattice,
             gathering,
@@ -148,20 +174,47 @@ impl<'a> IndirectMesh<'a> {
 
     /// What the set of a place says; `None` where the set is empty.
     fn gathered_lx(&self, receiver: &Receiver, room: &mut GatherRoom) -> Option<[f64; HALVES]> {
+        match &self.kept {
+            Kept::Field { harmonics, tree } => {
+                let of_normal = harmonics.of(receiver.normal);
+                self.fitted_lx(receiver, room, |index, cut, counts| {
+                    let (leaf, place) = tree.leaf(index, || std::array::from_fn(|_| OnceLock::new()));
+                    let field = leaf[place].get_or_init(|| self.field_at(harmonics, index, cut, counts)).as_ref()?;
+                    Some([0, 1].map(|half| harmonics.illuminance(&field[half], &of_normal, self.gathering.form)))
+                })
+            }
+            Kept::Planes(planes) => {
+                let faces = |plane: &Plane| 1.0 - plane.normal.dot(receiver.normal) < ONE_NORMAL;
+                let number = planes.iter().position(faces)?;
+                let Plane { normal, tree } = &planes[number];
+                self.fitted_lx(receiver, room, |index, cut, counts| {
+                    let (leaf, place) = tree.leaf(index, || std::array::from_fn(|_| OnceLock::new()));
+                    *leaf[place].get_or_init(|| self.plane_at(number as u32, *normal, index, cut, counts))
+                })
+            }
+        }
+    }
+
+    /// The value at a place that fits its set best; `at_point` tells what a point would bring to the place's plane, `None`
+    /// inside of solids. `None` where the set is empty.
+    fn fitted_lx(
+        &self,
+        receiver: &Receiver,
+        room: &mut GatherRoom,
+        at_point: impl Fn(Index, &mut Cut, &mut GatherCounts) -> Option<[f64; HALVES]>,
+    ) -> Option<[f64; HALVES]> {
         let GatherRoom { candidates, cut, counts } = room;
         let (place_m, normal) = (receiver.point_m, receiver.normal);
         self.templates.candidates(&self.lattice, place_m, normal, self.least_height_m, candidates);
         let (cell, _) = self.lattice.cell_of(place_m);
         let near_squared = (NEAREST * self.gathering.step_m).powi(2);
         let tracer = &self.around.stage.tracer;
-        let of_normal = self.harmonics.of(normal);
         let mut tests = self.walls.may_hide(&self.lattice, cell, place_m, normal, self.least_height_m);
         loop {
             let mut fit = Fit::empty();
             let mut open = true;
             for candidate in candidates.iter().filter(|candidate| self.lattice.contains(candidate.index)) {
-                let (leaf, place) = self.tree.leaf(candidate.index, || std::array::from_fn(|_| OnceLock::new()));
-                let Some(field) = leaf[place].get_or_init(|| self.field_at(candidate.index, cut, counts)) else {
+                let Some(lx) = at_point(candidate.index, cut, counts) else {
                     open &= candidate.offset_m.length_squared() > near_squared;
                     continue;
                 };
@@ -172,7 +225,6 @@ impl<'a> IndirectMesh<'a> {
                         continue;
                     }
                 }
-                let lx = [0, 1].map(|half| self.harmonics.illuminance(&field[half], &of_normal, self.gathering.form));
                 fit.add(candidate.offset_m / self.gathering.radius_m, lx);
             }
             // With one of the nearest points inside of a solid, the place may lie under it: each point is tested.
@@ -191,17 +243,59 @@ impl<'a> IndirectMesh<'a> {
         }
     }
 
-    /// Light that arrives at a mesh point from all sides; `None` inside of a solid.
-    fn field_at(&self, index: Index, cut: &mut Cut, counts: &mut GatherCounts) -> Option<Box<Field>> {
+    /// Where a mesh point is, if it is not inside of a solid.
+    fn free_position_m(&self, index: Index, counts: &mut GatherCounts) -> Option<DVec3> {
         let position_m = self.lattice.position_m(index);
         let (inside, rays) = self.around.solids.holds(&self.around.stage.tracer, position_m);
         counts.other_rays += rays;
-        if inside {
-            return None;
-        }
-        counts.points += 1;
+        counts.points += u64::from(!inside);
+        (!inside).then_some(position_m)
+    }
+
+    /// Walks from a mesh point: fewer after the run has been ended.
+    fn walks(&self) -> u32 {
+        if (self.stop)() { HURRIED_WALKS.min(self.gathering.walks) } else { self.gathering.walks }
+    }
+
+    /// Illuminance in lx on a plane through a mesh point, by each half of the walks; `None` inside of a solid.
+    fn plane_at(
+        &self,
+        number: u32,
+        normal: DVec3,
+        index: Index,
+        cut: &mut Cut,
+        counts: &mut GatherCounts,
+    ) -> Option<[f64; HALVES]> {
+        let position_m = self.free_position_m(index, counts)?;
         let origin = self.around.stage.tracer.free_origin(position_m);
-        let walks = if (self.stop)() { HURRIED_WALKS.min(self.gathering.walks) } else { self.gathering.walks };
+        let walks = self.walks();
+        let key = self.lattice.key(index);
+        let mut stream = Stream::new(self.seed, Purpose::LightMesh, TOWARDS_NORMALS - number, (key >> 32) as u32);
+        let mut sum_lx = [0.0; HALVES];
+        for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
+            for walk in 0..u64::from(walks) / HALVES as u64 {
+                let walk_number = (walk * HALVES as u64) + half as u64;
+                stream.seek_quasi((key << 32) | walk_number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
+                let direction = cosine_hemisphere(normal, stream.pair());
+                let (arriving_lx, rays) = sample_along_lx(&self.around, origin, direction, cut, &mut stream);
+                counts.walk_rays += rays;
+                *sum_lx += arriving_lx;
+            }
+        }
+        Some(sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(walks)))
+    }
+
+    /// Light that arrives at a mesh point from all sides; `None` inside of a solid.
+    fn field_at(
+        &self,
+        harmonics: &Harmonics,
+        index: Index,
+        cut: &mut Cut,
+        counts: &mut GatherCounts,
+    ) -> Option<Box<Field>> {
+        let position_m = self.free_position_m(index, counts)?;
+        let origin = self.around.stage.tracer.free_origin(position_m);
+        let walks = self.walks();
         let mut field = Box::new([[0.0; COEFFICIENTS]; HALVES]);
         // Half the key in the replica's number, half in the index: no two points share a stream.
         let key = self.lattice.key(index);
@@ -214,7 +308,7 @@ impl<'a> IndirectMesh<'a> {
                 let direction = uniform_sphere(stream.pair());
                 let (arriving, rays) = sample_along_lx(&self.around, origin, direction, cut, &mut stream);
                 counts.walk_rays += rays;
-                let y = self.harmonics.of(direction);
+                let y = harmonics.of(direction);
                 field.iter_mut().zip(y).for_each(|(sum, y)| *sum += arriving * y);
             }
         }

@@ -57,6 +57,8 @@ pub enum Why {
     Missed,
     /// The step that the user gave does not meet the target: this error in it.
     StepMisses(f64),
+    /// A limit or the user ended the search before a mesh was found that is better than few walks.
+    Cut,
     /// There is no light to trace.
     Dark,
 }

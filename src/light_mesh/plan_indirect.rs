@@ -1,8 +1,9 @@
 //! How the indirect light of a map is computed: the step that is fine enough and the walks that leave little enough chance,
 //! or walks from every place where those take fewer rays.
 
+use super::complete::FIRST_ROUND_WALKS;
 use super::entries::Entries;
-use super::indirect::{Gathering, IndirectMesh};
+use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
 use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
 use super::options::IndirectForm;
 use super::plan::{
@@ -42,19 +43,23 @@ const SHARE_OF_SEARCH: f64 = 0.25;
 /// Chance below this part of what is to be told is not in the way.
 const LITTLE: f64 = 0.3;
 
-/// What a mesh was found to be off by at the checked places.
-struct Trial {
+/// A mesh, and what it was found to be off by at the checked places.
+struct Trial<'a> {
+    /// The mesh.
+    mesh: IndirectMesh<'a>,
     /// What it says of the checked places.
     lights: Vec<EntryLight>,
     /// Square of what chance in its walks does, in lx².
     of_chance: f64,
+    /// Points that were gathered at.
+    points: f64,
     /// Rays of one walk from one of its points.
     rays_per_walk: f64,
     /// Rays of all.
     rays: f64,
 }
 
-impl Trial {
+impl Trial<'_> {
     /// Square of what its step does, in lx², and the standard error of that.
     fn of_step(&self, checked: &Checked) -> (f64, f64) {
         let measured = checked.compare(self.lights.iter().copied());
@@ -106,6 +111,7 @@ impl<'a> Planner<'a> {
         let mut walks = FIRST_WALKS;
         let mut rays_per_walk = checked.rays_per_walk();
         let (mut spent, mut coarser) = (0.0, None);
+        let mut last: Option<Trial> = None;
         for _ in 0..2 * MOST_REFINEMENTS {
             let points = points_needed(entries, step_m, ratio * step_m);
             let points_of_trial = points.min(half_ball(ratio) * checked.chosen.len() as f64);
@@ -115,6 +121,17 @@ impl<'a> Planner<'a> {
             }
             let gathering = Gathering { step_m, radius_m: ratio * step_m, walks, form: self.wishes.form };
             let Some(trial) = self.try_mesh(entries, map, gathering, &checked, plan) else { break };
+            if (self.stop)() {
+                // This trial may be half done, with few walks in it as the rest would have: the one before is not.
+                plan.indirect = match last {
+                    Some(last) => {
+                        let walks = last.mesh.gathering.walks;
+                        best_when_cut(last, walks, &checked, points)
+                    }
+                    None => best_when_cut(trial, HURRIED_WALKS, &checked, points),
+                };
+                return;
+            }
             spent += trial.rays;
             rays_per_walk = trial.rays_per_walk;
             let most = SHARE_OF_STEP * allowed;
@@ -137,11 +154,13 @@ impl<'a> Planner<'a> {
                 spent += (checked.rays - before) as f64;
             };
             if (self.stop)() {
-                break;
+                plan.indirect = best_when_cut(trial, walks, &checked, points);
+                return;
             }
             let Some(of_step) = of_step else {
                 // It cannot be told yet, and the mesh has more chance in it than the check.
                 walks = more_walks(walks, 4.0);
+                last = Some(trial);
                 continue;
             };
             if of_step <= most {
@@ -152,7 +171,7 @@ impl<'a> Planner<'a> {
                 }
                 let gathering = Gathering { walks, ..gathering };
                 let seed = self.wishes.seed;
-                if let Some(mesh) = IndirectMesh::new(self.around, entries.bounds_m, gathering, seed, self.stop) {
+                if let Some(mesh) = IndirectMesh::new(self.around, entries, gathering, seed, self.stop) {
                     plan.indirect = IndirectPlan::Mesh(Box::new(mesh));
                     return;
                 }
@@ -170,6 +189,9 @@ impl<'a> Planner<'a> {
             }
             coarser = Some(of_step + spread);
             step_m *= 0.5;
+            // What the step does is much less now: the walks that could tell it before are not needed to see that.
+            walks = FIRST_WALKS;
+            last = Some(trial);
         }
         plan.indirect = IndirectPlan::Walks(Why::Cheaper(step_m));
     }
@@ -212,19 +234,22 @@ impl<'a> Planner<'a> {
         gathering: Gathering,
         checked: &Checked,
         plan: &mut Plan,
-    ) -> Option<Trial> {
+    ) -> Option<Trial<'a>> {
         let (seed, map) = (self.wishes.seed, PLANNING + map);
-        let mesh = IndirectMesh::new(self.around, entries.bounds_m, gathering, seed, self.stop)?;
+        let mesh = IndirectMesh::new(self.around, entries, gathering, seed, self.stop)?;
         let none = DirectBy::Rays { first: 0, passes: 0 };
         let (lights, effort) =
             light_of(&self.around, entries, &checked.chosen, &none, &IndirectBy::Mesh(&mesh), seed, map);
         plan.effort += effort;
         let of_chance = mean(lights.iter().map(|light| 0.25 * (light.indirect_lx[0] - light.indirect_lx[1]).powi(2)));
         let walks = effort.gather.points as f64 * f64::from(gathering.walks);
+        let rays_per_walk = effort.gather.walk_rays as f64 / walks.max(1.0);
         Some(Trial {
+            mesh,
             lights,
             of_chance,
-            rays_per_walk: effort.gather.walk_rays as f64 / walks.max(1.0),
+            rays_per_walk,
+            points: effort.gather.points as f64,
             rays: effort.rays() as f64,
         })
     }
@@ -249,11 +274,24 @@ impl<'a> Planner<'a> {
             gathering.walks = more_walks(gathering.walks, trial.of_chance / quiet).min(most);
         }
         plan.check_walks = FIRST_CHECK_WALKS.max(u64::from(gathering.walks / 4)).min(MOST_CHECK_WALKS);
-        let mesh = IndirectMesh::new(self.around, entries.bounds_m, gathering, self.wishes.seed, self.stop);
+        let mesh = IndirectMesh::new(self.around, entries, gathering, self.wishes.seed, self.stop);
         plan.indirect = match mesh {
             Some(mesh) => IndirectPlan::Mesh(Box::new(mesh)),
             None => IndirectPlan::Walks(Why::Cheaper(step_m)),
         };
+    }
+}
+
+/// What a search that was ended has at its best: the mesh of a trial, whose other points get few walks, or few walks from
+/// every place.
+fn best_when_cut<'a>(trial: Trial<'a>, walks: u32, checked: &Checked, points: f64) -> IndirectPlan<'a> {
+    let known = (trial.points / points.max(1.0)).min(1.0);
+    let times = f64::from(walks) / f64::from(HURRIED_WALKS);
+    let of_mesh = trial.of_step(checked).0 + trial.of_chance * (known + (1.0 - known) * times.max(1.0));
+    if of_mesh < checked.variance_of_walk() / f64::from(FIRST_ROUND_WALKS) {
+        IndirectPlan::Mesh(Box::new(trial.mesh))
+    } else {
+        IndirectPlan::Walks(Why::Cut)
     }
 }
 

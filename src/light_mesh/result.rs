@@ -11,6 +11,9 @@ use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
 use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side};
 
+/// Walks of each half at most from a checked place, after the run has been ended.
+const HURRIED_CHECK_WALKS: u64 = 1024;
+
 /// A map, and what it took.
 pub struct TracedMap {
     /// The map.
@@ -72,7 +75,8 @@ impl Planner<'_> {
         }
         if let IndirectPlan::Mesh(_) = plan.indirect {
             let chosen = choose(entries, INDIRECT_PLACES, seed, map);
-            let checked = Checked::of(&self.around, entries, chosen, plan.check_walks, seed, map);
+            let walks = if (self.stop)() { plan.check_walks.min(HURRIED_CHECK_WALKS) } else { plan.check_walks };
+            let checked = Checked::of(&self.around, entries, chosen, walks, seed, map);
             let indirect = checked.compare(checked.chosen.iter().map(|entry| lights[*entry]));
             let rays = checked.rays;
             measured.indirect = indirect;

@@ -1,6 +1,6 @@
 //! The exact side of a comparison: made once, whatever and however often is measured beside it.
 
-use super::case::{Along, Beside, CASE_FILE, Case, Comparison, ELEMENT_MAP, Run, What};
+use super::case::{Along, Beside, CASE_FILE, Case, Comparison, ELEMENT_MAP, Light, Run, What};
 use super::error::CaseError;
 use super::measure::{counts, fill_in_measured};
 use super::statistics::{Entry, EntrySet};
@@ -14,6 +14,7 @@ pub struct ExactSide<'a> {
     run: &'a Run,
     comparison: &'a Comparison,
     exact: EntrySet,
+    share_of_all: f64,
 }
 
 impl<'a> ExactSide<'a> {
@@ -24,12 +25,19 @@ impl<'a> ExactSide<'a> {
     /// A truth that cannot tell what is asked.
     pub fn new(case: &'a Case, run: &'a Run, comparison: &'a Comparison) -> Result<ExactSide<'a>, CaseError> {
         let truth = Truth::prepare(comparison, &run.scene, &case.rooms, &case.folder)?;
-        let made = match comparison.what {
+        let made = |comparison: &Comparison| match comparison.what {
             What::Average => average(comparison, &truth),
             What::Points => points(&run.scene, comparison, &truth),
             What::Elements => elements(&run.scene, comparison, &truth),
         };
-        let mut entries = made.map_err(|what| refused(case, run, comparison, what))?;
+        let mut entries = made(comparison).map_err(|what| refused(case, run, comparison, what))?;
+        let sum_lx = |entries: &[Entry]| entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>();
+        let share_of_all = match comparison.light {
+            Light::Total => 1.0,
+            // Where the truth knows one part alone, that stands for all.
+            Light::Direct | Light::Indirect => made(&Comparison { light: Light::Total, ..comparison.clone() })
+                .map_or(1.0, |all| (sum_lx(&entries) / sum_lx(&all)).clamp(0.0, 1.0)),
+        };
         for entry in &mut entries {
             entry.run.clone_from(&run.name);
         }
@@ -39,7 +47,17 @@ impl<'a> ExactSide<'a> {
             truth_average_error_lx: truth.average_error_lx(),
             ..EntrySet::default()
         };
-        Ok(ExactSide { case, run, comparison, exact })
+        Ok(ExactSide { case, run, comparison, exact, share_of_all })
+    }
+
+    /// What the compared part of the light is of all light, 0 to 1.
+    pub fn share_of_all(&self) -> f64 {
+        self.share_of_all
+    }
+
+    /// The exact values.
+    pub fn entries(&self) -> &[Entry] {
+        &self.exact.entries
     }
 
     /// Puts a run's numbers beside them.

@@ -6,6 +6,7 @@
 mod calibration;
 mod case;
 mod case_of_run;
+mod demand;
 mod error;
 mod exact_side;
 mod fields;

@@ -1,13 +1,14 @@
 //! What came out of a case: its runs, its comparisons and whether it passes.
 
-use super::case::{Case, Comparison, What};
+use super::case::{Case, Comparison, Run, What};
+use super::demand::{Part, parts_of};
 use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::{RunRecord, Silent, record_of, settings_of};
 use super::run_method::RunMethod;
 use super::statistics::{EntrySet, Statistics};
 use super::verdict::{Check, judge};
-use crate::solver::solve;
+use crate::solver::{Solution, solve};
 
 /// A case that was run.
 #[derive(Clone, Debug)]
@@ -85,18 +86,20 @@ pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, 
     let mut parts: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
     for run in &case.runs {
         tell(&run.name);
-        let settings = settings_of(run);
-        let solution = match &run.method {
-            None => solve(&run.scene, &settings, &Silent::starting_now()),
-            Some(method) => method
-                .solve(&run.scene, &settings, &Silent::starting_now())
-                .map_err(|reason| not_by(case, &run.name, method, reason))?,
-        };
-        runs.push(record_of(run, &solution));
-        for comparison in &run.comparisons {
-            let set = ExactSide::new(case, run, comparison)?.beside(&solution)?;
-            let of_run = (case.runs.len() > 1 && comparison.what != What::Average).then(|| run.name.clone());
-            parts.push((of_run, comparison.clone(), set));
+        let exact = exact_sides(case, run)?;
+        for part in parts_of(run, run.method.as_ref(), &exact) {
+            let solution = match &run.method {
+                None => solve(&run.scene, &part.settings, &Silent::starting_now()),
+                Some(method) => method
+                    .solve(&run.scene, &part.settings, &Silent::starting_now())
+                    .map_err(|reason| not_by(case, &run.name, method, reason))?,
+            };
+            runs.push(record_of_part(run, &part, &solution));
+            for number in part.comparisons {
+                let comparison = &run.comparisons[number];
+                let set = exact[number].beside(&solution)?;
+                parts.push((name_in_tables(case, run, comparison), comparison.clone(), set));
+            }
         }
     }
     Ok(outcome_of(case, runs, parts))
@@ -116,34 +119,49 @@ pub fn run_case_by(
     let mut runs = Vec::new();
     let mut parts: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
     for run in &case.runs {
-        let settings = settings_of(run);
-        let solved = method.applies(&run.scene, &settings).and_then(|()| {
-            tell(&run.name);
-            method.solve(&run.scene, &settings, &Silent::starting_now())
-        });
-        let solution = match solved {
-            Ok(solution) => solution,
-            Err(reason) => {
-                tell(&format!("{}: left out: {reason}", run.name));
-                continue;
-            }
-        };
-        let before = parts.len();
-        for comparison in &run.comparisons {
-            let exact = ExactSide::new(case, run, comparison)?;
-            match exact.beside(&solution) {
-                Ok(set) => {
-                    let of_run = (case.runs.len() > 1 && comparison.what != What::Average).then(|| run.name.clone());
-                    parts.push((of_run, comparison.clone(), set));
-                }
-                Err(reason) => tell(&format!("{}: \"{}\" left out: {reason}", run.name, comparison.name)),
-            }
+        if let Err(reason) = method.applies(&run.scene, &settings_of(run)) {
+            tell(&format!("{}: left out: {reason}", run.name));
+            continue;
         }
-        if parts.len() > before {
-            runs.push(record_of(run, &solution));
+        tell(&run.name);
+        let exact = exact_sides(case, run)?;
+        for part in parts_of(run, Some(method), &exact) {
+            let solution = match method.solve(&run.scene, &part.settings, &Silent::starting_now()) {
+                Ok(solution) => solution,
+                Err(reason) => {
+                    tell(&format!("{}: left out: {reason}", run.name));
+                    continue;
+                }
+            };
+            let before = parts.len();
+            for number in &part.comparisons {
+                let comparison = &run.comparisons[*number];
+                match exact[*number].beside(&solution) {
+                    Ok(set) => parts.push((name_in_tables(case, run, comparison), comparison.clone(), set)),
+                    Err(reason) => tell(&format!("{}: \"{}\" left out: {reason}", run.name, comparison.name)),
+                }
+            }
+            if parts.len() > before {
+                runs.push(record_of_part(run, &part, &solution));
+            }
         }
     }
     Ok((!parts.is_empty()).then(|| outcome_of(case, runs, parts)))
+}
+
+fn exact_sides<'a>(case: &'a Case, run: &'a Run) -> Result<Vec<ExactSide<'a>>, CaseError> {
+    run.comparisons.iter().map(|comparison| ExactSide::new(case, run, comparison)).collect()
+}
+
+/// Name of the run beside a comparison, where the case has several and the comparison belongs to one.
+fn name_in_tables(case: &Case, run: &Run, comparison: &Comparison) -> Option<String> {
+    (case.runs.len() > 1 && comparison.what != What::Average).then(|| run.name.clone())
+}
+
+fn record_of_part(run: &Run, part: &Part, solution: &Solution) -> RunRecord {
+    let record = record_of(run, solution);
+    let name = part.map.as_ref().map_or(record.name.clone(), |map| format!("{}: {map}", record.name));
+    RunRecord { name, ..record }
 }
 
 fn not_by(case: &Case, run: &str, method: &RunMethod, reason: String) -> CaseError {

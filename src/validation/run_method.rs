@@ -38,6 +38,12 @@ impl RunMethod {
         (self.method.applies)(scene, settings)
     }
 
+    /// Whether nothing of the settings ends it: it goes by a target, and there is neither one nor a limit nor a mesh to take.
+    pub fn lacks_rule(&self, settings: &Settings) -> bool {
+        let asked = settings.target_error.or(settings.time_limit_s).or(self.mesh.step_m).or(self.mesh.radius_m);
+        self.method.climbs == Climb::Targets && asked.is_none()
+    }
+
     /// Computes, or says why it cannot. A method without chains goes by the target alone.
     pub fn solve(&self, scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Solution, String> {
         let chains = settings.chains.filter(|_| self.method.climbs == Climb::Chains);
