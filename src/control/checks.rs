@@ -27,8 +27,8 @@ const LEAST_TAIL: usize = 200;
 /// A tail with less than this share of the variance does not matter yet, whatever its shape.
 const LEAST_TAIL_SHARE: f64 = 0.1;
 /// Scores that must carry the variance, effectively, of a map that only just meets its target: then single scores make
-/// the variance uncertain by less than a quarter.
-const ENOUGH_SCORES: f64 = 16.0;
+/// the variance uncertain by no more than the replicas do in a map of three degrees of freedom, √(2/45).
+const ENOUGH_SCORES: f64 = 20.0;
 /// A map that was held up is not held up for few scores alone beyond so many times its samples then: what then still
 /// carries the variance is a score so rare that the spread errs on the safe side.
 const LONGEST_WAIT: u64 = 4;

@@ -206,24 +206,24 @@ fn skewed_scores_are_either_sampled_enough_or_refused() {
 
 #[test]
 fn few_scores_are_asked_for_where_the_target_is_near() {
-    // One point whose scores have a variance but no fourth moment, target 10%, 600 runs: with the checks at least 90% of
-    // those that pass keep it (three standard errors under 93%), unasked fewer (the planted fault).
+    // One point whose scores have a variance but no fourth moment, target 10%, 400 runs: with the checks at least 91% keep it,
+    // with none asked (the planted fault) fewer.
     let kept = |end: End| {
-        let runs = (0..600).map(|seed| simulated_to(end, seed, 1, pareto_2_5, 0.1, 1 << 14, u64::MAX));
+        let runs = (0..400).map(|seed| simulated_to(end, seed, 1, pareto_2_5, 0.1, 1 << 13, u64::MAX));
         let passed: Vec<Simulated> = runs.filter(|run| run.passed).collect();
         passed.iter().filter(|run| run.true_error <= 0.1).count() as f64 / passed.len() as f64
     };
     let (checked, unchecked) = (kept(End::WhenPassed), kept(End::Unchecked));
     eprintln!("target kept in {checked:.3} of the runs with checks, {unchecked:.3} without");
-    assert!(checked >= 0.9 && unchecked < 0.9, "{checked} {unchecked}");
+    assert!(checked >= 0.91 && unchecked < 0.91, "{checked} {unchecked}");
 }
 
 #[test]
 fn a_map_far_under_its_target_needs_fewer_scores() {
-    // 16 scores of one size just carry a map that needs all of its target; of one that needs a quarter of its squared error
-    // one score does, since 16 / 4² = 1.
+    // 20 scores of one size just carry a map that needs all of its target; of one that needs a quarter of its squared error
+    // 1.25 do, since 20 / 4² = 1.25.
     let part = |scores: f64| ScoreEvidence { variance: 1.0, fourth: 1.0 / scores, ..ScoreEvidence::default() };
     let passes = |scores: f64, spare: f64| scores_check([ScoreEvidence::default(), part(scores)], spare, false).passed;
-    assert!(passes(16.1, 1.0) && !passes(15.9, 1.0));
-    assert!(passes(1.1, 4.0) && !passes(0.9, 4.0));
+    assert!(passes(20.1, 1.0) && !passes(19.9, 1.0));
+    assert!(passes(1.3, 4.0) && !passes(1.2, 4.0));
 }
