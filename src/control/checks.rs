@@ -5,6 +5,7 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
+use super::needed_work;
 use crate::maps::{History, Judgement, Look, REPLICAS, ScoreEvidence, StatisticalCheck};
 
 /// A sound run fails a single comparison with about this probability; there are four of them.
@@ -25,8 +26,9 @@ const SAFE_SIDE: f64 = 2.4;
 const LEAST_TAIL: usize = 200;
 /// A tail with less than this share of the variance does not matter yet, whatever its shape.
 const LEAST_TAIL_SHARE: f64 = 0.1;
-/// Scores that must carry the variance, effectively: then single scores make it uncertain by less than a fifth.
-const ENOUGH_SCORES: f64 = 30.0;
+/// Scores that must carry the variance, effectively, of a map that only just meets its target: then single scores make
+/// the variance uncertain by no more than the replicas do in a map of three degrees of freedom, √(2/45).
+const ENOUGH_SCORES: f64 = 20.0;
 /// A map that was held up is not held up for few scores alone beyond so many times its samples then: what then still
 /// carries the variance is a score so rare that the spread errs on the safe side.
 const LONGEST_WAIT: u64 = 4;
@@ -34,12 +36,13 @@ const LONGEST_WAIT: u64 = 4;
 const ROUNDING: f64 = 1e-9;
 
 /// Judges a map; `parts` are what the scores of direct and indirect light say, `held_since` the samples at which a check
-/// first held the map up.
+/// first held the map up, `target_error` what the run is to reach, as a fraction of the mean, if it has a target.
 pub fn statistical_checks(
     history: &History,
     parts: [ScoreEvidence; 2],
     judgement: &Judgement,
     held_since: Option<u64>,
+    target_error: Option<f64>,
 ) -> Vec<StatisticalCheck> {
     let is_judged = judgement.mean_lx > 0.0 && !judgement.dark && !judgement.unseen;
     let Some(now) = history.last().filter(|_| is_judged) else {
@@ -47,13 +50,15 @@ pub fn statistical_checks(
     };
     let past = |(share, between)| history.at_share(share, between);
     let rounding_lx = ROUNDING * judgement.mean_lx;
+    // How many times its squared error a map could bear, margin and all.
+    let spare = target_error.map_or(1.0, |target| 1.0 / needed_work(target, judgement, 0.5)).max(1.0);
     let has_waited = held_since.is_some_and(|samples| now.samples >= LONGEST_WAIT * samples);
     vec![
         mean_check(now, [past(HALF), past(QUARTER)], rounding_lx),
         growth_check("error", now, past(QUARTER), |look| look.samples as f64, rounding_lx),
         growth_check("figure of merit", now, past(HALF), |look| look.rays as f64, rounding_lx),
         tail_check(parts),
-        scores_check(parts, has_waited),
+        scores_check(parts, spare, has_waited),
     ]
 }
 
@@ -117,29 +122,33 @@ fn tail_check(parts: [ScoreEvidence; 2]) -> StatisticalCheck {
     }
 }
 
-/// Enough scores must carry the variance: (Σx²)²/Σx⁴, one over what transport codes call the variance of the variance.
-fn scores_check(parts: [ScoreEvidence; 2], has_waited: bool) -> StatisticalCheck {
+/// Enough scores must carry the variance: n = (Σx²)²/Σx⁴, one over what transport codes call the variance of the variance.
+///
+/// 1/√n is how uncertain single scores make the squared error. A map whose squared error may be `spare` times as large
+/// needs to know it that much less well, so that the limit falls with the square of `spare`.
+fn scores_check(parts: [ScoreEvidence; 2], spare: f64, has_waited: bool) -> StatisticalCheck {
     let variance: f64 = parts.iter().map(|part| part.variance).sum();
     let fourth: f64 = parts.iter().map(|part| part.fourth).sum();
     let says = "too few scores carry the map's error for it to be known";
+    let limit = ENOUGH_SCORES / (spare * spare);
     if variance == 0.0 {
-        return check("scores", None, ENOUGH_SCORES, true, says);
+        return check("scores", None, limit, true, says);
     }
     let effective = variance * variance / fourth;
-    check("scores", Some(effective), ENOUGH_SCORES, has_waited || effective >= ENOUGH_SCORES, says)
+    check("scores", Some(effective), limit, has_waited || effective >= limit, says)
 }
 
 fn student_quantile(probability: f64) -> f64 {
     StudentsT::new(0.0, 1.0, (REPLICAS - 1) as f64).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
 }
 
-/// Upper quantile of F(n, n), by bisection of its logarithm.
+/// Upper quantile of F(n, n), by bisection of its logarithm to 1e-8.
 fn fisher_quantile(degrees: f64) -> f64 {
     let Ok(f) = FisherSnedecor::new(degrees, degrees) else {
         return f64::INFINITY;
     };
     let (mut low, mut high) = (0.0f64, 12.0f64);
-    for _ in 0..50 {
+    for _ in 0..30 {
         let middle = 0.5 * (low + high);
         if f.cdf(middle.exp()) < 1.0 - ALPHA { low = middle } else { high = middle }
     }

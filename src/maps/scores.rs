@@ -69,7 +69,9 @@ impl Scores {
         self.squares += task.squares;
         self.fourths += task.fourths;
         self.largest.extend(task.largest);
-        self.sort_out();
+        if self.largest.len() >= 2 * LARGEST {
+            self.sort_out();
+        }
     }
 
     /// What the scores say of a part of a map with so many samples of every entry, of so many scores in all.

@@ -5,14 +5,13 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::limits::MOST_LUMINAIRES;
 use super::model::{Emission, Luminaire};
 use super::reader::Fields;
 use super::units::LengthUnit;
 
 /// Keys of an array.
 pub(super) const KEYS: [&str; 4] = ["columns", "rows", "u", "v"];
-/// Most luminaires of an array, and of all arrays of a scene together.
-pub(super) const MOST_LUMINAIRES: u64 = 1_000_000;
 
 /// Where the copies of a luminaire stand.
 pub(super) struct Array {

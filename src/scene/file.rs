@@ -12,7 +12,7 @@ use super::model::{Emission, Luminaire, Scene};
 use super::names::listed;
 use super::overlaps::overlaps;
 use super::reader::{Node, Source};
-use super::shells::{self, Shell, bounds_m, closed_shells_of_geometries, shells_of_scene};
+use super::shells::{self, Enclosures, Shell, bounds_m, closed_shells_of_geometries, shells_of_scene};
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
 use super::{luminaires, materials, parse, receivers, surfaces};
@@ -131,10 +131,12 @@ fn never_absorbs(scene: &Scene) -> bool {
     // A back that light can reach absorbs; the backs of closed shells lie on their far side.
     let shells = shells_of_scene(scene);
     let has_open_backs = shells.iter().any(|shell| !shell.closed && !shells::reflects_on_both_sides(scene, shell));
-    !has_open_backs
-        && scene.luminaires.iter().any(|luminaire| {
-            luminaire.luminous_flux_lm > 0.0 && shells::is_shut_in(scene, &shells, &luminaire.emission)
-        })
+    if has_open_backs {
+        return false;
+    }
+    let enclosures = Enclosures::of(scene, &shells);
+    let mut lit = scene.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
+    lit.any(|luminaire| enclosures.shut_in(&luminaire.emission))
 }
 
 fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {

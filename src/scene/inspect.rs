@@ -7,7 +7,7 @@ use crate::base::pane::pane_shares;
 use super::elements::{Elements, Side};
 use super::mesh_faults::{MeshFaults, mesh_faults};
 use super::model::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
-use super::shells::{bounds_m, is_shut_in, one_vertex_a_place, shells_over};
+use super::shells::{Enclosures, bounds_m, one_vertex_a_place, shells_over};
 
 /// The plain facts of a scene; everything in SI and photometric units.
 #[derive(Clone, Debug, Serialize)]
@@ -173,6 +173,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     let [low_m, high_m] = bounds_m(scene);
     let vertex_of = one_vertex_a_place(scene);
     let shells = shells_over(scene, &vertex_of);
+    let enclosures = Enclosures::of(scene, &shells);
     let surfaces: Vec<InspectedSurface> =
         (0..scene.surfaces.len() as SurfaceId).map(|id| inspect_surface(scene, &elements, id)).collect();
     let inspected_shells = shells
@@ -198,7 +199,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
         units: InspectedUnits { length: "m", area: "m²", luminous_flux: "lm", intensity: "cd" },
         bounds_min_m: low_m.to_array(),
         bounds_max_m: high_m.to_array(),
-        closed: scene.luminaires.iter().all(|luminaire| is_shut_in(scene, &shells, &luminaire.emission)),
+        closed: scene.luminaires.iter().all(|luminaire| enclosures.shut_in(&luminaire.emission)),
         shells: inspected_shells,
         mesh: mesh_faults(scene, &shells, &vertex_of),
         totals: InspectedTotals {

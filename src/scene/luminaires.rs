@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::arrays;
 use super::error::SceneError;
+use super::limits::MOST_LUMINAIRES;
 use super::model::{Emission, Luminaire};
 use super::photometry::read_photometric_file;
 use super::reader::{Fields, Node};
@@ -63,8 +64,8 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
         maintained |= fields.get("maintenance_factor").is_some();
         let luminaire = read_one(&item, around, &mut names, warnings)?;
         match arrays::read(&fields, around.unit)? {
-            Some(array) if luminaires.len() as u64 + array.len() > arrays::MOST_LUMINAIRES => {
-                let expected = format!("at most {} luminaires in a scene with arrays", arrays::MOST_LUMINAIRES);
+            Some(array) if luminaires.len() as u64 + array.len() > MOST_LUMINAIRES => {
+                let expected = format!("at most {} luminaires in a scene with arrays", MOST_LUMINAIRES);
                 return Err(item.refuse("the arrays have too many luminaires", expected, "ask for fewer"));
             }
             Some(array) => array.fill(&fields, &luminaire, &mut names, &mut luminaires)?,

@@ -9,6 +9,7 @@ mod error;
 mod file;
 mod inspect;
 mod leaves;
+mod limits;
 mod luminaires;
 mod materials;
 mod mesh_faults;

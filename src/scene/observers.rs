@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::error::SceneError;
 use super::model::{Quantity, ReceiverLayout, ReceiverPoint};
 use super::reader::{Fields, Node};
-use super::receivers::{MOST_POINTS, refuse_too_many};
+use super::receivers::refuse_too_many;
 use super::units::LengthUnit;
 
 /// Keys of a fan of directions.
@@ -19,11 +19,12 @@ const WIDEST_FIELD_DEG: f64 = 170.0;
 const PARALLEL: f64 = 1e-6;
 
 /// What a receiver of a type that looks asks for, how its directions lie, and one point a direction; `None` for the
-/// types that lie on planes.
+/// types that lie on planes. `most` is how many points a fan or a view may still have.
 pub(super) fn read(
     kind: &str,
     fields: &Fields,
     unit: LengthUnit,
+    most: u64,
 ) -> Result<Option<(Quantity, ReceiverLayout, Vec<ReceiverPoint>)>, SceneError> {
     if kind != "luminance" && kind != "ugr" {
         return Ok(None);
@@ -39,8 +40,8 @@ pub(super) fn read(
     }
     let given: Vec<&str> = ["directions", "fan", "view"].into_iter().filter(|key| fields.get(key).is_some()).collect();
     let (layout, directions) = match given[..] {
-        ["fan"] => read_fan(&fields.need("fan", "{}")?)?,
-        ["view"] => read_view(&fields.need("view", "{}")?)?,
+        ["fan"] => read_fan(&fields.need("fan", "{}")?, most)?,
+        ["view"] => read_view(&fields.need("view", "{}")?, most)?,
         ["directions"] | [] => (ReceiverLayout::Points, read_list(&fields.need("directions", "[[1, 0, 0]]")?)?),
         _ => {
             return Err(fields.node().refuse_as(
@@ -63,7 +64,7 @@ fn read_list(node: &Node) -> Result<Vec<DVec3>, SceneError> {
 }
 
 /// Directions turned about an axis, counter-clockwise seen from its tip.
-fn read_fan(node: &Node) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
+fn read_fan(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
     let fields = node.fields("a fan of directions")?;
     fields.only(&FAN_KEYS)?;
     let direction = fields.need("direction", "[1, 0, 0]")?.direction()?;
@@ -73,7 +74,7 @@ fn read_fan(node: &Node) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
     let to_deg = fields.need("to_deg", "60")?.number()?;
     let count_node = fields.need("count", "25")?;
     let count = count_node.count("the number of directions")?;
-    if u64::from(count) > MOST_POINTS {
+    if u64::from(count) > most {
         return Err(refuse_too_many(&count_node, u64::from(count)));
     }
     let share = |index: u32| if count > 1 { f64::from(index) / f64::from(count - 1) } else { 0.5 };
@@ -85,7 +86,7 @@ fn read_fan(node: &Node) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
 }
 
 /// Directions through the middles of the cells of a flat screen.
-fn read_view(node: &Node) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
+fn read_view(node: &Node, most: u64) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
     let fields = node.fields("a view")?;
     fields.only(&VIEW_KEYS)?;
     let direction = fields.need("direction", "[1, 0, 0]")?.direction()?;
@@ -113,7 +114,7 @@ fn read_view(node: &Node) -> Result<(ReceiverLayout, Vec<DVec3>), SceneError> {
     let columns_node = fields.need("columns", "96")?;
     let columns = columns_node.count("the number of columns")?;
     let rows = fields.need("rows", "64")?.count("the number of rows")?;
-    if u64::from(columns) * u64::from(rows) > MOST_POINTS {
+    if u64::from(columns) * u64::from(rows) > most {
         return Err(refuse_too_many(&columns_node, u64::from(columns) * u64::from(rows)));
     }
     let right = direction.cross(up).normalize();

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::limits::MOST_POINTS;
 use super::luminaires::unique_name;
 use super::model::{Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers;
@@ -50,9 +51,6 @@ pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertic
 /// The rule that `spacing` can name.
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
 
-/// Most points of all grids of a scene together: the sums of a run take some hundred bytes for each.
-pub(super) const MOST_POINTS: u64 = 4_000_000;
-
 /// What receivers refer to.
 pub(super) struct Around<'a> {
     pub unit: LengthUnit,
@@ -67,7 +65,8 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
     let mut left = MOST_POINTS;
     for item in node.items("receivers")? {
         let set = read_one(&item, around, &mut names, left)?;
-        if let ReceiverLayout::Grid { .. } = set.layout {
+        // Lists of points and of directions are as long as the file says, and need no limit.
+        if set.layout != ReceiverLayout::Points {
             left -= set.points.len() as u64;
         }
         sets.push(set);
@@ -86,7 +85,7 @@ fn read_one(
     let fields = node.fields(&what)?;
     fields.only(KEYS[kind])?;
     let name = unique_name(&fields, names)?;
-    if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit)? {
+    if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit, most)? {
         return Ok(ReceiverSet { name, quantity, layout, points });
     }
     let (layout, mut points) = match TYPES[kind] {
@@ -131,8 +130,8 @@ fn read_quantity(fields: &Fields, points: &mut [ReceiverPoint]) -> Result<Quanti
 }
 
 pub(super) fn refuse_too_many(node: &Node, points: u64) -> SceneError {
-    let expected = format!("at most {MOST_POINTS} points of all grids together");
-    node.refuse_as("the grid has too many points", format!("{points} points"), expected, "ask for fewer")
+    let expected = format!("at most {MOST_POINTS} points of all grids, fans and views together");
+    node.refuse_as("this receiver has too many points", format!("{points} points"), expected, "ask for fewer")
 }
 
 /// A grid as it is laid out, before its points are made.

@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::limits::SPHERE_FREQUENCY;
+
 /// Triangles over a list of vertices, in parts; lengths in the file's unit until they are placed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shape {
@@ -20,11 +22,6 @@ pub(super) struct ShapePart {
 
 /// Names of a box's faces, in the order of its parts.
 pub(super) const BOX_FACES: [&str; 6] = ["floor", "ceiling", "x_min", "x_max", "y_min", "y_max"];
-
-/// Divisions of an icosahedron's edge, where nothing asks for finer ones: 5120 triangles.
-pub(super) const SPHERE_FREQUENCY: u32 = 16;
-/// Finest sphere: some 2 million triangles.
-pub(super) const MOST_SPHERE_FREQUENCY: u32 = 316;
 
 /// An axis-parallel box whose faces share its eight vertices.
 pub(super) fn cuboid(min: DVec3, max: DVec3, inward: bool) -> Shape {

@@ -217,37 +217,62 @@ pub(super) fn is_inside_solid(shells: &[Shell], point_m: DVec3, scene_size_m: f6
     }
 }
 
-/// Whether no light of a luminaire can get out of the scene: a closed shell whose inside reflects lies around it.
-pub(super) fn is_shut_in(scene: &Scene, shells: &[Shell], emission: &Emission) -> bool {
-    let step_m = IN_FRONT * size_m(scene);
-    let starts_m: Vec<DVec3> = match emission {
-        Emission::Isotropic { position_m, .. } => vec![*position_m],
-        Emission::Lambertian { position_m, axis, .. } => vec![*position_m + step_m * *axis],
-        Emission::Photometric { position_m, frame, .. } => vec![*position_m + step_m * frame[2]],
-        Emission::Sphere { center_m, .. } => vec![*center_m],
-        Emission::Area { surfaces, front, back, .. } => surfaces
-            .iter()
-            .flat_map(|id| {
-                let triangle = scene.surfaces[*id as usize].triangles.start;
-                let middle_m = scene.corners_m(triangle).iter().sum::<DVec3>() / 3.0;
-                let step = step_m * scene.triangle_normal(triangle);
-                [front.then_some(middle_m + step), back.then_some(middle_m - step)]
+/// The closed shells of a scene that let no light out, looked for once for all its luminaires.
+pub(super) struct Enclosures<'s> {
+    scene: &'s Scene,
+    step_m: f64,
+    /// Closed shells through which no light passes, and whether they reflect on both sides.
+    shells: Vec<(&'s Shell, bool)>,
+}
+
+impl<'s> Enclosures<'s> {
+    /// Those among the shells of a scene.
+    pub fn of(scene: &'s Scene, shells: &'s [Shell]) -> Enclosures<'s> {
+        let tight = shells.iter().filter(|shell| shell.closed && !lets_light_through(scene, shell));
+        Enclosures {
+            scene,
+            step_m: IN_FRONT * size_m(scene),
+            shells: tight.map(|shell| (shell, reflects_on_both_sides(scene, shell))).collect(),
+        }
+    }
+
+    /// Whether no light of a luminaire can get out of the scene: a closed shell whose inside reflects lies around it.
+    pub fn shut_in(&self, emission: &Emission) -> bool {
+        self.starts_m(emission).iter().all(|start_m| {
+            self.shells.iter().any(|(shell, both_sides)| {
+                let winding = shell.winding(*start_m);
+                winding < -0.5 || winding > 0.5 && *both_sides
             })
-            .flatten()
-            .collect(),
-    };
-    starts_m.iter().all(|start_m| {
-        shells.iter().filter(|shell| shell.closed && !lets_light_through(scene, shell)).any(|shell| {
-            let winding = shell.winding(*start_m);
-            winding < -0.5 || winding > 0.5 && reflects_on_both_sides(scene, shell)
         })
-    })
+    }
+
+    /// Where a luminaire's light begins, a step in front of what emits it.
+    fn starts_m(&self, emission: &Emission) -> Vec<DVec3> {
+        let (scene, step_m) = (self.scene, self.step_m);
+        match emission {
+            Emission::Isotropic { position_m, .. } => vec![*position_m],
+            Emission::Lambertian { position_m, axis, .. } => vec![*position_m + step_m * *axis],
+            Emission::Photometric { position_m, frame, .. } => vec![*position_m + step_m * frame[2]],
+            Emission::Sphere { center_m, .. } => vec![*center_m],
+            Emission::Area { surfaces, front, back, .. } => surfaces
+                .iter()
+                .flat_map(|id| {
+                    let triangle = scene.surfaces[*id as usize].triangles.start;
+                    let middle_m = scene.corners_m(triangle).iter().sum::<DVec3>() / 3.0;
+                    let step = step_m * scene.triangle_normal(triangle);
+                    [front.then_some(middle_m + step), back.then_some(middle_m - step)]
+                })
+                .flatten()
+                .collect(),
+        }
+    }
 }
 
 /// Whether no light of any luminaire can get out of the scene.
 pub fn all_luminaires_are_shut_in(scene: &Scene) -> bool {
     let shells = shells_of_scene(scene);
-    scene.luminaires.iter().all(|luminaire| is_shut_in(scene, &shells, &luminaire.emission))
+    let enclosures = Enclosures::of(scene, &shells);
+    scene.luminaires.iter().all(|luminaire| enclosures.shut_in(&luminaire.emission))
 }
 
 /// Whether light passes any triangle of a shell.

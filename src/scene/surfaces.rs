@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::limits::{MOST_SPHERE_FREQUENCY, MOST_SPHERE_TRIANGLES};
 use super::model::{Material, MaterialId, Surface, SurfaceId};
 use super::names::listed;
 use super::placing::Placing;
@@ -40,8 +41,6 @@ const LARGEST_COORDINATE_M: f64 = 1e15;
 const SMALLEST_RELATIVE_HEIGHT: f64 = 1e-12;
 /// An edge may be longer than asked by this fraction, so that 3 m in pieces of 0.3 m are ten and not eleven.
 const EDGE_ROUNDING: f64 = 1e-12;
-/// Most triangles of all spheres of a scene together, of which a few bytes of text can ask for any number.
-const MOST_SPHERE_TRIANGLES: f64 = 2e6;
 
 /// All triangles of a scene so far.
 #[derive(Default)]
@@ -208,10 +207,8 @@ impl Surfaces {
         let radius = fields.need("radius", "0.3")?.above_zero("the radius")?;
         let inward = faces_inward(fields)?;
         let frequency = shapes::sphere_frequency(radius * placing.scale, longest_edge);
-        if let (Some(node), true) =
-            (fields.get("max_element_edge"), frequency > f64::from(shapes::MOST_SPHERE_FREQUENCY))
-        {
-            let finest = 2.0 * radius * placing.scale / f64::from(shapes::MOST_SPHERE_FREQUENCY);
+        if let (Some(node), true) = (fields.get("max_element_edge"), frequency > f64::from(MOST_SPHERE_FREQUENCY)) {
+            let finest = 2.0 * radius * placing.scale / f64::from(MOST_SPHERE_FREQUENCY);
             let expected = format!("an edge of at least {finest:.3e}");
             return Err(node.refuse("the sphere would become too many triangles", expected, "ask for longer edges"));
         }

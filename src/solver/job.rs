@@ -509,9 +509,9 @@ impl Job {
     }
 
     /// Asks the statistical checks about what has been judged; whether all pass.
-    pub fn passes_checks(&mut self) -> bool {
+    pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
         let parts = self.map.score_evidence();
-        self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since);
+        self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since, target_error);
         let all_pass = self.checks.iter().all(|check| check.passed);
         if !all_pass {
             self.held_since.get_or_insert(self.samples);

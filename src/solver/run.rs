@@ -279,7 +279,7 @@ impl Run<'_> {
         let needed =
             self.target_error.map_or(f64::INFINITY, |target| needed_work(target, &job.judgement, job.error_exponent()));
         let accepted = self.target_error.is_some_and(|target| accepts(target, &job.judgement));
-        job.met = accepted && job.passes_checks();
+        job.met = accepted && job.passes_checks(self.target_error);
         let without_mean = job.judgement.mean_lx <= 0.0 && !job.judgement.dark;
         job.refused = without_mean || (accepted && !job.met);
         job.refusals += u64::from(job.refused);
@@ -331,7 +331,7 @@ impl Run<'_> {
             }
             job.judge(self.context);
             if !job.met {
-                job.passes_checks();
+                job.passes_checks(self.target_error);
             }
         }
         if let Some(row) = self.convergence_row()
