@@ -308,3 +308,25 @@ fn a_place_under_a_solid_stays_dark() {
     }
     assert!(lx_at(0.3) > 0.0);
 }
+
+/// A box that no light gets into but by chance: the lamp is outside of a closed box of reflecting walls. Nothing is found,
+/// and nothing is called exact or met; the same box of black walls is known to be dark.
+#[test]
+fn a_dark_map_is_not_called_exact_where_light_may_be_reflected() {
+    let solved = |reflectance: f64| {
+        let scene = scene_of(&format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": {reflectance} }} }},
+            "geometry": [{{ "name": "box", "type": "box", "min": [0,0,0], "max": [1,1,1], "facing": "inward", "material": "m", "two_sided": true }}],
+            "luminaires": [{{ "name": "lamp", "type": "point", "position": [0.5,0.5,2], "luminous_flux_lm": 1000 }}],
+            "receivers": [{{ "name": "inside", "type": "grid", "origin": [0.2,0.2,0.5], "u": [0.6,0,0], "v": [0,0.6,0], "columns": 3, "rows": 3 }}] }}"#
+        ));
+        let settings = Settings { target_error: Some(0.05), maps: MapSelection::Receivers, ..Settings::default() };
+        solve_by_light_mesh(&scene, &settings, &MeshChoice::default(), &Silent).expect("a solution")
+    };
+    let doubtful = solved(0.5);
+    assert!(doubtful.maps[0].error.dark_upper_bound_lx.is_some_and(|bound_lx| bound_lx > 0.0));
+    assert_eq!(doubtful.target_met, Some(false));
+    assert!(doubtful.warnings.iter().any(|warning| warning.contains("no light was found")), "{:?}", doubtful.warnings);
+    let known = solved(0.0);
+    assert!(known.maps[0].error.dark_upper_bound_lx.is_none() && known.target_met == Some(true));
+}

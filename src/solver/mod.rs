@@ -16,5 +16,6 @@ mod stages;
 mod sweep;
 
 pub use glare::GlareRating;
+pub(crate) use job::PACKETS_OF_A_BOUND;
 pub use run::{DEFAULT_TARGET_ERROR, Observer, Progress, map_requests, solve};
 pub use solution::*;

@@ -9,10 +9,10 @@ use crate::light_mesh::{
     NotForLightMesh, Placing, Plan, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes,
     check,
 };
-use crate::maps::{MapKind, MapResult};
+use crate::maps::{MapError, MapKind, MapResult};
 use crate::scene::{Elements, Scene};
 use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, StopReason};
-use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
+use crate::solver::{DEFAULT_TARGET_ERROR, PACKETS_OF_A_BOUND, map_requests};
 
 /// Plans of a map after the first whose last check missed the target.
 const MOST_ATTEMPTS: u32 = 3;
@@ -154,8 +154,11 @@ pub fn solve_by_light_mesh(
             fraction: (done + 1) as f64 / requests.len() as f64,
             wall_s,
         });
-        let target_met = target_error.map(|target| map.upper_error <= target);
-        let result = MapResult { bound, target_met, ..map.map };
+        let dark_upper_bound_lx = dark_upper_bound_lx(&stage, &entries, &map);
+        let is_dark = dark_upper_bound_lx.is_some();
+        let target_met = target_error.map(|target| map.upper_error <= target && !is_dark);
+        let error = MapError { dark_upper_bound_lx, ..map.map.error };
+        let result = MapResult { bound, target_met, error, ..map.map };
         traced[index] = Some(TracedMap { map: result, ..map });
     }
     if solids.open_triangles() > 0 && traced.iter().flatten().any(|map| map.mesh.is_some()) {
@@ -166,9 +169,17 @@ pub fn solve_by_light_mesh(
         ));
     }
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
+    let mut warnings: Vec<String> = stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")).collect();
+    for (map, bound_lx) in maps.iter().filter_map(|map| Some((map, map.error.dark_upper_bound_lx?))) {
+        warnings.push(format!(
+            "no light was found in \"{}\": its mean is below {bound_lx:.3e} lx, about; chains (--method collision) tell more of what is so dark",
+            map.name
+        ));
+    }
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     let target_met = target_error.map(|_| maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true)));
-    let is_exact = maps.iter().all(|map| map.error.estimated == 0.0);
+    let is_known = |map: &MapResult| map.error.estimated == 0.0 && map.error.dark_upper_bound_lx.is_none();
+    let is_exact = maps.iter().all(is_known);
     let stop_reason = match (is_exact, target_met) {
         (true, _) => StopReason::Exact,
         (_, Some(true)) => StopReason::TargetMet,
@@ -195,8 +206,20 @@ pub fn solve_by_light_mesh(
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s,
         paths_not_found: stage.paths_not_found.clone(),
-        warnings: stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")).collect(),
+        warnings,
         notes,
+    })
+}
+
+/// What the mean of a map in which no light was found is below in lx, by the number of rays for each place; `None` where light was
+/// found, and where none can be reflected, so that shadow rays tell all.
+fn dark_upper_bound_lx(stage: &Stage, entries: &Entries, map: &TracedMap) -> Option<f64> {
+    let weight: f64 = entries.weights.iter().sum();
+    let is_dark = map.map.values.illuminance_lx.iter().all(|lx| *lx == 0.0);
+    let flux_lm = stage.emitters.luminous_flux_lm();
+    (is_dark && stage.reflects() && flux_lm > 0.0 && weight > 0.0).then(|| {
+        let rays_a_place = (map.effort.rays() as f64 / entries.places().max(1) as f64).max(1.0);
+        PACKETS_OF_A_BOUND * flux_lm / (rays_a_place * weight)
     })
 }
 
