@@ -288,3 +288,21 @@ fn patches_do_not_bias_the_corners_of_a_room() {
     assert!(worst <= 1.0 / 3.0, "{worst} stated errors");
     assert!(beyond(0, 1.0).max(beyond(0, -1.0)) > 1.0 / 3.0, "the planted fault passed");
 }
+
+#[test]
+fn a_time_limit_that_is_far_off_changes_nothing() {
+    let scene = cube(0.5, 1.0);
+    let run = |time_limit_s: Option<f64>| {
+        let settings = Settings {
+            method: Method::Gather,
+            target_error: Some(0.01),
+            time_limit_s,
+            maps: MapSelection::Elements,
+            ..Settings::default()
+        };
+        solve(&scene, &settings, &Silent)
+    };
+    let (free, limited) = (run(None), run(Some(1e9)));
+    assert_eq!((free.rays, limited.target_met), (limited.rays, Some(true)));
+    assert_eq!(free.maps[0].values.illuminance_lx, limited.maps[0].values.illuminance_lx);
+}

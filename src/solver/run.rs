@@ -73,6 +73,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         observer,
         jobs: choose_jobs(&context, &settings.maps),
         stages: None,
+        goes_by_target: false,
         convergence: Vec::new(),
     };
     let stop_reason = run.work();
@@ -116,14 +117,19 @@ struct Run<'a> {
     jobs: Vec<Job>,
     /// The forward stage, if anything gathers.
     stages: Option<Stages>,
+    /// Whether what gathers is planned for the target: not where a time limit will come first, by all that the pilots tell.
+    goes_by_target: bool,
     convergence: Vec<ConvergenceRow>,
 }
 
 impl Run<'_> {
     fn work(&mut self) -> StopReason {
         self.stages = Stages::pilot(self.context, &mut self.jobs, self.settings);
+        let affordable_rays = self.affordable_rays();
         if let Some(stages) = &mut self.stages {
-            stages.plan_first(self.context, &mut self.jobs, self.settings, self.target_error);
+            let target = self.target_error.filter(|target| stages.rays_to(&self.jobs, *target) <= affordable_rays);
+            self.goes_by_target = target.is_some();
+            stages.plan_first(self.context, &mut self.jobs, self.settings, target);
         }
         for job in &mut self.jobs {
             job.next_judgement = job.first_samples();
@@ -143,6 +149,16 @@ impl Run<'_> {
                 return StopReason::TimeLimit;
             }
         }
+    }
+
+    /// Rays that fit into half of the time that a limit leaves, at the rate of the run so far; without a limit all do.
+    fn affordable_rays(&self) -> f64 {
+        let Some(limit_s) = self.settings.time_limit_s else {
+            return f64::INFINITY;
+        };
+        let wall_s = self.observer.wall_s();
+        let rays = self.progress().rays as f64;
+        0.5 * (limit_s - wall_s).max(0.0) * rays / wall_s.max(f64::MIN_POSITIVE)
     }
 
     /// One slice of the forward stage; whether there was any left.
@@ -183,6 +199,7 @@ impl Run<'_> {
 
     /// More chains, where they hold up a map that gathers and is not right enough yet.
     fn extend_forward(&mut self, index: usize) {
+        let affordable_rays = self.affordable_rays();
         let Some(stages) = &mut self.stages else {
             return;
         };
@@ -190,7 +207,7 @@ impl Run<'_> {
         if job.met || job.refused || !job.bound || self.settings.chains.is_some() {
             return;
         }
-        if self.settings.time_limit_s.is_some() {
+        if !self.goes_by_target {
             if stages.is_overdrawn(job) {
                 stages.plan_next(self.context, &mut self.jobs);
                 let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
@@ -200,7 +217,7 @@ impl Run<'_> {
             && job.engine == Engine::Gathering
         {
             let may_leave = self.settings.method == Method::Auto;
-            stages.replan(self.context, &mut self.jobs, index, target, may_leave);
+            stages.replan(self.context, &mut self.jobs, index, target, may_leave, affordable_rays);
             let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
             restarted.for_each(|job| job.next_judgement = job.first_samples());
             let job = &mut self.jobs[index];

@@ -2,7 +2,7 @@
 
 use super::forward::Forward;
 use super::job::{Context, Engine, Job};
-use super::plan::{ChainCosts, GatherCosts, gather_costs, patch_edge_m, patches_for, pilot_chains};
+use super::plan::{ChainCosts, GatherCosts, GatherPlan, gather_costs, patch_edge_m, patches_for, pilot_chains};
 use super::{Method, Settings};
 use crate::control::{GatherState, gather_need, margin};
 use crate::maps::{HALF, REPLICAS};
@@ -100,22 +100,31 @@ impl Stages {
         })
     }
 
+    /// What a map needs for a target, by the pilot.
+    fn needed(&self, job: &Job, costs: &GatherCosts, target: f64) -> GatherPlan {
+        let degrees = USUAL_DEGREES.min(costs.entries);
+        let error_lx = target * (costs.mean_lx + job.direct_mean_lx()) / margin(degrees);
+        let at_once = costs.plan(self.chain, error_lx);
+        costs.plan(self.chain, error_lx * job.gathered_share(at_once.rays, error_lx))
+    }
+
+    /// What every map that gathers and that the target binds needs.
+    fn needs<'a>(&'a self, jobs: &'a [Job], target: f64) -> impl Iterator<Item = GatherPlan> + 'a {
+        let bound = jobs.iter().zip(&self.costs).filter(|(job, _)| job.bound);
+        bound.filter_map(move |(job, costs)| Some(self.needed(job, costs.as_ref()?, target)))
+    }
+
+    /// Rays, about, that these take.
+    pub fn rays_to(&self, jobs: &[Job], target: f64) -> f64 {
+        self.needs(jobs, target).map(|plan| plan.rays).sum()
+    }
+
     /// Plans the first stage: with a target or a number of chains the only one, if the pilot was right.
     pub fn plan_first(&mut self, context: &Context, jobs: &mut [Job], settings: &Settings, target: Option<f64>) {
-        let needed = |job: &Job, costs: &GatherCosts, target: f64| {
-            let degrees = USUAL_DEGREES.min(costs.entries);
-            let error_lx = target * (costs.mean_lx + job.direct_mean_lx()) / margin(degrees);
-            let at_once = costs.plan(self.chain, error_lx);
-            costs.plan(self.chain, error_lx * job.gathered_share(at_once.rays, error_lx)).chains
-        };
         let chains = match (settings.chains, target) {
             (Some(chains), _) => chains as f64 / REPLICAS as f64,
-            (None, Some(target)) if settings.time_limit_s.is_none() => {
-                let bound = jobs.iter().zip(&self.costs).filter(|(job, _)| job.bound);
-                let needs = bound.filter_map(|(job, costs)| Some(needed(job, costs.as_ref()?, target)));
-                needs.fold(0.0, f64::max)
-            }
-            _ => FIRST_CHAINS,
+            (None, Some(target)) => self.needs(jobs, target).map(|plan| plan.chains).fold(0.0, f64::max),
+            (None, None) => FIRST_CHAINS,
         };
         self.start(context, jobs, chains);
     }
@@ -156,8 +165,18 @@ impl Stages {
     /// rays anew.
     ///
     /// Where `may_leave` and walks or counting would be done with fewer rays than it still takes, the map goes over to them.
-    pub fn replan(&mut self, context: &Context, jobs: &mut [Job], index: usize, target: f64, may_leave: bool) {
-        if jobs[index].judgement.bias > MOST_BIAS * target && self.refinements < MOST_REFINEMENTS {
+    /// What would take more than the affordable rays is not begun anew: a limit would come before its end.
+    pub fn replan(
+        &mut self,
+        context: &Context,
+        jobs: &mut [Job],
+        index: usize,
+        target: f64,
+        may_leave: bool,
+        affordable_rays: f64,
+    ) {
+        let finer = MORE_PATCHES * jobs[index].kept_rays() as f64 <= affordable_rays;
+        if jobs[index].judgement.bias > MOST_BIAS * target && self.refinements < MOST_REFINEMENTS && finer {
             self.refinements += 1;
             self.patches *= MORE_PATCHES;
             let chains = self.goal_chains as f64;
@@ -181,7 +200,7 @@ impl Stages {
         let need = gather_need(target, &job.judgement, &state);
         let error_lx = target * job.judgement.mean_lx / margin(job.judgement.degrees_of_freedom);
         let without = job.rays_without_gathering(context, error_lx);
-        if may_leave && need.rays > LEAVING * without {
+        if may_leave && need.rays > LEAVING * without && without <= affordable_rays {
             job.method_reason = compared("a look in the run", target, need.rays, without);
             job.stop_gathering();
             self.costs[index] = None;
@@ -189,6 +208,10 @@ impl Stages {
         }
         job.planned_samples = ((job.samples as f64 * need.samples).ceil() as u64).max(job.samples + 1);
         if need.chains == 1.0 {
+            return;
+        }
+        if need.rays > affordable_rays {
+            job.planned_samples = 2 * job.samples;
             return;
         }
         self.goal_chains = (self.forward.chains as f64 * need.chains).ceil() as u64;
