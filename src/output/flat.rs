@@ -295,34 +295,90 @@ fn side_map<'a>(
     }
 }
 
-/// Linear over the elements, between their corners; a corner has the mean of the elements around it.
+/// Linear over the elements, between their corners; a corner has the mean of the elements around it. Where the elements on
+/// the other side of an edge are finer, their corners on that edge count too, so that lines run on.
 fn element_field(cells: &[FlatCell], areas_m2: &[f64]) -> Field {
-    let mut field = Field::default();
+    let mut nodes = Nodes::of(cells);
     let mut weights: Vec<f64> = Vec::new();
-    let mut nodes: HashMap<[i64; 2], u32> = HashMap::new();
-    let extent = cells.iter().flat_map(|cell| &cell.ring).flatten().fold(0.0f64, |most, x| most.max(x.abs()));
-    // Corners that f64 rounding alone parts are one.
-    let grain = (extent * 1e-9).max(f64::MIN_POSITIVE);
+    let mut rings: Vec<[u32; 3]> = Vec::new();
     for (cell, area_m2) in cells.iter().zip(areas_m2) {
-        let triangle: [u32; 3] = std::array::from_fn(|corner| {
-            let spot = cell.ring[corner];
-            *nodes.entry(spot.map(|x| (x / grain).round() as i64)).or_insert_with(|| {
-                field.nodes.push(spot);
-                field.values.push(0.0);
-                weights.push(0.0);
-                field.nodes.len() as u32 - 1
-            })
-        });
-        for node in triangle {
-            field.values[node as usize] += area_m2 * cell.illuminance_lx.unwrap_or(0.0);
+        let ring = std::array::from_fn(|corner| nodes.add(cell.ring[corner]));
+        weights.resize(nodes.field.nodes.len(), 0.0);
+        for node in ring {
+            nodes.field.values[node as usize] += area_m2 * cell.illuminance_lx.unwrap_or(0.0);
             weights[node as usize] += area_m2;
         }
-        field.triangles.push(triangle);
+        rings.push(ring);
     }
+    let mut field = std::mem::take(&mut nodes.field);
     for (value, weight) in field.values.iter_mut().zip(&weights) {
         *value /= weight;
     }
+    for ring in rings {
+        let mut around = Vec::new();
+        for k in 0..3 {
+            around.push(ring[k]);
+            nodes.on_edge([ring[k], ring[(k + 1) % 3]], &field, &mut around);
+        }
+        if around.len() == 3 {
+            field.triangles.push(ring);
+            continue;
+        }
+        let mean = |of: &dyn Fn(usize) -> f64| ring.iter().map(|node| of(*node as usize)).sum::<f64>() / 3.0;
+        let middle = field.nodes.len() as u32;
+        let (spot, value) =
+            ([0, 1].map(|axis| mean(&|node| field.nodes[node][axis])), mean(&|node| field.values[node]));
+        field.nodes.push(spot);
+        field.values.push(value);
+        let count = around.len();
+        field.triangles.extend((0..count).map(|k| [around[k], around[(k + 1) % count], middle]));
+    }
     field
+}
+
+/// Corners by place; those that f64 rounding alone parts are one.
+struct Nodes {
+    field: Field,
+    places: HashMap<[i64; 2], u32>,
+    grain: f64,
+}
+
+impl Nodes {
+    fn of(cells: &[FlatCell]) -> Nodes {
+        let extent = cells.iter().flat_map(|cell| &cell.ring).flatten().fold(0.0f64, |most, x| most.max(x.abs()));
+        let grain = (extent * 1e-9).max(f64::MIN_POSITIVE);
+        Nodes { field: Field::default(), places: HashMap::new(), grain }
+    }
+
+    fn place(&self, spot: Spot) -> [i64; 2] {
+        spot.map(|x| (x / self.grain).round() as i64)
+    }
+
+    fn add(&mut self, spot: Spot) -> u32 {
+        let place = self.place(spot);
+        let field = &mut self.field;
+        *self.places.entry(place).or_insert_with(|| {
+            field.nodes.push(spot);
+            field.values.push(0.0);
+            field.nodes.len() as u32 - 1
+        })
+    }
+
+    /// Nodes inside of an edge, in order: elements are halved and halved again, so that they stand at midpoints.
+    fn on_edge(&self, [from, to]: [u32; 2], field: &Field, found: &mut Vec<u32>) {
+        let [a, b] = [from, to].map(|node| field.nodes[node as usize]);
+        let [x, y] = self.place([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]);
+        // The middle of two rounded places may fall on either side of a half.
+        let near = [0, -1, 1].into_iter().flat_map(|i| [0, -1, 1].map(|j| [x + i, y + j]));
+        let Some(middle) = near.filter_map(|place| self.places.get(&place)).next().copied() else {
+            return;
+        };
+        if middle != from && middle != to {
+            self.on_edge([from, middle], field, found);
+            found.push(middle);
+            self.on_edge([middle, to], field, found);
+        }
+    }
 }
 
 /// The normal of a surface whose triangles all lie in one plane and face one way.
@@ -342,4 +398,50 @@ pub fn flat_normal(scene: &Scene, surface: SurfaceId) -> Option<DVec3> {
         }
     }
     (off_m <= FLAT_OFFSET * size_m).then_some(normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of two triangles, one of which is cut in four and one of these again: every edge inside of the square
+    /// belongs to two triangles of the field, so that no line ends there, and to one alone where the cut is left out
+    /// (the planted fault).
+    #[test]
+    fn fields_have_no_gaps_where_fine_elements_meet_coarse_ones() {
+        let cut = |ring: [Spot; 3]| -> Vec<[Spot; 3]> {
+            let part = |number: u32| {
+                part_corners(2, number).map(|[u, v]| {
+                    [0, 1].map(|k| ring[0][k] + u * (ring[1][k] - ring[0][k]) + v * (ring[2][k] - ring[0][k]))
+                })
+            };
+            (0..4).map(part).collect()
+        };
+        let (upper, lower) = ([[0.0, 0.0], [3.1, 2.0], [0.0, 2.0]], [[0.0, 0.0], [3.1, 0.0], [3.1, 2.0]]);
+        let mut rings = vec![upper];
+        let fine = cut(lower);
+        rings.extend(&fine[1..]);
+        rings.extend(cut(fine[0]));
+        let cell =
+            |ring: &[Spot; 3]| FlatCell { ring: ring.to_vec(), illuminance_lx: Some(ring[0][0] + 2.0 * ring[1][1]) };
+        let cells: Vec<FlatCell> = rings.iter().map(cell).collect();
+        let on_rim = |a: Spot, b: Spot| (0..2).any(|k| a[k] == b[k] && (a[k] == 0.0 || a[k] == [3.1, 2.0][k]));
+        let gaps = |field: &Field, triangles: &[[u32; 3]]| {
+            let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
+            for triangle in triangles {
+                for k in 0..3 {
+                    let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+                    *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+                }
+            }
+            let spot = |node: u32| field.nodes[node as usize];
+            edges.iter().filter(|([a, b], count)| **count != 2 && !on_rim(spot(*a), spot(*b))).count()
+        };
+        let field = element_field(&cells, &vec![1.0; cells.len()]);
+        assert_eq!(gaps(&field, &field.triangles), 0);
+        let mut nodes = Nodes::of(&cells);
+        let uncut: Vec<[u32; 3]> =
+            cells.iter().map(|cell| std::array::from_fn(|corner| nodes.add(cell.ring[corner]))).collect();
+        assert!(gaps(&nodes.field, &uncut) > 0, "the planted fault passed");
+    }
 }
