@@ -18,7 +18,7 @@ const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
 const MOST_REFINEMENTS: u32 = 2;
 /// Chains over those from which on patches gather themselves, since the pilot counts their rays but roughly; chains are
-/// raised to that by this factor at most.
+/// raised to that where it takes no more than this factor.
 const REFINING_MARGIN: f64 = 1.25;
 const MOST_FOR_REFINING: f64 = 2.0;
 /// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
@@ -145,7 +145,7 @@ impl Stages {
         self.forward = Forward::new(context, patch_edge_m(context, self.patches));
         // Patches that do not gather themselves show corners too flat: what is still missing to that is worth it.
         let to_refine = REFINING_MARGIN * self.forward.chains_to_refine(self.chain.rays);
-        let chains = chains.max(to_refine.min(MOST_FOR_REFINING * chains));
+        let chains = if to_refine <= MOST_FOR_REFINING * chains { chains.max(to_refine) } else { chains };
         self.goal_chains = (chains.ceil() as u64).max(1);
         self.forward.earlier_rays = earlier_rays;
         for (job, costs) in jobs.iter_mut().zip(&self.costs) {
