@@ -21,6 +21,8 @@ pub struct Choices<'a> {
 
 /// How emitters are chosen.
 enum Way<'a> {
+    /// There is but one.
+    Only,
     /// By what they bring unshadowed.
     Unshadowed(&'a Cut),
     /// Most light is hidden: by what is in sight, with a share for all.
@@ -30,9 +32,18 @@ enum Way<'a> {
 }
 
 impl Stage {
+    /// Whether a look has no choice.
+    #[inline]
+    pub fn has_one_emitter(&self) -> bool {
+        self.emitters.list().len() == 1
+    }
+
     /// Makes ready for choices at a point with a unit normal on a side of a triangle; `cut` is room for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: Spot, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
+        if self.has_one_emitter() {
+            return Choices { stage: self, place: [point_m, normal], way: Way::Only };
+        }
         let way = match self.sight_map().and_then(|map| map.of_place(point_m, normal)) {
             Some(cell) => Way::OfCell(cell),
             None => {
@@ -51,6 +62,7 @@ impl Choices<'_> {
     pub fn choose(&self, variate: f64) -> Option<(u32, f64)> {
         let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
         match &self.way {
+            Way::Only => Some((0, 1.0)),
             Way::Unshadowed(cut) => emitters.choose(point_m, normal, variate, cut),
             Way::OfCell(cell) => Some(cell.choose(variate)),
             Way::InSight(sights, cut) => {
@@ -71,6 +83,7 @@ impl Choices<'_> {
     pub fn probability(&self, emitter: u32) -> f64 {
         let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
         match &self.way {
+            Way::Only => 1.0,
             Way::Unshadowed(cut) => emitters.probability(emitter, point_m, normal, cut),
             Way::OfCell(cell) => cell.probability(emitter),
             Way::InSight(sights, cut) => {

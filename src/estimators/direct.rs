@@ -288,7 +288,8 @@ pub fn one_look<'a>(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
-    let variate = stream.fine_unit();
+    // An emitter that is alone leaves the better coordinates to what comes next.
+    let variate = if stage.has_one_emitter() { 0.0 } else { stream.fine_unit() };
     let choices = stage.choices(spot, receiver.point_m, receiver.normal, cut);
     let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
