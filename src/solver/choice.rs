@@ -8,8 +8,8 @@ use crate::control::needed_work;
 use crate::maps::MapKind;
 use crate::scene::Quantity;
 
-/// Rays by walks below which local estimation is not weighed: its first look takes about as many.
-const LEAST_RAYS: f64 = 5e4;
+/// Rays by walks below which local estimation is not weighed: its first looks take about as many.
+const LEAST_RAYS: f64 = 6e4;
 /// Points up to which local estimation is weighed before gathering. Where there are more, gathering is the cheaper wherever
 /// it applies (docs/performance.md), and is asked first.
 const FEW_POINTS: usize = 256;
@@ -65,16 +65,13 @@ pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) 
     }
     let error_lx = target * job.mean_without_gathering_lx();
     if job.rays_without_gathering(context, error_lx) < LEAST_RAYS {
-        return Err("walks take fewer rays than its first look");
+        return Err("walks take fewer rays than its first looks");
     }
     if turn == Turn::First && job.map.len() > FEW_POINTS {
         return Err(NOT_YET);
     }
     let plan = LocalPlan::of(context, set, Kernel::Bounded);
     job.pilot_rays += plan.pilot_rays;
-    if std::env::var("DIAG").is_ok() {
-        eprintln!("DIAG offer {} scatter {} found {} rays {} degrees {} pilot {}", job.name, plan.scatter(&job.weights), plan.found, job.rays_by_connecting(&plan, error_lx), plan.degrees_of_freedom, plan.pilot_rays);
-    }
     if !(LEAST_FOUND..=MOST_HIDDEN).contains(&plan.found) || plan.scatter(&job.weights) > MOST_SCATTER {
         return Err("its chains seldom reach the points");
     }
