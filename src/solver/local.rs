@@ -20,6 +20,9 @@ mod plan;
 /// Bits of a stream's index that count walks; the bits above them tell the entry.
 const WALK_BITS: u32 = 40;
 
+/// Sequence of the points by which scores are thinned.
+const THINNING: u64 = u64::from_be_bytes(*b"thinning");
+
 /// What a set's rounds are made of.
 pub struct LocalPlan {
     /// Where vertices score.
@@ -107,7 +110,10 @@ impl LocalPlan {
         let mut rays = 0;
         for chain in chains {
             rays += if self.quasi {
-                trace(&self.anchors, stage, chain, &mut stream, &mut vertices)
+                let rays = trace(&self.anchors, stage, chain, &mut stream, &mut vertices);
+                // What is left of the last branch's point is, in other branches, where vertices lie.
+                stream.turn_to(THINNING);
+                rays
             } else {
                 stream.seek(chain);
                 trace_plain(&self.anchors, stage, spread_choice(chain, shift), &mut stream, &mut vertices)
