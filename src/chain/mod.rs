@@ -127,7 +127,10 @@ impl Stage {
 
     /// Whether every surface that reflects does so diffusely, and none lets light through.
     pub fn is_diffuse(&self) -> bool {
-        self.triangles.iter().map(|triangle| &self.laws[triangle.law as usize]).all(|law| matches!(law, Law::Diffuse(_)))
+        self.triangles
+            .iter()
+            .map(|triangle| &self.laws[triangle.law as usize])
+            .all(|law| matches!(law, Law::Diffuse(_)))
     }
 
     /// Whether light passes panes of glass anywhere.

@@ -148,7 +148,8 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
     let walks = job.rays_without_gathering(context, target * job.judgement.mean_lx);
     if more > LEAVING * walks {
         job.stop_connecting();
-        job.method_reason = format!("by a look in the run, {more:.1e} rays more by local estimation and {walks:.1e} by walks");
+        job.method_reason =
+            format!("by a look in the run, {more:.1e} rays more by local estimation and {walks:.1e} by walks");
         job.next_judgement = job.first_samples();
     }
 }

@@ -20,8 +20,8 @@ mod plan;
 /// Bits of a stream's index that count walks; the bits above them tell the entry.
 const WALK_BITS: u32 = 40;
 
-/// Sequence of the points by which scores are thinned.
-const THINNING: u64 = u64::from_be_bytes(*b"thinning");
+/// Marks the indices of the numbers by which a chain's scores are thinned.
+const THINNING: u64 = 1 << 63;
 
 /// What a set's rounds are made of.
 pub struct LocalPlan {
@@ -79,7 +79,8 @@ impl LocalPlan {
 
     /// Weighted variance of a single chain over the square of the mean of indirect light, about.
     pub fn scatter(&self, weights: &[f64]) -> f64 {
-        self.cost(weights).variance * self.chains_per_round as f64 / (self.mean_lx * self.mean_lx).max(f64::MIN_POSITIVE)
+        self.cost(weights).variance * self.chains_per_round as f64
+            / (self.mean_lx * self.mean_lx).max(f64::MIN_POSITIVE)
     }
 
     /// Does some rounds in every replica; returns the rays traced.
@@ -111,8 +112,8 @@ impl LocalPlan {
         for chain in chains {
             rays += if self.quasi {
                 let rays = trace(&self.anchors, stage, chain, &mut stream, &mut vertices);
-                // What is left of the last branch's point is, in other branches, where vertices lie.
-                stream.turn_to(THINNING);
+                // What is left of the last branch's point tells, by shifted digits, where vertices of the others lie.
+                stream.seek(THINNING | chain);
                 rays
             } else {
                 stream.seek(chain);

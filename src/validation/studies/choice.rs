@@ -232,12 +232,7 @@ mod tests {
 
     #[test]
     fn the_ratio_is_to_the_best_that_arrived() {
-        let cost = |rays: f64, arrived: bool| Cost {
-            rays,
-            seconds: 1.0,
-            arrived,
-            estimators: String::new(),
-        };
+        let cost = |rays: f64, arrived: bool| Cost { rays, seconds: 1.0, arrived, estimators: String::new() };
         let fixed = [("collision", cost(50.0, false)), ("gather", cost(100.0, true)), ("local", cost(80.0, true))];
         let of: fn(&Cost) -> f64 = |cost| cost.rays;
         assert_eq!(ratio(&cost(140.0, true), &fixed[..2], of), (1.4, "gather"));
