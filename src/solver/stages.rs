@@ -20,6 +20,8 @@ const LEAVING: f64 = 2.0;
 const FEWEST_LIT_PATCHES: f64 = 16.0;
 /// Rays, about, that a pilot of gathering takes: where all maps together need fewer without it, it could not pay.
 const RAYS_OF_A_PILOT: f64 = 1e5;
+/// The same where local estimation lowers what maps need: its own pilot may promise too much by a factor of two.
+const RAYS_BESIDE_LOCAL: f64 = 0.6 * RAYS_OF_A_PILOT;
 /// Share of the lit patches that one place sees, about.
 const SEEN_SHARE: f64 = 0.5;
 /// Chains of a replica in the first of such stages.
@@ -52,9 +54,10 @@ impl Stages {
         let offer = |job: &mut Job| choice::offer(context, job, settings.target_error, Turn::First);
         let offers: Vec<Offered> = jobs.iter_mut().map(offer).collect();
         if auto && settings.target_error.is_some() {
-            let bound = jobs.iter().zip(&offers).filter(|(job, _)| job.bound);
-            let without: f64 = bound.map(|(job, offered)| rays_without(context, job, offered, error)).sum();
-            if without < RAYS_OF_A_PILOT {
+            let bound = || jobs.iter().zip(&offers).filter(|(job, _)| job.bound);
+            let alone: f64 = bound().map(|(job, _)| rays_without(context, job, &Err(""), error)).sum();
+            let without: f64 = bound().map(|(job, offered)| rays_without(context, job, offered, error)).sum();
+            if alone < RAYS_OF_A_PILOT || without < RAYS_BESIDE_LOCAL {
                 let why = "all maps together take fewer rays than it takes to weigh it";
                 choice::without_gathering(context, jobs, offers, settings.target_error, why);
                 return None;
