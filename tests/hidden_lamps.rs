@@ -88,20 +88,20 @@ fn emitters_are_chosen_with_the_probability_told() {
         let corners_m = scene.corners_m(triangle);
         let point_m = (corners_m[0] + corners_m[1] + corners_m[2]) / 3.0 + 1e-6 * normal;
         let spot = (triangle, Side::Front);
-        stage.emitters.open(point_m, normal, &mut cut);
+        let choices = stage.choices(spot, point_m, normal, &mut cut);
         let mut counts = vec![0u32; count];
         for i in 0..N {
             let variate = (f64::from(i) + 0.5) / f64::from(N);
-            if let Some((emitter, told)) = stage.choose_emitter(spot, point_m, normal, variate, &cut) {
+            if let Some((emitter, told)) = choices.choose(variate) {
                 counts[emitter as usize] += 1;
-                let asked = stage.probability_of_emitter(emitter, spot, point_m, normal, &cut);
+                let asked = choices.probability(emitter);
                 assert!((asked / told - 1.0).abs() < 1e-12, "emitter {emitter}: {told}, {asked}");
             }
         }
         // The variates are equidistant: a share is met within a few of them for each way of choosing.
         for (emitter, chosen) in counts.iter().enumerate() {
             let share = f64::from(*chosen) / f64::from(N);
-            let told = stage.probability_of_emitter(emitter as u32, spot, point_m, normal, &cut);
+            let told = choices.probability(emitter as u32);
             assert!(
                 (share - told).abs() < 12.0 / f64::from(N),
                 "triangle {triangle}, emitter {emitter}: {share}, {told}"

@@ -1,12 +1,17 @@
 //! One packet's life: emit → first_hit → arrive → scatter, until it is absorbed or leaves.
 
+mod choice;
 mod mirrors;
 mod outlook;
+mod sight_map;
+
+use std::sync::OnceLock;
 
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
 pub use outlook::{Found, HIDDEN, Outlook, Spot};
+pub use sight_map::SightMap;
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitters, Place};
@@ -26,6 +31,8 @@ pub struct Stage {
     pub mirrors: Option<Mirrors>,
     /// Which luminaires are in sight from where, where that changes a walk's choice.
     pub outlook: Outlook,
+    /// The same from many small cells, once a run has found it worth while.
+    sight_map: OnceLock<Option<SightMap>>,
     /// Classes of paths that walks cannot find, in words; chains find all.
     pub paths_not_found: Vec<String>,
     triangles: Vec<TriangleOptics>,
@@ -92,6 +99,7 @@ impl Stage {
             emitters,
             mirrors,
             outlook: Outlook::default(),
+            sight_map: OnceLock::new(),
             paths_not_found: mirrors::not_found(&left_out),
             triangles,
             laws,
@@ -99,6 +107,22 @@ impl Stage {
         };
         stage.outlook = Outlook::of(scene, &stage);
         stage
+    }
+
+    /// Finds out what is in sight from where, for a run of about so many rays, if that pays; only the first call counts.
+    pub fn look_out(&self, planned_rays: f64) {
+        self.sight_map.get_or_init(|| SightMap::of(self, planned_rays));
+    }
+
+    /// What is in sight from where, if a run has found it out.
+    #[inline]
+    pub fn sight_map(&self) -> Option<&SightMap> {
+        self.sight_map.get()?.as_ref()
+    }
+
+    /// Rays that looking around took, before the run and in it.
+    pub fn outlook_rays(&self) -> u64 {
+        self.outlook.rays() + self.sight_map().map_or(0, SightMap::rays)
     }
 
     /// Whether a side of a triangle reflects and is reported; the backs of one-sided surfaces only absorb.

@@ -12,7 +12,6 @@ use rayon::prelude::*;
 use super::Stage;
 use crate::geometry::Origin;
 use crate::sampling::emitter::Look;
-use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::{Scene, Side};
@@ -31,10 +30,6 @@ const POINTS: u64 = 16;
 const LOOKS: u64 = 256;
 /// A close look at a point ends when what has not been looked at could bring this share of what is in sight.
 const REST: f64 = 1e-3;
-/// Share of the choices that go to luminaires that were seen from the region.
-const SEEN: f64 = 0.5;
-/// Share of the choices that go to any luminaire.
-const ANY: f64 = 0.05;
 /// The survey's numbers enter no result but by way of probabilities: they are the same for all seeds.
 const SEED: u64 = 0x0A11;
 
@@ -45,6 +40,7 @@ pub struct Outlook {
     regions: Vec<[u32; 2]>,
     sights: Vec<Option<Sights>>,
     rays: u64,
+    hidden_share: f64,
 }
 
 /// Where an emitter is looked for from: a side of a triangle.
@@ -52,7 +48,7 @@ pub type Spot = (u32, Side);
 
 /// The luminaires in sight from a region where most of the unshadowed light is hidden.
 #[derive(Clone, Debug)]
-struct Sights {
+pub(super) struct Sights {
     /// Emitters by number.
     emitters: Vec<u32>,
     /// Sum of the shares up to and including each, 1 at the end.
@@ -60,12 +56,12 @@ struct Sights {
 }
 
 impl Sights {
-    fn choose(&self, variate: f64) -> u32 {
+    pub fn choose(&self, variate: f64) -> u32 {
         let place = self.cumulative.partition_point(|sum| *sum <= variate);
         self.emitters[place.min(self.emitters.len() - 1)]
     }
 
-    fn probability(&self, emitter: u32) -> f64 {
+    pub fn probability(&self, emitter: u32) -> f64 {
         self.emitters.binary_search(&emitter).map_or(0.0, |place| {
             let before = if place == 0 { 0.0 } else { self.cumulative[place - 1] };
             self.cumulative[place] - before
@@ -87,11 +83,13 @@ impl Outlook {
         let most = spots.len().div_ceil(MOST_REGIONS);
         divide(scene, stage, &mut spots, most, &mut parts);
 
-        let found: Vec<(Option<Sights>, u64)> =
+        let found: Vec<Survey> =
             parts.par_iter().enumerate().map(|(region, spots)| survey(scene, stage, spots, region as u32)).collect();
-        let rays = found.iter().map(|(_, rays)| rays).sum();
-        if found.iter().all(|(sights, _)| sights.is_none()) {
-            return Outlook { rays, ..Outlook::default() };
+        let rays = found.iter().map(|survey| survey.rays).sum();
+        let [seen, hidden] = [0, 1].map(|which| found.iter().map(|survey| survey.light[which]).sum::<f64>());
+        let hidden_share = if hidden > 0.0 { hidden / (seen + hidden) } else { 0.0 };
+        if found.iter().all(|survey| survey.sights.is_none()) {
+            return Outlook { rays, hidden_share, ..Outlook::default() };
         }
         let mut regions = vec![[u32::MAX; 2]; scene.triangles.len()];
         for (region, spots) in parts.iter().enumerate() {
@@ -99,7 +97,8 @@ impl Outlook {
                 regions[*triangle as usize][*side as usize] = region as u32;
             }
         }
-        Outlook { regions, sights: found.into_iter().map(|(sights, _)| sights).collect(), rays }
+        let sights = found.into_iter().map(|survey| survey.sights).collect();
+        Outlook { regions, sights, rays, hidden_share }
     }
 
     /// Rays that looking around took.
@@ -107,51 +106,19 @@ impl Outlook {
         self.rays
     }
 
+    /// Share of the unshadowed light that is hidden from surfaces, about, on average.
+    pub fn hidden_share(&self) -> f64 {
+        self.hidden_share
+    }
+
     #[inline]
-    fn sights_from(&self, (triangle, side): Spot) -> Option<&Sights> {
+    pub(super) fn sights_from(&self, (triangle, side): Spot) -> Option<&Sights> {
         let region = self.regions.get(triangle as usize)?[side as usize];
         self.sights.get(region as usize)?.as_ref()
     }
 }
 
 impl Stage {
-    /// Chooses one emitter, about in proportion to what it brings to the point with a unit normal on a side of a triangle for
-    /// which `cut` was opened ([`Emitters::open`](crate::sampling::emitter::Emitters::open)); returns its number with the
-    /// probability of the choice. `None`: this choice brings nothing.
-    #[inline]
-    pub fn choose_emitter(
-        &self,
-        spot: Spot,
-        point_m: DVec3,
-        normal: DVec3,
-        variate: f64,
-        cut: &Cut,
-    ) -> Option<(u32, f64)> {
-        let Some(sights) = self.outlook.sights_from(spot) else {
-            return self.emitters.choose(point_m, normal, variate, cut);
-        };
-        let emitter = if variate < SEEN {
-            sights.choose(variate / SEEN)
-        } else if variate < 1.0 - ANY {
-            let variate = (variate - SEEN) / (1.0 - ANY - SEEN);
-            self.emitters.choose(point_m, normal, variate, cut)?.0
-        } else {
-            let count = self.emitters.list().len();
-            ((((variate - 1.0 + ANY) / ANY) * count as f64) as usize).min(count - 1) as u32
-        };
-        Some((emitter, self.probability_of_emitter(emitter, spot, point_m, normal, cut)))
-    }
-
-    /// Probability with which [`Stage::choose_emitter`] chooses an emitter.
-    pub fn probability_of_emitter(&self, emitter: u32, spot: Spot, point_m: DVec3, normal: DVec3, cut: &Cut) -> f64 {
-        let unshadowed = self.emitters.probability(emitter, point_m, normal, cut);
-        self.outlook.sights_from(spot).map_or(unshadowed, |sights| {
-            SEEN * sights.probability(emitter)
-                + (1.0 - SEEN - ANY) * unshadowed
-                + ANY / self.emitters.list().len() as f64
-        })
-    }
-
     /// Share of the light of a look that gets to a place: 1 or 0, or what panes let pass.
     pub fn seen_share(&self, look: &Look, origin: &Origin) -> f64 {
         look.place.map_or(0.0, |place| self.transmittance(origin, &self.origin(&place)))
@@ -243,9 +210,17 @@ impl Found {
     }
 }
 
-/// Looks around from a region; the luminaires in sight where nearly all unshadowed light is hidden from some point of it,
-/// and the rays.
-fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<Sights>, u64) {
+/// What looking around from a region found.
+struct Survey {
+    /// The luminaires in sight, where nearly all unshadowed light is hidden from some point of it.
+    sights: Option<Sights>,
+    /// Shares of the light that were seen and that were hidden, summed over the first points.
+    light: [f64; 2],
+    rays: u64,
+}
+
+/// Looks around from a region.
+fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
     let areas: Vec<f64> = spots
         .iter()
         .scan(0.0, |sum, (triangle, _)| {
@@ -264,7 +239,7 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<
         stage.look_around(&origin, place, &mut stream, show, enough)
     };
 
-    let mut rays = 0;
+    let (mut rays, mut light) = (0, [0.0; 2]);
     let mut most_is_hidden = false;
     for index in 0..FIRST_POINTS {
         let enough = |found: &Found| found.seen >= found.rest || found.looks >= FIRST_LOOKS;
@@ -273,9 +248,13 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<
         // In full shadow there is nothing to find.
         let may_find = found.seen + found.rest > 0.0;
         most_is_hidden |= may_find && found.is_mostly_hidden();
+        if found.seen > 0.0 {
+            light[0] += found.seen / (found.seen + found.hidden);
+            light[1] += found.hidden / (found.seen + found.hidden);
+        }
     }
     if !most_is_hidden {
-        return (None, rays);
+        return Survey { sights: None, light, rays };
     }
 
     let mut shares: Vec<(u32, f64)> = Vec::new();
@@ -295,7 +274,7 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<
     shares.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     if total <= 0.0 {
-        return (None, rays);
+        return Survey { sights: None, light, rays };
     }
     let mut sights = Sights { emitters: Vec::new(), cumulative: Vec::new() };
     let mut before = 0.0;
@@ -304,5 +283,5 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> (Option<
         sights.emitters.push(same[0].0);
         sights.cumulative.push(before);
     }
-    (Some(sights), rays)
+    Survey { sights: Some(sights), light, rays }
 }

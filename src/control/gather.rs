@@ -3,8 +3,12 @@
 use super::stop::margin;
 use crate::maps::Judgement;
 
-/// Squared errors of gathering rays fall with this power of their number: their points are quasi-random.
+/// Squared errors of gathering rays fall with this power of their number where all is smooth: their points are
+/// quasi-random. Edges of shadows leave less; no less than random points would.
 const RAY_EXPONENT: f64 = 1.5;
+const LEAST_RAY_EXPONENT: f64 = 1.0;
+/// How far it is from that, about, before anything was seen.
+const EXPONENT_SPREAD: f64 = 0.3;
 /// What even and odd share may take of the target, in a plan.
 const MOST_SHARED: f64 = 0.7;
 /// More chains are tried in steps of this factor, up to so many steps.
@@ -21,6 +25,8 @@ pub struct GatherState {
     pub columns: f64,
     /// By chance of which rays asked which chains.
     pub cross: f64,
+    /// Power of their number with which the rays' part falls.
+    pub ray_exponent: f64,
     /// Rays spent on gathering and direct light.
     pub gather_rays: f64,
     /// Rays spent on chains.
@@ -58,6 +64,35 @@ impl Columns {
     }
 }
 
+/// How the variance of rows falls from look to look, as a power of the samples.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rows {
+    first: Option<(f64, f64)>,
+    exponent: Option<f64>,
+}
+
+impl Rows {
+    /// Notes the variance by a look after so many samples, known with so many degrees of freedom.
+    pub fn note(&mut self, samples: u64, variance: f64, degrees_of_freedom: f64) {
+        let samples = samples as f64;
+        let (first_samples, first) = *self.first.get_or_insert((samples, variance));
+        if samples < APART * first_samples || variance <= 0.0 {
+            return;
+        }
+        let span = (samples / first_samples).ln();
+        let measured = (first / variance).ln() / span;
+        // Each of the two logarithms has the variance 2/f.
+        let (chance, spread) = (4.0 / degrees_of_freedom.max(1.0) / (span * span), EXPONENT_SPREAD * EXPONENT_SPREAD);
+        let exponent = (measured * spread + RAY_EXPONENT * chance) / (spread + chance);
+        self.exponent = Some(exponent.clamp(LEAST_RAY_EXPONENT, RAY_EXPONENT));
+    }
+
+    /// The power by what was seen so far.
+    pub fn exponent(&self) -> f64 {
+        self.exponent.unwrap_or(RAY_EXPONENT)
+    }
+}
+
 /// What a gathering needs still, in multiples of what it has had.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GatherNeed {
@@ -78,7 +113,7 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     let rest = (judgement.expected_error.powi(2) - state.rows - state.columns - state.cross).max(0.0);
     let samples = |chains: f64| {
         let left = allowed - state.columns / chains;
-        (left > 0.0).then(|| samples_for(left, state.rows, rest + state.cross / chains))
+        (left > 0.0).then(|| samples_for(left, state, rest + state.cross / chains))
     };
     let as_it_is = samples(1.0).map(|samples| GatherNeed {
         chains: 1.0,
@@ -98,12 +133,12 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     })
 }
 
-/// Factor f on the samples for which rows/f^1.5 + rest/f comes down to `left`.
-fn samples_for(left: f64, rows: f64, rest: f64) -> f64 {
+/// Factor f on the samples for which rows/fᵅ + rest/f comes down to `left`.
+fn samples_for(left: f64, state: &GatherState, rest: f64) -> f64 {
     let (mut low, mut high) = (1e-6f64, 1e9f64);
     for _ in 0..60 {
         let middle = (low * high).sqrt();
-        if rows / middle.powf(RAY_EXPONENT) + rest / middle > left { low = middle } else { high = middle }
+        if state.rows / middle.powf(state.ray_exponent) + rest / middle > left { low = middle } else { high = middle }
     }
     high
 }
@@ -131,8 +166,28 @@ mod tests {
     }
 
     #[test]
+    fn the_power_of_rays_is_learnt_as_far_as_looks_tell() {
+        let mut rows = Rows::default();
+        assert_eq!(rows.exponent(), RAY_EXPONENT);
+        rows.note(4, 1.0, 1e6);
+        rows.note(16, 1.0 / 4.0f64.powf(1.1), 1e6);
+        assert!((rows.exponent() - 1.1).abs() < 1e-3, "{rows:?}");
+        let mut unsure = Rows::default();
+        unsure.note(4, 1.0, 4.0);
+        unsure.note(8, 0.5, 4.0);
+        assert!(unsure.exponent() > 1.4, "{unsure:?}");
+    }
+
+    #[test]
     fn chance_of_rays_asks_for_rays_and_chance_of_chains_for_chains() {
-        let state = GatherState { rows: 4e-4, columns: 1e-6, cross: 0.0, gather_rays: 1e6, chain_rays: 1e6 };
+        let state = GatherState {
+            rows: 4e-4,
+            columns: 1e-6,
+            cross: 0.0,
+            ray_exponent: RAY_EXPONENT,
+            gather_rays: 1e6,
+            chain_rays: 1e6,
+        };
         let need = gather_need(0.01, &judged(0.02), &state);
         assert!(need.chains == 1.0 && (2.4..2.7).contains(&need.samples), "{need:?}");
         let state = GatherState { rows: 1e-6, columns: 4e-4, ..state };

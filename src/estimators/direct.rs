@@ -71,11 +71,12 @@ impl DirectPass {
         (sum_lx, rays)
     }
 
-    /// What to expect at a point, for any number of samples there.
-    pub fn expect(&mut self, stage: &Stage, receiver: &Receiver) -> Expectation {
+    /// What to expect at a point, for any number of samples there, by looks ahead of which an emitter that brings
+    /// everything gets so many.
+    pub fn expect(&mut self, stage: &Stage, receiver: &Receiver, looks_ahead: f64) -> Expectation {
         let rays = self.weigh_at(stage, receiver);
         let mut stream = stream_of_place(receiver, EXPECTATION);
-        let mut expectation = Expectation::of(stage, receiver, &self.importance, &mut stream);
+        let mut expectation = Expectation::of(stage, receiver, &self.importance, looks_ahead, &mut stream);
         expectation.rays += rays;
         expectation
     }
@@ -136,11 +137,11 @@ impl DirectPass {
     ) -> (f64, u64) {
         let first = stream.fine_unit();
         let (point_m, normal) = (receiver.point_m, receiver.normal);
-        stage.emitters.open(point_m, normal, &mut self.cut);
+        let choices = stage.choices(spot, point_m, normal, &mut self.cut);
         let (mut sum_lx, mut rays) = (0.0, 0);
         for step in 0..count {
             let variate = (first + step as f64) / count as f64;
-            let Some((index, probability)) = stage.choose_emitter(spot, point_m, normal, variate, &self.cut) else {
+            let Some((index, probability)) = choices.choose(variate) else {
                 continue;
             };
             stream.turn_to((u64::from(index) << 32) | step as u64);
@@ -288,8 +289,8 @@ pub fn one_look<'a>(
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
     let variate = stream.fine_unit();
-    stage.emitters.open(receiver.point_m, receiver.normal, cut);
-    let (index, probability) = stage.choose_emitter(spot, receiver.point_m, receiver.normal, variate, cut)?;
+    let choices = stage.choices(spot, receiver.point_m, receiver.normal, cut);
+    let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
     let look = emitter.look(receiver.point_m, receiver.normal, stream)?;
     let mut sight =

@@ -60,9 +60,19 @@ pub struct DirectLook<'a> {
 }
 
 impl<'a> DirectLook<'a> {
-    /// What there is to expect at a place; nothing for the turned planes of a cylinder, and for what eyes see.
-    pub fn expect(stage: &Stage, quantity: Quantity, receiver: &Receiver, pass: &mut DirectPass) -> Expectation {
-        if quantity == Quantity::Perpendicular { pass.expect(stage, receiver) } else { Expectation::default() }
+    /// What there is to expect at a place, by about so many looks; nothing for the turned planes of a cylinder, and for
+    /// what eyes see.
+    pub fn expect(
+        stage: &Stage,
+        quantity: Quantity,
+        receiver: &Receiver,
+        pass: &mut DirectPass,
+        looks_ahead: f64,
+    ) -> Expectation {
+        match quantity {
+            Quantity::Perpendicular => pass.expect(stage, receiver, looks_ahead),
+            _ => Expectation::default(),
+        }
     }
 
     /// Makes ready, with what there is to expect.

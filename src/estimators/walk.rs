@@ -275,8 +275,7 @@ fn met_lm_m2(stage: &Stage, departure: &Departure, met: impl Iterator<Item = u32
             Departure::Mirrored => 1.0,
             Departure::Lobe(ray) => {
                 let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
-                stage.emitters.open(ray.point_m, ray.normal, cut);
-                let probability = stage.probability_of_emitter(index, ray.spot, ray.point_m, ray.normal, cut);
+                let probability = stage.choices(ray.spot, ray.point_m, ray.normal, cut).probability(index);
                 let looked = probability * exitance_lm_m2 / PI;
                 let rayed = ray.lobe_per_sr * unshadowed_lx;
                 if looked > 0.0 && unshadowed_lx > 0.0 { rayed / (rayed + looked) } else { 1.0 }

@@ -145,6 +145,12 @@ impl Emitter {
         self.is_point() && !self.has_opening()
     }
 
+    /// Whether any part of it lies within a distance of a point, in m.
+    pub fn is_within(&self, point_m: DVec3, distance_m: f64) -> bool {
+        let reach_m = distance_m + self.beacon.radius_m;
+        self.beacon.center_m.distance_squared(point_m) < reach_m * reach_m
+    }
+
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         matches!(self.shape, Shape::Ball { .. })

@@ -7,7 +7,7 @@ mod importance;
 pub mod opening;
 pub mod random;
 pub mod reflection;
-pub mod sobol;
+mod sobol;
 pub mod triangle;
 pub mod warp;
 pub mod web;

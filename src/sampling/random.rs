@@ -3,6 +3,7 @@
 use rand_philox::{Philox, splitmix64};
 
 use super::sobol::QuasiPoint;
+pub use super::sobol::Square;
 
 /// What a stream of random numbers is used for; no two purposes share a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +104,27 @@ impl Stream {
         if let Some(point) = &mut self.quasi {
             *point = point.of_sequence(sequence);
         }
+    }
+
+    /// Goes to the same point of another sequence, its next two numbers in a square. A stream that is not quasi-random
+    /// goes to a random point.
+    #[inline]
+    pub fn turn_to_square(&mut self, sequence: u64, square: Square) {
+        let point = match self.quasi {
+            Some(point) => point.of_sequence(sequence),
+            None => QuasiPoint::new(self.philox.next_u64(), 0),
+        };
+        self.quasi = Some(point.confined(square));
+    }
+
+    /// The next two numbers of a quasi-random stream, without drawing them; ½ each where there are none left.
+    #[inline]
+    pub fn ahead(&self) -> [f64; 2] {
+        let mut point = self.quasi;
+        std::array::from_fn(|_| {
+            let next = point.as_mut().and_then(QuasiPoint::next_coordinate);
+            next.map_or(0.5, |next| f64::from(next) * SPACING_32)
+        })
     }
 
     /// A variate in [0, 1) with 32 bits.

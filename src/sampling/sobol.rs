@@ -98,6 +98,53 @@ pub struct QuasiPoint {
     branch_start: u32,
 }
 
+/// Marks a branch number that confines a point instead.
+const CONFINED: u32 = 1 << 31;
+
+/// One of 4ᵏ squares of the unit square.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Square {
+    level: u8,
+    column: u8,
+    row: u8,
+}
+
+impl Square {
+    /// The unit square itself.
+    pub const WHOLE: Square = Square { level: 0, column: 0, row: 0 };
+
+    /// One of 4ᵏ squares row by row, k = `level` at most 8.
+    pub fn of(level: u32, place: usize) -> Square {
+        Square { level: level as u8, column: (place & ((1 << level) - 1)) as u8, row: (place >> level) as u8 }
+    }
+
+    /// Its quarters.
+    pub fn quarters(self) -> [Square; 4] {
+        std::array::from_fn(|place| Square {
+            level: self.level + 1,
+            column: 2 * self.column + (place & 1) as u8,
+            row: 2 * self.row + (place >> 1) as u8,
+        })
+    }
+
+    /// How often the sides of the unit square were halved.
+    pub fn level(self) -> u32 {
+        u32::from(self.level)
+    }
+
+    /// Area, 1 for the unit square.
+    #[inline]
+    pub fn area(self) -> f64 {
+        1.0 / f64::from(1u32 << (2 * self.level))
+    }
+
+    /// A number of its own, below 2¹⁶ for squares of at most six halvings.
+    #[inline]
+    pub fn code(self) -> u64 {
+        u64::from(self.level) << 12 | u64::from(self.row) << 6 | u64::from(self.column)
+    }
+}
+
 impl QuasiPoint {
     /// Point `index` of the sequence that a key scrambles. Past 2³² points the sequence starts anew with another scramble.
     #[inline]
@@ -127,12 +174,31 @@ impl QuasiPoint {
         QuasiPoint { branch, branch_start: self.dimension, ..*self }
     }
 
+    /// The point with its next two coordinates in a square.
+    #[inline]
+    pub fn confined(&self, square: Square) -> QuasiPoint {
+        let [level, row, column] = [square.level, square.row, square.column].map(u32::from);
+        let branch = if level == 0 { 0 } else { CONFINED | level << 16 | row << 8 | column };
+        QuasiPoint { branch, branch_start: self.dimension, ..*self }
+    }
+
+    /// A coordinate of a branch, or of a confined point.
+    #[inline]
+    fn altered(&self, dimension: u32, coordinate: u32) -> u32 {
+        if self.branch & CONFINED == 0 {
+            return coordinate ^ self.shift(dimension);
+        }
+        let level = self.branch >> 16 & 0xFF;
+        match dimension - self.branch_start {
+            0 => (self.branch & 0xFF) << (32 - level) | coordinate >> level,
+            1 => (self.branch >> 8 & 0xFF) << (32 - level) | coordinate >> level,
+            _ => coordinate,
+        }
+    }
+
     /// The digits by which a coordinate of a branch is shifted.
     #[inline]
     fn shift(&self, dimension: u32) -> u32 {
-        if self.branch == 0 {
-            return 0;
-        }
         let random = splitmix64(self.key ^ splitmix64(u64::from(self.branch) << 32 | u64::from(dimension))) as u32;
         let branch = self.branch;
         let [digits, count] = match dimension - self.branch_start {
@@ -153,7 +219,8 @@ impl QuasiPoint {
         }
         self.dimension += 1;
         let seed = splitmix64(self.key.wrapping_add(u64::from(dimension).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
-        Some(scrambled(sobol(self.index, dimension as usize), seed) ^ self.shift(dimension))
+        let coordinate = scrambled(sobol(self.index, dimension as usize), seed);
+        Some(if self.branch == 0 { coordinate } else { self.altered(dimension, coordinate) })
     }
 }
 

@@ -24,7 +24,7 @@ pub(super) fn finish(
 ) -> Solution {
     let forward_chains = forward.map_or(0, |forward| forward.chains * REPLICAS as u64);
     let chains = forward_chains + jobs.iter().map(Job::chains).sum::<u64>();
-    let rays = context.stage.outlook.rays()
+    let rays = context.stage.outlook_rays()
         + forward.map_or(0, Forward::all_rays)
         + jobs.iter().map(Job::all_rays).sum::<u64>();
     let mut warnings = Vec::new();

@@ -26,6 +26,8 @@ const FORWARD: u32 = u32::MAX;
 const DEPOSITS_FOR_SLOPES: f64 = 4.0;
 /// Rays of the patches' own gathering over those of the chains.
 const REFINING_SHARE: f64 = 1.0;
+/// Rays of one sample of that, about.
+const RAYS_PER_SAMPLE: f64 = 2.0;
 /// Points of a patch that tell how much of it shows, and rays from each that must all meet backs where it does not.
 const EXPOSURE_POINTS: u64 = 16;
 const HIDING_RAYS: u32 = 3;
@@ -172,6 +174,12 @@ impl Forward {
         sum * sum / squares.max(f64::MIN_POSITIVE)
     }
 
+    /// Chains of a replica, of so many rays each, from which on the patches gather themselves.
+    pub fn chains_to_refine(&self, rays_per_chain: f64) -> f64 {
+        let rays = FEWEST_SAMPLES as f64 * RAYS_PER_SAMPLE * self.fine.patches.len() as f64;
+        (rays / (REFINING_SHARE * rays_per_chain)).ceil()
+    }
+
     /// Rays of one chain, on average.
     pub fn rays_per_chain(&self) -> f64 {
         self.chain_rays as f64 / (self.chains.max(1) as f64 * REPLICAS as f64)
@@ -207,7 +215,7 @@ impl Forward {
         let flux_per_chain_lm = context.stage.emitters.luminous_flux_lm() / self.chains as f64;
         self.fine.value(flux_per_chain_lm);
         self.coarse.value(flux_per_chain_lm);
-        let rays_per_sample = 2.0 * self.fine.patches.len() as f64;
+        let rays_per_sample = RAYS_PER_SAMPLE * self.fine.patches.len() as f64;
         let samples = (REFINING_SHARE * self.rays_per_chain() * self.chains as f64 / rays_per_sample) as u64;
         if samples >= FEWEST_SAMPLES {
             self.refine(context, samples);

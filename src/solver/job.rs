@@ -21,7 +21,7 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::{Columns, ErrorHistory, USUAL_EXPONENT, statistical_checks};
+use crate::control::{Columns, ErrorHistory, Rows, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
 use crate::maps::{
     CrossedVariances, Crossing, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit,
@@ -54,6 +54,8 @@ pub struct Context<'a> {
     pub seed: u64,
     /// How maps are estimated.
     pub method: Method,
+    /// Error that the run is planned for.
+    pub target_error: f64,
     /// Error that elements adapt to, if they do.
     pub adapt_to: Option<f64>,
 }
@@ -148,6 +150,8 @@ pub struct Job {
     pub variances: CrossedVariances,
     /// What of the columns' variance lasts, by its looks.
     pub columns: Columns,
+    /// How that of the rows falls.
+    pub rows: Rows,
     /// Gathering rays an entry that the plan gives it.
     pub planned_samples: u64,
     /// What a count is worth, kept while the map gathers.
@@ -175,7 +179,7 @@ impl Job {
         let (elements, adaptive) = match context.adapt_to.filter(|_| bound && !given.is_empty()) {
             Some(target_error) => {
                 let costs = [
-                    direct_cost(context, MapKind::Elements, given, None),
+                    direct_cost(context, MapKind::Elements, given, None).0,
                     indirect_cost(context, MapKind::Elements, given),
                 ];
                 pilot_rays = costs.iter().map(|cost| cost.pilot_rays).sum();
@@ -213,7 +217,7 @@ impl Job {
     ) -> Job {
         // Where elements show slopes, these have chance of their own.
         let numbers = numbers_per_site(&weights, map.len());
-        let direct = direct_cost(context, kind, &elements, adaptive.as_ref());
+        let (direct, looks_ahead) = direct_cost(context, kind, &elements, adaptive.as_ref());
         let engine = Engine::unbiased(kind, context.method);
         let local = match (kind, engine) {
             (MapKind::Receivers(set), Engine::Connecting(kernel)) if context.stage.reflects() => {
@@ -256,13 +260,14 @@ impl Job {
             counting_unit: None,
             variances: CrossedVariances::default(),
             columns: Columns::default(),
+            rows: Rows::default(),
             planned_samples: 0,
             judged_samples: 0,
             pace: ErrorHistory::default(),
             direct,
             indirect,
             share: DirectShare::of(direct, indirect, entries),
-            expectations: Expectations::default(),
+            expectations: Expectations::planned(looks_ahead),
             checked_share: 0.0,
             loss: Loss::default(),
             local,
@@ -481,6 +486,8 @@ impl Job {
         self.map.settle();
         self.variances = self.map.crossed_variances(&self.weights);
         self.columns.note(self.samples, self.variances.columns);
+        let counted = self.weights.iter().filter(|weight| **weight > 0.0).count();
+        self.rows.note(self.samples, self.variances.rows, (counted * (REPLICAS - 1)) as f64);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map);
@@ -558,6 +565,7 @@ impl Job {
         self.history.clear();
         self.pace.clear();
         self.columns = Columns::default();
+        self.rows = Rows::default();
         self.held_since = None;
     }
 

@@ -225,7 +225,14 @@ mod tests {
     fn rounds_past_two_to_the_32nd_are_as_good_as_the_first() {
         let scene = scene_from_json(CUBE, None, Path::new(".")).expect("a scene");
         let stage = Stage::new(&scene);
-        let context = Context { scene: &scene, stage: &stage, seed: 3, method: Method::Local, adapt_to: None };
+        let context = Context {
+            scene: &scene,
+            stage: &stage,
+            seed: 3,
+            method: Method::Local,
+            target_error: 0.01,
+            adapt_to: None,
+        };
         let plan = LocalPlan::of(&context, 0, Kernel::Bounded);
         let done = |ranges: &[std::ops::Range<u64>]| {
             let mut map = ReplicaMap::new(5, Unit::Lux);

@@ -23,6 +23,14 @@ const WALKS: u64 = 4;
 const LEAST_SAMPLES: u64 = 512;
 /// Chains traced for elements.
 const CHAINS: u64 = 1024;
+/// Looks ahead at an emitter that brings everything: usually, at least and at most.
+const USUAL_LOOKS: f64 = 64.0;
+const FEWEST_LOOKS: f64 = 16.0;
+const MOST_LOOKS: f64 = 4096.0;
+/// Other looks are worth another pilot from this factor on.
+const WORTH_ANOTHER: f64 = 2.0;
+/// Share of the squared error that direct light may have, for that.
+const SHARE_OF_ERROR: f64 = 0.5;
 /// Bounds of the rays that direct light takes, over those of indirect light: a pilot that saw no penumbra does not
 /// prove that there is none.
 const LEAST_RAY_SHARE: f64 = 0.02;
@@ -77,42 +85,69 @@ impl DirectShare {
     }
 }
 
-/// Measures a pass over the direct light of a map; elements that adapt are looked at point by point.
-pub fn direct_cost(context: &Context, kind: MapKind, elements: &Elements, adaptive: Option<&Adaptive>) -> PartCost {
+/// Measures a pass over the direct light of a map; elements that adapt are looked at point by point. With it comes how
+/// often points look ahead at an emitter that brings everything.
+pub fn direct_cost(
+    context: &Context,
+    kind: MapKind,
+    elements: &Elements,
+    adaptive: Option<&Adaptive>,
+) -> (PartCost, f64) {
     let (stage, scene) = (context.stage, context.scene);
+    if let MapKind::Receivers(set) = kind {
+        return direct_cost_at_points(context, set);
+    }
     let mut room = DirectPass::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 0);
     let mut sites = Sites::default();
-    let mut ahead_rays = 0;
-    match kind {
-        MapKind::Elements => {
-            for index in (0..elements.len()).step_by(elements.len().div_ceil(MOST_SITES).max(1)) {
-                stream.seek(index as u64);
-                let element = Element::of(stage, scene, elements, index as u32);
-                match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
-                    Some(reference) => sites.add(element.area_m2, PASSES, || {
-                        // The mean, which the reference knows, and the chance of what goes beyond it there.
-                        let seen = element.look_twice(stage, &mut room, &mut stream);
-                        let lx = 0.5 * (seen.looks_lx[0] + seen.looks_lx[1]);
-                        (reference.0[0] + lx - reference.at(seen.at), seen.rays)
-                    }),
-                    None => sites.add(element.area_m2, PASSES, || room.over_element(stage, &element, &mut stream)),
-                }
-            }
-        }
-        MapKind::Receivers(set) => {
-            let quantity = scene.receivers[set].quantity;
-            let passes = PASSES.max(LEAST_SAMPLES / sites_of(context, set));
-            over_receivers(context, set, &mut stream, |receiver, weight, stream| {
-                let expectation = DirectLook::expect(stage, quantity, receiver, &mut room);
-                ahead_rays += expectation.rays;
-                let mut look = DirectLook::new(quantity, receiver, &mut room, &expectation);
-                sites.add(weight, passes, || look.sample(stage, stream));
-            });
+    for index in (0..elements.len()).step_by(elements.len().div_ceil(MOST_SITES).max(1)) {
+        stream.seek(index as u64);
+        let element = Element::of(stage, scene, elements, index as u32);
+        match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
+            Some(reference) => sites.add(element.area_m2, PASSES, || {
+                // The mean, which the reference knows, and the chance of what goes beyond it there.
+                let seen = element.look_twice(stage, &mut room, &mut stream);
+                let lx = 0.5 * (seen.looks_lx[0] + seen.looks_lx[1]);
+                (reference.0[0] + lx - reference.at(seen.at), seen.rays)
+            }),
+            None => sites.add(element.area_m2, PASSES, || room.over_element(stage, &element, &mut stream)),
         }
     }
+    (sites.cost(), USUAL_LOOKS)
+}
+
+/// The same at points: first with the usual looks ahead and then, if that is far from it, with as many as samples will take
+/// rays: where what samples find beyond what is expected falls with the root of the looks, that is best.
+fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, f64) {
+    let (usual, rays_ahead) = looked_ahead(context, set, USUAL_LOOKS);
+    let error_lx = context.target_error * usual.mean_lx;
+    let rays_of_samples = usual.variance * usual.rays / (SHARE_OF_ERROR * error_lx * error_lx);
+    let looks = USUAL_LOOKS * rays_of_samples / rays_ahead;
+    if !looks.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(looks / USUAL_LOOKS)) {
+        return (usual, USUAL_LOOKS);
+    }
+    let looks = looks.clamp(FEWEST_LOOKS, MOST_LOOKS);
+    let (cost, _) = looked_ahead(context, set, looks);
+    (PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost }, looks)
+}
+
+/// Cost of direct light at points that look ahead so often, and the rays of looking ahead at one of them.
+fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f64) {
+    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let mut room = DirectPass::default();
+    let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 0);
+    let mut sites = Sites::default();
+    let (mut ahead_rays, mut points) = (0, 0);
+    let passes = PASSES.max(LEAST_SAMPLES / sites_of(context, set));
+    over_receivers(context, set, &mut stream, |receiver, weight, stream| {
+        let expectation = DirectLook::expect(stage, quantity, receiver, &mut room, looks_ahead);
+        ahead_rays += expectation.rays;
+        points += 1;
+        let mut look = DirectLook::new(quantity, receiver, &mut room, &expectation);
+        sites.add(weight, passes, || look.sample(stage, stream));
+    });
     let cost = sites.cost();
-    PartCost { pilot_rays: cost.pilot_rays + ahead_rays, ..cost }
+    (PartCost { pilot_rays: cost.pilot_rays + ahead_rays, ..cost }, ahead_rays as f64 / f64::from(points.max(1)))
 }
 
 /// Measures a sample of the indirect light of a map by chains (elements) or walks (receivers).

@@ -17,7 +17,12 @@ use crate::sampling::random::{Purpose, Stream};
 const COEFFICIENTS: f64 = 3.0;
 /// Chains that a run starts with, over those with which deposits alone would be right: the patches' own gathering takes
 /// most of their chance, and a look soon tells whether more are needed.
-const CHAINS_SHARE: f64 = 0.75;
+const CHAINS_SHARE: f64 = 0.25;
+/// Rays of the forward stage over those of its chains: the patches' own gathering takes as many again.
+const RAYS_OF_FORWARD: f64 = 2.0;
+/// Share of the squared error that chains and gathering rays have together, and steps in which it is shared out.
+const SHARED_ERROR: f64 = 2.0 / 3.0;
+const SHARES: u32 = 40;
 /// Chains of each replica in the pilot.
 const CHAINS: u64 = 256;
 /// Entries that the pilot looks at, at most, and at least rays from all of them together.
@@ -208,22 +213,39 @@ impl GatherCosts {
 
     /// About the least work that brings the random error to `error_lx`.
     ///
-    /// The chance of chains may have a third of the squared error; the rest is that of the rays, whose quasi-random points
-    /// lower it about as n^(−3/2).
+    /// Chains and gathering rays have two thirds of the squared error between them, shared so that both together take the
+    /// fewest rays; the chance of the rays, whose points are quasi-random, falls about as n^(−3/2).
     pub fn plan(&self, chain: ChainCosts, error_lx: f64) -> GatherPlan {
         // All sixteen replicas together have a sixteenth of a replica's variance.
         let squared = error_lx * error_lx * REPLICAS as f64;
-        let chains = CHAINS_SHARE * COEFFICIENTS * self.deposit_variance / chain.deposits / squared;
-        let samples = (3.0 * self.ray_variance / squared).powf(2.0 / 3.0).max(1.0);
-        let checked_share = self.checked_share(samples, error_lx);
-        let rays_per_sample = self.rays_per_sample + checked_share * self.rays_per_check;
-        let rays = REPLICAS as f64 * (chains * chain.rays + samples * self.entries * rays_per_sample);
-        GatherPlan { chains, samples, checked_share, rays }
+        let plan = |share: f64| {
+            let chains = self.deposits_needed(squared * share) / chain.deposits;
+            let samples = (self.ray_variance / (squared * (SHARED_ERROR - share))).powf(2.0 / 3.0).max(1.0);
+            let checked_share = self.checked_share(samples, error_lx);
+            let rays_per_sample = self.rays_per_sample + checked_share * self.rays_per_check;
+            let rays = chains * chain.rays * RAYS_OF_FORWARD + samples * self.entries * rays_per_sample;
+            GatherPlan { chains, samples, checked_share, rays: REPLICAS as f64 * rays }
+        };
+        let shares = (1..SHARES).map(|step| SHARED_ERROR * f64::from(step) / f64::from(SHARES));
+        shares
+            .map(plan)
+            .min_by(|one, other| one.rays.total_cmp(&other.rays))
+            .unwrap_or_else(|| plan(0.5 * SHARED_ERROR))
+    }
+
+    /// Deposits with which the chance of chains comes down to a squared error in lx².
+    fn deposits_needed(&self, squared_lx2: f64) -> f64 {
+        CHAINS_SHARE * COEFFICIENTS * self.deposit_variance / squared_lx2
     }
 
     /// The plan in which so many chains are right.
     pub fn plan_for_chains(&self, chain: ChainCosts, chains: f64) -> GatherPlan {
-        let squared = CHAINS_SHARE * COEFFICIENTS * self.deposit_variance / chain.deposits / chains;
-        self.plan(chain, (squared / REPLICAS as f64).sqrt())
+        // The larger the error, the fewer chains.
+        let (mut low_lx, mut high_lx) = (1e-12 * self.mean_lx, 1e6 * self.mean_lx);
+        for _ in 0..80 {
+            let middle_lx = (low_lx * high_lx).sqrt();
+            *(if self.plan(chain, middle_lx).chains > chains { &mut low_lx } else { &mut high_lx }) = middle_lx;
+        }
+        self.plan(chain, high_lx)
     }
 }

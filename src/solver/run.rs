@@ -66,7 +66,9 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         .target_error
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
     let adapt_to = (settings.elements == ElementChoice::Adaptive).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
-    let context = Context { scene, stage: &stage, seed: settings.seed, method: settings.method, adapt_to };
+    let (seed, method) = (settings.seed, settings.method);
+    let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
+    let context = Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to };
     let mut run = Run {
         context: &context,
         settings,
@@ -132,6 +134,7 @@ impl Run<'_> {
             self.goes_by_target = target.is_some();
             stages.plan_first(self.context, &mut self.jobs, self.settings, target);
         }
+        self.context.stage.look_out(self.planned_rays().min(affordable_rays));
         for job in &mut self.jobs {
             job.next_judgement = job.first_samples();
         }
@@ -160,6 +163,24 @@ impl Run<'_> {
         let wall_s = self.observer.wall_s();
         let rays = self.progress().rays as f64;
         0.5 * (limit_s - wall_s).max(0.0) * rays / wall_s.max(f64::MIN_POSITIVE)
+    }
+
+    /// Rays, about, in which walks and gathering look for luminaires until the run's end, by what the pilots measured;
+    /// infinitely many where only a limit or the user ends it.
+    fn planned_rays(&self) -> f64 {
+        let looks = |job: &&Job| job.bound && !job.is_black() && job.engine != Engine::Counting;
+        let jobs = self.jobs.iter().filter(looks);
+        match (self.settings.chains, self.target_error) {
+            (Some(chains), _) => jobs.map(|job| job.rays_to(job.samples_for(chains))).sum(),
+            (None, None) => f64::INFINITY,
+            (None, Some(target)) => {
+                let gathered = self.stages.as_ref().map_or(0.0, |stages| stages.rays_to(&self.jobs, target));
+                let walked = jobs.filter(|job| job.engine == Engine::Walking);
+                let rays =
+                    |job: &Job| job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
+                gathered + walked.map(rays).sum::<f64>()
+            }
+        }
     }
 
     /// One slice of the forward stage; whether there was any left.
@@ -398,7 +419,7 @@ impl Run<'_> {
             estimated_error: judged().map(|job| job.judgement.stated_error()).reduce(f64::max),
             target_error: self.target_error,
             chains,
-            rays: self.context.stage.outlook.rays()
+            rays: self.context.stage.outlook_rays()
                 + forward.map_or(0, Forward::all_rays)
                 + self.jobs.iter().map(Job::all_rays).sum::<u64>(),
             forecast_chains: known.then_some(chains as f64 + more_chains),

@@ -14,6 +14,10 @@ const GROWTH: f64 = 4.0;
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
 const MOST_REFINEMENTS: u32 = 2;
+/// Chains over those from which on patches gather themselves, since the pilot counts their rays but roughly; chains are
+/// raised to that where it takes no more than this factor.
+const REFINING_MARGIN: f64 = 1.25;
+const MOST_FOR_REFINING: f64 = 2.0;
 /// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 2.0;
 /// Patches of the pilot that share its light evenly, about, below which the program does not choose gathering by itself.
@@ -146,9 +150,12 @@ impl Stages {
 
     /// Patches for so many chains, and gathering rays in proportion.
     fn start(&mut self, context: &Context, jobs: &mut [Job], chains: f64) {
-        self.goal_chains = (chains.ceil() as u64).max(1);
         let earlier_rays = self.forward.all_rays();
         self.forward = Forward::new(context, patch_edge_m(context, self.patches));
+        // Patches that do not gather themselves show corners too flat: what is still missing to that is worth it.
+        let to_refine = REFINING_MARGIN * self.forward.chains_to_refine(self.chain.rays);
+        let chains = if to_refine <= MOST_FOR_REFINING * chains { chains.max(to_refine) } else { chains };
+        self.goal_chains = (chains.ceil() as u64).max(1);
         self.forward.earlier_rays = earlier_rays;
         for (job, costs) in jobs.iter_mut().zip(&self.costs) {
             if let Some(costs) = costs
@@ -203,6 +210,7 @@ impl Stages {
             rows: job.variances.rows / mean_squared,
             columns: lasting * job.variances.columns / mean_squared,
             cross: (job.variances.cross + (1.0 - lasting) * job.variances.columns) / mean_squared,
+            ray_exponent: job.rows.exponent(),
             gather_rays: job.kept_rays() as f64,
             chain_rays: self.forward.rays as f64,
         };

@@ -199,7 +199,8 @@ pub fn direct_at_points(
             let origin = stage.tracer.side_origin(point.position_m, point.normal);
             let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
             let expectation = kept.of(entry).unwrap_or_else(|| {
-                let expectation = DirectLook::expect(stage, receivers.quantity, &receiver, &mut pass);
+                let looks_ahead = kept.looks_ahead;
+                let expectation = DirectLook::expect(stage, receivers.quantity, &receiver, &mut pass, looks_ahead);
                 rays += expectation.rays;
                 made.push((entry, expectation));
                 &made[made.len() - 1].1
@@ -350,7 +351,14 @@ mod tests {
                             { "name": "b", "type": "point", "position": [0.4,0.6,0.5], "luminous_flux_lm": 50 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
-        let context = Context { scene: &scene, stage: &stage, seed: 3, method: Method::Collision, adapt_to: None };
+        let context = Context {
+            scene: &scene,
+            stage: &stage,
+            seed: 3,
+            method: Method::Collision,
+            target_error: 0.01,
+            adapt_to: None,
+        };
         let counts = |first: u64| -> Vec<f64> {
             let unit = Unit::Packets { luminous_flux_lm: 150.0, area_m2: vec![0.5; 12] };
             let mut map = ReplicaMap::new(12, unit);

@@ -21,7 +21,7 @@ impl Job {
         self.forget_looks();
         (self.elements, self.adaptive) = (elements, Some(adaptive));
         let numbers = self.numbers_per_site();
-        self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).times(numbers);
+        self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).0.times(numbers);
         self.indirect = indirect_cost(context, self.kind, &self.elements).times(numbers);
         self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
         self.counting_unit = None;

@@ -1,0 +1,83 @@
+//! Which luminaire a look goes to.
+
+use glam::DVec3;
+
+use super::outlook::Sights;
+use super::sight_map::CellChoice;
+use super::{Spot, Stage};
+use crate::sampling::emitter_tree::Cut;
+
+/// Share of the choices that go to luminaires that were seen from the region, where most light is hidden.
+const SEEN: f64 = 0.5;
+/// Share of the choices that go to any luminaire there.
+const ANY: f64 = 0.05;
+
+/// Choices among emitters at one place, about in proportion to what each brings there.
+pub struct Choices<'a> {
+    stage: &'a Stage,
+    place: [DVec3; 2],
+    way: Way<'a>,
+}
+
+/// How emitters are chosen.
+enum Way<'a> {
+    /// By what they bring unshadowed.
+    Unshadowed(&'a Cut),
+    /// Most light is hidden: by what is in sight, with a share for all.
+    InSight(&'a Sights, &'a Cut),
+    /// As the sights of a cell say.
+    OfCell(CellChoice<'a>),
+}
+
+impl Stage {
+    /// Makes ready for choices at a point with a unit normal on a side of a triangle; `cut` is room for it.
+    #[inline]
+    pub fn choices<'a>(&'a self, spot: Spot, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
+        let way = match self.sight_map().and_then(|map| map.of_place(point_m, normal)) {
+            Some(cell) => Way::OfCell(cell),
+            None => {
+                self.emitters.open(point_m, normal, cut);
+                self.outlook.sights_from(spot).map_or(Way::Unshadowed(cut), |sights| Way::InSight(sights, cut))
+            }
+        };
+        Choices { stage: self, place: [point_m, normal], way }
+    }
+}
+
+impl Choices<'_> {
+    /// Chooses one emitter by a variate in [0, 1); returns its number with the probability of the choice. `None`: this
+    /// choice brings nothing.
+    #[inline]
+    pub fn choose(&self, variate: f64) -> Option<(u32, f64)> {
+        let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
+        match &self.way {
+            Way::Unshadowed(cut) => emitters.choose(point_m, normal, variate, cut),
+            Way::OfCell(cell) => Some(cell.choose(variate)),
+            Way::InSight(sights, cut) => {
+                let emitter = if variate < SEEN {
+                    sights.choose(variate / SEEN)
+                } else if variate < 1.0 - ANY {
+                    emitters.choose(point_m, normal, (variate - SEEN) / (1.0 - ANY - SEEN), cut)?.0
+                } else {
+                    let count = emitters.list().len();
+                    ((((variate - 1.0 + ANY) / ANY) * count as f64) as usize).min(count - 1) as u32
+                };
+                Some((emitter, self.probability(emitter)))
+            }
+        }
+    }
+
+    /// Probability with which [`Choices::choose`] chooses an emitter.
+    pub fn probability(&self, emitter: u32) -> f64 {
+        let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
+        match &self.way {
+            Way::Unshadowed(cut) => emitters.probability(emitter, point_m, normal, cut),
+            Way::OfCell(cell) => cell.probability(emitter),
+            Way::InSight(sights, cut) => {
+                SEEN * sights.probability(emitter)
+                    + (1.0 - SEEN - ANY) * emitters.probability(emitter, point_m, normal, cut)
+                    + ANY / emitters.list().len() as f64
+            }
+        }
+    }
+}

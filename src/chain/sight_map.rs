@@ -1,0 +1,309 @@
+//! How much of each luminaire is in sight, cell by cell.
+//!
+//! Among shelves and machines most luminaires that would bring much are hidden, and looks at them find nothing. So before
+//! a long run some chains show where light meets surfaces; in cells that hold several such places, looks from these tell
+//! about how much of each emitter is seen. A look from such a cell goes to an emitter with a probability in proportion to
+//! E √v, E what it brings unshadowed and v the share that was seen: where an emitter is hidden at random this leaves the
+//! least variance. Every emitter keeps a probability, and whatever the probabilities are, the mean is right. A cell
+//! that stands near an emitter keeps the choice point by point.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Stage;
+use crate::geometry::Origin;
+use crate::sampling::emitter::Emitter;
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::reflection::Way;
+
+/// Emitters, at least and at most, for which cells are worth their room.
+const FEWEST_EMITTERS: usize = 4;
+const MOST_EMITTERS: usize = 8192;
+/// Numbers that all cells together hold, at most: 16 MB.
+const MOST_NUMBERS: usize = 4_000_000;
+/// Share of the unshadowed light that must be hidden, on average, for the looks to pay.
+const LEAST_HIDDEN: f64 = 0.25;
+/// Share of a run's rays that finding out may take, rays below which it is not begun, and most rays.
+const SHARE_OF_RUN: f64 = 0.15;
+const LEAST_RAYS: f64 = 50_000.0;
+const MOST_RAYS: f64 = 4e6;
+/// Share of these that chains take, to find where light meets surfaces.
+const SHARE_OF_CHAINS: f64 = 0.1;
+/// Places in a cell, about, and fewest from which it is looked at.
+const PLACES: f64 = 8.0;
+const FEWEST_PLACES: usize = 3;
+/// Steps towards the size of cells that makes it so.
+const SIZE_STEPS: usize = 5;
+/// Looks at an emitter that brings everything, and at any one at least.
+const LOOKS: f64 = 100.0;
+const FEWEST_LOOKS: usize = 2;
+/// A cell's looks end when the emitters left could bring this share of what was seen.
+const REST: f64 = 0.1;
+/// Looks that both answers, seen and hidden, count for before the first.
+const PRIOR: f64 = 0.5;
+/// Share of all that an emitter brings for that to matter.
+const STRONG: f64 = 0.02;
+/// Share of the choices that goes to any emitter.
+const ANY: f64 = 0.01;
+/// Share of the bound of what an emitter brings that is added to what it brings unshadowed.
+const SHARE_OF_BOUND: f64 = 0.5;
+/// Edges of a cell within which of its middle no emitter may stand, and none that is a point.
+const NEAR: f64 = 0.5;
+const NEAR_POINT: f64 = 1.2;
+/// What an emitter brings to a place over its mean in the cell from which on the cell stands too near.
+const UNEVEN: f64 = 3.0;
+/// The looks enter no result but by way of probabilities: they are the same for all seeds.
+const SEED: u64 = 0x51_6875;
+
+/// Parts that probabilities are counted in.
+const WHOLE: f64 = 2_147_483_648.0;
+
+/// Probabilities of emitters, cell by cell; a cell is a cube of space and one of six directions that surfaces face.
+#[derive(Clone, Debug, Default)]
+pub struct SightMap {
+    low_m: DVec3,
+    cell_m: f64,
+    counts: [usize; 3],
+    /// Number of every cell among those that were looked at.
+    numbers: Vec<u32>,
+    /// For each of these the sums of probabilities up to and including every emitter, in parts of [`WHOLE`].
+    cumulative: Vec<u32>,
+    emitters: usize,
+    rays: u64,
+}
+
+/// A place where light met a surface.
+struct Meeting {
+    cell: usize,
+    point_m: DVec3,
+    normal: DVec3,
+    origin: Origin,
+}
+
+/// What looks from one cell found.
+struct CellSights {
+    cell: usize,
+    cumulative: Vec<u32>,
+    rays: u64,
+}
+
+impl SightMap {
+    /// Finds out what is in sight from where, for a run of about so many rays; `None` where that would not pay.
+    pub fn of(stage: &Stage, planned_rays: f64) -> Option<SightMap> {
+        let emitters = stage.emitters.list().len();
+        let rays = (SHARE_OF_RUN * planned_rays).min(MOST_RAYS);
+        let has_many = (FEWEST_EMITTERS..=MOST_EMITTERS).contains(&emitters);
+        if !has_many || rays < LEAST_RAYS || stage.outlook.hidden_share() < LEAST_HIDDEN {
+            return None;
+        }
+        let (mut met, chain_rays) = meetings(stage, (SHARE_OF_CHAINS * rays) as u64);
+        let mut map = SightMap { emitters, ..SightMap::over(&met)? };
+        for meeting in &mut met {
+            meeting.cell = map.cell(meeting.point_m, meeting.normal)?;
+        }
+        met.sort_by_key(|meeting| meeting.cell);
+        let mut cells: Vec<&[Meeting]> = met.chunk_by(|a, b| a.cell == b.cell).collect();
+        cells.retain(|cell| cell.len() >= FEWEST_PLACES);
+        // The cells that most light meets come first, as far as the rays go.
+        cells.sort_by_key(|cell| (usize::MAX - cell.len(), cell[0].cell));
+        cells.truncate(MOST_NUMBERS / emitters);
+        let mut left = rays - chain_rays as f64;
+        map.rays = chain_rays;
+        // Parts of fixed size keep the result free of the number of threads.
+        for part in cells.chunks(64) {
+            if left <= 0.0 {
+                break;
+            }
+            let looked: Vec<CellSights> = part
+                .par_iter()
+                .filter_map(|cell| look_from(stage, map.center_m(cell[0].point_m), map.cell_m, cell))
+                .collect();
+            for sights in looked {
+                map.numbers[sights.cell] = (map.cumulative.len() / emitters) as u32;
+                map.cumulative.extend(sights.cumulative);
+                map.rays += sights.rays;
+                left -= sights.rays as f64;
+            }
+        }
+        Some(map)
+    }
+
+    /// Empty cells around all places, of such a size that about [`PLACES`] lie in one.
+    fn over(met: &[Meeting]) -> Option<SightMap> {
+        let (low_m, high_m) = met.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
+            (low.min(at.point_m), high.max(at.point_m))
+        });
+        let extent_m = high_m - low_m;
+        let wanted = met.len() as f64 / PLACES;
+        let mut cell_m = extent_m.max_element() / 8.0;
+        let mut map = SightMap::default();
+        for _ in 0..SIZE_STEPS {
+            // A cell more keeps the outermost places within.
+            let counts: [usize; 3] = std::array::from_fn(|axis| (extent_m[axis] / cell_m) as usize + 1);
+            if !(cell_m > 0.0 && cell_m.is_finite()) || counts.iter().product::<usize>() > MOST_NUMBERS {
+                return None;
+            }
+            map = SightMap { low_m, cell_m, counts, ..SightMap::default() };
+            let mut occupied: Vec<usize> = met.iter().filter_map(|at| map.cell(at.point_m, at.normal)).collect();
+            occupied.sort_unstable();
+            occupied.dedup();
+            cell_m *= (occupied.len() as f64 / wanted).sqrt();
+        }
+        map.numbers = vec![u32::MAX; 6 * map.counts.iter().product::<usize>()];
+        Some(map)
+    }
+
+    /// Rays that it took.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    #[inline]
+    fn cell(&self, point_m: DVec3, normal: DVec3) -> Option<usize> {
+        let at = (point_m - self.low_m) / self.cell_m;
+        let mut cell = 0;
+        for axis in 0..3 {
+            if !(at[axis] >= 0.0 && at[axis] < self.counts[axis] as f64) {
+                return None;
+            }
+            cell = cell * self.counts[axis] + at[axis] as usize;
+        }
+        let axis = normal.abs().max_position();
+        Some(6 * cell + 2 * axis + usize::from(normal[axis] < 0.0))
+    }
+
+    fn center_m(&self, point_m: DVec3) -> DVec3 {
+        self.low_m + (((point_m - self.low_m) / self.cell_m).floor() + 0.5) * self.cell_m
+    }
+
+    /// Choices among emitters at a point with a unit normal; `None` where its cell says nothing.
+    #[inline]
+    pub(super) fn of_place(&self, point_m: DVec3, normal: DVec3) -> Option<CellChoice<'_>> {
+        let number = self.numbers[self.cell(point_m, normal)?];
+        (number != u32::MAX).then(|| CellChoice(&self.cumulative[number as usize * self.emitters..][..self.emitters]))
+    }
+}
+
+/// Probabilities of all emitters in one cell, as running sums.
+#[derive(Clone, Copy)]
+pub(super) struct CellChoice<'a>(&'a [u32]);
+
+impl CellChoice<'_> {
+    /// The emitter that a variate in [0, 1) chooses, and the probability of that.
+    #[inline]
+    pub fn choose(self, variate: f64) -> (u32, f64) {
+        let aim = (variate * WHOLE) as u32;
+        let emitter = self.0.partition_point(|sum| *sum <= aim).min(self.0.len() - 1) as u32;
+        (emitter, self.probability(emitter))
+    }
+
+    /// Probability of an emitter.
+    #[inline]
+    pub fn probability(self, emitter: u32) -> f64 {
+        let place = emitter as usize;
+        let before = if place == 0 { 0 } else { self.0[place - 1] };
+        f64::from(self.0[place] - before) / WHOLE
+    }
+}
+
+/// Places where chains of about so many rays meet surfaces that scatter, and the rays.
+fn meetings(stage: &Stage, most_rays: u64) -> (Vec<Meeting>, u64) {
+    let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
+    let (mut met, mut rays) = (Vec::new(), 0);
+    for chain in 0.. {
+        if rays >= most_rays {
+            break;
+        }
+        stream.seek_quasi(chain, 0, chain);
+        let choice = stream.fine_unit();
+        let arrive = |arrival: &super::Arrival| {
+            let hit = &arrival.hit;
+            if stage.law(hit.triangle).scatters() {
+                let origin = stage.leave(hit, Way::Spread);
+                let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal(hit.triangle, hit.side));
+                met.push(Meeting { cell: 0, point_m, normal, origin });
+            }
+        };
+        rays += stage.trace_chain(choice, &mut stream, arrive).1;
+    }
+    (met, rays)
+}
+
+/// Looks from places in a cell at the emitters, those that may bring most first; `None` where an emitter stands so near
+/// that places in the cell differ in what it brings.
+fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> Option<CellSights> {
+    let list = stage.emitters.list();
+    let near = |emitter: &Emitter| if emitter.is_single_point() { NEAR_POINT } else { NEAR };
+    if list.iter().any(|emitter| emitter.is_within(center_m, near(emitter) * cell_m)) {
+        return None;
+    }
+    let count = cell.len().min(PLACES as usize);
+    let places: Vec<&Meeting> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
+    let mean = |of: &dyn Fn(&Meeting) -> f64| places.iter().map(|place| of(place)).sum::<f64>() / count as f64;
+    let bound_at = |emitter: &Emitter, place: &Meeting| emitter.importance(place.point_m, place.normal);
+    let bounds: Vec<f64> = list.iter().map(|emitter| mean(&|place| bound_at(emitter, place))).collect();
+    let bounds_sum: f64 = bounds.iter().sum();
+    let is_uneven = |(emitter, bound): (&Emitter, &f64)| {
+        *bound > STRONG * bounds_sum && places.iter().any(|place| bound_at(emitter, place) > UNEVEN * bound)
+    };
+    if list.iter().zip(&bounds).any(is_uneven) {
+        return None;
+    }
+    let mut order: Vec<usize> = (0..list.len()).filter(|emitter| bounds[*emitter] > 0.0).collect();
+    order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
+
+    let mut stream = Stream::new(SEED, Purpose::Pilot, 1, 0);
+    let (mut weights, mut hidden) = (vec![0.0; list.len()], Vec::new());
+    let mut rest = bounds_sum;
+    let (mut looked, mut seen, mut rays) = (0.0, 0.0, 0);
+    for (rank, emitter) in order.iter().enumerate() {
+        let bound = bounds[*emitter];
+        if rest <= REST * seen {
+            // What was not looked at is as often in sight as what was.
+            let scale = (seen / looked).sqrt();
+            order[rank..].iter().for_each(|emitter| weights[*emitter] = scale * bounds[*emitter]);
+            break;
+        }
+        let unshadowed_lx = mean(&|place| list[*emitter].unshadowed_lx(place.point_m, place.normal));
+        let mut shares = 0.0;
+        let asked = ((LOOKS * bound / bounds_sum).ceil() as usize).clamp(FEWEST_LOOKS.min(count), count);
+        for number in 0..asked {
+            // Places in turn, so that weak emitters are not all looked at from the same.
+            let place = places[(number + rank) % count];
+            stream.seek(((cell[0].cell as u64) << 28) | ((*emitter as u64) << 4) | number as u64);
+            let Some(look) = list[*emitter].look(place.point_m, place.normal, &mut stream) else {
+                continue;
+            };
+            rays += 1;
+            shares += stage.seen_share(&look, &place.origin);
+        }
+        let asked = asked as f64;
+        let share = (shares + PRIOR) / (asked + 2.0 * PRIOR);
+        weights[*emitter] = (unshadowed_lx + SHARE_OF_BOUND * bound) * share.sqrt();
+        if shares == 0.0 {
+            hidden.push(*emitter);
+        }
+        rest -= bound;
+        looked += bound;
+        seen += bound * shares / asked;
+    }
+    // Hidden emitters get no more weight than all that are seen, however bright they are.
+    let of_hidden = |weights: &[f64]| hidden.iter().map(|emitter| weights[*emitter]).sum::<f64>();
+    let others = weights.iter().sum::<f64>() - of_hidden(&weights);
+    let scale = others / of_hidden(&weights);
+    if scale < 1.0 {
+        hidden.iter().for_each(|emitter| weights[*emitter] *= scale);
+    }
+    let total: f64 = weights.iter().sum();
+    if total <= 0.0 {
+        return None;
+    }
+    let any = ANY / list.len() as f64;
+    let sums = weights.iter().scan(0.0, |sum, weight| {
+        *sum += (1.0 - ANY) * weight / total + any;
+        Some((*sum * WHOLE) as u32)
+    });
+    let mut cumulative: Vec<u32> = sums.collect();
+    *cumulative.last_mut()? = WHOLE as u32;
+    Some(CellSights { cell: cell[0].cell, cumulative, rays })
+}

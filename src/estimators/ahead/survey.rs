@@ -1,0 +1,188 @@
+//! Looks ahead from a receiver at one emitter: more of them where it is seen in part.
+
+use super::Expectation;
+use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
+use crate::sampling::emitter::Emitter;
+use crate::sampling::random::{Square, Stream};
+
+/// An emitter that brings at least this share of all is looked at ahead.
+const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
+/// Looks that both answers, in sight and hidden, count for before the first, where looks are too few to stand in order.
+const PRIOR: f64 = 0.4;
+/// Sides of squares, in halvings, that show what of an emitter is seen: first of all, and of one that is seen in part.
+const QUARTERS: u32 = 1;
+const PARTS: u32 = 2;
+/// Deepest halving of squares at the edge of a shadow.
+const DEEPEST: u32 = 6;
+
+// Doubt as a share of what the item brings unshadowed: the root mean square of what looks differed from what was expected, on
+// the receivers of the office and the hall, rounded.
+/// Of an emitter that was not looked at.
+const UNASKED: f64 = 0.5;
+/// Of an emitter whose quarters all look alike, and whose sixteenths do.
+const QUARTERS_ALIKE: f64 = 0.1;
+const PARTS_ALIKE: f64 = 0.03;
+/// Of a part at the edge of a shadow, of one whose own parts look alike for all that, and of one away from edges.
+const AT_EDGE: f64 = 0.5;
+const ALIKE_AT_EDGE: f64 = 0.25;
+const OFF_EDGE: f64 = 0.2;
+
+/// One emitter as it is looked at ahead.
+pub struct Survey<'a> {
+    stage: &'a Stage,
+    receiver: &'a Receiver<'a>,
+    emitter: &'a Emitter,
+    number: u32,
+    /// What it may bring, in lx.
+    importance: f64,
+    stream: &'a mut Stream,
+    /// Rays so far.
+    pub rays: u64,
+}
+
+impl<'a> Survey<'a> {
+    /// Makes ready to look at an emitter by number.
+    pub fn new(
+        stage: &'a Stage,
+        receiver: &'a Receiver<'a>,
+        emitter: &'a Emitter,
+        number: u32,
+        importance: f64,
+        stream: &'a mut Stream,
+    ) -> Survey<'a> {
+        Survey { stage, receiver, emitter, number, importance, stream, rays: 0 }
+    }
+
+    /// Looks ahead at an emitter that may bring a share of all light, and says what to expect of it.
+    pub fn look_ahead(&mut self, share: f64, looks_ahead: f64, found: &mut Expectation) {
+        if share < SHARE_FOR_A_LOOK {
+            found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNASKED * self.importance);
+            return;
+        }
+        if self.emitter.is_single_point() {
+            let lx = self.look_lx(Square::WHOLE, 0);
+            found.expect(self.number, Square::WHOLE, lx, [0.0; 2], 0.0);
+            return;
+        }
+        let looks = (looks_ahead * share).ceil();
+        if looks < 4.0 {
+            self.ask_few(looks as u64, found);
+        } else if looks >= 16.0 || !self.ask_quarters(found) {
+            self.ask_parts(looks, found);
+        }
+    }
+
+    /// A few looks anywhere.
+    fn ask_few(&mut self, looks: u64, found: &mut Expectation) {
+        let (mut sum_lx, mut seen) = (0.0, 0.0);
+        for look in 0..looks {
+            let lx = self.look_lx(Square::WHOLE, look);
+            sum_lx += lx;
+            seen += f64::from(u8::from(lx > 0.0));
+        }
+        let looks = looks as f64;
+        let share = (seen + PRIOR) / (looks + 2.0 * PRIOR);
+        let doubt_lx = self.importance * (share * (1.0 - share)).sqrt();
+        found.expect(self.number, Square::WHOLE, sum_lx / looks, [0.0; 2], doubt_lx);
+    }
+
+    /// A look in each quarter; whether these look alike, so that there is nothing more to ask.
+    fn ask_quarters(&mut self, found: &mut Expectation) -> bool {
+        let quarters: [f64; 4] = std::array::from_fn(|place| self.look_lx(Square::of(QUARTERS, place), 0));
+        let alike = quarters.iter().all(|lx| (*lx > 0.0) == (quarters[0] > 0.0));
+        if alike {
+            let mean_lx = quarters.iter().sum::<f64>() / 4.0;
+            let scatter_lx = (quarters.iter().map(|lx| (lx - mean_lx).powi(2)).sum::<f64>() / 4.0).sqrt();
+            let doubt_lx = (QUARTERS_ALIKE * self.importance).max(scatter_lx);
+            found.expect(self.number, Square::WHOLE, mean_lx, [0.0; 2], doubt_lx);
+        }
+        alike
+    }
+
+    /// A look in each of sixteen parts, and more where an edge of a shadow runs.
+    fn ask_parts(&mut self, looks: f64, found: &mut Expectation) {
+        const SIDE: usize = 1 << PARTS;
+        let parts: [f64; SIDE * SIDE] = std::array::from_fn(|place| self.look_lx(Square::of(PARTS, place), 0));
+        let is_seen = |place: usize| parts[place] > 0.0;
+        if (1..parts.len()).all(|place| is_seen(place) == is_seen(0)) {
+            let (mean_lx, slopes_lx, scatter_lx) = fitted(&parts);
+            let doubt_lx = (PARTS_ALIKE * self.importance).max(scatter_lx);
+            found.expect(self.number, Square::WHOLE, mean_lx, slopes_lx, doubt_lx);
+            return;
+        }
+        for (place, lx) in parts.into_iter().enumerate() {
+            let (column, row) = (place % SIDE, place / SIDE);
+            let differs = |other: usize| is_seen(other) != is_seen(place);
+            let at_edge = (column > 0 && differs(place - 1))
+                || (column + 1 < SIDE && differs(place + 1))
+                || (row > 0 && differs(place - SIDE))
+                || (row + 1 < SIDE && differs(place + SIDE));
+            let square = Square::of(PARTS, place);
+            if at_edge {
+                self.ask_edge(square, lx, looks, found);
+            } else {
+                self.expect_part(square, lx, OFF_EDGE, found);
+            }
+        }
+    }
+
+    /// Looks in the quarters of a square at the edge of a shadow and in theirs, as far as the looks go.
+    fn ask_edge(&mut self, square: Square, lx: f64, looks: f64, found: &mut Expectation) {
+        if looks * square.area() < 1.0 || square.level() >= DEEPEST {
+            self.expect_part(square, lx, AT_EDGE, found);
+            return;
+        }
+        let quarters = square.quarters().map(|quarter| (quarter, self.look_lx(quarter, 0)));
+        let alike = quarters.iter().all(|(_, quarter_lx)| (*quarter_lx > 0.0) == (lx > 0.0));
+        for (quarter, quarter_lx) in quarters {
+            if alike {
+                self.expect_part(quarter, quarter_lx, ALIKE_AT_EDGE, found);
+            } else {
+                self.ask_edge(quarter, quarter_lx, looks, found);
+            }
+        }
+    }
+
+    fn expect_part(&self, square: Square, lx: f64, doubt: f64, found: &mut Expectation) {
+        let area = square.area();
+        found.expect(self.number, square, area * lx, [0.0; 2], doubt * area * self.importance);
+    }
+
+    /// What a look with its first variates in a square brings, in lx, as if all of the emitter were like that.
+    fn look_lx(&mut self, square: Square, look: u64) -> f64 {
+        self.stream.seek_quasi(u64::from(self.number), u64::from(self.number), look);
+        self.stream.turn_to_square(square.code(), square);
+        let Some(look) = self.emitter.look(self.receiver.point_m, self.receiver.normal, self.stream) else {
+            return 0.0;
+        };
+        self.rays += 1;
+        look.unshadowed_lx * self.stage.seen_share(&look, self.receiver.origin)
+    }
+}
+
+/// Mean, slopes over both variates' range, and standard deviation from that plane, of values in sixteen parts of the
+/// unit square.
+fn fitted(parts: &[f64; 16]) -> (f64, [f64; 2], f64) {
+    let at = |place: usize| [(place % 4) as f64, (place / 4) as f64].map(|step| (step - 1.5) / 4.0);
+    let mean = parts.iter().sum::<f64>() / 16.0;
+    // Σ (x − ½)² over the middles of sixteen parts is 5/4.
+    let slope = |axis: usize| parts.iter().enumerate().map(|(place, lx)| lx * at(place)[axis]).sum::<f64>() / 1.25;
+    let slopes = [slope(0), slope(1)];
+    let beyond = |(place, lx): (usize, &f64)| lx - mean - slopes[0] * at(place)[0] - slopes[1] * at(place)[1];
+    let squares: f64 = parts.iter().enumerate().map(|part| beyond(part).powi(2)).sum();
+    (mean, slopes, (squares / 13.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fitted;
+
+    #[test]
+    fn a_plane_is_fitted_without_rest() {
+        let parts = std::array::from_fn(|place| 7.0 + 0.5 * (place % 4) as f64 - 0.25 * (place / 4) as f64);
+        let (mean, slopes, scatter) = fitted(&parts);
+        assert!((mean - 7.375).abs() < 1e-12 && scatter < 1e-12, "{mean} {scatter}");
+        assert!((slopes[0] - 2.0).abs().max((slopes[1] + 1.0).abs()) < 1e-12, "{slopes:?}");
+    }
+}
