@@ -149,6 +149,14 @@ impl Stage {
         self.triangles.iter().any(|triangle| !self.laws[triangle.law as usize].is_black())
     }
 
+    /// Whether every surface that reflects does so diffusely, and none lets light through.
+    pub fn is_diffuse(&self) -> bool {
+        self.triangles
+            .iter()
+            .map(|triangle| &self.laws[triangle.law as usize])
+            .all(|law| matches!(law, Law::Diffuse(_)))
+    }
+
     /// Whether light passes panes of glass anywhere.
     pub fn has_panes(&self) -> bool {
         self.has_panes

@@ -1,13 +1,16 @@
 //! One map's work: what a sample is, and how sixteen replicas of it go forward together.
 
+mod connecting;
 mod elements;
 mod ends;
 mod expected;
 
 use std::ops::Range;
 
+use self::connecting::first_rounds;
 use self::elements::{element_map, numbers_per_site};
 pub use self::ends::Ends;
+pub use self::expected::USUAL_DEGREES;
 use self::expected::first_look;
 use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
@@ -348,10 +351,7 @@ impl Job {
             _ if self.black => 1,
             Engine::Counting | Engine::Walking => first_look(self.engine),
             Engine::Gathering => self.planned_samples.div_ceil(2).min(4),
-            Engine::Connecting(_) => {
-                let affordable = RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64);
-                (FIRST_LOCAL_CHAINS / self.chains_per_round()).min(affordable as u64).max(1)
-            }
+            Engine::Connecting(_) => first_rounds(self.chains_per_round(), self.share.rays_per_indirect),
         }
     }
 

@@ -20,6 +20,9 @@ mod plan;
 /// Bits of a stream's index that count walks; the bits above them tell the entry.
 const WALK_BITS: u32 = 40;
 
+/// Marks the indices of the numbers by which a chain's scores are thinned.
+const THINNING: u64 = 1 << 63;
+
 /// What a set's rounds are made of.
 pub struct LocalPlan {
     /// Where vertices score.
@@ -33,6 +36,12 @@ pub struct LocalPlan {
     pub rays_per_round: f64,
     /// Weighted variance that one round leaves, summed over the set.
     pub variance_per_round: f64,
+    /// Degrees of freedom that chains leave a map, about: all its entries share them.
+    pub degrees_of_freedom: f64,
+    /// What the pilot's chains bring, were nothing in the way, over what walks say that they do.
+    pub found: f64,
+    /// Rays that the pilot took.
+    pub pilot_rays: u64,
     /// Mean of the indirect light that the pilot found.
     mean_lx: f64,
     /// Whether chains start from scrambled Sobol points.
@@ -64,8 +73,14 @@ impl LocalPlan {
             variance: self.variance_per_round / weight,
             rays: self.rays_per_round / entries,
             mean_lx: self.mean_lx,
-            pilot_rays: 0,
+            pilot_rays: self.pilot_rays,
         }
+    }
+
+    /// Weighted variance of a single chain over the square of the mean of indirect light, about.
+    pub fn scatter(&self, weights: &[f64]) -> f64 {
+        self.cost(weights).variance * self.chains_per_round as f64
+            / (self.mean_lx * self.mean_lx).max(f64::MIN_POSITIVE)
     }
 
     /// Does some rounds in every replica; returns the rays traced.
@@ -96,7 +111,10 @@ impl LocalPlan {
         let mut rays = 0;
         for chain in chains {
             rays += if self.quasi {
-                trace(&self.anchors, stage, chain, &mut stream, &mut vertices)
+                let rays = trace(&self.anchors, stage, chain, &mut stream, &mut vertices);
+                // What is left of the last branch's point tells, by shifted digits, where vertices of the others lie.
+                stream.seek(THINNING | chain);
+                rays
             } else {
                 stream.seek(chain);
                 trace_plain(&self.anchors, stage, spread_choice(chain, shift), &mut stream, &mut vertices)

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::choice;
 use super::finish::finish;
 use super::forward::Forward;
 use super::job::{Context, Engine, Job, RAYS_PER_SLICE};
@@ -330,6 +331,9 @@ impl Run<'_> {
             return;
         }
         self.extend_forward(index);
+        if let (Some(target), None, Method::Auto) = (self.target_error, self.settings.chains, self.settings.method) {
+            choice::reconsider(self.context, &mut self.jobs[index], target);
+        }
     }
 
     /// Rays so far of all bound, or of all unbound maps.

@@ -1,16 +1,13 @@
 //! What gathering adds to a run: the choice of the maps that gather, and the chains of the forward stage.
 
+use super::choice::{self, Offered, Turn, USUAL_ERROR};
 use super::forward::Forward;
-use super::job::{Context, Engine, Job};
+use super::job::{Context, Engine, Job, USUAL_DEGREES};
 use super::plan::{ChainCosts, GatherCosts, GatherPlan, gather_costs, patch_edge_m, patches_for, pilot_chains};
 use super::{Method, Settings};
 use crate::control::{GatherState, gather_need, margin};
 use crate::maps::{HALF, REPLICAS};
 
-/// Error at which methods are weighed against each other where no target is set.
-const USUAL_ERROR: f64 = 0.01;
-/// Degrees of freedom of the error of a large map that is gathered, about: neighbours share the chains' chance.
-const USUAL_DEGREES: f64 = 100.0;
 /// Where only a limit ends the run, every stage does so many times the work of the one before.
 const GROWTH: f64 = 4.0;
 /// Bias of look-ups over the target above which patches are made smaller, by how much, and how often at most.
@@ -27,6 +24,8 @@ const LEAVING: f64 = 2.0;
 const FEWEST_LIT_PATCHES: f64 = 16.0;
 /// Rays, about, that a pilot of gathering takes: where all maps together need fewer without it, it could not pay.
 const RAYS_OF_A_PILOT: f64 = 1e5;
+/// The same where local estimation lowers what maps need: its own pilot may promise too much by a factor of two.
+const RAYS_BESIDE_LOCAL: f64 = 0.6 * RAYS_OF_A_PILOT;
 /// Share of the lit patches that one place sees, about.
 const SEEN_SHARE: f64 = 0.5;
 /// Chains of a replica in the first of such stages.
@@ -48,18 +47,23 @@ pub struct Stages {
 }
 
 impl Stages {
-    /// Pilots a run; `None` where nothing gathers.
+    /// Pilots a run, and lets maps go over to local estimation where that is the cheapest; `None` where nothing gathers.
     pub fn pilot(context: &Context, jobs: &mut [Job], settings: &Settings) -> Option<Stages> {
         let gathers = matches!(settings.method, Method::Auto | Method::Gather);
         if !gathers || !context.stage.reflects() {
             return None;
         }
         let error = settings.target_error.unwrap_or(USUAL_ERROR);
-        if settings.method == Method::Auto && settings.target_error.is_some() {
-            let without: f64 = jobs.iter().filter(|job| job.bound).map(|job| rays_without(context, job, error)).sum();
-            if without < RAYS_OF_A_PILOT {
-                let reason = format!("{without:.1e} rays without gathering, fewer than it takes to weigh it");
-                jobs.iter_mut().for_each(|job| job.method_reason.clone_from(&reason));
+        let auto = settings.method == Method::Auto;
+        let offer = |job: &mut Job| choice::offer(context, job, settings.target_error, Turn::First);
+        let offers: Vec<Offered> = jobs.iter_mut().map(offer).collect();
+        if auto && settings.target_error.is_some() {
+            let bound = || jobs.iter().zip(&offers).filter(|(job, _)| job.bound);
+            let alone: f64 = bound().map(|(job, _)| rays_without(context, job, &Err(""), error)).sum();
+            let without: f64 = bound().map(|(job, offered)| rays_without(context, job, offered, error)).sum();
+            if alone < RAYS_OF_A_PILOT || without < RAYS_BESIDE_LOCAL {
+                let why = "all maps together take fewer rays than it takes to weigh it";
+                choice::without_gathering(context, jobs, offers, settings.target_error, why);
                 return None;
             }
         }
@@ -69,35 +73,40 @@ impl Stages {
             job.pilot_rays += std::mem::take(&mut forward.rays);
         }
         let chain = ChainCosts { rays: forward.rays_per_chain(), deposits: forward.deposits_per_chain() };
+        // Where the light lies in a few patches of very many, looking it up there says nothing of how it is spread in them.
+        let lies_in_few = chain.deposits == 0.0 || forward.lit_patches() < FEWEST_LIT_PATCHES;
+        if auto && lies_in_few {
+            let why = "the light lies in few patches, where looking it up would not be exact";
+            choice::without_gathering(context, jobs, offers, settings.target_error, why);
+            return None;
+        }
         if chain.deposits == 0.0 {
             return None;
         }
-        // Where the light lies in a few patches of very many, looking it up there says nothing of how it is spread in them.
-        if settings.method == Method::Auto && forward.lit_patches() < FEWEST_LIT_PATCHES {
-            let reason = "the light lies in few patches, where looking it up would not be exact";
-            jobs.iter_mut().for_each(|job| job.method_reason = reason.to_owned());
-            return None;
-        }
-        let patches = patches_for(error);
-        let costs: Vec<Option<GatherCosts>> = jobs
-            .iter_mut()
-            .map(|job| {
-                let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
-                let costs = counts.then(|| gather_costs(context, &forward, job))?;
-                job.pilot_rays += costs.pilot_rays;
+        let measured = |job: &mut Job| {
+            let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
+            let costs = counts.then(|| gather_costs(context, &forward, job))?;
+            job.pilot_rays += costs.pilot_rays;
+            Some(costs)
+        };
+        let mut costs: Vec<Option<GatherCosts>> = jobs.iter_mut().map(measured).collect();
+        let mut shared_chains = 0.0f64;
+        for ((job, costs), offered) in jobs.iter_mut().zip(&mut costs).zip(offers) {
+            let by_gathering = costs.as_ref().map(|costs| {
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
-                let without = job.rays_without_gathering(context, error_lx);
-                let gathering = job.rays_by_gathering(&costs, chain, error_lx);
-                if settings.method == Method::Auto {
-                    job.method_reason = compared("the pilot", error, gathering, without);
-                }
-                (settings.method == Method::Gather || gathering < without).then_some(costs)
-            })
-            .collect();
+                job.rays_by_gathering(costs, chain, error_lx, shared_chains)
+            });
+            let gathering = by_gathering.map(|(rays, _)| rays).ok_or("it knows no luminances");
+            if !choice::settle(context, job, offered, gathering, settings.target_error) {
+                *costs = None;
+            } else if let Some((_, chains)) = by_gathering {
+                shared_chains = shared_chains.max(chains);
+            }
+        }
         costs.iter().any(Option::is_some).then_some(Stages {
             forward,
             chain,
-            patches,
+            patches: patches_for(error),
             refinements: 0,
             costs,
             goal_chains: 0,
@@ -247,9 +256,10 @@ impl Stages {
     }
 }
 
-/// Rays that a map takes to a target without gathering, by what the pilot measured.
-fn rays_without(context: &Context, job: &Job, error: f64) -> f64 {
-    job.rays_without_gathering(context, error * job.mean_without_gathering_lx())
+/// Rays that a map takes to a target without gathering, by what the pilots measured.
+fn rays_without(context: &Context, job: &Job, offered: &Offered, error: f64) -> f64 {
+    let without = job.rays_without_gathering(context, error * job.mean_without_gathering_lx());
+    offered.as_ref().map_or(without, |offer| offer.rays.min(without))
 }
 
 /// Why one of two ways was taken: rays that each would take.

@@ -45,13 +45,20 @@ struct Part {
 }
 
 pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: Anchors) -> LocalPlan {
-    let (whole, mean) = walks(context, set, &anchors, 0.0);
+    let mut pilot_rays = 0;
+    let mut walks = |anchors: &Anchors, bound: f64| {
+        let (part, mean, rays) = walks(context, set, anchors, bound);
+        pilot_rays += rays;
+        (part, mean)
+    };
+    let (whole, mean) = walks(&anchors, 0.0);
     let mean_level_lx = mean / anchors.mean_scale().max(f64::MIN_POSITIVE);
     anchors.set_levels(context.stage, mean_level_lx);
     let mut pilot = Pilot::new(context, set, &anchors);
     if kernel == Kernel::Naive {
         let connecting = Connecting { bound: f64::INFINITY, threshold: 0.0 };
-        let chains = pilot.part(&pilot.scores(f64::INFINITY), 0.0);
+        let scores = pilot.scores(f64::INFINITY);
+        let chains = pilot.part(&scores, 0.0);
         return LocalPlan {
             connecting,
             chains_per_round: 1,
@@ -60,6 +67,9 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
             variance_per_round: chains.variance,
             mean_lx: mean,
             quasi: false,
+            degrees_of_freedom: pilot.degrees(&scores),
+            found: 1.0,
+            pilot_rays: pilot_rays + pilot.all_rays(),
             anchors,
         };
     }
@@ -68,12 +78,14 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
     // The bound follows from the ratio, the thinning from the bound, and the ratio from the rays that thinning leaves.
     let [_, bound] = ratio_and_bound(context, whole.rays, pilot.part(&pilot.scores(1.0), 0.0).rays);
     let (_, thinned) = pilot.thin(bound);
-    let (whole, _) = walks(context, set, &anchors, 0.0);
+    let (whole, _) = walks(&anchors, 0.0);
     let [ratio, bound] = ratio_and_bound(context, whole.rays, thinned.rays);
     let (threshold, chains) = pilot.thin(bound);
     let connecting = Connecting { bound, threshold };
     let (b, w) = (ratio.max(1.0), (1.0 / ratio).max(1.0));
-    let walks = walks(context, set, &anchors, bound).0;
+    let (walks, rest) = walks(&anchors, bound);
+    let scores = pilot.scores(bound);
+    let found = scores.mean * pilot.flux_lm / (mean - rest).max(f64::MIN_POSITIVE);
     LocalPlan {
         connecting,
         chains_per_round: b as u64,
@@ -82,6 +94,9 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
         variance_per_round: chains.variance / b + walks.variance / w,
         mean_lx: mean,
         quasi: true,
+        degrees_of_freedom: pilot.degrees(&scores),
+        found,
+        pilot_rays: pilot_rays + pilot.all_rays(),
         anchors,
     }
 }
@@ -123,6 +138,8 @@ struct Scores {
     each: Vec<f64>,
     /// Weighted variance of a chain that is not thinned.
     variance: f64,
+    /// Weighted mean.
+    mean: f64,
 }
 
 impl Pilot {
@@ -209,7 +226,47 @@ impl Pilot {
         }
         let count = CHAINS as f64;
         let of_means: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * (sum / count).powi(2)).sum();
-        Scores { each, variance: (squares / count - of_means).max(0.0) }
+        let sum: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * sum / count).sum();
+        let mean = sum / self.weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        Scores { each, variance: (squares / count - of_means).max(0.0), mean }
+    }
+
+    /// Rays of all its chains.
+    fn all_rays(&self) -> u64 {
+        (self.path_rays * CHAINS as f64).round() as u64
+    }
+
+    /// Degrees of freedom of a map by the chance of chains, (tr C)²/tr C² of its entries' weighted covariances: few, since
+    /// all entries share the chains. By the products of what every two chains bring to all entries looked at.
+    fn degrees(&self, scores: &Scores) -> f64 {
+        let entries = self.weights.len();
+        let roots: Vec<f64> = self.weights.iter().map(|weight| weight.sqrt()).collect();
+        let mut of_chains = vec![0.0; entries * self.chains.len()];
+        let mut of_vertices = scores.each.chunks(self.anchors.len().max(1));
+        for (vertices, of_chain) in self.chains.iter().zip(of_chains.chunks_mut(entries.max(1))) {
+            for scores in of_vertices.by_ref().take(vertices.len()) {
+                scores.iter().zip(&self.anchors).for_each(|(score, anchor)| {
+                    of_chain[anchor.entry] += roots[anchor.entry] * score;
+                });
+            }
+        }
+        let mut of_chains: Vec<&mut [f64]> = of_chains.chunks_mut(entries.max(1)).collect();
+        let count = of_chains.len() as f64;
+        let mut means = vec![0.0; entries];
+        for of_chain in &of_chains {
+            means.iter_mut().zip(of_chain.iter()).for_each(|(mean, value)| *mean += value / count);
+        }
+        for of_chain in of_chains.iter_mut() {
+            of_chain.iter_mut().zip(&means).for_each(|(value, mean)| *value -= mean);
+        }
+        let product = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
+        let trace = of_chains.iter().map(|of_chain| product(of_chain, of_chain)).sum::<f64>() / count;
+        let mut of_squares = 0.0;
+        for (place, one) in of_chains.iter().enumerate() {
+            of_squares += of_chains[..place].iter().map(|other| product(one, other).powi(2)).sum::<f64>();
+        }
+        let of_squares = of_squares / (0.5 * count * (count - 1.0));
+        if of_squares > 0.0 { (trace * trace / of_squares).max(1.0) } else { 1.0 }
     }
 
     /// Variance and rays of one chain whose scores are thinned below a threshold.
@@ -250,13 +307,13 @@ impl Pilot {
     }
 }
 
-/// One walk from every entry, judged by some of them, and the mean value of a walk.
-fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part, f64) {
+/// One walk from every entry, judged by some of them, the mean value of a walk, and the rays that it took.
+fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part, f64, u64) {
     let receivers = &context.scene.receivers[set];
     let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 4);
     let mut cut = Cut::default();
     let stride = receivers.points.len().div_ceil(SITES).max(1);
-    let (mut part, mut total, mut sites) = (Part::default(), 0.0, 0.0);
+    let (mut part, mut total, mut sites, mut traced) = (Part::default(), 0.0, 0.0, 0);
     for (entry, point) in receivers.points.iter().enumerate().step_by(stride).filter(|(_, point)| !point.inside) {
         let (mut sum, mut squares) = (0.0, 0.0);
         let rate = anchors.walk_rate(entry);
@@ -266,6 +323,7 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part,
             sum += value;
             squares += value * value;
             part.rays += rate * rays as f64;
+            traced += rays;
         }
         let count = WALKS as f64;
         part.variance += point.weight / rate * ((squares - sum * sum / count) / (count - 1.0)).max(0.0);
@@ -273,9 +331,9 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part,
         sites += 1.0;
     }
     if sites == 0.0 {
-        return (Part::default(), 0.0);
+        return (Part::default(), 0.0, 0);
     }
     let scale = receivers.points.len() as f64 / sites;
     let walks = WALKS as f64;
-    (Part { variance: part.variance * scale, rays: part.rays / walks * scale }, total / (walks * sites))
+    (Part { variance: part.variance * scale, rays: part.rays / walks * scale }, total / (walks * sites), traced)
 }

@@ -20,7 +20,7 @@ const LEAST_RAYS: f64 = 1e6;
 /// Targets.
 const TARGETS: [f64; 3] = [0.05, 0.03, 0.01];
 
-const SETTING: &str = "Every map to the same targets by auto and by each fixed method that auto could have taken instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local), which auto never takes. Means of three seeds. Rays are all that are counted, pilots and what was given up included. Two ratios: auto's cost over the best of what it may choose from, and over the best of all three, in rays and in seconds, each by its own best. Gathering is no choice on Sobolev's planes, where its error bars do not hold (“–”). A method that has taken three times auto's rays is given up (“>”). Light meshes and radiosity, which auto never takes either, stand in the case comparisons.";
+const SETTING: &str = "Every map to the same targets by auto and by each fixed method that auto could have taken instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local). Means of three seeds. Rays are all that are counted, pilots and what was given up included. The ratio is auto's cost over the best of the others, in rays and in seconds, each by its own best. Gathering is no choice on Sobolev's planes, where its error bars do not hold (“–”). A method that has taken three times auto's rays is given up (“>”). Light meshes and radiosity, which auto never takes, stand in the case comparisons.";
 
 const CUBE: &str = r#"{ "version": 1, "materials": { "paint": { "type": "diffuse", "reflectance": 0.8 } },
     "geometry": [ { "name": "cube", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward", "material": "paint"EDGE } ],
@@ -111,8 +111,6 @@ struct Cost {
     seconds: f64,
     /// Whether it met the target within the patience, every time.
     arrived: bool,
-    /// Whether auto may take it.
-    is_choice: bool,
     /// What gave the maps.
     estimators: String,
 }
@@ -142,19 +140,13 @@ fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_r
         rays: mean(&|run| run.rays as f64),
         seconds: mean(&|run| run.compute_s),
         arrived: runs.iter().all(|run| matches!(run.stop_reason, StopReason::TargetMet | StopReason::Exact)),
-        is_choice: method != Method::Local,
         estimators: estimators.join(" and "),
     }
 }
 
-/// Auto's cost over the least of those that arrived and count; infinite if only others did.
-fn ratio(
-    auto: &Cost,
-    fixed: &[(&'static str, Cost)],
-    of: fn(&Cost) -> f64,
-    counts: fn(&Cost) -> bool,
-) -> (f64, &'static str) {
-    let arrived = fixed.iter().filter(|(_, cost)| cost.arrived && counts(cost));
+/// Auto's cost over the least of those that arrived.
+fn ratio(auto: &Cost, fixed: &[(&'static str, Cost)], of: fn(&Cost) -> f64) -> (f64, &'static str) {
+    let arrived = fixed.iter().filter(|(_, cost)| cost.arrived);
     let best = arrived.min_by(|one, other| of(&one.1).total_cmp(&of(&other.1)));
     match best {
         _ if !auto.arrived => (f64::INFINITY, "none"),
@@ -196,15 +188,14 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
             .into_iter()
             .enumerate()
             {
-                let (times, best) = ratio(&auto, &fixed, of, |cost| cost.is_choice);
-                let (of_all, best_of_all) = ratio(&auto, &fixed, of, |_| true);
+                let (times, best) = ratio(&auto, &fixed, of);
                 let mut row = vec![subject.name.to_owned(), percent(*target_error), cell(&auto, of, words)];
                 row.extend(FIXED.map(|(name, _)| of_name(name).map_or("–".to_owned(), |cost| cell(cost, of, words))));
                 let words = |times: f64, best: &str| match best {
                     "auto" => format!("< {}", significant(times, 2)),
                     _ => format!("{} ({best})", significant(times, 3)),
                 };
-                row.extend([words(times, best), words(of_all, best_of_all), auto.estimators.clone()]);
+                row.extend([words(times, best), auto.estimators.clone()]);
                 rows.push(row);
                 if times > worst[index].0 {
                     worst[index] = (times, place.clone());
@@ -217,7 +208,7 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
     }
     let [rays, seconds] = worst;
     found.results.push(format!(
-        "In rays auto takes at most {} times the best of what it may choose from ({}); in seconds {} times ({}).",
+        "In rays auto takes at most {} times the best ({}); in seconds {} times ({}).",
         significant(rays.0, 3),
         rays.1,
         significant(seconds.0, 3),
@@ -228,19 +219,9 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
     } else {
         format!("In rays it is above {MOST_RATIO} times for: {}.", worse.join("; "))
     });
-    let header = vec![
-        "map",
-        "target",
-        "auto",
-        "collision",
-        "gather",
-        "local",
-        "over its best choice",
-        "over the best",
-        "auto took",
-    ];
+    let header = vec!["map", "target", "auto", "collision", "gather", "local", "over the best", "auto took"];
     for (caption, rows) in [("Rays", by_rays), ("Seconds of computing", by_seconds)] {
-        found.tables.push((caption.to_owned(), Table { header: header.clone(), text_columns: vec![0, 8], rows }));
+        found.tables.push((caption.to_owned(), Table { header: header.clone(), text_columns: vec![0, 7], rows }));
     }
     Ok(found)
 }
@@ -251,20 +232,12 @@ mod tests {
 
     #[test]
     fn the_ratio_is_to_the_best_that_arrived() {
-        let cost = |rays: f64, arrived: bool| Cost {
-            rays,
-            seconds: 1.0,
-            arrived,
-            is_choice: rays != 80.0,
-            estimators: String::new(),
-        };
+        let cost = |rays: f64, arrived: bool| Cost { rays, seconds: 1.0, arrived, estimators: String::new() };
         let fixed = [("collision", cost(50.0, false)), ("gather", cost(100.0, true)), ("local", cost(80.0, true))];
         let of: fn(&Cost) -> f64 = |cost| cost.rays;
-        let choices: fn(&Cost) -> bool = |cost| cost.is_choice;
-        let all: fn(&Cost) -> bool = |_| true;
-        assert_eq!(ratio(&cost(140.0, true), &fixed, of, choices), (1.4, "gather"));
-        assert_eq!(ratio(&cost(140.0, true), &fixed, of, all), (1.75, "local"));
-        assert_eq!(ratio(&cost(30.0, true), &fixed[..1], of, all), (1.0 / PATIENCE, "auto"));
-        assert_eq!(ratio(&cost(30.0, false), &fixed, of, all).0, f64::INFINITY);
+        assert_eq!(ratio(&cost(140.0, true), &fixed[..2], of), (1.4, "gather"));
+        assert_eq!(ratio(&cost(140.0, true), &fixed, of), (1.75, "local"));
+        assert_eq!(ratio(&cost(30.0, true), &fixed[..1], of), (1.0 / PATIENCE, "auto"));
+        assert_eq!(ratio(&cost(30.0, false), &fixed, of).0, f64::INFINITY);
     }
 }

@@ -1,0 +1,60 @@
+//! Local estimation that a run takes by itself: what it may be expected to cost, and going over to it and back to walks.
+
+use super::{Engine, FIRST_LOCAL_CHAINS, Job, RAYS_PER_SLICE, Tally};
+use crate::control::margin;
+use crate::maps::REPLICAS;
+use crate::solver::local::{Kernel, LocalPlan};
+use crate::solver::pilot::DirectShare;
+
+/// Degrees of freedom of a run over those of the pilot's chains: quasi-random points take out what all points share most.
+const QUASI_DEGREES: f64 = 2.0;
+/// Variance of independent chains over that of a run's quasi-random ones. Measured: 1.7 to 3, and 5 to 8 on Sobolev's planes.
+const QUASI_GAIN: f64 = 2.0;
+/// First looks that a run takes at least: the statistical checks seldom accept the first, by so few scores.
+const LEAST_LOOKS: f64 = 2.0;
+
+/// Rounds of a replica after which local estimation is judged for the first time.
+pub fn first_rounds(chains_per_round: u64, rays_per_round: f64) -> u64 {
+    let affordable = RAYS_PER_SLICE / (rays_per_round.max(1.0) * REPLICAS as f64);
+    (FIRST_LOCAL_CHAINS / chains_per_round).min(affordable as u64).max(1)
+}
+
+impl Job {
+    /// Rays that local estimation takes to an error in lx, by what its pilot measured: at least those to its first looks.
+    ///
+    /// All points share the chance of its chains, and of so few degrees of freedom the stop rule asks a wide margin.
+    pub fn rays_by_connecting(&self, plan: &LocalPlan, error_lx: f64) -> f64 {
+        let cost = plan.cost(&self.weights);
+        let safe_error_lx = error_lx / margin(QUASI_DEGREES * plan.degrees_of_freedom);
+        let variance = cost.variance / QUASI_GAIN;
+        let alone = variance * plan.rays_per_round / (safe_error_lx * safe_error_lx);
+        let first = LEAST_LOOKS * first_rounds(plan.chains_per_round, plan.rays_per_round) as f64;
+        let first_rays = first * plan.rays_per_round * REPLICAS as f64;
+        self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
+    }
+
+    /// Takes local estimation instead of walks; nothing of the map has been done yet.
+    pub fn start_connecting(&mut self, plan: LocalPlan) {
+        self.share = DirectShare::of(self.direct, plan.cost(&self.weights), self.map.len());
+        self.engine = Engine::Connecting(Kernel::Bounded);
+        self.local = Some(plan);
+    }
+
+    /// Goes back to walks; direct light stays as far as it is.
+    pub fn stop_connecting(&mut self) {
+        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.map.indirect_samples = Tally::default();
+        self.map.forget_indirect_scores();
+        self.forget_looks();
+        self.local = None;
+        self.engine = Engine::Walking;
+        self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
+        self.samples = 0;
+        self.given_up_rays = self.rays;
+    }
+
+    /// Whether it goes by local estimation.
+    pub fn connects(&self) -> bool {
+        self.local.is_some()
+    }
+}
