@@ -19,7 +19,7 @@ const COEFFICIENTS: f64 = 3.0;
 /// most of their chance, and a look soon tells whether more are needed.
 const CHAINS_SHARE: f64 = 0.25;
 /// Rays of the forward stage over those of its chains: the patches' own gathering takes as many again.
-const RAYS_OF_FORWARD: f64 = 2.0;
+pub const RAYS_OF_FORWARD: f64 = 2.0;
 /// Share of the squared error that chains and gathering rays have together, and steps in which it is shared out.
 const SHARED_ERROR: f64 = 2.0 / 3.0;
 const SHARES: u32 = 40;

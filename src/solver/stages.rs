@@ -3,7 +3,9 @@
 use super::choice::{self, Offered, Turn, USUAL_ERROR};
 use super::forward::Forward;
 use super::job::{Context, Engine, Job, USUAL_DEGREES};
-use super::plan::{ChainCosts, GatherCosts, GatherPlan, gather_costs, patch_edge_m, patches_for, pilot_chains};
+use super::plan::{
+    ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, gather_costs, patch_edge_m, patches_for, pilot_chains,
+};
 use super::{Method, Settings};
 use crate::control::{GatherState, gather_need, margin};
 use crate::maps::{HALF, REPLICAS};
@@ -14,10 +16,10 @@ const GROWTH: f64 = 4.0;
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
 const MOST_REFINEMENTS: u32 = 2;
-/// Chains over those from which on patches gather themselves, since the pilot counts their rays but roughly; chains are
-/// raised to that where it takes no more than this factor.
+/// Chains over those from which on patches gather themselves, since the pilot counts their rays but roughly.
 const REFINING_MARGIN: f64 = 1.25;
-const MOST_FOR_REFINING: f64 = 2.0;
+/// Share of a run's rays that the forward stage may take for that.
+const MOST_FOR_REFINING: f64 = 0.25;
 /// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 2.0;
 /// Patches of the pilot that share its light evenly, about, below which the program does not choose gathering by itself.
@@ -152,19 +154,23 @@ impl Stages {
     fn start(&mut self, context: &Context, jobs: &mut [Job], chains: f64) {
         let earlier_rays = self.forward.all_rays();
         self.forward = Forward::new(context, patch_edge_m(context, self.patches));
-        // Patches that do not gather themselves show corners too flat: what is still missing to that is worth it.
-        let to_refine = REFINING_MARGIN * self.forward.chains_to_refine(self.chain.rays);
-        let chains = if to_refine <= MOST_FOR_REFINING * chains { chains.max(to_refine) } else { chains };
-        self.goal_chains = (chains.ceil() as u64).max(1);
         self.forward.earlier_rays = earlier_rays;
+        let mut planned_rays = 0.0;
         for (job, costs) in jobs.iter_mut().zip(&self.costs) {
             if let Some(costs) = costs
                 && !job.met
             {
                 let plan = costs.plan_for_chains(self.chain, chains);
+                planned_rays += plan.rays;
                 job.start_gathering(context, costs, plan.samples, plan.checked_share);
             }
         }
+        // Patches that do not gather themselves show corners too flat: what is still missing to that is worth it.
+        let to_refine = REFINING_MARGIN * self.forward.chains_to_refine(self.chain.rays);
+        let rays_to_refine = to_refine * self.chain.rays * RAYS_OF_FORWARD * REPLICAS as f64;
+        let goal_chains =
+            if rays_to_refine <= MOST_FOR_REFINING * planned_rays { chains.max(to_refine) } else { chains };
+        self.goal_chains = (goal_chains.ceil() as u64).max(1);
     }
 
     /// Starts a map anew whose elements were cut; its share of the plan stays what the chains are right for.
