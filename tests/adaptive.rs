@@ -57,8 +57,9 @@ fn z_score(numbers: &[f64]) -> f64 {
 fn twelve_triangles_show_the_light_of_a_room_at_every_point() {
     // CIE 171 case 5.8 at ρ = 0.8 on 12 triangles, target 2%: 16 seeds. The true error, means and slopes against the
     // exact light at every point, is at or under the target in at least 14 (α = 0.4% for a rule that keeps 95%), and its
-    // square agrees with that of the stated error within 4 standard errors. The same without the discretisation, or with
-    // means instead of slopes, must not agree.
+    // square is not above that of the stated error by 4 standard errors. The same without the discretisation, or with
+    // means instead of slopes, must be. What is stated holds one standard error of the discretisation more than its mean, on
+    // purpose: over 64 seeds it is 1.09 times the true error, and at most 1.2 times is allowed.
     let scene = scene_of(
         r#"{"version": 1, "materials": {"paint": {"type": "diffuse", "reflectance": 0.8}},
             "geometry": [{"name": "cube", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward",
@@ -105,7 +106,10 @@ fn twelve_triangles_show_the_light_of_a_room_at_every_point() {
     };
     let whole = stated(&|run| run.maps[0].error.estimated);
     let z = agrees(&errors, &whole);
-    assert!(z.abs() < 4.0, "z = {z}: true {errors:?}, stated {whole:?}");
+    assert!(z < 4.0, "z = {z}: true {errors:?}, stated {whole:?}");
+    let mean_square = |errors: &[f64]| errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64;
+    let excess = (mean_square(&whole) / mean_square(&errors)).sqrt();
+    assert!(excess < 1.2, "{excess} times the true error is stated");
     let random = stated(&|run| run.maps[0].error.random.hypot(run.maps[0].error.bias));
     assert!(agrees(&errors, &random) > 4.0, "discretisation left out must show: {}", agrees(&errors, &random));
     let means: Vec<f64> = runs.iter().map(|run| true_error(&scene, run, &exact_lx, false)).collect();

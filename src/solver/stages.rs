@@ -15,7 +15,7 @@ const GROWTH: f64 = 4.0;
 /// Bias of look-ups over the target above which patches are made smaller, by how much, and how often at most.
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
-const MOST_REFINEMENTS: u32 = 2;
+const MOST_REFINEMENTS: u32 = 5;
 /// Chains over those from which on patches gather themselves, since the pilot counts their rays but roughly.
 const REFINING_MARGIN: f64 = 1.25;
 /// Share of a run's rays that the forward stage may take for that.
