@@ -9,6 +9,7 @@ use super::forward::{Forward, Recollection};
 use super::gathering::Gatherer;
 use super::job::{Context, Job};
 use super::sweep::stream_index;
+use crate::chain::Arrival;
 use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -41,6 +42,9 @@ const PATCHES_OF_PILOT: f64 = 96.0;
 /// Patches for an error of 1%; at least and at most.
 const PATCHES_AT_ONE_PERCENT: f64 = 50.0;
 const FEWEST_PATCHES: f64 = 32.0;
+/// Edges of patches for an error of 1%, at most, over the median way of light between surfaces: what lies about a place must not
+/// be shared with what it does not see. In rooms that are not full of things patches are smaller by their number alone.
+const FREE_PATHS: f64 = 1.3;
 const MOST_PATCHES: f64 = 400_000.0;
 
 /// What the pilot found out of one map; variances are those of one sample in one replica, weighted means over the entries.
@@ -88,17 +92,40 @@ pub struct GatherPlan {
 }
 
 /// The forward stage of the pilot.
-pub fn pilot_chains(context: &Context) -> Forward {
-    let mut forward = Forward::new(context, patch_edge_m(context, PATCHES_OF_PILOT));
+pub fn pilot_chains(context: &Context, free_path_m: f64) -> Forward {
+    let mut forward = Forward::new(context, patch_edge_m(context, PATCHES_OF_PILOT, free_path_m));
     forward.trace_pilot(context, CHAINS);
     forward.settle(context);
     forward
 }
 
-/// Edge in m of so many patches of the scene.
-pub fn patch_edge_m(context: &Context, patches: f64) -> f64 {
+/// Edge in m of so many patches of the scene, or shorter where light goes but short ways between surfaces.
+pub fn patch_edge_m(context: &Context, patches: f64, free_path_m: f64) -> f64 {
     // The parts of a right-angled isosceles triangle have half the square of their short edges.
-    (2.0 * context.scene.area_m2() / patches).sqrt()
+    let even_m = (2.0 * context.scene.area_m2() / patches).sqrt();
+    even_m.min(FREE_PATHS * free_path_m * (PATCHES_AT_ONE_PERCENT / patches).sqrt())
+}
+
+/// Median way in m of packets from one surface to the next, and the rays that it took to find it; infinite where nothing bounces
+/// twice.
+pub fn free_path_m(context: &Context) -> (f64, u64) {
+    let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX, 0);
+    let (mut ways_m, mut rays) = (Vec::new(), 0);
+    for chain in 0..CHAINS {
+        stream.seek_quasi(chain, 1, chain);
+        let choice = stream.fine_unit();
+        let arrive = |arrival: &Arrival| {
+            if arrival.bounces > 0 {
+                ways_m.push(arrival.hit.distance_m);
+            }
+        };
+        rays += context.stage.trace_chain(choice, &mut stream, arrive).1;
+    }
+    let middle = ways_m.len() / 2;
+    if ways_m.is_empty() {
+        return (f64::INFINITY, rays);
+    }
+    (*ways_m.select_nth_unstable_by(middle, f64::total_cmp).1, rays)
 }
 
 /// Patches that a target error asks for: the look-up's bias falls as their area.

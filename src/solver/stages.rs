@@ -4,7 +4,8 @@ use super::choice::{self, Offered, Turn, USUAL_ERROR};
 use super::forward::Forward;
 use super::job::{Context, Engine, Job, USUAL_DEGREES};
 use super::plan::{
-    ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, gather_costs, patch_edge_m, patches_for, pilot_chains,
+    ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, free_path_m, gather_costs, patch_edge_m, patches_for,
+    pilot_chains,
 };
 use super::{Method, Settings};
 use crate::control::{GatherState, gather_need, margin};
@@ -38,6 +39,8 @@ pub struct Stages {
     /// What gathering rays look up.
     pub forward: Forward,
     chain: ChainCosts,
+    /// Median way of light between surfaces, in m.
+    free_path_m: f64,
     /// Patches that the target asks for.
     patches: f64,
     /// How often patches were made smaller.
@@ -69,10 +72,11 @@ impl Stages {
                 return None;
             }
         }
-        let mut forward = pilot_chains(context);
+        let (free_path_m, path_rays) = free_path_m(context);
+        let mut forward = pilot_chains(context, free_path_m);
         if let Some(job) = jobs.first_mut() {
             // It serves all maps; a run that does not gather has no other place for it.
-            job.pilot_rays += std::mem::take(&mut forward.rays);
+            job.pilot_rays += path_rays + std::mem::take(&mut forward.rays);
         }
         let chain = ChainCosts { rays: forward.rays_per_chain(), deposits: forward.deposits_per_chain() };
         // Where the light lies in a few patches of very many, looking it up there says nothing of how it is spread in them.
@@ -108,6 +112,7 @@ impl Stages {
         costs.iter().any(Option::is_some).then_some(Stages {
             forward,
             chain,
+            free_path_m,
             patches: patches_for(error),
             refinements: 0,
             costs,
@@ -153,7 +158,7 @@ impl Stages {
     /// Patches for so many chains, and gathering rays in proportion.
     fn start(&mut self, context: &Context, jobs: &mut [Job], chains: f64) {
         let earlier_rays = self.forward.all_rays();
-        self.forward = Forward::new(context, patch_edge_m(context, self.patches));
+        self.forward = Forward::new(context, patch_edge_m(context, self.patches, self.free_path_m));
         self.forward.earlier_rays = earlier_rays;
         let mut planned_rays = 0.0;
         for (job, costs) in jobs.iter_mut().zip(&self.costs) {
