@@ -92,8 +92,8 @@ pub struct GatherPlan {
 }
 
 /// The forward stage of the pilot.
-pub fn pilot_chains(context: &Context, free_path_m: f64) -> Forward {
-    let mut forward = Forward::new(context, patch_edge_m(context, PATCHES_OF_PILOT, free_path_m));
+pub fn pilot_chains(context: &Context) -> Forward {
+    let mut forward = Forward::new(context, patch_edge_m(context, PATCHES_OF_PILOT, f64::INFINITY));
     forward.trace_pilot(context, CHAINS);
     forward.settle(context);
     forward

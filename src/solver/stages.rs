@@ -72,11 +72,10 @@ impl Stages {
                 return None;
             }
         }
-        let (free_path_m, path_rays) = free_path_m(context);
-        let mut forward = pilot_chains(context, free_path_m);
+        let mut forward = pilot_chains(context);
         if let Some(job) = jobs.first_mut() {
             // It serves all maps; a run that does not gather has no other place for it.
-            job.pilot_rays += path_rays + std::mem::take(&mut forward.rays);
+            job.pilot_rays += std::mem::take(&mut forward.rays);
         }
         let chain = ChainCosts { rays: forward.rays_per_chain(), deposits: forward.deposits_per_chain() };
         // Where the light lies in a few patches of very many, looking it up there says nothing of how it is spread in them.
@@ -109,15 +108,12 @@ impl Stages {
                 shared_chains = shared_chains.max(chains);
             }
         }
-        costs.iter().any(Option::is_some).then_some(Stages {
-            forward,
-            chain,
-            free_path_m,
-            patches: patches_for(error),
-            refinements: 0,
-            costs,
-            goal_chains: 0,
-        })
+        if costs.iter().all(Option::is_none) {
+            return None;
+        }
+        let (free_path_m, path_rays) = free_path_m(context);
+        jobs[0].pilot_rays += path_rays;
+        Some(Stages { forward, chain, free_path_m, patches: patches_for(error), refinements: 0, costs, goal_chains: 0 })
     }
 
     /// What a map needs for a target, by the pilot.
