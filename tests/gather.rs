@@ -151,7 +151,7 @@ fn the_furnished_office_is_that_of_a_long_run_by_walks() {
 #[test]
 fn mirrors_gloss_and_glass_are_found_as_walks_find_them() {
     // A room with a mirror wall, a glossy floor and a pane, a luminous square and a spot: averages on two planes by
-    // gathering and by walks, each to 1%, within 4 of their standard errors; 2% off must be seen.
+    // gathering and by walks, to 0.7% and 1%, within 4 of their standard errors; 2% off must be seen.
     let scene = scene_of(
         r#"{"version": 1,
             "materials": {"paint": {"type": "diffuse", "reflectance": 0.7},
@@ -169,7 +169,7 @@ fn mirrors_gloss_and_glass_are_found_as_walks_find_them() {
                           {"name": "wall", "type": "grid", "origin": [0.01,0.3,0.3], "u": [0,2.4,0], "v": [0,0,2.4], "columns": 8, "rows": 8}]}"#,
     );
     let walked = common::to_target(&scene, 1, MapSelection::Receivers, 0.01);
-    let found = gathered(&scene, 2, MapSelection::Receivers, 0.01);
+    let found = gathered(&scene, 2, MapSelection::Receivers, 0.007);
     for (walked, found) in walked.maps.iter().zip(&found.maps) {
         assert_eq!((walked.method.as_str(), found.method.as_str()), ("walk", "gather"));
         let (one, other) = (walked.tables[0].average_lx, found.tables[0].average_lx);

@@ -24,7 +24,7 @@ pub struct GatherState {
     /// By chance of the chains.
     pub columns: f64,
     /// By chance of which rays asked which chains.
-    pub cross: f64,
+    pub cells: f64,
     /// Power of their number with which the rays' part falls.
     pub ray_exponent: f64,
     /// Rays spent on gathering and direct light.
@@ -33,36 +33,8 @@ pub struct GatherState {
     pub chain_rays: f64,
 }
 
-/// Looks at least this factor of samples apart tell what of the columns lasts.
+/// Looks at least this factor of samples apart tell how the variance of rows falls.
 const APART: f64 = 1.5;
-
-/// The variance of columns from look to look: of v(n) = c + d/n after n samples the part c lasts, the chance of the
-/// chains themselves. The rest is by which patches the rays met so far, and more rays mend it.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Columns {
-    anchor: Option<(f64, f64)>,
-    lasting_share: Option<f64>,
-}
-
-impl Columns {
-    /// Notes the variance by a look after so many samples.
-    pub fn note(&mut self, samples: u64, variance: f64) {
-        let samples = samples as f64;
-        if let Some((earlier_samples, earlier)) = self.anchor {
-            if samples < APART * earlier_samples {
-                return;
-            }
-            let lasting = (samples * variance - earlier_samples * earlier) / (samples - earlier_samples);
-            self.lasting_share = (variance > 0.0).then(|| (lasting / variance).clamp(0.0, 1.0));
-        }
-        self.anchor = Some((samples, variance));
-    }
-
-    /// Share of the variance that lasts, from the second look on.
-    pub fn lasting_share(&self) -> Option<f64> {
-        self.lasting_share
-    }
-}
 
 /// How the variance of rows falls from look to look, as a power of the samples.
 #[derive(Clone, Copy, Debug, Default)]
@@ -110,10 +82,10 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     // Against a bias above its share neither rays nor chains help: finer patches and elements do, which come before.
     let shared = judgement.shared_error().min(target_error * MOST_SHARED);
     let allowed = (target_error.powi(2) - shared.powi(2)) / (margin * margin);
-    let rest = (judgement.expected_error.powi(2) - state.rows - state.columns - state.cross).max(0.0);
+    let rest = (judgement.expected_error.powi(2) - state.rows - state.columns - state.cells).max(0.0);
     let samples = |chains: f64| {
         let left = allowed - state.columns / chains;
-        (left > 0.0).then(|| samples_for(left, state, rest + state.cross / chains))
+        (left > 0.0).then(|| samples_for(left, state, rest + state.cells / chains))
     };
     let as_it_is = samples(1.0).map(|samples| GatherNeed {
         chains: 1.0,
@@ -152,20 +124,6 @@ mod tests {
     }
 
     #[test]
-    fn what_lasts_of_the_columns_is_told_apart_from_what_rays_mend() {
-        let mut columns = Columns::default();
-        assert_eq!(columns.lasting_share(), None);
-        let variance = |samples: f64| 3.0 + 24.0 / samples;
-        for samples in [4, 8, 9, 16] {
-            columns.note(samples, variance(samples as f64));
-            let anchor = if samples == 9 { 8.0 } else { samples as f64 };
-            let expected = (samples > 4).then(|| 3.0 / variance(anchor));
-            let close = |share: f64| (share - expected.unwrap_or(0.0)).abs() < 1e-12;
-            assert_eq!(columns.lasting_share().is_some_and(close), expected.is_some(), "{samples}: {columns:?}");
-        }
-    }
-
-    #[test]
     fn the_power_of_rays_is_learnt_as_far_as_looks_tell() {
         let mut rows = Rows::default();
         assert_eq!(rows.exponent(), RAY_EXPONENT);
@@ -183,7 +141,7 @@ mod tests {
         let state = GatherState {
             rows: 4e-4,
             columns: 1e-6,
-            cross: 0.0,
+            cells: 0.0,
             ray_exponent: RAY_EXPONENT,
             gather_rays: 1e6,
             chain_rays: 1e6,

@@ -10,6 +10,6 @@ mod stop;
 pub use adapt::{ElementLoss, cuts_for};
 pub use checks::statistical_checks;
 pub use exponent::{ErrorHistory, USUAL_EXPONENT};
-pub use gather::{Columns, GatherNeed, GatherState, Rows, gather_need};
+pub use gather::{GatherNeed, GatherState, Rows, gather_need};
 pub use schedule::{after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};

@@ -68,7 +68,7 @@ pub struct CrossedVariances {
     /// By chance of the chains.
     pub columns: f64,
     /// By chance of which rays ask which chains: it falls with both.
-    pub cross: f64,
+    pub cells: f64,
 }
 
 /// What one unit of an indirect sum is worth.
@@ -196,7 +196,8 @@ impl ReplicaMap {
     pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
         let site = self.site_of(entry);
         let inverse = self.indirect_samples.inverse(site);
-        let crossed_lx = self.crossing.as_ref().map_or(0.0, |crossing| crossing.lx(replica, entry, inverse));
+        let row_lx = self.indirect[replica][entry];
+        let crossed_lx = self.crossing.as_ref().map_or(0.0, |crossing| crossing.lx(replica, entry, row_lx, inverse));
         self.direct[replica][entry] * self.direct_samples.inverse(site)
             + self.indirect[replica][entry] * self.indirect_scale(site)
             + crossed_lx
@@ -245,22 +246,17 @@ impl ReplicaMap {
         let mut weight_sum = 0.0;
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.indirect_samples.inverse(self.site_of(entry));
-            for parity in 0..2 {
-                let row = |j: usize| self.indirect[2 * j + parity][entry] * inverse;
-                let mean_lx = (0..HALF).map(row).sum::<f64>() / HALF as f64;
-                found.rows += weight * (0..HALF).map(|j| (row(j) - mean_lx).powi(2)).sum::<f64>();
-                let column = |j: usize| crossing.column_lx(2 * j + parity, entry, inverse);
-                let columns = weight * (0..HALF).map(|j| column(j).powi(2)).sum::<f64>();
-                // What memories differ by in slopes is mostly the chance of which rays asked them.
-                if entry < self.sites { found.columns += columns } else { found.cross += columns }
-            }
+            let column = |replica: usize| crossing.column_lx(replica, entry, inverse).powi(2) / (HALF - 1) as f64;
+            found.rows += weight * inverse * inverse * crossing.row_squared(entry, &self.indirect);
+            found.cells += weight * inverse * inverse * crossing.cell_squared(entry);
+            found.columns += weight * (0..REPLICAS).map(column).sum::<f64>();
             if entry < self.sites {
-                weight_sum += weight * (2 * (HALF - 1)) as f64;
+                weight_sum += 2.0 * weight;
             }
         }
-        let weight_sum = weight_sum.max(f64::MIN_POSITIVE);
-        let CrossedVariances { rows, columns, cross } = found;
-        CrossedVariances { rows: rows / weight_sum, columns: columns / weight_sum, cross: cross / weight_sum }
+        let CrossedVariances { rows, columns, cells } = found;
+        let mean = |sum: f64| sum.max(0.0) / weight_sum.max(f64::MIN_POSITIVE);
+        CrossedVariances { rows: mean(rows - cells), columns: mean(columns - cells), cells: mean(cells.min(rows)) }
     }
 
     /// Estimated bias in lx of look-ups, root mean square over weighted entries.
@@ -272,7 +268,7 @@ impl ReplicaMap {
     /// Makes ready what gathering adds; to be called before values are read.
     pub fn settle(&mut self) {
         if let Some(crossing) = &mut self.crossing {
-            crossing.settle();
+            crossing.settle(&self.indirect);
         }
     }
 

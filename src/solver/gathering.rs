@@ -112,6 +112,11 @@ impl Gatherer<'_> {
             let reference = adaptive.map(|adaptive| &adaptive.references_lx[entry][1]);
             for (row, stream) in streams.iter_mut().enumerate() {
                 memory.row = row;
+                let before_lx = if reference.is_some() {
+                    found.numbers.map(|number| number.columns_lx)
+                } else {
+                    [memory.scores.columns_lx; 1 + SLOPES]
+                };
                 let mut entry_scores = single.of_entry(self.weight(entry), before.levels[1].of(entry));
                 for number in samples.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
@@ -123,6 +128,11 @@ impl Gatherer<'_> {
                         let scores = std::mem::take(&mut memory.scores);
                         found.add(row, at, &scores, reference);
                     }
+                }
+                if reference.is_some() {
+                    found.numbers.iter_mut().zip(&before_lx).for_each(|(number, before)| number.contrast(row, before));
+                } else {
+                    memory.scores.contrast(row, &before_lx[0]);
                 }
             }
             if reference.is_none() {

@@ -21,7 +21,7 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::{Columns, ErrorHistory, Rows, USUAL_EXPONENT, statistical_checks};
+use crate::control::{ErrorHistory, Rows, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
 use crate::maps::{
     CrossedVariances, Crossing, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit,
@@ -148,9 +148,7 @@ pub struct Job {
     pub method_reason: String,
     /// Variances of what it gathers, by the latest look.
     pub variances: CrossedVariances,
-    /// What of the columns' variance lasts, by its looks.
-    pub columns: Columns,
-    /// How that of the rows falls.
+    /// How the variance of the rows falls.
     pub rows: Rows,
     /// Gathering rays an entry that the plan gives it.
     pub planned_samples: u64,
@@ -259,7 +257,6 @@ impl Job {
             method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
             counting_unit: None,
             variances: CrossedVariances::default(),
-            columns: Columns::default(),
             rows: Rows::default(),
             planned_samples: 0,
             judged_samples: 0,
@@ -485,9 +482,9 @@ impl Job {
         self.judged_samples = self.samples;
         self.map.settle();
         self.variances = self.map.crossed_variances(&self.weights);
-        self.columns.note(self.samples, self.variances.columns);
         let counted = self.weights.iter().filter(|weight| **weight > 0.0).count();
-        self.rows.note(self.samples, self.variances.rows, (counted * (REPLICAS - 1)) as f64);
+        let of_rows = self.variances.rows + self.variances.cells;
+        self.rows.note(self.samples, of_rows, (counted * (REPLICAS - 1)) as f64);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map);
@@ -507,7 +504,7 @@ impl Job {
             rays: self.rays,
             // Of what is gathered, more samples lower the chance of the rays alone.
             squared_error: match self.engine {
-                Engine::Gathering => self.variances.rows / REPLICAS as f64,
+                Engine::Gathering => of_rows / REPLICAS as f64,
                 _ => (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
             },
             degrees_of_freedom: self.judgement.degrees_of_freedom,
@@ -564,7 +561,6 @@ impl Job {
     fn forget_looks(&mut self) {
         self.history.clear();
         self.pace.clear();
-        self.columns = Columns::default();
         self.rows = Rows::default();
         self.held_since = None;
     }

@@ -9,7 +9,7 @@ use super::plan::{
 };
 use super::{Method, Settings};
 use crate::control::{GatherState, gather_need, margin};
-use crate::maps::{HALF, REPLICAS};
+use crate::maps::REPLICAS;
 
 /// Where only a limit ends the run, every stage does so many times the work of the one before.
 const GROWTH: f64 = 4.0;
@@ -29,8 +29,6 @@ const FEWEST_LIT_PATCHES: f64 = 16.0;
 const RAYS_OF_A_PILOT: f64 = 1e5;
 /// The same where local estimation lowers what maps need: its own pilot may promise too much by a factor of two.
 const RAYS_BESIDE_LOCAL: f64 = 0.6 * RAYS_OF_A_PILOT;
-/// Share of the lit patches that one place sees, about.
-const SEEN_SHARE: f64 = 0.5;
 /// Chains of a replica in the first of such stages.
 const FIRST_CHAINS: f64 = 1024.0;
 
@@ -208,15 +206,10 @@ impl Stages {
         }
         let job = &mut jobs[index];
         let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
-        // Until its rays have met most patches, columns differ mostly by which patches these were: more rays help as well.
-        let lasting = job.columns.lasting_share().unwrap_or_else(|| {
-            let asked = HALF as f64 * job.samples as f64;
-            asked / (asked + SEEN_SHARE * self.forward.lit_patches())
-        });
         let state = GatherState {
             rows: job.variances.rows / mean_squared,
-            columns: lasting * job.variances.columns / mean_squared,
-            cross: (job.variances.cross + (1.0 - lasting) * job.variances.columns) / mean_squared,
+            columns: job.variances.columns / mean_squared,
+            cells: job.variances.cells / mean_squared,
             ray_exponent: job.rows.exponent(),
             gather_rays: job.kept_rays() as f64,
             chain_rays: self.forward.rays as f64,
