@@ -176,7 +176,13 @@ impl Crossing {
         rows_lx.iter().enumerate().map(square).sum()
     }
 
-    /// The part of that, and of what columns scatter by, that is the cells' own: σ_e²/8 of either half.
+    /// The same of columns, before corrections.
+    pub fn column_squared(&self, entry: usize) -> f64 {
+        let squares: f64 = self.columns.iter().map(|column| column[entry] * column[entry]).sum();
+        squares / (HALF * HALF * (HALF - 1)) as f64
+    }
+
+    /// The part of both that is the cells' own: σ_e²/8 of either half.
     pub fn cell_squared(&self, entry: usize) -> f64 {
         let mean_square = |half: &Vec<HalfSums>| {
             half[entry].contrasts_lx.iter().map(|lx| lx * lx).sum::<f64>() / (CONTRASTS * HALF * HALF * HALF) as f64
