@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::entries::Entries;
 use super::indirect::{IndirectMesh, Stop};
-use super::judge::{DIRECT_PLACES, choose, measure_direct};
+use super::judge::{DIRECT_PLACES, ONE_IN_SIXTY, choose, measure_direct};
 use super::mesh::{LightMesh, Surroundings};
 use super::options::{Accelerations, IndirectForm, Options, RADIUS_PER_STEP};
 use super::plan_indirect::FIRST_CHECK_WALKS;
@@ -203,7 +203,7 @@ impl<'a> Planner<'a> {
             let pairs: Vec<(usize, EntryLight)> = chosen.into_iter().zip(lights).collect();
             let measured = measure_direct(&self.around, entries, &pairs, self.wishes.seed, PLANNING + map);
             plan.check_rays += measured.rays;
-            plan.direct_upper_lx = measured.direct.upper_root_lx();
+            plan.direct_upper_lx = measured.direct.upper_root_lx(ONE_IN_SIXTY);
             let error = plan.direct_upper_lx / mean_lx.max(f64::MIN_POSITIVE);
             if error <= share * target_error || (self.stop)() {
                 plan.direct = DirectPlan::Mesh(Box::new(mesh));

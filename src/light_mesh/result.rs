@@ -3,7 +3,8 @@
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
-    Checked, DIRECT_PLACES, INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_TWENTY, choose, measure_direct,
+    Checked, DIRECT_PLACES, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_SIXTY, ONE_IN_TWENTY,
+    choose, measure_direct,
 };
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
 use super::samples::Samples;
@@ -74,8 +75,10 @@ impl Planner<'_> {
             measured = measure_direct(&self.around, entries, &chosen(DIRECT_PLACES), seed, map);
         }
         if let IndirectPlan::Mesh(_) = plan.indirect {
-            let chosen = choose(entries, INDIRECT_PLACES, seed, map);
+            let chosen = choose(entries, LAST_INDIRECT_PLACES, seed, map);
             let walks = if (self.stop)() { plan.check_walks.min(HURRIED_CHECK_WALKS) } else { plan.check_walks };
+            // As many walks in all as the plan says for its places.
+            let walks = (walks * INDIRECT_PLACES as u64).div_ceil(chosen.len().max(1) as u64);
             let checked = Checked::of(&self.around, entries, chosen, walks, seed, map);
             let indirect = checked.compare(checked.chosen.iter().map(|entry| lights[*entry]));
             let rays = checked.rays;
@@ -140,7 +143,7 @@ impl Planner<'_> {
         let squares = measured.total().mean.max(0.0) + of_places_lx.powi(2);
         let estimated_lx = squares.max(random_lx.powi(2)).sqrt();
         let bias_lx = (estimated_lx.powi(2) - random_lx.powi(2)).max(0.0).sqrt();
-        let upper_lx = measured.total().upper_root_lx().hypot(of_places_lx).max(estimated_lx);
+        let upper_lx = measured.total().upper_root_lx(ONE_IN_SIXTY).hypot(of_places_lx).max(estimated_lx);
         let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
         let error_of = |light: &EntryLight| {
             if light.is_known {
