@@ -44,6 +44,9 @@ pub struct Ladder {
     pub by_rays: Option<Fit>,
 }
 
+/// Errors below this are those of rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// One rung: runs with so many chains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rung {
@@ -108,6 +111,11 @@ impl Fit {
 }
 
 impl Ladder {
+    /// The cheapest rung that is off by rounding alone, if there is one: of a method that has no error to be bought off.
+    pub fn exact_rung(&self) -> Option<&Rung> {
+        self.rungs.iter().find(|rung| rung.true_error < ROUNDING)
+    }
+
     /// 1/(ε² t) in 1/s, geometric mean of the fitted rungs: twice the figure reaches the same error in half the time.
     pub fn figure_of_merit(&self) -> f64 {
         let fitted = fitted(&self.rungs);

@@ -14,7 +14,7 @@ use crate::output::numbers::count_tick;
 const COLOURS: [RGBColor; 6] =
     [MEASURED, EXACT, RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(86, 180, 233), RGBColor(0, 0, 0)];
 
-const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured. Where the truth is a long run, its own error is taken off in the mean of squares, and a ladder ends where a method is as exact as the truth.";
+const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured. Where the truth is a long run, its own error is taken off in the mean of squares, and a ladder ends where a method is as exact as the truth. A method that is off by rounding alone is exact, and its times are those of its cheapest run.";
 
 /// Ladders on one map, which belong into one picture.
 fn by_map(ladders: &[Ladder]) -> Vec<(String, Vec<&Ladder>)> {
@@ -40,7 +40,9 @@ fn name_of(ladder: &Ladder) -> String {
 /// The figure of merit in words; there is none where a rung has no error.
 fn figure_of_merit(ladder: &Ladder) -> String {
     let figure = ladder.figure_of_merit();
-    if !figure.is_finite() {
+    if ladder.exact_rung().is_some() {
+        "exact".to_owned()
+    } else if !figure.is_finite() {
         "–".to_owned()
     } else if figure < 1000.0 {
         significant(figure, 3)
@@ -61,9 +63,10 @@ fn results(ladders: &[&Ladder]) -> Table {
             slope(&ladder.by_rays),
             figure_of_merit(ladder),
         ];
-        row.extend(LEVELS.iter().map(|level| match &ladder.by_time {
-            None => "–".to_owned(),
-            Some(fit) => {
+        row.extend(LEVELS.iter().map(|level| match (ladder.exact_rung(), &ladder.by_time) {
+            (Some(rung), _) => duration(rung.seconds),
+            (None, None) => "–".to_owned(),
+            (None, Some(fit)) => {
                 let mark = if fit.extrapolates(*level) { "*" } else { "" };
                 format!("{}{mark}", duration(fit.cost_at(*level)))
             }
@@ -237,4 +240,26 @@ pub fn ladder_csv(ladders: &[Ladder]) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A method that is off by rounding alone is called exact, with the time that it took; one that is off by more than that (the planted fault
+    /// would be to call it so too) has a figure.
+    #[test]
+    fn exact_methods_are_called_exact() {
+        let ladder = |true_error: f64| {
+            let rung = Rung { chains: 0, rays: 1000, seconds: 0.5, true_error, stated_error: 0.0, runs: 1 };
+            let [case, run, comparison, method, estimator] = ["a", "b", "c", "d", "d"].map(str::to_owned);
+            Ladder { case, run, comparison, method, estimator, rungs: vec![rung], by_time: None, by_rays: None }
+        };
+        let row = |true_error: f64| results(&[&ladder(true_error)]).rows[0].clone();
+        let exact = row(3e-15);
+        assert_eq!(exact[6], "exact");
+        assert!(exact[7..].iter().all(|time| *time == duration(0.5)), "{exact:?}");
+        let off = row(1e-4);
+        assert!(off[6] != "exact" && off[7..].iter().all(|time| time == "–"), "{off:?}");
+    }
 }
