@@ -13,9 +13,11 @@ const MOST_PASSES: u64 = 1 << 20;
 /// Walks from a place at most.
 const MOST_WALKS: u32 = 1 << 20;
 /// Walks from a place in the first round.
-pub(super) const FIRST_ROUND_WALKS: u32 = 16;
+const FIRST_ROUND_WALKS: u32 = 16;
 /// Rays of a round, about: after each, clocks and the error are looked at.
-const RAYS_OF_ROUND: f64 = 4e6;
+const RAYS_OF_ROUND: f64 = 1e6;
+/// Walks from a place in the only round, after the run has been ended.
+pub(super) const HURRIED_PLACE_WALKS: u32 = 4;
 /// Part of the target that walks get at least, whatever direct light has taken.
 const LEAST_SHARE: f64 = 0.3;
 
@@ -107,7 +109,7 @@ impl Planner<'_> {
         let all: Vec<usize> = (0..lights.len()).collect();
         let none = DirectBy::Rays { first: 0, passes: 0 };
         let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
-        let mut more = FIRST_ROUND_WALKS;
+        let mut more = if (self.stop)() { HURRIED_PLACE_WALKS } else { FIRST_ROUND_WALKS };
         loop {
             let by_walks = IndirectBy::Walks([rounds.walks, more]);
             let (found, took) = light_of(&self.around, entries, &all, &none, &by_walks, self.wishes.seed, map);

@@ -10,12 +10,12 @@ use super::entries::Entries;
 use super::fit::Fit;
 use super::harmonics::{COEFFICIENTS, Harmonics};
 use super::lattice::{Index, Lattice};
-use super::mesh::{NEAREST, Surroundings};
+use super::mesh::{NEAREST, SetKind, Surroundings};
 use super::options::IndirectForm;
 use super::solids::Walls;
 use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates};
-use super::walks::{HALVES, images_at_place_lx, sample_along_lx, walks_at_place_lx};
+use super::walks::{HALVES, images_at_place_lx, sample_along_lx, sample_at_place_lx, walks_at_place_lx};
 use crate::estimators::direct::Receiver;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -29,6 +29,8 @@ const WALKS_PER_LOOK: u32 = 32;
 const MOST_LOOKS: u32 = 64;
 /// Walks from points that are asked for after the run has been ended: every place gets a value, if a rough one.
 pub(super) const HURRIED_WALKS: u32 = 32;
+/// Walks from a point after which the clock is looked at.
+const WALKS_BETWEEN_LOOKS: u64 = 1024;
 /// The map number of the streams of walks towards the first normal, less the number of the normal.
 const TOWARDS_NORMALS: u32 = u32::MAX - 16;
 
@@ -155,25 +157,31 @@ impl<'a> IndirectMesh<'a> {
 
     /// Indirect illuminance of a place in lx by each half of the walks: what the points of its set would bring to the
     /// place's plane (directional: their linear fit, scalar: their mean), and what the place itself finds in flat mirrors.
-    pub fn indirect_lx(&self, receiver: &Receiver, place_number: u64, room: &mut GatherRoom) -> [f64; HALVES] {
-        let walks = self.gathering.walks;
+    pub fn indirect_lx(
+        &self,
+        receiver: &Receiver,
+        place_number: u64,
+        room: &mut GatherRoom,
+    ) -> ([f64; HALVES], SetKind) {
+        let walks = self.walks();
         let gathered_lx = self.gathered_lx(receiver, room);
         let GatherRoom { cut, counts, .. } = room;
+        let set = gathered_lx.map_or(SetKind::Alone, |(_, set)| set);
         let (lx, rays) = match gathered_lx {
             // Walks look into mirrors themselves.
             None => walks_at_place_lx(&self.around, receiver, place_number, [0, walks], self.seed, cut),
-            Some(gathered_lx) => {
+            Some((gathered_lx, _)) => {
                 let looks = walks.div_ceil(WALKS_PER_LOOK).min(MOST_LOOKS);
                 let (images_lx, rays) = images_at_place_lx(&self.around, receiver, place_number, looks, self.seed, cut);
                 ([0, 1].map(|half| gathered_lx[half] + images_lx[half]), rays)
             }
         };
         counts.walk_rays += rays;
-        lx
+        (lx, set)
     }
 
-    /// What the set of a place says; `None` where the set is empty.
-    fn gathered_lx(&self, receiver: &Receiver, room: &mut GatherRoom) -> Option<[f64; HALVES]> {
+    /// What the set of a place says, and what it is like; `None` where the set is empty.
+    fn gathered_lx(&self, receiver: &Receiver, room: &mut GatherRoom) -> Option<([f64; HALVES], SetKind)> {
         match &self.kept {
             Kept::Field { harmonics, tree } => {
                 let of_normal = harmonics.of(receiver.normal);
@@ -202,7 +210,7 @@ impl<'a> IndirectMesh<'a> {
         receiver: &Receiver,
         room: &mut GatherRoom,
         at_point: impl Fn(Index, &mut Cut, &mut GatherCounts) -> Option<[f64; HALVES]>,
-    ) -> Option<[f64; HALVES]> {
+    ) -> Option<([f64; HALVES], SetKind)> {
         let GatherRoom { candidates, cut, counts } = room;
         let (place_m, normal) = (receiver.point_m, receiver.normal);
         self.templates.candidates(&self.lattice, place_m, normal, self.least_height_m, candidates);
@@ -236,10 +244,11 @@ impl<'a> IndirectMesh<'a> {
                 counts.places_without_set += 1;
                 return None;
             }
-            return Some(match self.gathering.form {
+            let lx = match self.gathering.form {
                 IndirectForm::Scalar => fit.mean(),
                 IndirectForm::Directional => fit.at_place(),
-            });
+            };
+            return Some((lx, if tests { SetKind::Near } else { SetKind::Open }));
         }
     }
 
@@ -257,6 +266,11 @@ impl<'a> IndirectMesh<'a> {
         if (self.stop)() { HURRIED_WALKS.min(self.gathering.walks) } else { self.gathering.walks }
     }
 
+    /// Whether the walks of a half end here since the run has been ended: looked at every so many of them.
+    fn ends_at(&self, done: u64) -> bool {
+        done > 0 && done.is_multiple_of(WALKS_BETWEEN_LOOKS) && (self.stop)()
+    }
+
     /// Illuminance in lx on a plane through a mesh point, by each half of the walks; `None` inside of a solid.
     fn plane_at(
         &self,
@@ -272,17 +286,28 @@ impl<'a> IndirectMesh<'a> {
         let key = self.lattice.key(index);
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, TOWARDS_NORMALS - number, (key >> 32) as u32);
         let mut sum_lx = [0.0; HALVES];
+        // Where mirrors are, places look into them by themselves.
+        let looks_back = self.around.stage.near_lights.is_some() && self.around.has_no_images();
         for (half, sum_lx) in sum_lx.iter_mut().enumerate() {
-            for walk in 0..u64::from(walks) / HALVES as u64 {
+            let mut done = 0;
+            while done < u64::from(walks) / HALVES as u64 && !self.ends_at(done) {
+                let walk = done;
+                done += 1;
                 let walk_number = (walk * HALVES as u64) + half as u64;
                 stream.seek_quasi((key << 32) | walk_number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
-                let direction = cosine_hemisphere(normal, stream.pair());
-                let (arriving_lx, rays) = sample_along_lx(&self.around, origin, direction, cut, &mut stream);
+                let (lx, rays) = if looks_back {
+                    let plane = Receiver { point_m: position_m, normal, origin: &origin };
+                    sample_at_place_lx(&self.around, &plane, cut, &mut stream)
+                } else {
+                    let direction = cosine_hemisphere(normal, stream.pair());
+                    sample_along_lx(&self.around, origin, direction, cut, &mut stream)
+                };
                 counts.walk_rays += rays;
-                *sum_lx += arriving_lx;
+                *sum_lx += lx;
             }
+            *sum_lx /= done.max(1) as f64;
         }
-        Some(sum_lx.map(|sum_lx| sum_lx * HALVES as f64 / f64::from(walks)))
+        Some(sum_lx)
     }
 
     /// Light that arrives at a mesh point from all sides; `None` inside of a solid.
@@ -301,7 +326,10 @@ impl<'a> IndirectMesh<'a> {
         let key = self.lattice.key(index);
         let mut stream = Stream::new(self.seed, Purpose::LightMesh, GATHERING, (key >> 32) as u32);
         for (half, field) in field.iter_mut().enumerate() {
-            for walk in 0..u64::from(walks) / HALVES as u64 {
+            let mut done = 0;
+            while done < u64::from(walks) / HALVES as u64 && !self.ends_at(done) {
+                let walk = done;
+                done += 1;
                 let number = (walk * HALVES as u64) + half as u64;
                 // Each half of each point has a sequence of its own, scrambled apart from all others.
                 stream.seek_quasi((key << 32) | number, 2 * (key & 0xFFFF_FFFF) + half as u64, walk);
@@ -311,10 +339,10 @@ impl<'a> IndirectMesh<'a> {
                 let y = harmonics.of(direction);
                 field.iter_mut().zip(y).for_each(|(sum, y)| *sum += arriving * y);
             }
+            // ∫ f Y dω = 4π · mean, for each half of the walks.
+            let scale = 4.0 * PI / done.max(1) as f64;
+            field.iter_mut().for_each(|coefficient| *coefficient *= scale);
         }
-        // ∫ f Y dω = 4π · mean, for each half of the walks.
-        let scale = 4.0 * PI * HALVES as f64 / f64::from(walks);
-        field.iter_mut().flatten().for_each(|coefficient| *coefficient *= scale);
         Some(field)
     }
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::entries::Entries;
 use super::exact::{Spot, look_at_all, looks_are_exact};
+use super::indirect::Stop;
 use super::mesh::Surroundings;
 use super::sights::{SeenPlace, end_at};
 use super::tracing::EntryLight;
@@ -21,8 +22,10 @@ pub const DIRECT_PLACES: usize = 1024;
 pub const INDIRECT_PLACES: usize = 128;
 /// Places at which it is computed again at the end: what a few places have that others have not is met only by many.
 pub const LAST_INDIRECT_PLACES: usize = 512;
-/// Looks of each half at direct light that has chance in it.
-const LOOKS: u64 = 32;
+/// Looks of each half at direct light that has chance in it, and those after the run has been ended.
+const LOOKS: [u64; 2] = [32, 4];
+/// Walks of each half over all places between two looks at the clock, and the least number of them.
+const WALKS_OF_PIECE: u64 = 1 << 13;
 /// Bits of a stream's index that count samples.
 const SAMPLE_BITS: u32 = 32;
 /// Bit of a stream's index that tells the halves apart.
@@ -78,10 +81,6 @@ impl MeanSquare {
 pub struct Measured {
     /// Direct part.
     pub direct: MeanSquare,
-    /// Direct part where the points of a set agree about every luminaire.
-    pub direct_agreed: MeanSquare,
-    /// Direct part where they do not.
-    pub direct_mixed: MeanSquare,
     /// Indirect part.
     pub indirect: MeanSquare,
     /// Rays that it took.
@@ -127,18 +126,24 @@ pub fn choose(entries: &Entries, most: usize, seed: u64, map: u32) -> Vec<usize>
     chosen
 }
 
+/// Looks of each half at direct light that has chance in it: few after the run has been ended.
+pub fn looks_until(stop: Stop) -> u64 {
+    LOOKS[usize::from(stop())]
+}
+
 /// Measures direct light: for every chosen place the product of its deviations from two independent estimates, whose
-/// mean is the square of the deviation without the estimates' own noise.
+/// mean is the square of the deviation without the estimates' own noise. The products are returned too.
 pub fn measure_direct(
     around: &Surroundings,
     entries: &Entries,
     chosen: &[(usize, EntryLight)],
+    looks: u64,
     seed: u64,
     map: u32,
-) -> Measured {
+) -> (Measured, Vec<f64>) {
     let exact = looks_are_exact(around.stage) && !entries.are_means() && !entries.have_chance();
-    let looks = if exact { 1 } else { LOOKS };
-    let judged: Vec<(f64, bool, u64)> = chosen
+    let looks = if exact { 1 } else { looks };
+    let judged: Vec<(f64, u64)> = chosen
         .par_iter()
         .map(|(entry, light)| {
             let mut stream = Stream::new(seed, Purpose::LightMesh, map, 1);
@@ -157,19 +162,12 @@ pub fn measure_direct(
             let first_lx = half_lx(0);
             let second_lx = if exact { first_lx } else { half_lx(1) };
             let direct_lx = light.direct_mean_lx();
-            ((direct_lx - first_lx) * (direct_lx - second_lx), light.mixed, rays)
+            ((direct_lx - first_lx) * (direct_lx - second_lx), rays)
         })
         .collect();
-    let products = |keep: &dyn Fn(bool) -> bool| -> Vec<f64> {
-        judged.iter().filter(|(_, mixed, _)| keep(*mixed)).map(|(product, ..)| *product).collect()
-    };
-    Measured {
-        direct: MeanSquare::of(&products(&|_| true)),
-        direct_agreed: MeanSquare::of(&products(&|mixed| !mixed)),
-        direct_mixed: MeanSquare::of(&products(&|mixed| mixed)),
-        indirect: MeanSquare::default(),
-        rays: judged.iter().map(|(.., rays)| rays).sum(),
-    }
+    let products: Vec<f64> = judged.iter().map(|(product, _)| *product).collect();
+    let rays = judged.iter().map(|(_, rays)| rays).sum();
+    (Measured { direct: MeanSquare::of(&products), indirect: MeanSquare::default(), rays }, products)
 }
 
 /// One unbiased sample of the direct light of an entry, without a mesh and with lines of sight of its own, and its rays.
@@ -252,23 +250,22 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Walks from chosen places, so many in each half.
-    pub fn of(
-        around: &Surroundings,
-        entries: &Entries,
-        chosen: Vec<usize>,
-        walks: u64,
-        seed: u64,
-        map: u32,
-    ) -> Checked {
+    /// Chosen places, without walks yet.
+    pub fn of(chosen: Vec<usize>, seed: u64, map: u32) -> Checked {
         let halves_lx = vec![[0.0; 2]; chosen.len()];
-        let mut checked = Checked { chosen, walks: 0, rays: 0, halves_lx, seed, map };
-        checked.add(around, entries, walks);
-        checked
+        Checked { chosen, walks: 0, rays: 0, halves_lx, seed, map }
     }
 
-    /// More walks.
-    pub fn add(&mut self, around: &Surroundings, entries: &Entries, more: u64) {
+    /// So many more walks in each half, or as many as there are when the run is ended.
+    pub fn add(&mut self, around: &Surroundings, entries: &Entries, more: u64, stop: Stop) {
+        let all = self.walks + more;
+        let of_piece = (WALKS_OF_PIECE / self.chosen.len().max(1) as u64).max(1);
+        while self.walks < all && (self.walks == 0 || !stop()) {
+            self.add_piece(around, entries, of_piece.min(all - self.walks));
+        }
+    }
+
+    fn add_piece(&mut self, around: &Surroundings, entries: &Entries, more: u64) {
         let (done, all) = (self.walks, self.walks + more);
         let (seed, map) = (self.seed, self.map);
         let places = self.chosen.par_iter().zip(&mut self.halves_lx);
@@ -314,11 +311,16 @@ impl Checked {
 
     /// Mean square of what a mesh's light is off by.
     pub fn compare(&self, lights: impl Iterator<Item = EntryLight>) -> MeanSquare {
+        MeanSquare::of(&self.products(lights))
+    }
+
+    /// What that is the mean of, place by place.
+    pub fn products(&self, lights: impl Iterator<Item = EntryLight>) -> Vec<f64> {
         let product = |(light, [first_lx, second_lx]): (EntryLight, &[f64; 2])| {
             let indirect_lx = light.indirect_mean_lx();
             (indirect_lx - first_lx) * (indirect_lx - second_lx)
         };
-        MeanSquare::of(&lights.zip(&self.halves_lx).map(product).collect::<Vec<f64>>())
+        lights.zip(&self.halves_lx).map(product).collect()
     }
 }
 

@@ -100,13 +100,27 @@ pub struct Workroom {
     pub counts: Counts,
 }
 
+/// What the set of mesh points of a place is like, from the surest kind of place on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SetKind {
+    /// All points of its half ball that are free.
+    #[default]
+    Open,
+    /// Empty: the place looks for itself.
+    Alone,
+    /// A solid or a thin wall is near: some points of its half ball are left out, or may be, and shadows may begin at its foot.
+    Near,
+}
+
 /// Direct light of a place by the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshLight {
     /// Illuminance in lx.
     pub illuminance_lx: f64,
-    /// Whether the points of its set disagree about some luminaire: only there does the mesh change anything.
-    pub mixed: bool,
+    /// What the set was like.
+    pub set: SetKind,
+    /// Root of the sum of E_i² p_i (1 − p_i) over the luminaires, p_i the share of the set that sees one: 0 where all agree.
+    pub disputed_lx: f64,
 }
 
 /// What a mesh stands in: shared by meshes of different steps.
@@ -122,6 +136,13 @@ pub struct Surroundings<'a> {
     pub samples: &'a Samples,
     /// What its flat mirrors show of balls and areas.
     pub images: &'a AreaImages,
+}
+
+impl Surroundings<'_> {
+    /// Whether no flat mirror shows a luminaire that is looked for.
+    pub fn has_no_images(&self) -> bool {
+        self.stage.mirrors.is_none() && self.images.is_empty()
+    }
 }
 
 /// A mesh of points over a scene, each computed when first asked for.
@@ -174,24 +195,24 @@ impl<'a> LightMesh<'a> {
         room.counts.places += 1;
         let Samples { words, .. } = *self.around.samples;
         if words == 0 {
-            return MeshLight { illuminance_lx: 0.0, mixed: false };
+            return MeshLight { illuminance_lx: 0.0, set: SetKind::Open, disputed_lx: 0.0 };
         }
-        self.gather(receiver, room);
+        let set = self.gather(receiver, room);
         let Workroom { members, words: look, seen, counts, .. } = room;
         if members.is_empty() {
             look.resize(words, 0);
             counts.places_without_set += 1;
             if self.lies_under_solid(receiver, counts) {
-                return MeshLight { illuminance_lx: 0.0, mixed: false };
+                return MeshLight { illuminance_lx: 0.0, set: SetKind::Alone, disputed_lx: 0.0 };
             }
             counts.fallback_rays +=
                 self.around.samples.look(self.around.stage, self.sees, receiver.origin, receiver.point_m, look);
             seen.any.clone_from(look);
             seen.all.clone_from(look);
             seen.members = 1;
-            let (illuminance_lx, rays) = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
-            counts.fallback_rays += rays;
-            return MeshLight { illuminance_lx, mixed: false };
+            let light = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
+            counts.fallback_rays += light.rays;
+            return MeshLight { illuminance_lx: light.lx, set: SetKind::Alone, disputed_lx: 0.0 };
         }
         let count = members.len() / words;
         counts.members += count as u64;
@@ -209,20 +230,18 @@ impl<'a> LightMesh<'a> {
         }
         // Only where the points disagree must they be counted.
         seen.planes.resize(words * DIGITS, 0);
-        let mut mixed = false;
         for word in 0..words {
             let some = seen.any[word] & !seen.all[word];
             if some != 0 {
-                mixed = true;
                 seen.planes[word * DIGITS..word * DIGITS + seen.digits].fill(0);
                 for member in 0..count {
                     seen.add(word, members[member * words + word] & some);
                 }
             }
         }
-        let (illuminance_lx, rays) = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
-        counts.pane_rays += rays;
-        MeshLight { illuminance_lx, mixed }
+        let light = self.around.samples.illuminance_lx(self.around.stage, receiver, seen);
+        counts.pane_rays += light.rays;
+        MeshLight { illuminance_lx: light.lx, set, disputed_lx: light.disputed_lx }
     }
 
     /// Whether a solid is pressed onto a place, so that no light gets there: just over it the parity says inside.
@@ -294,12 +313,14 @@ impl<'a> LightMesh<'a> {
     ///
     /// With flags, points inside of solids are left out, and where neither a thin wall is near nor one of the nearest
     /// points is inside, that is all. Where one is, the place may lie under a solid or in a crack beside it.
-    fn gather(&self, receiver: &Receiver, room: &mut Workroom) {
+    fn gather(&self, receiver: &Receiver, room: &mut Workroom) -> SetKind {
         self.list_candidates(receiver, room);
-        if self.has_walls_near(receiver) || !self.take_all(room) {
-            self.test_each(receiver, room);
-            self.take_all(room);
+        if !self.has_walls_near(receiver) && self.take_all(room) {
+            return SetKind::Open;
         }
+        self.test_each(receiver, room);
+        self.take_all(room);
+        SetKind::Near
     }
 
     /// Takes the words of all candidates that are free; whether none of the nearest is inside of a solid.

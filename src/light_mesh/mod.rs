@@ -3,6 +3,7 @@
 //! After Debelov and Sevastyanov (2001, "An original approach to simulation of soft shadows and diffuse color bleeding
 //! in ray tracing") and Debelov and Novikov (2009, "Soft shadow generation via recursive ray tracing").
 
+pub mod classes;
 mod complete;
 mod entries;
 mod error;
@@ -30,7 +31,7 @@ pub use entries::Entries;
 pub use error::{NotForLightMesh, check};
 pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh, Stop};
 pub use lattice::{Index, Lattice};
-pub use mesh::{Counts, LightMesh, MeshLight, Surroundings, Workroom};
+pub use mesh::{Counts, LightMesh, MeshLight, SetKind, Surroundings, Workroom};
 pub use options::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP};
 pub use plan::{DirectPlan, IndirectPlan, Plan, Planner, Why, Wishes};
 pub use result::{MeshFacts, TracedMap};

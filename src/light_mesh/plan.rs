@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::entries::Entries;
 use super::indirect::{IndirectMesh, Stop};
-use super::judge::{DIRECT_PLACES, ONE_IN_SIXTY, choose, measure_direct};
+use super::judge::{DIRECT_PLACES, ONE_IN_SIXTY, choose, looks_until, measure_direct};
 use super::mesh::{LightMesh, Surroundings};
 use super::options::{Accelerations, IndirectForm, Options, RADIUS_PER_STEP};
 use super::plan_indirect::FIRST_CHECK_WALKS;
@@ -57,6 +57,8 @@ pub enum Why {
     Missed,
     /// The step that the user gave does not meet the target: this error in it.
     StepMisses(f64),
+    /// A luminaire stands close to a surface, and the points of this map's mesh could not look back from the spot that it lights.
+    NearLights,
     /// A limit or the user ended the search before a mesh was found that is better than few walks.
     Cut,
     /// There is no light to trace.
@@ -99,6 +101,18 @@ pub struct Plan<'a> {
     pub effort: Effort,
     /// Rays of checks so far.
     pub check_rays: u64,
+}
+
+impl Plan<'_> {
+    /// Whether the points of a mesh for indirect light can look back from what luminaires light that stand close to surfaces:
+    /// those that keep the light of planes can, those that keep light from all sides or leave mirrors to the places cannot.
+    pub fn looks_back(&self, around: &Surroundings, entries: &Entries) -> bool {
+        let is_directional = match &self.indirect {
+            IndirectPlan::Mesh(mesh) => mesh.gathering.form == IndirectForm::Directional,
+            _ => true,
+        };
+        is_directional && entries.normals.is_some() && around.has_no_images()
+    }
 }
 
 /// Makes plans for maps of one scene.
@@ -201,10 +215,12 @@ impl<'a> Planner<'a> {
             plan.effort += effort;
             let mean_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean_lx));
             let pairs: Vec<(usize, EntryLight)> = chosen.into_iter().zip(lights).collect();
-            let measured = measure_direct(&self.around, entries, &pairs, self.wishes.seed, PLANNING + map);
+            let looks = looks_until(self.stop);
+            let (measured, _) = measure_direct(&self.around, entries, &pairs, looks, self.wishes.seed, PLANNING + map);
             plan.check_rays += measured.rays;
             plan.direct_upper_lx = measured.direct.upper_root_lx(ONE_IN_SIXTY);
             let error = plan.direct_upper_lx / mean_lx.max(f64::MIN_POSITIVE);
+            // A given step is refused for its error alone: a target was given too.
             if error <= share * target_error || (self.stop)() {
                 plan.direct = DirectPlan::Mesh(Box::new(mesh));
                 return;

@@ -1,7 +1,7 @@
 //! How the indirect light of a map is computed: the step that is fine enough and the walks that leave little enough chance,
 //! or walks from every place where those take fewer rays.
 
-use super::complete::FIRST_ROUND_WALKS;
+use super::complete::HURRIED_PLACE_WALKS;
 use super::entries::Entries;
 use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
 use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
@@ -84,7 +84,8 @@ impl Planner<'_> {
     /// A few walks from some places: how bright indirect light is, and how much chance a walk has in it.
     pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut Plan) -> Checked {
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
-        let checked = Checked::of(&self.around, entries, chosen, FIRST_CHECK_WALKS, self.wishes.seed, PLANNING + map);
+        let mut checked = Checked::of(chosen, self.wishes.seed, PLANNING + map);
+        checked.add(&self.around, entries, FIRST_CHECK_WALKS, self.stop);
         plan.check_rays += checked.rays;
         checked
     }
@@ -105,6 +106,12 @@ impl<'a> Planner<'a> {
         let walks_of_places = (checked.variance_of_walk() / allowed.max(f64::MIN_POSITIVE)).max(16.0);
         let rays_by_places = walks_of_places * counted as f64 * checked.rays_per_walk();
 
+        if self.around.stage.near_lights.is_some()
+            && (self.wishes.form == IndirectForm::Scalar || !plan.looks_back(&self.around, entries))
+        {
+            plan.indirect = IndirectPlan::Walks(Why::NearLights);
+            return;
+        }
         let is_asked = self.wishes.step_m.is_some();
         let ratio = self.indirect_radius_per_step();
         let mut step_m = self.indirect_step_m(entries);
@@ -148,7 +155,7 @@ impl<'a> Planner<'a> {
                     };
                 }
                 let before = checked.rays;
-                checked.add(&self.around, entries, checked.walks);
+                checked.add(&self.around, entries, checked.walks, self.stop);
                 plan.check_rays += checked.rays - before;
                 plan.check_walks = checked.walks;
                 spent += (checked.rays - before) as f64;
@@ -288,7 +295,7 @@ fn best_when_cut<'a>(trial: Trial<'a>, walks: u32, checked: &Checked, points: f6
     let known = (trial.points / points.max(1.0)).min(1.0);
     let times = f64::from(walks) / f64::from(HURRIED_WALKS);
     let of_mesh = trial.of_step(checked).0 + trial.of_chance * (known + (1.0 - known) * times.max(1.0));
-    if of_mesh < checked.variance_of_walk() / f64::from(FIRST_ROUND_WALKS) {
+    if of_mesh < checked.variance_of_walk() / f64::from(HURRIED_PLACE_WALKS) {
         IndirectPlan::Mesh(Box::new(trial.mesh))
     } else {
         IndirectPlan::Walks(Why::Cut)

@@ -1,19 +1,17 @@
 //! From computed places to a map with the error it states.
 
+use super::classes::{CLASSES, Classes, kind, squares_of};
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
     Checked, DIRECT_PLACES, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_SIXTY, ONE_IN_TWENTY,
-    choose, measure_direct,
+    choose, looks_until, measure_direct,
 };
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
 use super::samples::Samples;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
 use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side};
-
-/// Walks of each half at most from a checked place, after the run has been ended.
-const HURRIED_CHECK_WALKS: u64 = 1024;
 
 /// A map, and what it took.
 pub struct TracedMap {
@@ -71,16 +69,36 @@ impl Planner<'_> {
         let chosen = |most: usize| -> Vec<(usize, EntryLight)> {
             choose(entries, most, seed, map).into_iter().map(|entry| (entry, lights[entry])).collect()
         };
+        let classes = Classes::of(&lights);
+        let (mut direct_of_class, mut indirect_of_kind) = ([0.0; CLASSES], [0.0; CLASSES]);
         if matches!(plan.direct, DirectPlan::Mesh(_)) || entries.have_chance() {
-            measured = measure_direct(&self.around, entries, &chosen(DIRECT_PLACES), seed, map);
+            let mut checked = chosen(DIRECT_PLACES);
+            let (of_all, mut products) =
+                measure_direct(&self.around, entries, &checked, looks_until(self.stop), seed, map);
+            measured = of_all;
+            // What few places are like enters the errors of those places alone.
+            let known: Vec<usize> = checked.iter().map(|(entry, _)| *entry).collect();
+            let missing = classes.missing(&lights, &entries.weights, &known);
+            let more: Vec<(usize, EntryLight)> = missing.into_iter().map(|entry| (entry, lights[entry])).collect();
+            let (of_more, products_of_more) =
+                measure_direct(&self.around, entries, &more, looks_until(self.stop), seed, map);
+            measured.rays += of_more.rays;
+            checked.extend(more);
+            products.extend(products_of_more);
+            let class_of = checked.iter().map(|(_, light)| classes.class(light));
+            direct_of_class =
+                squares_of(&class_of.zip(products).collect::<Vec<(usize, f64)>>(), &measured.direct, true);
         }
         if let IndirectPlan::Mesh(_) = plan.indirect {
             let chosen = choose(entries, LAST_INDIRECT_PLACES, seed, map);
-            let walks = if (self.stop)() { plan.check_walks.min(HURRIED_CHECK_WALKS) } else { plan.check_walks };
             // As many walks in all as the plan says for its places.
-            let walks = (walks * INDIRECT_PLACES as u64).div_ceil(chosen.len().max(1) as u64);
-            let checked = Checked::of(&self.around, entries, chosen, walks, seed, map);
-            let indirect = checked.compare(checked.chosen.iter().map(|entry| lights[*entry]));
+            let walks = (plan.check_walks * INDIRECT_PLACES as u64).div_ceil(chosen.len().max(1) as u64);
+            let mut checked = Checked::of(chosen, seed, map);
+            checked.add(&self.around, entries, walks, self.stop);
+            let products = checked.products(checked.chosen.iter().map(|entry| lights[*entry]));
+            let indirect = MeanSquare::of(&products);
+            let kinds = checked.chosen.iter().map(|entry| kind(lights[*entry].indirect_set));
+            indirect_of_kind = squares_of(&kinds.zip(products).collect::<Vec<(usize, f64)>>(), &indirect, false);
             let rays = checked.rays;
             measured.indirect = indirect;
             measured.rays += rays;
@@ -95,7 +113,9 @@ impl Planner<'_> {
             }),
             DirectPlan::Rays(_) => None,
         };
-        let (map, upper_error) = self.map_of(entries, &lights, &measured, mesh.is_some());
+        let squares =
+            |light: &EntryLight| direct_of_class[classes.class(light)] + indirect_of_kind[kind(light.indirect_set)];
+        let (map, upper_error) = self.map_of(entries, &lights, &measured, squares, mesh.is_some());
         let gathering = match &plan.indirect {
             IndirectPlan::Mesh(mesh) => Some(mesh.gathering),
             _ => None,
@@ -111,8 +131,9 @@ impl Planner<'_> {
         let (lights, effort) = light_of(&self.around, entries, &all, &direct, &indirect, seed, map);
         let chosen = choose(entries, DIRECT_PLACES, seed, map).into_iter().map(|entry| (entry, lights[entry]));
         let chosen: Vec<(usize, EntryLight)> = chosen.collect();
-        let measured = measure_direct(&self.around, entries, &chosen, seed, map);
-        let (map, upper_error) = self.map_of(entries, &lights, &measured, true);
+        let (measured, _) = measure_direct(&self.around, entries, &chosen, looks_until(self.stop), seed, map);
+        let of_all = |_: &EntryLight| measured.direct.mean.max(measured.direct.standard_error);
+        let (map, upper_error) = self.map_of(entries, &lights, &measured, of_all, true);
         let map = MapResult { method: "points".to_owned(), ..map };
         let check_rays = measured.rays;
         TracedMap {
@@ -127,7 +148,15 @@ impl Planner<'_> {
         }
     }
 
-    fn map_of(&self, entries: &Entries, lights: &[EntryLight], measured: &Measured, by_mesh: bool) -> (MapResult, f64) {
+    /// The map; `squares` gives the mean square of the error of a place's kind, in lx².
+    fn map_of(
+        &self,
+        entries: &Entries,
+        lights: &[EntryLight],
+        measured: &Measured,
+        squares: impl Fn(&EntryLight) -> f64,
+        by_mesh: bool,
+    ) -> (MapResult, f64) {
         let mean_lx = mean_lx(entries, lights);
         let halves_lx = random_lx(entries, lights, EntryLight::halves_lx);
         // What was measured holds the noise of a mesh's walks too, but not that of rays and walks from the places. Of k
@@ -140,8 +169,8 @@ impl Planner<'_> {
             short * random_lx(entries, lights, |light| light.direct_lx)
         };
         let random_lx = halves_lx.max(of_places_lx);
-        let squares = measured.total().mean.max(0.0) + of_places_lx.powi(2);
-        let estimated_lx = squares.max(random_lx.powi(2)).sqrt();
+        let whole = measured.total().mean.max(0.0) + of_places_lx.powi(2);
+        let estimated_lx = whole.max(random_lx.powi(2)).sqrt();
         let bias_lx = (estimated_lx.powi(2) - random_lx.powi(2)).max(0.0).sqrt();
         let upper_lx = measured.total().upper_root_lx(ONE_IN_SIXTY).hypot(of_places_lx).max(estimated_lx);
         let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
@@ -149,10 +178,7 @@ impl Planner<'_> {
             if light.is_known {
                 return 0.0;
             }
-            let direct = if light.mixed { measured.direct_mixed } else { measured.direct_agreed };
-            // An error that chance hides is as large as chance could hide: 0 would mean exact.
-            let known = |square: MeanSquare| square.mean.max(square.standard_error);
-            (known(direct) + known(measured.indirect) + of_places_lx.powi(2)).sqrt()
+            (squares(light) + of_places_lx.powi(2)).sqrt()
         };
         let is_counted = |entry: usize| entries.weights[entry] > 0.0;
         let entry_values = || lights.iter().enumerate();

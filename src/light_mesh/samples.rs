@@ -140,20 +140,22 @@ impl Samples {
         }
     }
 
-    /// Illuminance at a receiver from shares of visibility: Σ (share seen) × (unshadowed illuminance); and the rays that
-    /// it took.
+    /// Illuminance at a receiver from shares of visibility: Σ (share seen) × (unshadowed illuminance), how much of it is
+    /// disputed, and the rays that it took.
     ///
     /// `any` holds the bits that some of `members` points see, `all` those that all see; `planes[word·depth + b]` the
     /// binary digits, from the lowest, of how many see each bit that only some see. What is seen through panes by any of
     /// them passes a pane whose share depends on the angle: the receiver asks for it with rays of its own.
-    pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &Seen) -> (f64, u64) {
-        let (mut sum_lx, mut rays) = (0.0, 0);
+    pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &Seen) -> SharedLight {
+        let (mut sum_lx, mut disputed_squared, mut rays) = (0.0, 0.0, 0);
         for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
             if let Some(panes_from) = self.panes_from
                 && seen.any[panes_from + group.word] & group.mask != 0
             {
                 let (lx, more) = self.through_panes_lx(stage, emitter, group, receiver);
                 sum_lx += lx;
+                // Rays of its own: what is disputed is no more than its steps.
+                disputed_squared += lx * lx / f64::from(group.count * group.count);
                 rays += more;
                 continue;
             }
@@ -161,21 +163,25 @@ impl Samples {
             if any == 0 {
                 continue;
             }
-            if group.in_parts {
-                sum_lx += self.parts_lx(emitter, group, receiver, seen);
-                continue;
-            }
-            let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
             let all = seen.all[group.word] & group.mask;
-            sum_lx += if all == group.mask {
-                unshadowed_lx
+            let share = if all == group.mask {
+                1.0
             } else {
                 let some = seen.count_of(group.word, any & !all);
-                let share = f64::from(all.count_ones()) + some as f64 / seen.members as f64;
-                unshadowed_lx * share / f64::from(group.count)
+                (f64::from(all.count_ones()) + some as f64 / seen.members as f64) / f64::from(group.count)
             };
+            let lx = if group.in_parts {
+                self.parts_lx(emitter, group, receiver, seen)
+            } else {
+                emitter.unshadowed_lx(receiver.point_m, receiver.normal) * share
+            };
+            sum_lx += lx;
+            if any != all {
+                // E² p (1 − p) with the E p that is known.
+                disputed_squared += lx * lx * (1.0 - share) / share;
+            }
         }
-        (sum_lx, rays)
+        SharedLight { lx: sum_lx, disputed_lx: disputed_squared.sqrt(), rays }
     }
 
     /// Illuminance of one emitter with a ray to each of its points, each weighed by what panes let pass; and the rays.
@@ -314,6 +320,17 @@ pub fn one_by_one(tracer: &Tracer, from: &Origin, to: &Origin) -> bool {
 
 /// Binary digits that counts of members may have.
 pub const DIGITS: usize = 13;
+
+/// Light by shares of visibility.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SharedLight {
+    /// Illuminance in lx.
+    pub lx: f64,
+    /// Root of the sum of E_i² p_i (1 − p_i) over the emitters that the set disagrees about, p_i the share seen, in lx.
+    pub disputed_lx: f64,
+    /// Rays that it took.
+    pub rays: u64,
+}
 
 /// What a set of mesh points sees.
 #[derive(Clone, Debug, Default)]

@@ -136,10 +136,16 @@ fn spread_over_triangle(number: u32) -> [f64; 2] {
 /// Cells along the edge of a block that has one list of walls.
 const BLOCK: i32 = 4;
 
-/// Thin walls near each part of a mesh.
+/// A triangle of a thin wall: its corners and its box.
+struct Wall {
+    corners_m: [DVec3; 3],
+    box_m: [DVec3; 2],
+}
+
+/// Thin walls near each part of a mesh: the numbers of those near each block of cells.
 pub struct Walls {
     blocks: HashMap<u64, Vec<u32>>,
-    corners_m: HashMap<u32, [DVec3; 3]>,
+    walls: Vec<Wall>,
     radius_m: f64,
 }
 
@@ -153,11 +159,15 @@ impl Walls {
         let mut blocks: HashMap<u64, Vec<u32>> = HashMap::new();
         let edge_m = f64::from(BLOCK) * lattice.step_m;
         let half_diagonal_m = 0.5 * 3f64.sqrt() * edge_m;
+        let mut walls: Vec<Wall> = Vec::with_capacity(thin.len());
         for triangle in &thin {
             let corners_m = scene.corners_m(*triangle);
             let normal = scene.triangle_normal(*triangle);
-            let low_m = corners_m[0].min(corners_m[1]).min(corners_m[2]) - radius_m;
-            let high_m = corners_m[0].max(corners_m[1]).max(corners_m[2]) + radius_m;
+            let number = walls.len() as u32;
+            let box_m =
+                [corners_m[0].min(corners_m[1]).min(corners_m[2]), corners_m[0].max(corners_m[1]).max(corners_m[2])];
+            walls.push(Wall { corners_m, box_m });
+            let (low_m, high_m) = (box_m[0] - radius_m, box_m[1] + radius_m);
             let range = |axis: usize| -> Range<i32> {
                 let count = lattice.counts[axis] as i32 / BLOCK;
                 let at = |place_m: DVec3| ((place_m - lattice.origin_m)[axis] / edge_m).floor() as i32;
@@ -169,14 +179,13 @@ impl Walls {
                         let middle = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) + 0.5;
                         let middle_m = lattice.origin_m + edge_m * middle;
                         if normal.dot(middle_m - corners_m[0]).abs() <= radius_m + half_diagonal_m {
-                            blocks.entry(lattice.key([i, j, k])).or_default().push(*triangle);
+                            blocks.entry(lattice.key([i, j, k])).or_default().push(number);
                         }
                     }
                 }
             }
         }
-        let corners_m = thin.iter().map(|triangle| (*triangle, scene.corners_m(*triangle))).collect();
-        Walls { blocks, corners_m, radius_m }
+        Walls { blocks, walls, radius_m }
     }
 
     /// Whether a thin wall may hide a point of the half ball over a place from it. A wall that no corner lifts in front
@@ -186,12 +195,10 @@ impl Walls {
         let Some(near) = self.blocks.get(&lattice.key(cell.map(|number| number.div_euclid(BLOCK)))) else {
             return false;
         };
-        near.iter().any(|triangle| {
-            let corners_m = self.corners_m[triangle];
-            let rises = corners_m.iter().any(|corner_m| normal.dot(*corner_m - place_m) > least_height_m);
-            let [low_m, high_m] =
-                [corners_m[0].min(corners_m[1]).min(corners_m[2]), corners_m[0].max(corners_m[1]).max(corners_m[2])];
-            rises && place_m.clamp(low_m, high_m).distance(place_m) < self.radius_m
+        near.iter().any(|number| {
+            let Wall { corners_m, box_m: [low_m, high_m] } = &self.walls[*number as usize];
+            place_m.clamp(*low_m, *high_m).distance_squared(place_m) < self.radius_m * self.radius_m
+                && corners_m.iter().any(|corner_m| normal.dot(*corner_m - place_m) > least_height_m)
         })
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::entries::Entries;
 use super::exact::{look_at_all, looks_are_exact};
 use super::indirect::{GatherCounts, GatherRoom, IndirectMesh};
-use super::mesh::{Counts, LightMesh, Surroundings, Workroom};
+use super::mesh::{Counts, LightMesh, SetKind, Surroundings, Workroom};
 use super::samples::Samples;
 use super::walks::walks_at_place_lx;
 use crate::sampling::random::{Purpose, Stream};
@@ -47,8 +47,12 @@ pub struct EntryLight {
     pub direct_lx: [f64; 2],
     /// Indirect light by each half.
     pub indirect_lx: [f64; 2],
-    /// The points of its set disagreed about some luminaire.
-    pub mixed: bool,
+    /// What its sets of mesh points were like, for direct light: the least sure of its places.
+    pub set: SetKind,
+    /// How much of its direct light its sets disagreed about.
+    pub disputed_lx: f64,
+    /// What its sets were like for indirect light.
+    pub indirect_set: SetKind,
     /// No surface is in it: what it shows are luminaires, or nothing.
     pub is_known: bool,
 }
@@ -132,7 +136,8 @@ pub fn light_of(
                             DirectBy::Mesh(mesh) => {
                                 let here = mesh.direct(receiver, &mut room);
                                 light.direct_lx = light.direct_lx.map(|lx| lx + weight * here.illuminance_lx);
-                                light.mixed |= here.mixed;
+                                light.set = light.set.max(here.set);
+                                light.disputed_lx += weight * here.disputed_lx;
                             }
                             DirectBy::Points(points) => {
                                 let (here_lx, rays) = points.as_point_sources_lx(around.stage, receiver);
@@ -144,7 +149,11 @@ pub fn light_of(
                         let place = entries.place_number(*entry, number);
                         let here_lx = match indirect {
                             IndirectBy::Nothing => [0.0; 2],
-                            IndirectBy::Mesh(mesh) => mesh.indirect_lx(receiver, place, &mut gather),
+                            IndirectBy::Mesh(mesh) => {
+                                let (lx, set) = mesh.indirect_lx(receiver, place, &mut gather);
+                                light.indirect_set = light.indirect_set.max(set);
+                                lx
+                            }
                             IndirectBy::Walks(walks) => {
                                 let (lx, rays) =
                                     walks_at_place_lx(around, receiver, place, *walks, seed, &mut gather.cut);
@@ -156,8 +165,6 @@ pub fn light_of(
                         number += 1;
                     });
                 });
-                // Between its places an element may hold a shadow's edge that none of them is near.
-                light.mixed |= entries.are_means() && !matches!(direct, DirectBy::Rays { .. });
                 light
             });
             let lights = lights.collect();

@@ -85,7 +85,8 @@ pub fn solve_by_light_mesh(
     let solids = Solids::of(scene);
     let samples = Samples::of(&stage, Placing::Stratified, settings.seed);
     // A step that the user gives is taken as it is, if no error is asked for besides.
-    let no_rule = settings.time_limit_s.is_none() && choice.step_m.is_none() && choice.radius_m.is_none();
+    let is_given = choice.step_m.is_some() || choice.radius_m.is_some();
+    let no_rule = settings.time_limit_s.is_none() && !is_given;
     let target_error = settings.target_error.or_else(|| no_rule.then_some(DEFAULT_TARGET_ERROR));
     let is_late = || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() >= limit_s);
     let stop = || observer.is_interrupted() || is_late();
@@ -97,7 +98,8 @@ pub fn solve_by_light_mesh(
             radius_m: choice.radius_m,
             form: choice.form,
             accelerations: choice.accelerations,
-            target_error: target_error.or_else(|| settings.time_limit_s.map(|_| DEFAULT_TARGET_ERROR)),
+            // A time limit alone has a step found for the usual target, as far as the time goes.
+            target_error: target_error.or_else(|| (!is_given).then_some(DEFAULT_TARGET_ERROR)),
             seed: settings.seed,
         },
         caution: 1.0,
@@ -108,7 +110,7 @@ pub fn solve_by_light_mesh(
 
     let mut traced: Vec<Option<TracedMap>> = requests.iter().map(|_| None).collect();
     let mut convergence = Vec::new();
-    let mut notes = Vec::new();
+    let (mut notes, mut warnings) = (Vec::new(), Vec::new());
     let mut rays = 0;
     let mut finest_m = None;
     // Maps that the target binds go first.
@@ -125,6 +127,14 @@ pub fn solve_by_light_mesh(
         let target = target_error.filter(|_| bound);
         let (plan, map) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut rays);
         notes.extend(said(&map, &plan, samples.len(), entries.places()));
+        warnings.extend(step_not_taken(&map, &plan));
+        let misses_near_lights = may_miss_near_lights(&planner.around, &entries, &plan);
+        if misses_near_lights {
+            warnings.push(format!(
+                "light mesh: \"{}\": a luminaire nearly touches a surface, and walks may miss the spot that it lights: the stated error may leave it out; --method auto finds it",
+                map.map.name
+            ));
+        }
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
@@ -156,7 +166,7 @@ pub fn solve_by_light_mesh(
         });
         let dark_upper_bound_lx = dark_upper_bound_lx(&stage, &entries, &map);
         let is_dark = dark_upper_bound_lx.is_some();
-        let target_met = target_error.map(|target| map.upper_error <= target && !is_dark);
+        let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_lights);
         let error = MapError { dark_upper_bound_lx, ..map.map.error };
         let result = MapResult { bound, target_met, error, ..map.map };
         traced[index] = Some(TracedMap { map: result, ..map });
@@ -169,7 +179,7 @@ pub fn solve_by_light_mesh(
         ));
     }
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
-    let mut warnings: Vec<String> = stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")).collect();
+    warnings.extend(stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
     for (map, bound_lx) in maps.iter().filter_map(|map| Some((map, map.error.dark_upper_bound_lx?))) {
         warnings.push(format!(
             "no light was found in \"{}\": its mean is below {bound_lx:.3e} lx, about; chains (--method collision) tell more of what is so dark",
@@ -269,6 +279,29 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
     check(scene, sets)
 }
 
+/// That a given step gave way to shadow rays or walks, since it misses the target that was given too.
+fn step_not_taken(map: &TracedMap, plan: &Plan) -> Vec<String> {
+    let of = |part: &str, why: &Why| match why {
+        Why::StepMisses(error) => Some(format!(
+            "light mesh: \"{}\": the step that was given is not used for {part} light, where it leaves an error of {:.2} %: without --target-error it is taken as it is",
+            map.map.name,
+            100.0 * error
+        )),
+        _ => None,
+    };
+    let direct = if let DirectPlan::Rays(why) = &plan.direct { of("direct", why) } else { None };
+    let indirect = if let IndirectPlan::Walks(why) = &plan.indirect { of("indirect", why) } else { None };
+    direct.into_iter().chain(indirect).collect()
+}
+
+/// Whether a luminaire nearly touches a surface in a scene or map whose walks do not look back from what it lights: they miss
+/// the spot, and so does what checks them.
+fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &Plan) -> bool {
+    let touches = around.stage.near_lights.as_ref().is_some_and(|near| near.touch());
+    let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
+    touches && (!around.images.is_empty() || by_mesh && !plan.looks_back(around, entries))
+}
+
 /// What a user should know of how a map came about.
 fn said(map: &TracedMap, plan: &Plan, points_of_luminaires: usize, places: usize) -> Vec<String> {
     let name = &map.map.name;
@@ -328,6 +361,9 @@ fn why_in_words(why: &Why) -> String {
         }
         Why::StepMisses(error) => format!("the step that was given leaves an error of {:.2} %", 100.0 * error),
         Why::Missed => "plans with a mesh missed the target".to_owned(),
+        Why::NearLights => {
+            "a luminaire stands close to a surface, whose light the points of a mesh may miss".to_owned()
+        }
         Why::Cut => "the run was ended before a mesh was found that is better than so few walks".to_owned(),
         Why::Dark => "there is none".to_owned(),
     }
