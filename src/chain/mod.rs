@@ -2,6 +2,7 @@
 
 mod choice;
 mod mirrors;
+mod near_lights;
 mod outlook;
 mod sight_map;
 
@@ -10,6 +11,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 
 pub use mirrors::Mirrors;
+pub use near_lights::{LookedBack, NearLights, median_distance_m};
 pub use outlook::{Found, HIDDEN, Outlook, Spot};
 pub use sight_map::SightMap;
 
@@ -33,6 +35,8 @@ pub struct Stage {
     pub outlook: Outlook,
     /// The same from many small cells, once a run has found it worth while.
     sight_map: OnceLock<Option<SightMap>>,
+    /// Luminaires close to surfaces, if there are any.
+    pub near_lights: Option<NearLights>,
     /// Classes of paths that walks cannot find, in words; chains find all.
     pub paths_not_found: Vec<String>,
     triangles: Vec<TriangleOptics>,
@@ -100,12 +104,14 @@ impl Stage {
             mirrors,
             outlook: Outlook::default(),
             sight_map: OnceLock::new(),
+            near_lights: None,
             paths_not_found: mirrors::not_found(&left_out),
             triangles,
             laws,
             has_panes,
         };
         stage.outlook = Outlook::of(scene, &stage);
+        stage.near_lights = NearLights::of(&stage);
         stage
     }
 
@@ -122,7 +128,8 @@ impl Stage {
 
     /// Rays that looking around took, before the run and in it.
     pub fn outlook_rays(&self) -> u64 {
-        self.outlook.rays() + self.sight_map().map_or(0, SightMap::rays)
+        let near_rays = self.near_lights.as_ref().map_or(0, NearLights::rays);
+        self.outlook.rays() + self.sight_map().map_or(0, SightMap::rays) + near_rays
     }
 
     /// Whether a side of a triangle reflects and is reported; the backs of one-sided surfaces only absorb.
@@ -205,7 +212,7 @@ impl Stage {
         let Meeting::Surface(hit) = self.tracer.first_hit(&self.origin(&emitted.place), direction) else {
             return 1;
         };
-        if !self.receives(hit.triangle, hit.side) {
+        if !self.receives(hit.triangle, hit.side) || self.is_touched(&self.origin(&emitted.place), &hit) {
             return 1;
         }
         arrive(&Arrival { hit, direction, bounces: 0 });
@@ -240,6 +247,9 @@ impl Stage {
             if !self.receives(hit.triangle, hit.side) {
                 return (End::BackFace, rays);
             }
+            if self.is_touched(&origin, &hit) {
+                return (End::Absorbed, rays);
+            }
             arrive(&Arrival { hit, direction, bounces });
             let law = self.law(hit.triangle);
             let Some(scattered) = law.sample(direction, self.normal(hit.triangle, hit.side), stream) else {
@@ -250,6 +260,13 @@ impl Stage {
             origin = self.leave(&hit, scattered.way);
         }
         unreachable!("a packet that never ends would need more rays than a u64 counts")
+    }
+
+    /// Whether a luminaire that is a point lies on the surface that its packet met: no look finds what it sends into that, and
+    /// the packet ends there.
+    #[inline]
+    pub fn is_touched(&self, origin: &Origin, hit: &SurfaceHit) -> bool {
+        origin.is_free() && hit.distance_m <= 2.0 * self.tracer.position_accuracy_m()
     }
 
     /// Where a packet goes on from, after it met a surface: on the side that it came from, or on the other one.

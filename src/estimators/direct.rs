@@ -260,6 +260,8 @@ fn stream_of_place(receiver: &Receiver, what_for: u32) -> Stream {
 pub struct Sight<'a> {
     /// The emitter.
     pub emitter: &'a Emitter,
+    /// Its number.
+    pub index: u32,
     /// Probability with which it was chosen.
     pub probability: f64,
     /// What it brings if nothing stands between, in lx.
@@ -294,8 +296,14 @@ pub fn one_look<'a>(
     let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
     let look = emitter.look(receiver.point_m, receiver.normal, stream)?;
-    let mut sight =
-        Sight { emitter, probability, unshadowed_lx: look.unshadowed_lx, transmittance: 0.0, towards: receiver.normal };
+    let mut sight = Sight {
+        emitter,
+        index,
+        probability,
+        unshadowed_lx: look.unshadowed_lx,
+        transmittance: 0.0,
+        towards: receiver.normal,
+    };
     if let Some(place) = look.place {
         let origin = stage.origin(&place);
         sight.transmittance = stage.transmittance(receiver.origin, &origin);

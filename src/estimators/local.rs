@@ -404,6 +404,10 @@ impl Anchors {
         let bound = bound / self.walk_rates[entry];
         let share_at = |anchor: &Anchor, point_m: DVec3, normal: DVec3| {
             let kernel_per_m2 = self.kernel_per_m2(stage, anchor, point_m, normal);
+            if kernel_per_m2 <= 0.0 {
+                // A receiver in the plane of a surface: rounding lets walks meet that, and connections pass it by.
+                return [1.0; 2];
+            }
             self.levels_lx(stage, point_m, normal).map(|level_lx| {
                 let bound_per_m2 = bound * level_lx;
                 if kernel_per_m2 > bound_per_m2 { 1.0 - bound_per_m2 / kernel_per_m2 } else { 0.0 }

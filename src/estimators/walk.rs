@@ -14,8 +14,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::chain::{Spot, Stage};
-use crate::estimators::direct::{Receiver, one_look};
+use crate::chain::{LookedBack, Spot, Stage};
+use crate::estimators::direct::{Receiver, Sight, one_look};
 use crate::estimators::images::look_into_mirrors;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
@@ -92,9 +92,11 @@ pub fn gather_indirect_lx(
 ) -> (f64, u64) {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
-    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen };
+    let (near_lx, near_rays) = from_near_lights_lx(stage, receiver, stream);
+    let looked_back = stage.near_lights.as_ref().map(|_| (receiver.point_m, receiver.normal));
+    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen, looked_back };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream);
-    (mirrored_lx + arriving_lx, mirrored_rays + rays)
+    (mirrored_lx + near_lx + arriving_lx, mirrored_rays + near_rays + rays)
 }
 
 /// One unbiased sample of a part of the indirect illuminance, and the rays it took: what the first surface that scatters
@@ -109,7 +111,7 @@ pub fn sample_share_lx(
 ) -> (f64, u64) {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
-    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen };
+    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen, looked_back: None };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream);
     (mirrored_lx + arriving_lx, mirrored_rays + rays)
 }
@@ -135,7 +137,7 @@ pub fn gather_arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, departure: Departure::Seen };
+    let start = Start { origin, direction, departure: Departure::Seen, looked_back: None };
     follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream)
 }
 
@@ -148,7 +150,7 @@ pub fn sample_arriving_share_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, departure: Departure::Seen };
+    let start = Start { origin, direction, departure: Departure::Seen, looked_back: None };
     follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream)
 }
 
@@ -160,6 +162,8 @@ struct Start {
     direction: DVec3,
     /// Which luminaires it may meet without their having been looked at.
     departure: Departure,
+    /// Where it starts, if that has received light by way of what near luminaires light.
+    looked_back: Option<LookedBack>,
 }
 
 /// One sample of π times the luminance that comes along a ray, without the emitters that `departure` has looked at, and
@@ -172,7 +176,7 @@ fn follow_lm_m2(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Start { mut origin, mut direction, mut departure } = start;
+    let Start { mut origin, mut direction, mut departure, mut looked_back } = start;
     let (mut sum_lm_m2, mut rays) = (0.0, 0);
     let mut is_first = true;
     let mut weight = 1.0;
@@ -204,7 +208,8 @@ fn follow_lm_m2(
         // Light that a sheet lets through has arrived at its other side.
         let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
         let spot = (hit.triangle, hit.side);
-        let vertex = Vertex { stage, hit: &hit, spot, direction, normal, origin: &origin };
+        let from = looked_back.filter(|_| matches!(law, Law::Diffuse(_)));
+        let vertex = Vertex { stage, hit: &hit, spot, direction, normal, origin: &origin, looked_back: from };
         let mut guided_lx = 0.0;
         if let Law::Diffuse(law) = law {
             let (recall, recall_rays) = memory.recall(&hit, &vertex.receiver(), law.reflectance, cut, stream);
@@ -214,7 +219,7 @@ fn follow_lm_m2(
                 Recall::End(known_lx) => {
                     // What is known holds the images in mirrors.
                     let sight = one_look(stage, spot, &vertex.receiver(), cut, stream);
-                    let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1));
+                    let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (vertex.direct_lx(&sight), 1));
                     let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
                     return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
                 }
@@ -232,6 +237,15 @@ fn follow_lm_m2(
         };
         sum_lm_m2 += weight * direct_lm_m2;
         rays += direct_rays;
+        let looks_back = stage.near_lights.is_some() && matches!(law, Law::Diffuse(_));
+        let here = looks_back.then(|| (stage.tracer.position_m(&origin), normal));
+        if let Law::Diffuse(law) = law
+            && looks_back
+        {
+            let (near_lx, near_rays) = from_near_lights_lx(stage, &vertex.receiver(), stream);
+            sum_lm_m2 += weight * shares[1] * law.reflectance * near_lx;
+            rays += near_rays;
+        }
         let Some(scattered) = law.sample(direction, normal, stream) else {
             return (sum_lm_m2, rays);
         };
@@ -240,6 +254,11 @@ fn follow_lm_m2(
             origin = stage.leave(&hit, scattered.way);
         }
         is_first &= scattered.way == Way::Passed;
+        looked_back = match scattered.way {
+            Way::Passed => looked_back,
+            Way::Spread => here,
+            _ => None,
+        };
         departure = match (scattered.way, law) {
             (Way::Lobe, Law::Phong(law)) => Departure::Lobe(LobeRay {
                 lobe_per_sr: law.lobe_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
@@ -297,6 +316,8 @@ struct Vertex<'a> {
     normal: DVec3,
     /// On the side that the walk came from.
     origin: &'a Origin,
+    /// Where the walk came from, if that looked back from what near luminaires light and this place scatters diffusely.
+    looked_back: Option<LookedBack>,
 }
 
 impl Vertex<'_> {
@@ -304,11 +325,24 @@ impl Vertex<'_> {
         Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
 
+    /// Direct light by a look in lx, less what looking back has found.
+    #[inline]
+    fn direct_lx(&self, sight: &Sight) -> f64 {
+        let share = match (&self.stage.near_lights, self.looked_back) {
+            (Some(lights), Some(from)) => {
+                let place = (self.stage.tracer.position_m(self.origin), self.normal);
+                lights.share_of_look(self.stage, sight.index, place, from)
+            }
+            _ => 1.0,
+        };
+        share * sight.direct_lx()
+    }
+
     /// Direct light of which a share leaves in all directions, and another of light from images in mirrors.
     #[inline]
     fn spread_lm_m2(&self, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         let sight = if direct > 0.0 { one_look(self.stage, self.spot, &self.receiver(), cut, stream) } else { None };
-        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * sight.direct_lx(), 1));
+        let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * self.direct_lx(&sight), 1));
         let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| mirrored, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
     }
@@ -368,4 +402,12 @@ fn in_mirrors_lx(
 ) -> (f64, u64) {
     let mirrors = stage.mirrors.as_ref();
     mirrors.map_or((0.0, 0), |mirrors| look_into_mirrors(stage, mirrors, receiver, response, cut, stream))
+}
+
+/// What a place receives by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`].
+#[inline]
+fn from_near_lights_lx(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    let place = (receiver.point_m, receiver.normal);
+    let lights = stage.near_lights.as_ref();
+    lights.map_or((0.0, 0), |lights| lights.look_back_lx(stage, place, receiver.origin, stream))
 }

@@ -84,6 +84,12 @@ impl Origin {
         Origin { point: (point + LIFT * normal).as_vec3().into(), normal: normal.as_vec3(), anchor }
     }
 
+    /// Whether it is a point in free space.
+    #[inline]
+    pub fn is_free(&self) -> bool {
+        matches!(self.anchor, Anchor::Free)
+    }
+
     /// Whether a direction leads straight into the surface that the origin surely lies on.
     #[inline]
     pub(super) fn has_below(&self, direction: Vec3A) -> bool {

@@ -199,6 +199,11 @@ impl Tracer {
         position_accuracy_in_m(self.frame)
     }
 
+    /// No two places of the scene are farther apart than this, in m.
+    pub fn longest_m(&self) -> f64 {
+        self.frame.metres(12f64.sqrt())
+    }
+
     /// A length of the tracer's coordinates in m.
     pub(super) fn metres(&self, length: f64) -> f64 {
         self.frame.metres(length)

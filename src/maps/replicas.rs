@@ -243,18 +243,21 @@ impl ReplicaMap {
         let Some(crossing) = &self.crossing else {
             return found;
         };
-        let mut weight_sum = 0.0;
+        let (mut weight_sum, mut uncorrected) = (0.0, 0.0);
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.indirect_samples.inverse(self.site_of(entry));
             let column = |replica: usize| crossing.column_lx(replica, entry, inverse).powi(2) / (HALF - 1) as f64;
             found.rows += weight * inverse * inverse * crossing.row_squared(entry, &self.indirect);
             found.cells += weight * inverse * inverse * crossing.cell_squared(entry);
             found.columns += weight * (0..REPLICAS).map(column).sum::<f64>();
+            uncorrected += weight * inverse * inverse * crossing.column_squared(entry);
             if entry < self.sites {
                 weight_sum += 2.0 * weight;
             }
         }
         let CrossedVariances { rows, columns, cells } = found;
+        // Corrections take off what chains have wrong everywhere, and bring the chance of their checks, which is not that of chains.
+        let columns = columns.min(uncorrected);
         let mean = |sum: f64| sum.max(0.0) / weight_sum.max(f64::MIN_POSITIVE);
         CrossedVariances { rows: mean(rows - cells), columns: mean(columns - cells), cells: mean(cells.min(rows)) }
     }

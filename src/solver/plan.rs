@@ -9,7 +9,6 @@ use super::forward::{Forward, Recollection};
 use super::gathering::Gatherer;
 use super::job::{Context, Job};
 use super::sweep::stream_index;
-use crate::chain::Arrival;
 use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -104,28 +103,6 @@ pub fn patch_edge_m(context: &Context, patches: f64, free_path_m: f64) -> f64 {
     // The parts of a right-angled isosceles triangle have half the square of their short edges.
     let even_m = (2.0 * context.scene.area_m2() / patches).sqrt();
     even_m.min(FREE_PATHS * free_path_m * (PATCHES_AT_ONE_PERCENT / patches).sqrt())
-}
-
-/// Median way in m of packets from one surface to the next, and the rays that it took to find it; infinite where nothing bounces
-/// twice.
-pub fn free_path_m(context: &Context) -> (f64, u64) {
-    let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX, 0);
-    let (mut ways_m, mut rays) = (Vec::new(), 0);
-    for chain in 0..CHAINS {
-        stream.seek_quasi(chain, 1, chain);
-        let choice = stream.fine_unit();
-        let arrive = |arrival: &Arrival| {
-            if arrival.bounces > 0 {
-                ways_m.push(arrival.hit.distance_m);
-            }
-        };
-        rays += context.stage.trace_chain(choice, &mut stream, arrive).1;
-    }
-    let middle = ways_m.len() / 2;
-    if ways_m.is_empty() {
-        return (f64::INFINITY, rays);
-    }
-    (*ways_m.select_nth_unstable_by(middle, f64::total_cmp).1, rays)
 }
 
 /// Patches that a target error asks for: the look-up's bias falls as their area.

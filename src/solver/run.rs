@@ -9,7 +9,7 @@ use super::job::{Context, Engine, Job, RAYS_PER_SLICE};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
-use crate::chain::Stage;
+use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::{MapKind, REPLICAS};
 use crate::scene::Scene;
@@ -65,7 +65,10 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     let target_error = settings
         .target_error
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
-    let adapt_to = (settings.elements == ElementChoice::Adaptive).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
+    // No slope shows the spot of a luminaire that nearly touches a surface: elements stay means there.
+    let adapts =
+        settings.elements == ElementChoice::Adaptive && !stage.near_lights.as_ref().is_some_and(NearLights::touch);
+    let adapt_to = adapts.then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
     let (seed, method) = (settings.seed, settings.method);
     let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let context = Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to };

@@ -4,10 +4,10 @@ use super::choice::{self, Offered, Turn, USUAL_ERROR};
 use super::forward::Forward;
 use super::job::{Context, Engine, Job, USUAL_DEGREES};
 use super::plan::{
-    ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, free_path_m, gather_costs, patch_edge_m, patches_for,
-    pilot_chains,
+    ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, gather_costs, patch_edge_m, patches_for, pilot_chains,
 };
 use super::{Method, Settings};
+use crate::chain::median_distance_m;
 use crate::control::{GatherState, gather_need, margin};
 use crate::maps::REPLICAS;
 
@@ -109,7 +109,7 @@ impl Stages {
         if costs.iter().all(Option::is_none) {
             return None;
         }
-        let (free_path_m, path_rays) = free_path_m(context);
+        let (free_path_m, path_rays) = median_distance_m(context.stage);
         jobs[0].pilot_rays += path_rays;
         Some(Stages { forward, chain, free_path_m, patches: patches_for(error), refinements: 0, costs, goal_chains: 0 })
     }

@@ -158,9 +158,13 @@ impl Emitters {
 
     /// Draws a packet: the emitter in proportion to flux by `choice` in [0, 1), then its point and direction.
     pub fn emit(&self, choice: f64, stream: &mut Stream) -> Emitted {
+        self.list[self.index_at(choice) as usize].emit(stream)
+    }
+
+    /// Number of the emitter for a choice in [0, 1), in proportion to flux.
+    pub fn index_at(&self, choice: f64) -> u32 {
         let aim = choice * self.luminous_flux_lm();
-        let index = self.cumulative_flux_lm.partition_point(|sum| *sum <= aim).min(self.list.len() - 1);
-        self.list[index].emit(stream)
+        self.cumulative_flux_lm.partition_point(|sum| *sum <= aim).min(self.list.len() - 1) as u32
     }
 }
 

@@ -1,0 +1,210 @@
+//! Luminaires that stand close to a surface: the spot that they light is so small and bright that walks hardly ever meet it.
+//!
+//! A walk meets a place in proportion to how much of its view that fills, K = cos θ cos θ′/(π d²) an area; a packet of a near luminaire
+//! in proportion to the illuminance there over the flux, E/Φ. Where E/Φ is far above K, looks from where walks arrive have a
+//! heavy tail, or seem to have none since nobody has met the spot. So walks also draw a packet and look back from where it
+//! arrives; both ways count with the shares of their densities (Veach and Guibas, 1995, "Optimally combining sampling
+//! techniques for Monte Carlo rendering"), and no path counts twice.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::Stage;
+use crate::geometry::{Meeting, Origin};
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::reflection::{Law, Way};
+
+/// Packets that show what luminaires light, and chains that show how far surfaces are apart.
+const PACKETS: u64 = 1024;
+const CHAINS: u64 = 256;
+/// E/Φ over K, K that of places that face each other at the median distance of surfaces, from which on a luminaire lights a place
+/// from near: a point nearer than a fifth of that distance.
+const NEAR: f64 = 6.0;
+/// The mean of that ratio over all packets, those that arrive from farther away left out, from which on packets are worth their
+/// rays: the variance of looks grows with it.
+const LEAST_MEAN: f64 = 1.0;
+/// The ratio from which on slopes of elements cannot show a spot: a thirtieth of that distance.
+const TOUCHING: f64 = 225.0;
+/// What this finds out enters no result but by way of densities: it is the same for all seeds.
+const SEED: u64 = 0x4E_4541;
+
+/// The emitters that stand close to surfaces.
+#[derive(Clone, Debug)]
+pub struct NearLights {
+    /// Whether an emitter is one.
+    is_near: Vec<bool>,
+    /// Those that are, and their flux up to and including each, in lm.
+    emitters: Vec<u32>,
+    cumulative_flux_lm: Vec<f64>,
+    /// Whether one of them nearly touches a surface.
+    touch: bool,
+    rays: u64,
+}
+
+/// Where a walk looks back from: a place in m and its unit normal.
+pub type LookedBack = (DVec3, DVec3);
+
+impl NearLights {
+    /// Finds the emitters that light surfaces from near; `None` where that is not worth anything.
+    pub fn of(stage: &Stage) -> Option<NearLights> {
+        let emitters = stage.emitters.list();
+        if emitters.is_empty() || !stage.reflects() {
+            return None;
+        }
+        let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
+        let mut rays = 0;
+        // Illuminance for a lumen of the emitter, in 1/m², where each packet arrives.
+        let mut found: Vec<(u32, f64)> = Vec::new();
+        for packet in 0..PACKETS {
+            stream.seek_quasi(packet, 0, packet);
+            let choice = (packet as f64 + 0.5) / PACKETS as f64;
+            let index = stage.emitters.index_at(choice);
+            let emitted = emitters[index as usize].emit(&mut stream);
+            rays += 1;
+            let Meeting::Surface(hit) = stage.tracer.first_hit(&stage.origin(&emitted.place), emitted.direction) else {
+                continue;
+            };
+            if stage.receives(hit.triangle, hit.side) && matches!(stage.law(hit.triangle), Law::Diffuse(_)) {
+                let point_m = stage.tracer.position_m(&stage.leave(&hit, Way::Spread));
+                let lx = emitters[index as usize].unshadowed_lx(point_m, stage.normal(hit.triangle, hit.side));
+                found.push((index, lx / emitters[index as usize].luminous_flux_lm));
+            }
+        }
+        let near = |distance_m: f64| {
+            let ratios = found.iter().map(move |(index, per_m2)| (*index, per_m2 * PI * distance_m * distance_m));
+            ratios.filter(|(_, ratio)| *ratio > NEAR)
+        };
+        let matter =
+            |distance_m: f64| near(distance_m).map(|(_, ratio)| ratio).sum::<f64>() > LEAST_MEAN * PACKETS as f64;
+        if !matter(stage.tracer.longest_m()) {
+            return None;
+        }
+        let (distance_m, chain_rays) = median_distance_m(stage);
+        if !matter(distance_m) {
+            return None;
+        }
+        let mut is_near = vec![false; emitters.len()];
+        near(distance_m).for_each(|(index, _)| is_near[index as usize] = true);
+        let touch = near(distance_m).any(|(_, ratio)| ratio > TOUCHING);
+        let indices: Vec<u32> = (0..emitters.len() as u32).filter(|index| is_near[*index as usize]).collect();
+        let fluxes_lm = indices.iter().map(|index| emitters[*index as usize].luminous_flux_lm);
+        let cumulative_flux_lm = fluxes_lm.scan(0.0, |sum_lm, lm| {
+            *sum_lm += lm;
+            Some(*sum_lm)
+        });
+        let cumulative_flux_lm = cumulative_flux_lm.collect();
+        Some(NearLights { is_near, emitters: indices, cumulative_flux_lm, touch, rays: rays + chain_rays })
+    }
+
+    /// Numbers of the luminaires that they belong to.
+    pub fn luminaires(&self, stage: &Stage) -> impl Iterator<Item = usize> {
+        let mut luminaires: Vec<usize> =
+            self.emitters.iter().map(|index| stage.emitters.list()[*index as usize].luminaire as usize).collect();
+        luminaires.dedup();
+        luminaires.into_iter()
+    }
+
+    /// Whether one of them nearly touches a surface.
+    pub fn touch(&self) -> bool {
+        self.touch
+    }
+
+    /// Rays that it took to find them.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// Flux of all of them in lm.
+    fn luminous_flux_lm(&self) -> f64 {
+        self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
+    }
+
+    /// The share with which a look at an emitter counts from a diffuse place that a walk met, coming from where it looked
+    /// back from.
+    #[inline]
+    pub fn share_of_look(&self, stage: &Stage, emitter: u32, place: LookedBack, from: LookedBack) -> f64 {
+        if !self.is_near[emitter as usize] {
+            return 1.0;
+        }
+        let met_per_m2 = seen_per_m2(place, from);
+        if met_per_m2 <= 0.0 {
+            // Met all the same, by rounding: looking back does not see it.
+            return 1.0;
+        }
+        met_per_m2 / (met_per_m2 + self.lit_per_m2(stage, emitter, place))
+    }
+
+    /// Density in 1/m² of packets of an emitter at a place.
+    fn lit_per_m2(&self, stage: &Stage, emitter: u32, (point_m, normal): LookedBack) -> f64 {
+        stage.emitters.list()[emitter as usize].unshadowed_lx(point_m, normal) / self.luminous_flux_lm()
+    }
+
+    /// One sample, with its share, of what a place receives by way of the diffuse surfaces that near luminaires light, in lx,
+    /// and the rays it took.
+    pub fn look_back_lx(&self, stage: &Stage, to: LookedBack, to_origin: &Origin, stream: &mut Stream) -> (f64, u64) {
+        let aim_lm = stream.fine_unit() * self.luminous_flux_lm();
+        let number = self.cumulative_flux_lm.partition_point(|sum_lm| *sum_lm <= aim_lm);
+        let emitter = self.emitters[number.min(self.emitters.len() - 1)];
+        let emitted = stage.emitters.list()[emitter as usize].emit(stream);
+        let (mut origin, mut rays) = (stage.origin(&emitted.place), 0);
+        loop {
+            rays += 1;
+            let Meeting::Surface(hit) = stage.tracer.first_hit(&origin, emitted.direction) else {
+                return (0.0, rays);
+            };
+            if !stage.receives(hit.triangle, hit.side) || stage.is_touched(&origin, &hit) {
+                return (0.0, rays);
+            }
+            let normal = stage.normal(hit.triangle, hit.side);
+            match stage.law(hit.triangle) {
+                Law::Diffuse(law) if law.reflectance > 0.0 => {
+                    let place_origin = stage.leave(&hit, Way::Spread);
+                    let place = (stage.tracer.position_m(&place_origin), normal);
+                    let met_per_m2 = seen_per_m2(place, to);
+                    let lit_per_m2 = self.lit_per_m2(stage, emitter, place);
+                    if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
+                        return (0.0, rays);
+                    }
+                    let share = lit_per_m2 / (met_per_m2 + lit_per_m2);
+                    let passed = stage.transmittance(to_origin, &place_origin);
+                    return (self.luminous_flux_lm() * law.reflectance * met_per_m2 * share * passed, rays + 1);
+                }
+                law @ Law::Glass(_) => match law.sample(emitted.direction, normal, stream) {
+                    Some(scattered) if scattered.way == Way::Passed => origin = stage.leave(&hit, scattered.way),
+                    _ => return (0.0, rays),
+                },
+                _ => return (0.0, rays),
+            }
+        }
+    }
+}
+
+/// Density in 1/m² with which walks from a place by the cosine law meet another, if nothing is in the way.
+fn seen_per_m2((point_m, normal): LookedBack, (from_m, from_normal): LookedBack) -> f64 {
+    let offset_m = point_m - from_m;
+    let square_m2 = offset_m.length_squared();
+    let cosines = offset_m.dot(from_normal).max(0.0) * (-offset_m.dot(normal)).max(0.0);
+    if cosines > 0.0 { cosines / (PI * square_m2 * square_m2) } else { 0.0 }
+}
+
+/// Median distance in m from one surface to the next that packets meet, and the rays that it took to find out.
+pub fn median_distance_m(stage: &Stage) -> (f64, u64) {
+    let mut stream = Stream::new(SEED, Purpose::Pilot, 1, 0);
+    let (mut distances_m, mut rays) = (Vec::new(), 0);
+    for chain in 0..CHAINS {
+        stream.seek_quasi(chain, 1, chain);
+        let choice = stream.fine_unit();
+        let (_, chain_rays) = stage.trace_chain(choice, &mut stream, |arrival| {
+            if arrival.bounces > 0 {
+                distances_m.push(arrival.hit.distance_m);
+            }
+        });
+        rays += chain_rays;
+    }
+    let middle = distances_m.len() / 2;
+    if distances_m.is_empty() {
+        return (f64::INFINITY, rays);
+    }
+    (*distances_m.select_nth_unstable_by(middle, f64::total_cmp).1, rays)
+}
