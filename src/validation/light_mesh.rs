@@ -109,6 +109,7 @@ pub fn solve_by_light_mesh(
     let mut traced: Vec<Option<TracedMap>> = requests.iter().map(|_| None).collect();
     let mut convergence = Vec::new();
     let mut notes = Vec::new();
+    let mut too_fine = Vec::new();
     let mut rays = 0;
     let mut finest_m = None;
     // Maps that the target binds go first.
@@ -125,6 +126,9 @@ pub fn solve_by_light_mesh(
         let target = target_error.filter(|_| bound);
         let (plan, map) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut rays);
         notes.extend(said(&map, &plan, samples.len(), entries.places()));
+        if let DirectPlan::Rays(why @ Why::TooFine(_)) = &plan.direct {
+            too_fine.push(format!("\"{}\" has no mesh: {}; shadow rays replace it", map.map.name, why_in_words(why)));
+        }
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
@@ -170,6 +174,7 @@ pub fn solve_by_light_mesh(
     }
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
     let mut warnings: Vec<String> = stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")).collect();
+    warnings.append(&mut too_fine);
     for (map, bound_lx) in maps.iter().filter_map(|map| Some((map, map.error.dark_upper_bound_lx?))) {
         warnings.push(format!(
             "no light was found in \"{}\": its mean is below {bound_lx:.3e} lx, about; chains (--method collision) tell more of what is so dark",
@@ -327,6 +332,9 @@ fn why_in_words(why: &Why) -> String {
             format!("a mesh of {step_m:.4} m was no nearer to it than one of twice the step")
         }
         Why::StepMisses(error) => format!("the step that was given leaves an error of {:.2} %", 100.0 * error),
+        Why::TooFine(step_m) => {
+            format!("a mesh of the step that was given, {step_m:e} m, has more points than can be numbered")
+        }
         Why::Missed => "plans with a mesh missed the target".to_owned(),
         Why::Cut => "the run was ended before a mesh was found that is better than so few walks".to_owned(),
         Why::Dark => "there is none".to_owned(),
