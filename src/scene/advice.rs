@@ -324,7 +324,7 @@ mod tests {
         for (origin, u, words) in [
             ("[0,1,0]", "[4,0,0]", None),
             ("[0.5,1,0.8]", "[30,0,0]", Some("g: 2 of 3 points are outside")),
-            ("[10,1,0.8]", "[30,0,0]", Some("g: all points are outside")),
+            ("[10,1,0.8]", "[30,0,0]", Some("\"g\": all points are outside")),
         ] {
             let text = format!(
                 r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 0.5 }} }},
