@@ -244,7 +244,13 @@ pub const CASES: &[Case] = &[
         "luminaires[0]",
         "needs \"intensity_cd\" or \"luminous_flux_lm\"",
     ),
-    case("\"intensity_cd\": 100", "\"intensity_cd\": 1e308", "{ \"name\": \"lamp\"", "luminaires[0]", "not finite"),
+    case(
+        "\"intensity_cd\": 100",
+        "\"intensity_cd\": 1e308",
+        "1e308",
+        "luminaires[0].intensity_cd",
+        "out of all proportion",
+    ),
     case(
         "\"intensity_cd\": 100",
         "\"aim\": [0,0,0], \"intensity_cd\": 100",
