@@ -118,6 +118,58 @@ fn a_closed_room_that_is_next_to_white_is_refused() {
     }
 }
 
+#[test]
+fn luminous_openings_larger_than_any_luminaire_are_refused() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/luminaires");
+    let ies = std::fs::read_to_string(samples.join("spotlight.ies")).expect("a sample");
+    for (size, exit) in [("-0.08", 0), ("-99", 0), ("-101", 2), ("1e300", 2)] {
+        let path = home.path().join("opening.ies");
+        std::fs::write(&path, ies.replacen("-0.08 -0.08 0", &format!("{size} {size} 0"), 1)).expect("written");
+        assert_eq!(code(&run(&["inspect", text(&path)])), exit, "{size}");
+    }
+    let ldt = std::fs::read_to_string(samples.join("downlight.ldt")).expect("a sample");
+    for (length_mm, exit) in [("120", 0), ("1e30", 2)] {
+        let mut lines: Vec<&str> = ldt.lines().collect();
+        lines[15] = length_mm;
+        let path = home.path().join("opening.ldt");
+        std::fs::write(&path, lines.join("\n")).expect("written");
+        assert_eq!(code(&run(&["inspect", text(&path)])), exit, "{length_mm}");
+    }
+}
+
+#[test]
+fn a_mesh_step_too_fine_for_a_mesh_is_warned_of_and_one_as_wide_as_a_room_is_taken() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let out = home.path().join("out");
+    let mut scene = room();
+    let panel = json!({ "name": "panel", "type": "rectangle", "origin": [1, 1, 2.4], "u": [0, 1, 0], "v": [1, 0, 0], "material": "m" });
+    scene["geometry"].as_array_mut().expect("a list").push(panel);
+    let shelf =
+        json!({ "name": "shelf", "type": "box", "min": [1.4, 0.2, 1], "max": [1.6, 2.8, 1.8], "material": "m" });
+    scene["geometry"].as_array_mut().expect("a list").push(shelf);
+    let area = json!({ "name": "area", "type": "area", "surface": "panel", "luminous_flux_lm": 1000 });
+    scene["luminaires"].as_array_mut().expect("a list").push(area);
+    scene["materials"]["m"]["reflectance"] = json!(0);
+    let path = written(home.path(), &scene);
+    for (step, warned) in [("50", false), ("1e-9", true)] {
+        let output = run(&[
+            "solve",
+            text(&path),
+            "--out",
+            text(&out),
+            "--method",
+            "light-mesh",
+            "--mesh-step",
+            step,
+            "--maps",
+            "receivers",
+        ]);
+        assert_eq!(code(&output), 0, "{step}: {}", errors(&output));
+        assert_eq!(errors(&output).contains("warning: \"g\" has no mesh"), warned, "{step}: {}", errors(&output));
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn a_limit_on_the_size_of_files_is_told_and_nothing_half_written_stays() {
