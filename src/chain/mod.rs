@@ -151,9 +151,11 @@ impl Stage {
         &self.laws[self.triangles[triangle as usize].law as usize]
     }
 
-    /// Whether any surface reflects at all; in a black scene there is nothing for a chain to find.
+    /// Whether any light is reflected at all; in a black scene, and in one where nothing gives light, there is nothing for a
+    /// chain to find.
     pub fn reflects(&self) -> bool {
-        self.triangles.iter().any(|triangle| !self.laws[triangle.law as usize].is_black())
+        !self.emitters.list().is_empty()
+            && self.triangles.iter().any(|triangle| !self.laws[triangle.law as usize].is_black())
     }
 
     /// Whether every surface that reflects does so diffusely, and none lets light through.

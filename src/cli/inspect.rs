@@ -8,6 +8,7 @@ use serde_json::json;
 use super::exit::{Exit, Failure};
 use super::inspect_photometric::{photometric_json, photometric_text};
 use super::number_text::plain;
+use super::proportions::warn_of_proportions;
 use super::text_table::text_table;
 use super::{Outcome, console};
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
@@ -48,7 +49,8 @@ pub fn run(arguments: &InspectArguments) -> Outcome {
         }
         if arguments.json { as_text(&photometric_json(&file)) } else { photometric_text(&file) }
     } else {
-        let scene = read_scene(&arguments.file)?;
+        let mut scene = read_scene(&arguments.file)?;
+        warn_of_proportions(&mut scene);
         if let Some(directory) = &arguments.plots {
             write_plots(directory, &scene_plots(&scene))?;
         }

@@ -45,10 +45,13 @@ enum Saving {
     InsideFlags,
 }
 
+/// Longest step and radius in m: no coordinate is larger.
+const LONGEST_M: f64 = 1e15;
+
 fn length_m(text: &str) -> Result<f64, String> {
-    const REMEDY: &str = "write a length above 0 in metres, such as 0.25";
+    const REMEDY: &str = "write a length above 0 and up to 1e15 in metres, such as 0.25";
     let length_m = text.trim().parse::<f64>().map_err(|_| format!("not a number; {REMEDY}"))?;
-    if length_m > 0.0 && length_m.is_finite() { Ok(length_m) } else { Err(REMEDY.to_owned()) }
+    if length_m > 0.0 && length_m <= LONGEST_M { Ok(length_m) } else { Err(REMEDY.to_owned()) }
 }
 
 impl MeshArguments {

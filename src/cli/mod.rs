@@ -14,6 +14,7 @@ mod new;
 mod new_hall;
 mod number_text;
 mod progress;
+mod proportions;
 mod result_table;
 mod schema;
 mod selection;
@@ -38,6 +39,7 @@ use exit::{Exit, Failure};
 pub fn run() -> ExitCode {
     let started = Instant::now();
     let arguments = Arguments::parse();
+    survive_file_size_limits();
     let outcome = match &arguments.command {
         Command::Solve(arguments) => solve::run(arguments, started),
         Command::Sobolev(arguments) => sobolev::run(arguments),
@@ -54,6 +56,17 @@ pub fn run() -> ExitCode {
             console::message(&format!("luxmc: error: {failure}"));
             failure.exit().code()
         }
+    }
+}
+
+/// Lets a write beyond the limit on the size of files (`ulimit -f`) fail as any other write does, so that it is told and nothing
+/// half-written stays; the system's way is to end the process without a word.
+fn survive_file_size_limits() {
+    #[cfg(unix)]
+    {
+        let beyond_limit = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        // Without a handler the process ends as it always does: no reason not to run.
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, beyond_limit).ok();
     }
 }
 

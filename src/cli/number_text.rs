@@ -3,7 +3,8 @@
 /// A number with this many significant digits, as a plain decimal where that is short.
 pub fn significant(number: f64, digits: usize) -> String {
     if number == 0.0 || !number.is_finite() {
-        return format!("{number}");
+        // Without the sign of −0.
+        return format!("{}", number + 0.0);
     }
     // Rounding first tells the true power of ten of 9.996.
     let scientific = format!("{number:.*e}", digits - 1);
@@ -62,6 +63,7 @@ mod tests {
             (0.012_346, "0.01235"),
             (1.5e-9, "1.500e-9"),
             (0.0, "0"),
+            (-0.0, "0"),
         ] {
             assert_eq!(significant(number, 4), text);
         }

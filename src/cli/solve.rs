@@ -11,10 +11,12 @@ use super::mesh::MeshArguments;
 use super::method::{self, Method, Plots, method};
 use super::number_text::{percent, significant, time};
 use super::progress::{Watcher, heed_interruptions};
+use super::proportions::check_proportions;
 use super::result_table::result_table;
 use super::selection::select_maps;
 use super::{Outcome, console, values};
 use crate::geometry::position_accuracy_m;
+use crate::maps::MapKind;
 use crate::output::{
     ReportContext, ResultDirectory, RunRecord, plots, report_file, result_files, summary_file, vtk_file,
 };
@@ -84,7 +86,8 @@ pub struct SolveArguments {
 /// Solves a scene.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     heed_interruptions();
-    let scene = read_scene(&arguments.scene)?;
+    let mut scene = read_scene(&arguments.scene)?;
+    check_proportions(&mut scene, &arguments.scene.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();
     let settings = settings(arguments, &scene)?;
     if arguments.method == Method::Radiosity {
@@ -135,6 +138,10 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     console::result(&result_table(&scene, &solution))?;
     for warning in scene.warnings.iter().chain(&solution.warnings) {
         console::message(&format!("warning: {warning}"));
+    }
+    let adapts = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
+    if arguments.elements == ElementChoice::Given && !adapts {
+        tell("note: --elements given changes nothing here, since the target does not bind the element map");
     }
     for note in &solution.notes {
         tell(&format!("note: {note}"));
@@ -278,12 +285,14 @@ fn counted(count: usize, thing: &str) -> String {
 }
 
 fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
+    let is_unlit = solution.maps.iter().any(|map| map.bound && map.error.dark_upper_bound_lx.is_some());
     let end = match (solution.stop_reason, solution.target_met) {
         (StopReason::Exact, _) => "exact: nothing is left to chance",
         (StopReason::Interrupted, _) => "interrupted",
         (_, Some(true)) => "target met",
         (StopReason::FinestMesh, Some(false)) => "target not met by the finest mesh",
         (StopReason::FinestMesh, None) => "finest mesh reached",
+        (StopReason::Chains, Some(false)) if is_unlit => "target not met: no light was found in a map that it binds",
         (StopReason::TimeLimit, Some(false)) => "target not met: the time limit came first",
         (_, Some(false)) => "target not met: the chains are used up",
         (StopReason::TimeLimit, None) => "time limit reached",

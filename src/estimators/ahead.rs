@@ -14,6 +14,8 @@ use crate::sampling::random::{Square, Stream};
 
 use survey::Survey;
 
+/// An emitter that brings at least this share of all is looked at ahead, and one that is a point if it brings that of what was seen.
+const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
 /// Looks of a sample over the number of items among which the doubt is spread.
 const LOOKS_PER_DOUBT: f64 = 0.5;
 /// Samples, all replicas together, that a first pass takes of a place: it shall not cost more than looking ahead did.
@@ -91,12 +93,17 @@ impl Expectation {
     ) -> Expectation {
         let total: f64 = importance.iter().sum();
         let mut expectation = Expectation::default();
-        for (number, (emitter, importance)) in stage.emitters.list().iter().zip(importance).enumerate() {
-            if *importance > 0.0 {
-                let mut survey = Survey::new(stage, receiver, emitter, number as u32, *importance, stream);
-                survey.look_ahead(importance / total, looks_ahead, &mut expectation);
-                expectation.rays += survey.rays;
+        let mut seen_lx = total;
+        // Emitters that bring little of all may bring much of what is not hidden.
+        for is_strong in [true, false] {
+            for (number, (emitter, importance)) in stage.emitters.list().iter().zip(importance).enumerate() {
+                if *importance > 0.0 && (*importance >= SHARE_FOR_A_LOOK * total) == is_strong {
+                    let mut survey = Survey::new(stage, receiver, emitter, number as u32, *importance, stream);
+                    survey.look_ahead([total, seen_lx], looks_ahead, &mut expectation);
+                    expectation.rays += survey.rays;
+                }
             }
+            seen_lx = expectation.sum_lx;
         }
         if let Some(last) = expectation.items.last() {
             let doubt_lx = last.cumulative_lx;

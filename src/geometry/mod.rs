@@ -20,12 +20,14 @@
 mod crossings;
 mod frame;
 mod origin;
+mod proportions;
 mod tracer;
 mod tree;
 mod triangle;
 
 pub use crossings::Crossed;
 pub use origin::Origin;
+pub use proportions::{Proportions, Trust};
 pub use tracer::{Meeting, SurfaceHit, Tracer, position_accuracy_m};
 
 #[cfg(test)]

@@ -59,6 +59,8 @@ pub enum Why {
     StepMisses(f64),
     /// A luminaire stands close to a surface, and the points of this map's mesh could not look back from the spot that it lights.
     NearLights,
+    /// The step in m that the user gave makes a mesh of more points than can be numbered.
+    TooFine(f64),
     /// A limit or the user ended the search before a mesh was found that is better than few walks.
     Cut,
     /// There is no light to trace.
@@ -195,6 +197,10 @@ impl<'a> Planner<'a> {
             }
             let options = Options { step_m, radius_m, accelerations: self.wishes.accelerations };
             let Some(mesh) = LightMesh::new(self.around, entries.bounds_m, options) else {
+                if asked_m.is_some() {
+                    plan.direct = DirectPlan::Rays(Why::TooFine(step_m));
+                    return;
+                }
                 break;
             };
             let Some(target_error) = target_error else {

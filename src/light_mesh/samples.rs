@@ -351,6 +351,10 @@ impl Seen {
     /// How many points see the bits of a mask, summed over the bits.
     #[inline]
     fn count_of(&self, word: usize, mask: u64) -> u64 {
+        // A place that looks for itself has no counts.
+        if mask == 0 {
+            return 0;
+        }
         let planes = &self.planes[word * DIGITS..word * DIGITS + self.digits];
         planes.iter().enumerate().map(|(digit, plane)| u64::from((plane & mask).count_ones()) << digit).sum()
     }
@@ -387,6 +391,12 @@ mod tests {
         assert!((0..64).all(|bit| seen.count_of(1, 1 << bit) == counts[bit]));
         assert_eq!(seen.count_of(1, 0xff), counts[..8].iter().sum::<u64>());
         assert!(seen.planes[..DIGITS].iter().all(|plane| *plane == 0));
+    }
+
+    #[test]
+    fn a_place_that_looks_for_itself_needs_no_counts() {
+        let seen = Seen { any: vec![0b11], all: vec![0b11], planes: Vec::new(), members: 1, digits: 0 };
+        assert_eq!(seen.count_of(0, seen.any[0] & !seen.all[0]), 0);
     }
 
     #[test]

@@ -253,23 +253,23 @@ mod tests {
             stream.seek(map << 32);
             let mut crossing = Crossing::new(ENTRIES, ENTRIES);
             let mut rows_lx = vec![vec![0.0; ENTRIES]; REPLICAS];
-            for parity in 0..2 {
-                let chains: [f64; HALF] = std::array::from_fn(|_| sigma[1] * normal(&mut stream));
-                for entry in 0..ENTRIES {
-                    let mut scores = HalfScores::default();
-                    for row in 0..HALF {
-                        let before_lx = scores.columns_lx;
-                        let ray = sigma[0] * normal(&mut stream);
-                        for (column, chain) in chains.iter().enumerate() {
-                            let cell = ray + chain + sigma[2] * normal(&mut stream);
-                            scores.columns_lx[column] += cell;
-                            scores.rows_lx[row] += cell / HALF as f64;
-                        }
-                        scores.contrast(row, &before_lx);
-                        rows_lx[2 * row + parity][entry] = scores.rows_lx[row];
+            let mut chains = [[0.0; HALF]; 2];
+            chains.iter_mut().flatten().for_each(|chain| *chain = sigma[1] * normal(&mut stream));
+            let sites = (0..2 * ENTRIES).map(|number| (number % 2, number / 2));
+            for (parity, entry) in sites {
+                let mut scores = HalfScores::default();
+                for row in 0..HALF {
+                    let before_lx = scores.columns_lx;
+                    let ray = sigma[0] * normal(&mut stream);
+                    for (column, chain) in chains[parity].iter().enumerate() {
+                        let cell = ray + chain + sigma[2] * normal(&mut stream);
+                        scores.columns_lx[column] += cell;
+                        scores.rows_lx[row] += cell / HALF as f64;
                     }
-                    crossing.add(parity, entry, &scores);
+                    scores.contrast(row, &before_lx);
+                    rows_lx[2 * row + parity][entry] = scores.rows_lx[row];
                 }
+                crossing.add(parity, entry, &scores);
             }
             crossing.settle(&rows_lx);
             let kept = crossing.kept.clone();

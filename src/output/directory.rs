@@ -42,8 +42,7 @@ impl ResultDirectory {
     ///
     /// A path that is no directory, cannot be made, cannot be written to, or is being written to by another run.
     pub fn open(path: &Path) -> Result<ResultDirectory, OutputError> {
-        std::fs::create_dir_all(path)
-            .map_err(|error| OutputError::unwritable(path, "the directory cannot be made", &error))?;
+        make(path)?;
         let lock = locked(path)?;
         let mut probe = temporary(path)?;
         probe
@@ -122,8 +121,7 @@ impl ResultDirectory {
 ///
 /// The directory or a file cannot be made.
 pub fn write_files(directory: &Path, files: &[ResultFile]) -> Result<(), OutputError> {
-    std::fs::create_dir_all(directory)
-        .map_err(|error| OutputError::unwritable(directory, "the directory cannot be made", &error))?;
+    make(directory)?;
     for file in files {
         let path = directory.join(&file.name);
         refuse_directory(&path)?;
@@ -137,6 +135,20 @@ pub fn write_files(directory: &Path, files: &[ResultFile]) -> Result<(), OutputE
             .map_err(|error| OutputError::unwritable(&path, "the file cannot be renamed", &error.error))?;
     }
     Ok(())
+}
+
+/// Makes a directory where it is missing.
+fn make(path: &Path) -> Result<(), OutputError> {
+    // The system says of a link that leads nowhere only that it exists.
+    if let (Ok(target), false) = (std::fs::read_link(path), path.exists()) {
+        return Err(OutputError::Unwritable {
+            path: path.to_path_buf(),
+            what: "the directory is a link that leads nowhere",
+            got: format!("a link to {}, which is not there", target.display()),
+            remedy: "make the directory that it leads to, or name another one with --out",
+        });
+    }
+    std::fs::create_dir_all(path).map_err(|error| OutputError::unwritable(path, "the directory cannot be made", &error))
 }
 
 /// Keeps a second run out of the directory; systems that cannot lock one let it be.
@@ -259,6 +271,18 @@ mod tests {
         assert!(error.contains("another run") && error.contains("wait"), "{error}");
         drop(first);
         assert!(ResultDirectory::open(home.path()).is_ok());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_leads_nowhere_is_told_as_one() {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        let link = home.path().join("link");
+        std::os::unix::fs::symlink(home.path().join("absent"), &link).expect("linked");
+        let error = ResultDirectory::open(&link).expect_err("it leads nowhere").to_string();
+        assert!(error.contains("leads nowhere") && error.contains("absent"), "{error}");
+        std::fs::create_dir(home.path().join("absent")).expect("made");
+        assert!(ResultDirectory::open(&link).is_ok());
     }
 
     #[test]

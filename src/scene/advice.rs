@@ -1,5 +1,8 @@
 //! Classic mistakes that make no scene invalid: told as warnings, each with what to look at.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
 use glam::DVec3;
 
 use super::advice_openings::advise_on_openings;
@@ -21,6 +24,8 @@ pub(super) const ON_SURFACE_M: f64 = 1e-6;
 const MOST_LOOKS: usize = 200_000_000;
 /// In a scene that is smaller than this in m, openings of real luminaires reach through everything: its unit is wrong.
 const SMALLEST_WITH_OPENINGS_M: f64 = 0.1;
+/// A point this near to the bounding box, as a fraction of its size, is not outside: above the rounding of coordinates.
+const ON_BOUNDS: f64 = 1e-9;
 /// Names that a warning lists; of more luminaires it tells the number.
 const MOST_NAMES: usize = 4;
 
@@ -30,7 +35,8 @@ const MOST_NAMES: usize = 4;
 pub(super) fn advise(scene: &mut Scene, shells: &[Shell]) {
     let mut advice = Vec::new();
     advise_on_maintenance(&scene.luminaires, &mut advice);
-    advise_on_units(scene, &mut advice);
+    advise_on_units(scene, shells, &mut advice);
+    advise_on_doubles(&scene.luminaires, &mut advice);
     advise_on_places(scene, shells, &mut advice);
     advise_on_grids(scene, &mut advice);
     scene.warnings.extend(advice);
@@ -77,21 +83,61 @@ fn advise_on_maintenance(luminaires: &[Luminaire], advice: &mut Vec<String>) {
     }
 }
 
-fn advise_on_units(scene: &Scene, advice: &mut Vec<String>) {
+fn advise_on_units(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     let [low_m, high_m] = bounds_m(scene);
-    let outside: Vec<&str> = scene
-        .receivers
-        .iter()
-        .filter(|set| {
-            let is_outside = |point_m: DVec3| point_m.cmplt(low_m).any() || point_m.cmpgt(high_m).any();
-            !set.points.is_empty() && set.points.iter().all(|point| is_outside(point.position_m))
-        })
-        .map(|set| set.name.as_str())
-        .collect();
-    if !outside.is_empty() {
+    let rounding_m = ON_BOUNDS * low_m.distance(high_m);
+    let is_outside =
+        |point_m: DVec3| point_m.cmplt(low_m - rounding_m).any() || point_m.cmpgt(high_m + rounding_m).any();
+    let has_room = shells.iter().any(|shell| shell.volume_m3 < 0.0);
+    let box_m = format!("the scene's bounding box ({low_m} to {high_m} m)");
+    let mut all_outside: Vec<&str> = Vec::new();
+    for set in &scene.receivers {
+        let points = set.points.len();
+        match set.points.iter().filter(|point| is_outside(point.position_m)).count() {
+            0 => {}
+            count if count == points => all_outside.push(&set.name),
+            // Where there is no room, receivers may well reach beyond what stands there.
+            count if has_room => advice.push(format!(
+                "{}: {count} of {points} points are outside of {box_m}, where no light of a room gets; they count in its tables and errors",
+                set.name
+            )),
+            _ => {}
+        }
+    }
+    if !all_outside.is_empty() {
         advice.push(format!(
-            "{}: all points are outside of the scene's bounding box ({low_m} to {high_m} m); are they in the scene's length_unit?",
-            listed(outside)
+            "{}: all points are outside of {box_m}; are they in the scene's length_unit?",
+            listed(all_outside)
+        ));
+    }
+}
+
+/// Two luminaires in one place that look alike are one too many; one that shines up and one that shines down are not.
+fn advise_on_doubles(luminaires: &[Luminaire], advice: &mut Vec<String>) {
+    let mut places: HashMap<[u64; 6], &Luminaire> = HashMap::new();
+    let mut doubles: Vec<(&Luminaire, &Luminaire)> = Vec::new();
+    for luminaire in luminaires {
+        let (place_m, axis) = match &luminaire.emission {
+            Emission::Isotropic { position_m, .. } => (*position_m, DVec3::ZERO),
+            Emission::Lambertian { position_m, axis, .. } => (*position_m, *axis),
+            Emission::Photometric { position_m, frame, .. } => (*position_m, frame[2]),
+            Emission::Sphere { center_m, .. } => (*center_m, DVec3::ZERO),
+            Emission::Area { .. } => continue,
+        };
+        let [[x, y, z], [dx, dy, dz]] =
+            [place_m, axis].map(|vector| (vector + DVec3::ZERO).to_array().map(f64::to_bits));
+        match places.entry([x, y, z, dx, dy, dz]) {
+            Entry::Occupied(first) => doubles.push((first.get(), luminaire)),
+            Entry::Vacant(free) => {
+                free.insert(luminaire);
+            }
+        }
+    }
+    if let [(first, second), rest @ ..] = doubles.as_slice() {
+        let more = if rest.is_empty() { String::new() } else { format!(", and {} more such pairs", rest.len()) };
+        advice.push(format!(
+            "{} and {} stand in the same place and shine the same way{more}; was one entered twice?",
+            first.name, second.name
         ));
     }
 }
@@ -169,16 +215,17 @@ fn advise_on_grids(scene: &Scene, advice: &mut Vec<String>) {
     }
 }
 
-/// What a luminaire's axis meets first.
-struct Met {
-    distance_m: f64,
+/// What a straight way meets first.
+pub(crate) struct Met {
+    /// How far away in m.
+    pub distance_m: f64,
     /// The back of a surface that has only a front.
     is_dead_back: bool,
 }
 
-/// The first triangle along a direction, told by looking at all of them; those that the start lies on do not count
+/// The first triangle along a direction, in f64, told by looking at all of them; those that the start lies on do not count
 /// where the direction leaves them.
-fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Option<Met> {
+pub(crate) fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Option<Met> {
     let mut nearest: Option<Met> = None;
     for triangle in 0..scene.triangles.len() as u32 {
         let [a, b, c] = scene.corners_m(triangle);
@@ -243,6 +290,14 @@ mod tests {
             (spot("a", "[2,2,2]", r#""maintenance_factor": 0.4"#), "applied twice"),
             (spot("a", "[2,2,2]", r#""maintenance_factor": 0.64"#), "applied twice"),
             (
+                [
+                    spot("a", "[2,2,2]", r#""maintenance_factor": 0.8"#),
+                    spot("b", "[2,2,2]", r#""maintenance_factor": 0.8"#),
+                ]
+                .join(", "),
+                "in the same place",
+            ),
+            (
                 format!(
                     "{}, {}",
                     spot("a", "[2,2,2]", r#""maintenance_factor": 0.8"#),
@@ -254,6 +309,33 @@ mod tests {
             let told: Vec<String> =
                 warnings(&luminaire).into_iter().filter(|warning| warning.contains(words)).collect();
             assert_eq!(told.len(), 1, "{words}: {told:?}");
+        }
+    }
+
+    #[test]
+    fn lights_up_and_down_from_one_place_are_no_doubles() {
+        let down = spot("a", "[2,2,2]", r#""maintenance_factor": 0.8"#);
+        let up = spot("b", "[2,2,2]", r#""maintenance_factor": 0.8, "aim": [0,0,1]"#);
+        assert!(warnings(&format!("{down}, {up}")).is_empty());
+    }
+
+    #[test]
+    fn points_outside_of_a_room_are_counted() {
+        for (origin, u, words) in [
+            ("[0,1,0]", "[4,0,0]", None),
+            ("[0.5,1,0.8]", "[30,0,0]", Some("g: 2 of 3 points are outside")),
+            ("[10,1,0.8]", "[30,0,0]", Some("\"g\": all points are outside")),
+        ] {
+            let text = format!(
+                r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+                "geometry": [ {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "white" }} ],
+                "luminaires": [ {{ "name": "a", "type": "point", "position": [2,2,2], "intensity_cd": 1, "maintenance_factor": 0.8 }} ],
+                "receivers": [ {{ "name": "g", "type": "grid", "origin": {origin}, "u": {u}, "v": [0,1,0], "columns": 3, "rows": 1 }} ] }}"#
+            );
+            let warnings = scene_from_json(&text, None, Path::new(".")).expect("a valid scene").warnings;
+            let told: Vec<&String> = warnings.iter().filter(|warning| warning.contains("outside")).collect();
+            assert_eq!(told.len(), usize::from(words.is_some()), "{told:?}");
+            assert!(words.is_none_or(|words| told[0].contains(words)), "{told:?}");
         }
     }
 

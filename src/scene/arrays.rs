@@ -40,6 +40,16 @@ pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<Array>, S
         u_m: along(columns_count, "u")?,
         v_m: along(rows_count, "v")?,
     };
+    for (key, count, along_m) in [("u", columns_count, array.u_m), ("v", rows_count, array.v_m)] {
+        if count > 1 && along_m == DVec3::ZERO {
+            return Err(fields.need(key, "[6, 0, 0]")?.refuse_as(
+                format!("the array puts {count} luminaires in one place"),
+                "a vector of length 0",
+                "the way from the first to the last of them",
+                "give it a length, or give the luminaire more light instead",
+            ));
+        }
+    }
     if u64::from(columns_count) * u64::from(rows_count) > MOST_LUMINAIRES {
         let blamed = columns.or(rows).unwrap_or_else(|| fields.node().clone());
         let expected = format!("at most {MOST_LUMINAIRES}");

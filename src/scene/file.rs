@@ -24,6 +24,10 @@ pub(super) const KEYS: [&str; 7] =
 /// The version of the file format that this program reads.
 pub(super) const VERSION: f64 = 1.0;
 
+/// Where all surfaces of a closed scene return more than this, a packet meets more than 10,000 of them, and not even pilots end in
+/// good time.
+const WHITEST: f64 = 0.9999;
+
 /// A lit scene larger than this, in m, is likely one in other units.
 const SUSPICIOUSLY_LARGE_M: f64 = 1000.0;
 /// A lit scene smaller than this, in m, is likely one in other units.
@@ -99,10 +103,10 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
     };
     if never_absorbs(&scene) {
         return Err(geometry_node.refuse_as(
-            "a closed scene in which nothing absorbs",
-            "every reflectance is 1, and no light can leave",
-            "a surface with a reflectance below 1, an opening, or a sphere luminaire",
-            "lower a reflectance: the light would go on for ever",
+            "a closed scene in which next to nothing absorbs",
+            format!("every reflectance is above {WHITEST}, and no light can leave"),
+            format!("a surface with a reflectance of {WHITEST} or less, an opening, or a sphere luminaire"),
+            "lower a reflectance: the light would go on for ever, or nearly so; the whitest paints have 0.99",
         ));
     }
     let shells = closed_shells_of_geometries(&scene);
@@ -120,9 +124,10 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
     Ok(scene)
 }
 
-/// Whether light that a luminaire sends out can be lost nowhere.
+/// Whether light that a luminaire sends out is lost nowhere, or only after thousands of reflections.
 fn never_absorbs(scene: &Scene) -> bool {
-    let is_white = |surface: &super::model::Surface| scene.materials[surface.material as usize].law.absorbs_nothing();
+    let is_white =
+        |surface: &super::model::Surface| scene.materials[surface.material as usize].law.returned_share() > WHITEST;
     let has_black_ball = scene.luminaires.iter().any(|luminaire| matches!(luminaire.emission, Emission::Sphere { .. }));
     if has_black_ball || !scene.surfaces.iter().all(is_white) {
         return false;

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -42,6 +43,10 @@ pub(super) const DISTRIBUTIONS: [&str; 2] = ["isotropic", "lambertian"];
 /// Values of `side`.
 pub(super) const SIDES: [&str; 3] = ["front", "back", "both"];
 
+/// Luminous fluxes in lm that are computed: a thousandth of a photon's an hour to more than the sun's. Fourth powers of the
+/// illuminances that they bring, which checks sum up, stay well within 64-bit floats.
+const FLUXES_LM: RangeInclusive<f64> = 1e-24..=1e30;
+
 /// What luminaires refer to.
 pub(super) struct Around<'a> {
     pub unit: LengthUnit,
@@ -71,6 +76,12 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
             Some(array) => array.fill(&fields, &luminaire, &mut names, &mut luminaires)?,
             None => luminaires.push(luminaire),
         }
+    }
+    if luminaires.iter().all(|luminaire| luminaire.luminous_flux_lm == 0.0) {
+        warnings.push(
+            "no luminaire gives light, so that everything is dark: all have a flux, a dimming or a factor of 0"
+                .to_owned(),
+        );
     }
     if !maintained {
         warnings.push("no luminaire has a maintenance_factor: results are those of a new installation".into());
@@ -120,9 +131,15 @@ fn read_one(
             (flux_lm, emission)
         }
     };
-    if !luminous_flux_lm.is_finite() {
-        let expected = "a luminous flux that a 64-bit float can hold";
-        return Err(node.refuse(format!("the luminous flux of {name:?} is not finite"), expected, "check its numbers"));
+    if luminous_flux_lm != 0.0 && !FLUXES_LM.contains(&luminous_flux_lm) {
+        let given =
+            ["luminous_flux_lm", "intensity_cd", "exitance_lm_m2", "file"].into_iter().find_map(|key| fields.get(key));
+        return Err(given.unwrap_or_else(|| node.clone()).refuse_as(
+            format!("the luminous flux of {name:?} is out of all proportion"),
+            format!("{luminous_flux_lm:e} lm in all, dimming and maintenance in it"),
+            format!("0, or {:e} to {:e} lm", FLUXES_LM.start(), FLUXES_LM.end()),
+            "check its numbers",
+        ));
     }
     if luminous_flux_lm == 0.0 {
         warnings.push(format!("{name}: this luminaire gives no light"));

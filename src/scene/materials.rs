@@ -18,6 +18,8 @@ pub(super) const KEYS: [&[&str]; 5] = [
 
 /// Largest exponent of a phong lobe: its width of some 0.06° is that of a mirror.
 const LARGEST_EXPONENT: f64 = 1e6;
+/// Largest refractive index: no clear material has one of more than some 4 for visible light.
+const LARGEST_REFRACTIVE_INDEX: f64 = 10.0;
 
 /// Reads all materials.
 pub(super) fn read(node: &Node) -> Result<Vec<Material>, SceneError> {
@@ -59,6 +61,11 @@ fn read_law(node: &Node) -> Result<ReflectionLaw, SceneError> {
             if refractive_index < 1.0 {
                 let remedy = "give the glass's index relative to air, such as 1.52";
                 return Err(node.refuse("the refractive index is below 1", "a number of at least 1", remedy));
+            }
+            if refractive_index > LARGEST_REFRACTIVE_INDEX {
+                let expected = format!("a number from 1 to {LARGEST_REFRACTIVE_INDEX}; diamond has 2.42, germanium 4");
+                let remedy = "give the glass's index relative to air, such as 1.52";
+                return Err(node.refuse("the refractive index is that of no glass", expected, remedy));
             }
             let internal_transmittance = share(&fields, "internal_transmittance")?;
             Ok(ReflectionLaw::Glass { refractive_index, internal_transmittance })

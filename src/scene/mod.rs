@@ -37,6 +37,7 @@ mod vectors;
 mod weld;
 mod winding;
 
+pub(crate) use advice::first_met;
 pub use elements::{Cell, Elements, Side};
 pub use error::{Place, Refusal, SceneError};
 pub use file::{read_scene, scene_from_json};

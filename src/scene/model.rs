@@ -130,16 +130,16 @@ impl ReflectionLaw {
         }
     }
 
-    /// Whether all light that arrives leaves again.
-    pub fn absorbs_nothing(&self) -> bool {
+    /// Share of the light that leaves again, reflected or let through; of glass what a pane without reflection lets through.
+    pub fn returned_share(&self) -> f64 {
         match *self {
-            ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => reflectance >= 1.0,
+            ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => reflectance,
             ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
-                diffuse_reflectance + specular_reflectance >= 1.0
+                diffuse_reflectance + specular_reflectance
             }
-            ReflectionLaw::Glass { internal_transmittance, .. } => internal_transmittance >= 1.0,
+            ReflectionLaw::Glass { internal_transmittance, .. } => internal_transmittance,
             ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
-                diffuse_reflectance + diffuse_transmittance >= 1.0
+                diffuse_reflectance + diffuse_transmittance
             }
         }
     }

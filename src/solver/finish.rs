@@ -33,9 +33,10 @@ pub(super) fn finish(
         + forward.map_or(0, Forward::all_rays)
         + jobs.iter().map(Job::all_rays).sum::<u64>();
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
-    let ends = ends_of_chains(&jobs, forward);
+    let is_dark = context.stage.emitters.list().is_empty();
+    let ends = ends_of_chains(&jobs, forward, is_dark);
     let flux_balance = ends.map(|ends| flux_balance(context, ends));
-    let map_check = ends_of_chains(&jobs, forward).and_then(|ends| map_check(context, &jobs, ends));
+    let map_check = ends_of_chains(&jobs, forward, is_dark).and_then(|ends| map_check(context, &jobs, ends));
     if let (Ok(check), Some(target)) = (&map_check, target_error) {
         refuse_without_balance(context, &mut jobs, check, target);
     }
@@ -70,7 +71,7 @@ pub(super) fn finish(
             if rating.glare_sum.value > 0.0 { "nothing lights the background" } else { "no luminaire is in view" };
         warnings.push(format!("{}: no glare rating, since {why}", context.scene.receivers[rating.set].name));
     }
-    let bound_met = jobs.iter().filter(|job| job.bound).all(|job| job.met || job.is_exact() || job.judgement.dark);
+    let bound_met = jobs.iter().filter(|job| job.bound).all(is_met);
     let elements = jobs.iter().find(|job| job.kind == MapKind::Elements).map(|job| job.elements.clone());
     let maps: Vec<MapResult> = jobs.into_iter().map(|job| map_result(context, job, target_error)).collect();
     for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
@@ -125,10 +126,20 @@ pub(super) fn finish(
     }
 }
 
+/// Whether no light was found in a map that may get some: nobody knows its relative error then.
+fn is_unlit(job: &Job) -> bool {
+    job.judgement.dark && !job.is_black() && job.site_weights().iter().sum::<f64>() > 0.0
+}
+
+/// Whether a map keeps the target, if there is one; a map that nothing counts in does.
+fn is_met(job: &Job) -> bool {
+    (job.met || job.is_exact() || job.judgement.dark) && !is_unlit(job)
+}
+
 fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResult {
     let judgement = job.judgement;
     let weight_sum: f64 = job.site_weights().iter().sum();
-    let dark = judgement.dark && !job.is_black() && weight_sum > 0.0;
+    let dark = is_unlit(&job);
     let samples = (job.map.indirect_samples.complete.max(1) * REPLICAS as u64) as f64;
     let error = MapError {
         random: judgement.halves_error,
@@ -150,7 +161,7 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
         bound: job.bound,
         refusals: job.refusals,
         checks: job.checks.clone(),
-        target_met: target_error.map(|_| (job.met || job.is_exact()) && !dark),
+        target_met: target_error.map(|_| is_met(&job)),
         tables: match job.kind {
             MapKind::Elements => surface_tables(context, &job),
             MapKind::Receivers(set) => vec![receiver_table(context.scene, set, &job)],
@@ -209,11 +220,17 @@ fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
 
 /// How the packets of forward chains ended, replica by replica: those that elements counted, or those that gathering
 /// looks up.
-fn ends_of_chains<'a>(jobs: &'a [Job], forward: Option<&'a Forward>) -> Result<&'a [Ends; REPLICAS], String> {
+fn ends_of_chains<'a>(
+    jobs: &'a [Job],
+    forward: Option<&'a Forward>,
+    is_dark: bool,
+) -> Result<&'a [Ends; REPLICAS], String> {
     let counting = jobs.iter().find(|job| job.engine == Engine::Counting && job.ends[0].packets() > 0);
     let ends = counting.map(|job| &job.ends).or(forward.map(|forward| &forward.ends));
     ends.ok_or_else(|| {
-        if jobs.iter().any(Job::is_black) {
+        if is_dark {
+            "no luminaire gives light, so no chains were traced".to_owned()
+        } else if jobs.iter().any(Job::is_black) {
             "no surface reflects, so no chains were traced".to_owned()
         } else {
             "the element map was not asked for, so no chains were traced from the luminaires".to_owned()

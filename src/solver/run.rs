@@ -292,7 +292,7 @@ impl Run<'_> {
         if self.jobs.iter().all(|job| job.is_exact()) {
             StopReason::Exact
         } else if self.target_error.is_some()
-            && self.jobs.iter().filter(|job| job.bound).all(|job| job.met || job.judgement.dark)
+            && self.jobs.iter().filter(|job| job.bound).all(|job| job.met || (job.judgement.dark && job.is_black()))
         {
             StopReason::TargetMet
         } else if self.jobs.iter().any(|job| job.bound && job.finest) {

@@ -135,6 +135,9 @@ pub fn solve_by_light_mesh(
                 map.map.name
             ));
         }
+        if let DirectPlan::Rays(why @ Why::TooFine(_)) = &plan.direct {
+            warnings.push(format!("\"{}\" has no mesh: {}; shadow rays replace it", map.map.name, why_in_words(why)));
+        }
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
@@ -360,6 +363,9 @@ fn why_in_words(why: &Why) -> String {
             format!("a mesh of {step_m:.4} m was no nearer to it than one of twice the step")
         }
         Why::StepMisses(error) => format!("the step that was given leaves an error of {:.2} %", 100.0 * error),
+        Why::TooFine(step_m) => {
+            format!("a mesh of the step that was given, {step_m:e} m, has more points than can be numbered")
+        }
         Why::Missed => "plans with a mesh missed the target".to_owned(),
         Why::NearLights => {
             "a luminaire stands close to a surface, whose light the points of a mesh may miss".to_owned()

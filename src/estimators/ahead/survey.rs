@@ -1,13 +1,11 @@
 //! Looks ahead from a receiver at one emitter: more of them where it is seen in part.
 
-use super::Expectation;
+use super::{Expectation, SHARE_FOR_A_LOOK};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::sampling::emitter::Emitter;
 use crate::sampling::random::{Square, Stream};
 
-/// An emitter that brings at least this share of all is looked at ahead.
-const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
 /// Looks that both answers, in sight and hidden, count for before the first, where looks are too few to stand in order.
 const PRIOR: f64 = 0.4;
 /// Sides of squares, in halvings, that show what of an emitter is seen: first of all, and of one that is seen in part.
@@ -54,15 +52,18 @@ impl<'a> Survey<'a> {
         Survey { stage, receiver, emitter, number, importance, stream, rays: 0 }
     }
 
-    /// Looks ahead at an emitter that may bring a share of all light, and says what to expect of it.
-    pub fn look_ahead(&mut self, share: f64, looks_ahead: f64, found: &mut Expectation) {
-        if share < SHARE_FOR_A_LOOK {
-            found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNASKED * self.importance);
-            return;
-        }
-        if self.emitter.is_single_point() {
+    /// Looks ahead at an emitter that may bring a part of all light, of which `seen_lx` was found so far (all, before the first
+    /// look), and says what to expect of it.
+    pub fn look_ahead(&mut self, [total_lx, seen_lx]: [f64; 2], looks_ahead: f64, found: &mut Expectation) {
+        // A point is known for certain after one ray.
+        if self.emitter.is_single_point() && self.importance >= SHARE_FOR_A_LOOK * seen_lx {
             let lx = self.look_lx(Square::WHOLE, 0);
             found.expect(self.number, Square::WHOLE, lx, [0.0; 2], 0.0);
+            return;
+        }
+        let share = self.importance / total_lx;
+        if share < SHARE_FOR_A_LOOK {
+            found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNASKED * self.importance);
             return;
         }
         let looks = (looks_ahead * share).ceil();

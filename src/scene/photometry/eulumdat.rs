@@ -1,6 +1,6 @@
 //! EULUMDAT: one value a line, intensities in cd per 1000 lm of lamps.
 
-use super::file::FLUX_TOLERANCE;
+use super::file::{FLUX_TOLERANCE, LARGEST_OPENING_M};
 use super::planes::unfold;
 use super::text::{Comma, Tokens, decode, lines_of, number};
 use super::{
@@ -31,8 +31,9 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
     let angle_count = fields.count(6, "Ng, the number of angles in a plane", 2)?;
     let mut sizes_m = [0.0; 6];
     for (size, line) in sizes_m.iter_mut().zip(16..=21) {
-        let what = "a dimension of the luminous area in mm, 0 or more";
-        *size = fields.optional(line, what, |mm| mm >= 0.0)? * MILLIMETRE_M;
+        let what = "a dimension of the luminous area in mm, 0 to 100000";
+        let most_mm = LARGEST_OPENING_M / MILLIMETRE_M;
+        *size = fields.optional(line, what, |mm| (0.0..=most_mm).contains(&mm))? * MILLIMETRE_M;
     }
     let downward_percent = fields.optional(22, "DFF, the downward flux fraction in percent", |_| true)?;
     let output_ratio_percent = fields.optional(23, "LORL, the light output ratio in percent", |_| true)?;

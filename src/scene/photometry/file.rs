@@ -105,6 +105,9 @@ pub enum LateralSymmetry {
     None,
 }
 
+/// Extents of a luminous opening in m, at most: longer than any luminaire that is measured as one.
+pub(super) const LARGEST_OPENING_M: f64 = 100.0;
+
 /// The luminous opening, in m; `c0` is the extent along C0–C180, `c90` along C90–C270.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Opening {

@@ -12,7 +12,7 @@ use super::{
 };
 
 /// Metres in a foot.
-const FOOT_M: f64 = 0.3048;
+pub(super) const FOOT_M: f64 = 0.3048;
 
 /// Parses an IES LM-63 file of any edition (1986, 1991, 1995, 2002, 2019).
 ///

@@ -1,5 +1,7 @@
 //! The numbers of an IES file, in their order.
 
+use super::file::LARGEST_OPENING_M;
+use super::ies::FOOT_M;
 use super::text::{Comma, Tokens};
 use super::{PhotometricError, PhotometricType};
 
@@ -110,9 +112,13 @@ fn body(tokens: &mut Tokens, included_tilt: bool) -> Result<Body, PhotometricErr
     let photometric_type = types[type_code as usize - 1];
     let unit = "a unit: 1 (feet) or 2 (metres)";
     let feet = tokens.checked(unit, "write 2 for metres", |value| [1.0, 2.0].contains(&value))? == 1.0;
+    let unit_m = if feet { FOOT_M } else { 1.0 };
     let mut dimensions = [0.0; 3];
     for (size, what) in dimensions.iter_mut().zip(["the width", "the length", "the height"]) {
-        *size = tokens.number(what)?;
+        let expected = format!("{what} of the luminous opening, at most {LARGEST_OPENING_M} m");
+        *size = tokens.checked(&expected, "check the dimensions and their unit", |size| {
+            size.abs() * unit_m <= LARGEST_OPENING_M
+        })?;
     }
     let factor_line = tokens.line();
     let ballast = "a ballast factor above 0";

@@ -120,7 +120,7 @@ enum MaterialKind {
     /// A thin pane, one sheet for both faces.
     Glass {
         /// Refractive index relative to air.
-        #[schemars(range(min = 1.0))]
+        #[schemars(range(min = 1.0, max = 10.0))]
         refractive_index: f64,
         /// Transmittance of the glass itself at normal incidence.
         #[schemars(range(min = 0.0, max = 1.0))]
