@@ -13,6 +13,9 @@ use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
 use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side};
 
+/// Standard error of what was measured over its mean from which on it is stated too.
+const MOST_UNSURE: f64 = 0.5;
+
 /// A map, and what it took.
 pub struct TracedMap {
     /// The map.
@@ -169,10 +172,13 @@ impl Planner<'_> {
             short * random_lx(entries, lights, |light| light.direct_lx)
         };
         let random_lx = halves_lx.max(of_places_lx);
-        let whole = measured.total().mean.max(0.0) + of_places_lx.powi(2);
+        let total = measured.total();
+        // A check that was cut short may have been lucky: where it is that unsure, its standard error is stated with it.
+        let unsure = if total.standard_error > MOST_UNSURE * total.mean { total.standard_error } else { 0.0 };
+        let whole = total.mean.max(0.0) + unsure + of_places_lx.powi(2);
         let estimated_lx = whole.max(random_lx.powi(2)).sqrt();
         let bias_lx = (estimated_lx.powi(2) - random_lx.powi(2)).max(0.0).sqrt();
-        let upper_lx = measured.total().upper_root_lx(ONE_IN_SIXTY).hypot(of_places_lx).max(estimated_lx);
+        let upper_lx = total.upper_root_lx(ONE_IN_SIXTY).hypot(of_places_lx).max(estimated_lx);
         let relative = |lx: f64| if mean_lx > 0.0 { lx / mean_lx } else { 0.0 };
         let error_of = |light: &EntryLight| {
             if light.is_known {
