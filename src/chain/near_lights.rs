@@ -48,10 +48,10 @@ pub type LookedBack = (DVec3, DVec3);
 impl NearLights {
     /// Finds the emitters that light surfaces from near; `None` where that is not worth anything.
     pub fn of(stage: &Stage) -> Option<NearLights> {
-        let emitters = stage.emitters.list();
-        if emitters.is_empty() || !stage.reflects() {
+        if !stage.reflects() {
             return None;
         }
+        let emitters = stage.emitters.list();
         let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
         let mut rays = 0;
         // Illuminance for a lumen of the emitter, in 1/m², where each packet arrives.
