@@ -7,10 +7,10 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::{scene_of, with_chains};
+use common::{Silent, scene_of, with_chains};
 use luxmc::maps::{Estimate, MapResult};
 use luxmc::scene::Scene;
-use luxmc::solver::{MapSelection, Solution};
+use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 
 const MOST_DEVIATIONS: f64 = 8.0;
 
@@ -76,6 +76,27 @@ fn a_room_that_reflects_all_but_a_ten_thousandth_keeps_its_balance() {
     let found = flux_lm(&solution, "r");
     assert!(is_near(found, exact), "{found:?} for {exact}");
     assert!(found.1 < 0.1 * exact && !is_near((0.1 * exact, found.1), exact), "{found:?}");
+}
+
+/// A chain of this room has 10,000 rays, and so has a walk: pilots that took their usual numbers would trace 10⁸. Without a
+/// stop at so many rays a time limit could not hold.
+#[test]
+fn pilots_in_a_nearly_white_room_end_after_so_many_rays() {
+    let receivers = r#"{ "name": "plane", "type": "grid", "origin": [0.1, 0.1, 0.5], "u": [0.8, 0, 0], "v": [0, 0.8, 0], "columns": 20, "rows": 20 }"#;
+    let scene = scene(0.9999, &room("r", [0.0; 3], [1.0; 3], "paint"), &lamp([0.5; 3]), receivers);
+    let settings = Settings {
+        method: Method::Auto,
+        elements: ElementChoice::Adaptive,
+        seed: 1,
+        target_error: None,
+        chains: Some(16),
+        time_limit_s: None,
+        maps: elements(),
+        threads: None,
+    };
+    let solution = solve(&scene, &settings, &Silent);
+    let of_chains = 16.0 * 1e4;
+    assert!((of_chains..2e7).contains(&(solution.rays as f64)), "{} rays", solution.rays);
 }
 
 #[test]

@@ -12,9 +12,10 @@ use super::model::{Emission, Luminaire, Scene};
 use super::names::listed;
 use super::overlaps::overlaps;
 use super::reader::{Node, Source};
-use super::shells::{self, Enclosures, Shell, bounds_m, closed_shells_of_geometries, shells_of_scene};
+use super::shells::{self, Shell, bounds_m, closed_shells_of_geometries};
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
+use super::whiteness::{LEAST_ABSORBED, absorbed_share};
 use super::{luminaires, materials, parse, receivers, surfaces};
 
 /// Keys of the file.
@@ -23,10 +24,6 @@ pub(super) const KEYS: [&str; 7] =
 
 /// The version of the file format that this program reads.
 pub(super) const VERSION: f64 = 1.0;
-
-/// Where all surfaces of a closed scene return more than this, a packet meets more than 10,000 of them, and not even pilots end in
-/// good time.
-const WHITEST: f64 = 0.9999;
 
 /// A lit scene larger than this, in m, is likely one in other units.
 const SUSPICIOUSLY_LARGE_M: f64 = 1000.0;
@@ -101,11 +98,13 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
         receivers,
         warnings,
     };
-    if never_absorbs(&scene) {
+    if let Some(absorbed) = absorbed_share(&scene).filter(|absorbed| *absorbed < LEAST_ABSORBED) {
         return Err(geometry_node.refuse_as(
-            "a closed scene in which next to nothing absorbs",
-            format!("every reflectance is above {WHITEST}, and no light can leave"),
-            format!("a surface with a reflectance of {WHITEST} or less, an opening, or a sphere luminaire"),
+            "a closed room in which next to nothing absorbs",
+            format!(
+                "what stands around a luminaire absorbs {absorbed:.1e} of what falls on it, and no light can leave"
+            ),
+            format!("surfaces that absorb {LEAST_ABSORBED} or more on average, or an opening"),
             "lower a reflectance: the light would go on for ever, or nearly so; the whitest paints have 0.99",
         ));
     }
@@ -122,26 +121,6 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
         ));
     }
     Ok(scene)
-}
-
-/// Whether light that a luminaire sends out is lost nowhere, or only after thousands of reflections.
-fn never_absorbs(scene: &Scene) -> bool {
-    let is_white =
-        |surface: &super::model::Surface| scene.materials[surface.material as usize].law.returned_share() > WHITEST;
-    let has_black_ball = scene.luminaires.iter().any(|luminaire| matches!(luminaire.emission, Emission::Sphere { .. }));
-    if has_black_ball || !scene.surfaces.iter().all(is_white) {
-        return false;
-    }
-
-    // A back that light can reach absorbs; the backs of closed shells lie on their far side.
-    let shells = shells_of_scene(scene);
-    let has_open_backs = shells.iter().any(|shell| !shell.closed && !shells::reflects_on_both_sides(scene, shell));
-    if has_open_backs {
-        return false;
-    }
-    let enclosures = Enclosures::of(scene, &shells);
-    let mut lit = scene.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
-    lit.any(|luminaire| enclosures.shut_in(&luminaire.emission))
 }
 
 fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {

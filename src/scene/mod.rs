@@ -35,6 +35,7 @@ mod texts;
 mod units;
 mod vectors;
 mod weld;
+mod whiteness;
 mod winding;
 
 pub(crate) use advice::first_met;

@@ -246,8 +246,18 @@ impl<'s> Enclosures<'s> {
         })
     }
 
+    /// The closed shells that let no light out.
+    pub fn shells(&self) -> impl Iterator<Item = &'s Shell> {
+        self.shells.iter().map(|(shell, _)| *shell)
+    }
+
+    /// How far in front of a surface a place is taken to lie, in m.
+    pub fn step_m(&self) -> f64 {
+        self.step_m
+    }
+
     /// Where a luminaire's light begins, a step in front of what emits it.
-    fn starts_m(&self, emission: &Emission) -> Vec<DVec3> {
+    pub fn starts_m(&self, emission: &Emission) -> Vec<DVec3> {
         let (scene, step_m) = (self.scene, self.step_m);
         match emission {
             Emission::Isotropic { position_m, .. } => vec![*position_m],

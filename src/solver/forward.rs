@@ -206,8 +206,8 @@ impl Forward {
     /// that is worth its rays.
     ///
     /// Deposits scatter from patch to patch; what a patch gathers is the mean over all that it sees. Each replica gathers
-    /// with its own rays from its own deposits, so that replicas stay independent.
-    pub fn settle(&mut self, context: &Context) {
+    /// with its own rays from its own deposits, so that replicas stay independent. All together take at most `most_rays`.
+    pub fn settle(&mut self, context: &Context, most_rays: f64) {
         if self.settled_chains == self.chains {
             return;
         }
@@ -216,7 +216,8 @@ impl Forward {
         self.fine.value(flux_per_chain_lm);
         self.coarse.value(flux_per_chain_lm);
         let rays_per_sample = RAYS_PER_SAMPLE * self.fine.patches.len() as f64;
-        let samples = (REFINING_SHARE * self.rays_per_chain() * self.chains as f64 / rays_per_sample) as u64;
+        let wanted_rays = REFINING_SHARE * self.rays_per_chain() * self.chains as f64;
+        let samples = (wanted_rays.min(most_rays / REPLICAS as f64) / rays_per_sample) as u64;
         if samples >= FEWEST_SAMPLES {
             self.refine(context, samples);
         }
@@ -270,9 +271,16 @@ impl Forward {
         self.trace(context, Purpose::Chains, until);
     }
 
-    /// The same with chains of a pilot, which no run traces again.
-    pub fn trace_pilot(&mut self, context: &Context, until: u64) {
-        self.trace(context, Purpose::Pilot, until);
+    /// The same with chains of a pilot, which no run traces again: fewer, where they would take more than enough rays.
+    pub fn trace_pilot(&mut self, context: &Context, most_chains: u64, enough_rays: u64) {
+        let mut until = 1;
+        loop {
+            self.trace(context, Purpose::Pilot, until);
+            if until == most_chains || 2 * self.chain_rays > enough_rays {
+                return;
+            }
+            until = (2 * until).min(most_chains);
+        }
     }
 
     fn trace(&mut self, context: &Context, purpose: Purpose, until: u64) {

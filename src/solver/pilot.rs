@@ -22,7 +22,11 @@ const WALKS: u64 = 4;
 /// Passes, and walks, of all points together, at least: a few points need more each to tell how they scatter.
 const LEAST_SAMPLES: u64 = 512;
 /// Chains traced for elements.
-const CHAINS: u64 = 1024;
+const CHAINS: usize = 1024;
+/// Rays of chains or walks after which a pilot has seen enough: in nearly white rooms each takes thousands of them.
+pub const ENOUGH_RAYS: u64 = 1_000_000;
+/// Chains, or points that walks start from, that it looks at in any case.
+pub const FEWEST_SITES: usize = 16;
 /// Looks ahead at an emitter that brings everything: usually, at least and at most.
 const USUAL_LOOKS: f64 = 64.0;
 const FEWEST_LOOKS: f64 = 16.0;
@@ -145,6 +149,7 @@ fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f
         points += 1;
         let mut look = DirectLook::new(quantity, receiver, &mut room, &expectation);
         sites.add(weight, passes, || look.sample(stage, stream));
+        true
     });
     let cost = sites.cost();
     (PartCost { pilot_rays: cost.pilot_rays + ahead_rays, ..cost }, ahead_rays as f64 / f64::from(points.max(1)))
@@ -166,6 +171,7 @@ pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> P
             let walks = WALKS.max(LEAST_SAMPLES / sites_of(context, set));
             over_receivers(context, set, &mut stream, |receiver, weight, stream| {
                 sites.add(weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
+                sites.rays < ENOUGH_RAYS as f64
             });
             sites.cost()
         }
@@ -178,15 +184,32 @@ fn sites_of(context: &Context, set: usize) -> u64 {
     (points / points.div_ceil(MOST_SITES).max(1)).max(1) as u64
 }
 
-fn over_receivers(context: &Context, set: usize, stream: &mut Stream, mut at: impl FnMut(&Receiver, f64, &mut Stream)) {
+/// Looks at some points of a set, spread over it, as long as there is need for more.
+fn over_receivers(
+    context: &Context,
+    set: usize,
+    stream: &mut Stream,
+    mut needs_more_after: impl FnMut(&Receiver, f64, &mut Stream) -> bool,
+) {
     let points = &context.scene.receivers[set].points;
     let stride = points.len().div_ceil(MOST_SITES).max(1);
-    for (index, point) in points.iter().enumerate().step_by(stride).filter(|(_, point)| !point.inside) {
+    let indices = scattered(points.len().div_ceil(stride)).map(|site| site * stride);
+    for (done, index) in indices.filter(|index| !points[*index].inside).enumerate() {
+        let point = &points[index];
         stream.seek(index as u64);
         let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-        at(&receiver, point.weight, stream);
+        if !needs_more_after(&receiver, point.weight, stream) && done + 1 >= FEWEST_SITES {
+            return;
+        }
     }
+}
+
+/// The numbers below `count`, so ordered that the first of them are spread over all.
+pub fn scattered(count: usize) -> impl Iterator<Item = usize> {
+    let bits = count.next_power_of_two().trailing_zeros();
+    let reversed = move |number: usize| number.reverse_bits().checked_shr(usize::BITS - bits).unwrap_or(0);
+    (0..1 << bits).map(reversed).filter(move |number| *number < count)
 }
 
 /// One chain scores Φ/A in every element that it meets: Σ A·var E is Φ² times its mean of Σ 1/A.
@@ -197,9 +220,9 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
     let cells = elements.len();
     let area_m2: f64 = (0..cells as u32).map(area_of).sum();
     let (mut variance, mut sum_lm) = (0.0, 0.0);
-    let mut rays = 0;
-    for chain in 0..CHAINS {
-        stream.seek((cells as u64) + chain);
+    let (mut chains, mut rays) = (0, 0);
+    for chain in scattered(CHAINS) {
+        stream.seek((cells + chain) as u64);
         let choice = (chain as f64 + stream.fine_unit()) / CHAINS as f64;
         let (_, chain_rays) = stage.trace_chain(choice, stream, |arrival| {
             let hit = &arrival.hit;
@@ -211,8 +234,12 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
             }
         });
         rays += chain_rays;
+        chains += 1;
+        if rays > ENOUGH_RAYS && chains >= FEWEST_SITES {
+            break;
+        }
     }
-    let chains = CHAINS as f64;
+    let chains = chains as f64;
     PartCost {
         variance: variance / chains,
         rays: rays as f64 / chains / cells as f64,

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::forward::{Forward, Recollection};
 use super::gathering::Gatherer;
 use super::job::{Context, Job};
+use super::pilot::ENOUGH_RAYS;
 use super::sweep::stream_index;
 use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
@@ -23,7 +24,7 @@ pub const RAYS_OF_FORWARD: f64 = 2.0;
 /// Share of the squared error that chains and gathering rays have together, and steps in which it is shared out.
 const SHARED_ERROR: f64 = 2.0 / 3.0;
 const SHARES: u32 = 40;
-/// Chains of each replica in the pilot.
+/// Chains of each replica in the pilot, at most.
 const CHAINS: u64 = 256;
 /// Entries that the pilot looks at, at most, and at least rays from all of them together.
 const MOST_SITES: usize = 128;
@@ -93,8 +94,8 @@ pub struct GatherPlan {
 /// The forward stage of the pilot.
 pub fn pilot_chains(context: &Context) -> Forward {
     let mut forward = Forward::new(context, patch_edge_m(context, PATCHES_OF_PILOT, f64::INFINITY));
-    forward.trace_pilot(context, CHAINS);
-    forward.settle(context);
+    forward.trace_pilot(context, CHAINS, ENOUGH_RAYS);
+    forward.settle(context, f64::INFINITY);
     forward
 }
 
@@ -112,17 +113,20 @@ pub fn patches_for(error: f64) -> f64 {
 
 /// Measures a map's variances and costs with the pilot's chains.
 pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCosts {
-    let gatherer = Gatherer { context, forward, elements: &job.elements, kind: job.kind, checked_share: CHECKED_SHARE };
     let entries: Vec<usize> = (0..job.map.len()).filter(|entry| job.weights[*entry] > 0.0).collect();
     let stride = entries.len().div_ceil(MOST_SITES).max(1);
     let sites: Vec<usize> = entries.iter().step_by(stride).copied().collect();
     let pairs = LEAST_RAYS.div_ceil(sites.len().max(1)).max(1);
+    let samples = (2 * sites.len() * HALF * 2 * pairs) as f64;
+    // A check is a walk, about as long as a chain.
+    let checked_share = CHECKED_SHARE.min(ENOUGH_RAYS as f64 / (samples * forward.rays_per_chain()));
+    let gatherer = Gatherer { context, forward, elements: &job.elements, kind: job.kind, checked_share };
     let number = job.kind.number();
     let halves: Vec<Vec<SiteSample>> = (0..2)
         .into_par_iter()
         .map(|parity| {
             let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 2 + parity as u32);
-            let mut memory = Recollection::new(context, forward, parity, CHECKED_SHARE);
+            let mut memory = Recollection::new(context, forward, parity, checked_share);
             memory.is_pilot = true;
             let mut cut = Cut::default();
             let sample = |entry: &usize| sample_site(&gatherer, *entry, pairs, &mut memory, &mut cut, &mut stream);
@@ -138,13 +142,12 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
         halves.iter().map(at_sites).sum::<f64>() / weight_sum
     };
     let total = |of: &dyn Fn(&SiteSample) -> f64| halves.iter().flatten().map(of).sum::<f64>();
-    let samples = (2 * sites.len() * HALF * 2 * pairs) as f64;
     let (ray_variance, noise) = (mean(&|site| site.variance), mean(&|site| site.noise));
     let mean_lx = mean(&|site| site.mean_lx);
     GatherCosts {
         // Chance can make the rays' own part vanish; a tenth is always left.
         ray_variance: (ray_variance - noise).max(0.1 * ray_variance) * job.numbers_per_site(),
-        deposit_variance: noise * forward.deposits_per_chain() * (CHAINS as usize * HALF) as f64
+        deposit_variance: noise * forward.deposits_per_chain() * (forward.chains as usize * HALF) as f64
             / forward.patch_count() as f64,
         check_variance: mean(&|site| site.check_squared),
         rays_per_sample: ((total(&|site| site.rays) - total(&|site| site.check_rays)) / samples).max(1.0),
@@ -194,7 +197,7 @@ fn sample_site(
             let (lx, rays) = gatherer.sample(&site, memory, cut, stream).1;
             found.rays += rays as f64;
             // A check is drawn with the share p and counts 1/p: its mean square is p times what a sum shows.
-            found.check_squared += memory.checks.rows_lx[0].powi(2) * CHECKED_SHARE / count;
+            found.check_squared += memory.checks.rows_lx[0].powi(2) * gatherer.checked_share / count;
             lx
         });
         found.mean_lx += (both[0] + both[1]) / count;

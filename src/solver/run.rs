@@ -135,7 +135,7 @@ impl Run<'_> {
         if let Some(stages) = &mut self.stages {
             let target = self.target_error.filter(|target| stages.rays_to(&self.jobs, *target) <= affordable_rays);
             self.goes_by_target = target.is_some();
-            stages.plan_first(self.context, &mut self.jobs, self.settings, target);
+            stages.plan_first(self.context, &mut self.jobs, self.settings, target, affordable_rays);
         }
         self.context.stage.look_out(self.planned_rays().min(affordable_rays));
         for job in &mut self.jobs {
@@ -197,7 +197,7 @@ impl Run<'_> {
         let until = stages.slice(RAYS_PER_SLICE);
         stages.forward.trace_to(self.context, until);
         if until == stages.goal_chains {
-            stages.forward.settle(self.context);
+            stages.forward.settle(self.context, f64::INFINITY);
         }
         true
     }
@@ -233,8 +233,7 @@ impl Run<'_> {
             return;
         }
         if !self.goes_by_target {
-            if stages.is_overdrawn(job) {
-                stages.plan_next(self.context, &mut self.jobs);
+            if stages.is_overdrawn(job) && stages.plan_next(self.context, &mut self.jobs, affordable_rays) {
                 let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
                 restarted.for_each(|job| job.next_judgement = job.first_samples());
             }
@@ -355,7 +354,7 @@ impl Run<'_> {
         if let Some(stages) = &mut self.stages
             && stages.forward.chains > 0
         {
-            stages.forward.settle(self.context);
+            stages.forward.settle(self.context, most_rays);
         }
         let forward = self.stages.as_ref().map(|stages| &stages.forward);
         for job in self.jobs.iter_mut().filter(|job| !job.has_started() && !job.map.is_empty()) {

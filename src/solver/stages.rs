@@ -29,8 +29,9 @@ const FEWEST_LIT_PATCHES: f64 = 16.0;
 const RAYS_OF_A_PILOT: f64 = 1e5;
 /// The same where local estimation lowers what maps need: its own pilot may promise too much by a factor of two.
 const RAYS_BESIDE_LOCAL: f64 = 0.6 * RAYS_OF_A_PILOT;
-/// Chains of a replica in the first of such stages.
+/// Chains of a replica in the first of such stages, at most, and the share of the affordable rays that they may take.
 const FIRST_CHAINS: f64 = 1024.0;
+const FIRST_SHARE: f64 = 0.25;
 
 /// The forward stage of a run, and what its pilot said.
 pub struct Stages {
@@ -134,19 +135,36 @@ impl Stages {
     }
 
     /// Plans the first stage: with a target or a number of chains the only one, if the pilot was right.
-    pub fn plan_first(&mut self, context: &Context, jobs: &mut [Job], settings: &Settings, target: Option<f64>) {
+    ///
+    /// Where only a limit ends the run, it takes at most a part of the affordable rays.
+    pub fn plan_first(
+        &mut self,
+        context: &Context,
+        jobs: &mut [Job],
+        settings: &Settings,
+        target: Option<f64>,
+        affordable_rays: f64,
+    ) {
         let chains = match (settings.chains, target) {
             (Some(chains), _) => chains as f64 / REPLICAS as f64,
             (None, Some(target)) => self.needs(jobs, target).map(|plan| plan.chains).fold(0.0, f64::max),
-            (None, None) => FIRST_CHAINS,
+            (None, None) => {
+                let rays_per_chain = self.chain.rays * RAYS_OF_FORWARD * REPLICAS as f64;
+                FIRST_CHAINS.min(FIRST_SHARE * affordable_rays / rays_per_chain).max(1.0)
+            }
         };
         self.start(context, jobs, chains);
     }
 
-    /// Plans a stage of several times the work, for a run that only a limit ends.
-    pub fn plan_next(&mut self, context: &Context, jobs: &mut [Job]) {
-        let chains = self.forward.chains as f64 * GROWTH;
-        self.start(context, jobs, chains);
+    /// Plans a stage of several times the work, for a run that only a limit ends; whether it is affordable.
+    pub fn plan_next(&mut self, context: &Context, jobs: &mut [Job], affordable_rays: f64) -> bool {
+        let rays = self.forward.rays + jobs.iter().map(Job::kept_rays).sum::<u64>();
+        let is_affordable = GROWTH * rays as f64 <= affordable_rays;
+        if is_affordable {
+            let chains = self.forward.chains as f64 * GROWTH;
+            self.start(context, jobs, chains);
+        }
+        is_affordable
     }
 
     /// Patches for so many chains, and gathering rays in proportion.

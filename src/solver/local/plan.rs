@@ -13,11 +13,15 @@ use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::job::Context;
+use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, scattered};
 
 /// Chains of the pilot.
-const CHAINS: u64 = 256;
-/// Entries that the pilot's chains score at.
+const CHAINS: usize = 256;
+/// Entries that the pilot's chains score at, at least and at most, and pairs of vertices and entries that it keeps: in nearly
+/// white rooms chains have thousands of vertices.
+const FEWEST_ENTRIES: usize = 16;
 const MOST_ENTRIES: usize = 256;
+const MOST_PAIRS: usize = 8_000_000;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;
@@ -147,15 +151,16 @@ impl Pilot {
         let stage = context.stage;
         let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 3);
         let mut path_rays = 0;
-        let chains: Vec<Vec<ChainVertex>> = (0..CHAINS)
-            .map(|chain| {
-                let mut vertices = Vec::new();
-                path_rays += trace(anchors, stage, chain, &mut stream, &mut vertices);
-                vertices
-            })
-            .collect();
+        let (mut chains, mut vertex_count) = (Vec::with_capacity(CHAINS), 0);
+        while chains.len() < CHAINS && (path_rays < ENOUGH_RAYS || chains.len() < FEWEST_SITES) {
+            let mut vertices = Vec::new();
+            path_rays += trace(anchors, stage, chains.len() as u64, &mut stream, &mut vertices);
+            vertex_count += vertices.len();
+            chains.push(vertices);
+        }
         let points = &context.scene.receivers[set].points;
-        let stride = points.len().div_ceil(MOST_ENTRIES).max(1);
+        let most_entries = (MOST_PAIRS / vertex_count.max(1)).clamp(FEWEST_ENTRIES, MOST_ENTRIES);
+        let stride = points.len().div_ceil(most_entries).max(1);
         let entries: Vec<usize> = (0..points.len()).step_by(stride).collect();
         let of_entry = |(place, entry): (usize, &usize)| {
             anchors.of_entry(*entry).map(move |number| (place, number)).collect::<Vec<_>>()
@@ -180,8 +185,8 @@ impl Pilot {
             })
             .collect();
         Pilot {
+            path_rays: path_rays as f64 / chains.len() as f64,
             chains,
-            path_rays: path_rays as f64 / CHAINS as f64,
             flux_lm: stage.emitters.luminous_flux_lm(),
             anchors: looked_at,
             weights: entries.iter().map(|entry| points[*entry].weight).collect(),
@@ -224,7 +229,7 @@ impl Pilot {
                 squares += weight * of_chain * of_chain;
             }
         }
-        let count = CHAINS as f64;
+        let count = self.chains.len() as f64;
         let of_means: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * (sum / count).powi(2)).sum();
         let sum: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * sum / count).sum();
         let mean = sum / self.weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
@@ -233,7 +238,7 @@ impl Pilot {
 
     /// Rays of all its chains.
     fn all_rays(&self) -> u64 {
-        (self.path_rays * CHAINS as f64).round() as u64
+        (self.path_rays * self.chains.len() as f64).round() as u64
     }
 
     /// Degrees of freedom of a map by the chance of chains, (tr C)²/tr C² of its entries' weighted covariances: few, since
@@ -284,7 +289,7 @@ impl Pilot {
             }
         }
         rays += RAYS_PER_SCORE * scores.each.len() as f64;
-        let count = CHAINS as f64;
+        let count = self.chains.len() as f64;
         Part {
             variance: (scores.variance + thinning / count) * self.flux_lm * self.flux_lm * self.share_inverse,
             rays: self.path_rays + self.share_inverse * rays / count,
@@ -314,7 +319,14 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part,
     let mut cut = Cut::default();
     let stride = receivers.points.len().div_ceil(SITES).max(1);
     let (mut part, mut total, mut sites, mut traced) = (Part::default(), 0.0, 0.0, 0);
-    for (entry, point) in receivers.points.iter().enumerate().step_by(stride).filter(|(_, point)| !point.inside) {
+    for site in scattered(receivers.points.len().div_ceil(stride)) {
+        let (entry, point) = (site * stride, &receivers.points[site * stride]);
+        if point.inside {
+            continue;
+        }
+        if traced > ENOUGH_RAYS && sites >= FEWEST_SITES as f64 {
+            break;
+        }
         let (mut sum, mut squares) = (0.0, 0.0);
         let rate = anchors.walk_rate(entry);
         for walk in 0..WALKS {
