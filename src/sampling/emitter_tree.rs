@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::importance::{Beacon, Profile};
+use super::importance::{Beacon, NEAR, Profile};
 
 /// A node: an emitter, or two children that stand one after the other in the list of their level.
 #[derive(Clone, Debug)]
@@ -26,6 +26,11 @@ enum Content {
     Emitter(u32),
     Children(u32, u32),
 }
+
+/// Of more emitters than this, groups count as near from this share on: a point amid thousands would open some of every size, and
+/// weighing them takes more time than the finer choice saves (docs/performance.md).
+const MANY: usize = 512;
+const NEAR_OF_MANY: f64 = 0.5;
 
 /// A sum that has shrunk to this share of what it was is nothing but rounding.
 const ROUNDING: f64 = 1e-13;
@@ -83,13 +88,17 @@ pub(super) struct EmitterTree {
     nodes: Vec<Node>,
     /// Place of every emitter in the order of the leaves.
     place_of: Vec<u32>,
+    /// Groups with a radius above this share of their distance are opened.
+    near: f64,
 }
 
 impl EmitterTree {
     /// Builds the tree over beacons; `None` over none.
     pub fn of(beacons: &[&Beacon]) -> Option<EmitterTree> {
         let mut order: Vec<u32> = (0..beacons.len() as u32).collect();
-        let mut tree = EmitterTree { nodes: Vec::with_capacity(2 * beacons.len()), place_of: vec![0; beacons.len()] };
+        let near = if beacons.len() > MANY { NEAR_OF_MANY } else { NEAR };
+        let nodes = Vec::with_capacity(2 * beacons.len());
+        let mut tree = EmitterTree { nodes, place_of: vec![0; beacons.len()], near };
         (!order.is_empty()).then(|| {
             tree.build(beacons, &mut order, 0);
             tree
@@ -209,7 +218,7 @@ impl EmitterTree {
         while let Some(index) = cut.open.pop() {
             let node = &self.nodes[index as usize];
             if let Content::Children(left, right) = node.content
-                && node.beacon.is_near(point_m)
+                && node.beacon.spans(point_m, self.near)
             {
                 cut.open.push(right);
                 cut.open.push(left);
@@ -292,8 +301,8 @@ fn joined(first: &Beacon, second: &Beacon) -> Beacon {
 mod tests {
     use super::*;
 
-    fn beacons() -> Vec<Beacon> {
-        (0..37)
+    fn beacons(count: i32) -> Vec<Beacon> {
+        (0..count)
             .map(|i| Beacon {
                 center_m: DVec3::new(f64::from(i % 7), f64::from(i / 7), 3.0 + 0.1 * f64::from(i % 3)),
                 radius_m: 0.05 * f64::from(i % 2),
@@ -307,7 +316,16 @@ mod tests {
 
     #[test]
     fn every_emitter_that_brings_something_is_chosen_with_the_probability_told() {
-        let beacons = beacons();
+        choices_are_as_told(37);
+    }
+
+    #[test]
+    fn so_it_is_among_so_many_that_groups_open_late() {
+        choices_are_as_told(MANY as i32 + 100);
+    }
+
+    fn choices_are_as_told(count: i32) {
+        let beacons = beacons(count);
         let tree = EmitterTree::of(&beacons.iter().collect::<Vec<_>>()).expect("there are beacons");
         for (point, normal) in [(DVec3::ZERO, DVec3::Z), (DVec3::new(3.0, 3.0, 3.05), DVec3::X)] {
             const N: u32 = 400_000;

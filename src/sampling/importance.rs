@@ -12,8 +12,8 @@ const PROFILE_STEPS: usize = 64;
 const LOOKS_IN_GAMMA: usize = 5;
 const LOOKS_IN_C: usize = 72;
 
-/// A group is near while its radius is more than this share of its distance.
-const NEAR: f64 = 0.25;
+/// A beacon is near while its radius is more than this share of its distance.
+pub const NEAR: f64 = 0.25;
 /// Cosine between axes above which two emitters aim alike.
 const ALIKE: f64 = 0.999;
 
@@ -76,7 +76,13 @@ impl Beacon {
     /// Whether a point is so near, for the beacon's size, that its importance there says little.
     #[inline]
     pub fn is_near(&self, point_m: DVec3) -> bool {
-        self.center_m.distance_squared(point_m) * NEAR * NEAR < self.radius_m * self.radius_m
+        self.spans(point_m, NEAR)
+    }
+
+    /// Whether its radius is more than a share of a point's distance.
+    #[inline]
+    pub fn spans(&self, point_m: DVec3, share: f64) -> bool {
+        self.center_m.distance_squared(point_m) * share * share < self.radius_m * self.radius_m
     }
 
     /// Intensity and profile that stand for this and another beacon together, if they aim and shine alike.

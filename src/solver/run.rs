@@ -84,7 +84,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     };
     let stop_reason = run.work();
     let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
-    run.give_every_map_a_start(if in_haste { RAYS_IN_HASTE } else { FIRST_LOOK_RAYS });
+    run.give_every_map_a_start(in_haste);
     run.judge_all(in_haste);
     let compute_s = started.elapsed().as_secs_f64() - build_s;
     let Run { jobs, stages, convergence, .. } = run;
@@ -350,7 +350,8 @@ impl Run<'_> {
     }
 
     /// Every map that was asked for shows something, however the run ended.
-    fn give_every_map_a_start(&mut self, most_rays: f64) {
+    fn give_every_map_a_start(&mut self, in_haste: bool) {
+        let most_rays = if in_haste { RAYS_IN_HASTE } else { FIRST_LOOK_RAYS };
         if let Some(stages) = &mut self.stages
             && stages.forward.chains > 0
         {
@@ -359,7 +360,10 @@ impl Run<'_> {
         let forward = self.stages.as_ref().map(|stages| &stages.forward);
         for job in self.jobs.iter_mut().filter(|job| !job.has_started() && !job.map.is_empty()) {
             match job.kind {
-                MapKind::Elements if job.engine == Engine::Counting && !job.is_black() => {
+                MapKind::Elements if !job.is_black() && (in_haste || job.engine == Engine::Counting) => {
+                    if job.engine == Engine::Gathering {
+                        job.stop_gathering();
+                    }
                     let chains = (most_rays / job.rays_per_sample()) as u64;
                     job.count_all_by_chains(self.context, chains);
                 }
