@@ -7,7 +7,7 @@ use std::path::Path;
 use common::{Silent, T15_QUANTILE_95_4, cube, scene, scene_of, slow};
 use luxmc::maps::MapKind;
 use luxmc::scene::{Elements, Scene};
-use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
+use luxmc::solver::{ConvergenceRow, MapSelection, Method, Settings, Solution, solve};
 use luxmc::validation::solve_by_radiosity;
 
 fn gathered(scene: &Scene, seed: u64, maps: MapSelection, target_error: f64) -> Solution {
@@ -305,4 +305,25 @@ fn a_time_limit_that_is_far_off_changes_nothing() {
     let (free, limited) = (run(None), run(Some(1e9)));
     assert_eq!((free.rays, limited.target_met), (limited.rays, Some(true)));
     assert_eq!(free.maps[0].values.illuminance_lx, limited.maps[0].values.illuminance_lx);
+}
+
+/// Twelve seeds of an office to 1%: at the first look, some third of the work done, the rays that the run will take are known
+/// within 30% in the median and within a factor of two in all. A forecast that repeats what was done is refused by either bound.
+#[test]
+fn a_gathered_run_knows_its_work_at_the_first_look() {
+    let scene = scene("office.json");
+    let runs: Vec<Solution> = (0..12).map(|seed| gathered(&scene, seed, MapSelection::Receivers, 0.01)).collect();
+    let ratios = |of: &dyn Fn(&ConvergenceRow) -> f64| -> Vec<f64> {
+        let first = |run: &Solution| of(run.convergence.first().expect("a look")) / run.rays as f64;
+        runs.iter().map(first).collect()
+    };
+    let holds = |ratios: Vec<f64>| {
+        let mut off: Vec<f64> = ratios.iter().map(|ratio| (ratio - 1.0).abs()).collect();
+        off.sort_by(f64::total_cmp);
+        let in_reach = ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio));
+        (0.5 * (off[5] + off[6]) <= 0.3, in_reach)
+    };
+    let forecasts = ratios(&|row| row.forecast_rays);
+    assert_eq!(holds(forecasts.clone()), (true, true), "{forecasts:?}");
+    assert_eq!(holds(ratios(&|row| row.rays as f64)), (false, false));
 }

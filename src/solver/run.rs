@@ -1,17 +1,18 @@
 //! The run: jobs go forward in slices until the stop rule, a limit or the user ends it.
 
+mod forecast;
+
 use std::time::Instant;
 
 use super::choice;
 use super::finish::finish;
-use super::forward::Forward;
 use super::job::{Context, Engine, Job, RAYS_PER_SLICE};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
-use crate::maps::{MapKind, REPLICAS};
+use crate::maps::MapKind;
 use crate::scene::Scene;
 
 /// Maps that the target does not bind get at most this share of the rays that the bound ones take.
@@ -36,6 +37,8 @@ pub struct Progress {
     pub rays: u64,
     /// Forecast of the chains at the end, once there is one.
     pub forecast_chains: Option<f64>,
+    /// Forecast of the rays at the end, once there is one.
+    pub forecast_rays: Option<f64>,
     /// Forecast of the seconds that remain, once there is one.
     pub remaining_s: Option<f64>,
     /// Share of the work done, 0 to 1.
@@ -81,6 +84,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         stages: None,
         goes_by_target: false,
         convergence: Vec::new(),
+        started_wall_s: observer.wall_s(),
     };
     let stop_reason = run.work();
     let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
@@ -126,6 +130,8 @@ struct Run<'a> {
     /// Whether what gathers is planned for the target: not where a time limit will come first, by all that the pilots tell.
     goes_by_target: bool,
     convergence: Vec<ConvergenceRow>,
+    /// Wall time at which pilots and maps were begun.
+    started_wall_s: f64,
 }
 
 impl Run<'_> {
@@ -325,16 +331,17 @@ impl Run<'_> {
         job.refused = without_mean || (accepted && !job.met);
         job.refusals += u64::from(job.refused);
         job.next_judgement = if job.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
-        if job.bound {
+        let bound = job.bound;
+        if !self.refine_elements(index) {
+            self.extend_forward(index);
+            if let (Some(target), None, Method::Auto) = (self.target_error, self.settings.chains, self.settings.method)
+            {
+                choice::reconsider(self.context, &mut self.jobs[index], target);
+            }
+        }
+        if bound {
             let row = self.convergence_row();
             self.convergence.extend(row);
-        }
-        if self.refine_elements(index) {
-            return;
-        }
-        self.extend_forward(index);
-        if let (Some(target), None, Method::Auto) = (self.target_error, self.settings.chains, self.settings.method) {
-            choice::reconsider(self.context, &mut self.jobs[index], target);
         }
     }
 
@@ -387,73 +394,5 @@ impl Run<'_> {
         {
             self.convergence.push(row);
         }
-    }
-
-    fn convergence_row(&self) -> Option<ConvergenceRow> {
-        let progress = self.progress();
-        Some(ConvergenceRow {
-            wall_s: progress.wall_s,
-            chains: progress.chains,
-            estimated_error: progress.estimated_error?,
-            forecast_wall_s: progress.wall_s + progress.remaining_s.unwrap_or(0.0),
-            forecast_chains: progress.forecast_chains.unwrap_or(progress.chains as f64),
-        })
-    }
-
-    fn progress(&self) -> Progress {
-        let judged = || self.jobs.iter().filter(|job| job.bound && job.judgement.mean_lx > 0.0);
-        let forward = self.stages.as_ref().map(|stages| &stages.forward);
-        let forward_chains = forward.map_or(0, |forward| forward.chains * REPLICAS as u64);
-        let chains: u64 = forward_chains + self.jobs.iter().map(Job::chains).sum::<u64>();
-        let mut more_chains = 0.0;
-        let mut remaining_s = 0.0;
-        let mut done_rays = 0.0;
-        let mut more_rays = 0.0;
-        for job in self.jobs.iter().filter(|job| job.bound && job.samples > 0) {
-            let more = self.more_samples(job);
-            more_chains += more * job.chains() as f64 / job.samples as f64;
-            remaining_s += more * job.seconds / job.samples as f64;
-            more_rays += more * job.rays as f64 / job.samples as f64;
-            done_rays += job.rays as f64;
-        }
-        let time_fraction = self.settings.time_limit_s.map_or(0.0, |limit_s| self.observer.wall_s() / limit_s);
-        let work_fraction = if done_rays > 0.0 { done_rays / (done_rays + more_rays) } else { 0.0 };
-        let is_judged = |job: &Job| job.judged_samples() > 0 || job.map.is_empty();
-        let known = self.jobs.iter().filter(|job| job.bound).all(is_judged)
-            && (self.target_error.is_some() || self.settings.chains.is_some());
-        Progress {
-            estimated_error: judged().map(|job| job.judgement.stated_error()).reduce(f64::max),
-            target_error: self.target_error,
-            chains,
-            rays: self.context.stage.outlook_rays()
-                + forward.map_or(0, Forward::all_rays)
-                + self.jobs.iter().map(Job::all_rays).sum::<u64>(),
-            forecast_chains: known.then_some(chains as f64 + more_chains),
-            remaining_s: known.then_some(remaining_s),
-            fraction: if known { work_fraction.max(time_fraction) } else { time_fraction }.min(1.0),
-            wall_s: self.observer.wall_s(),
-        }
-    }
-
-    /// Samples that a bound job still needs, by its own latest judgement or by the chains asked for.
-    fn more_samples(&self, job: &Job) -> f64 {
-        let done = job.samples as f64;
-        let to_target = match self.target_error {
-            Some(_) if job.met => 0.0,
-            Some(_) if job.refused => job.next_judgement as f64 - done,
-            Some(_) if job.engine == Engine::Gathering => job.planned_samples as f64 - done,
-            Some(target) if job.judgement.mean_lx > 0.0 => {
-                // The judgement is of the last look; samples have been added since.
-                (needed_work(target, &job.judgement, job.error_exponent()) * job.judged_samples() as f64 - done)
-                    .max(0.0)
-            }
-            _ => f64::INFINITY,
-        };
-        let to_chains = self
-            .settings
-            .chains
-            .map_or(f64::INFINITY, |chains| job.samples_for(chains).saturating_sub(job.samples) as f64);
-        let more = to_target.min(to_chains);
-        if more.is_finite() { more } else { 0.0 }
     }
 }

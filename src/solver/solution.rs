@@ -138,6 +138,10 @@ pub struct ConvergenceRow {
     pub forecast_wall_s: f64,
     /// Forecast of `chains` at the target.
     pub forecast_chains: f64,
+    /// Rays so far, those of pilots too.
+    pub rays: u64,
+    /// Forecast of `rays` at the target.
+    pub forecast_rays: f64,
 }
 
 /// Everything that a run found out.

@@ -262,6 +262,12 @@ impl Stages {
         }
     }
 
+    /// Chains of all replicas that the forward stage is still to trace, and the rays that this takes.
+    pub fn left(&self) -> (f64, f64) {
+        let chains = (self.goal_chains.saturating_sub(self.forward.chains) * REPLICAS as u64) as f64;
+        (chains, chains * self.chain.rays * RAYS_OF_FORWARD)
+    }
+
     /// Chains up to which the next slice traces, about so many rays long.
     pub fn slice(&self, rays: f64) -> u64 {
         let chains = (rays / (self.chain.rays.max(1.0) * REPLICAS as f64)).ceil() as u64;

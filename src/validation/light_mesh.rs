@@ -155,6 +155,8 @@ pub fn solve_by_light_mesh(
                 estimated_error,
                 forecast_wall_s: wall_s,
                 forecast_chains: 0.0,
+                rays,
+                forecast_rays: rays as f64,
             });
         }
         observer.progress(&Progress {
@@ -163,6 +165,7 @@ pub fn solve_by_light_mesh(
             chains: 0,
             rays,
             forecast_chains: None,
+            forecast_rays: None,
             remaining_s: None,
             fraction: (done + 1) as f64 / requests.len() as f64,
             wall_s,

@@ -36,6 +36,8 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
             estimated_error,
             forecast_wall_s: wall_s,
             forecast_chains: 0.0,
+            rays: 0,
+            forecast_rays: 0.0,
         });
         observer.progress(&Progress {
             estimated_error: Some(estimated_error),
@@ -43,6 +45,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
             chains: 0,
             rays: 0,
             forecast_chains: None,
+            forecast_rays: None,
             remaining_s: None,
             fraction: target_error.map_or(0.0, |target| (target / estimated_error.max(target)).min(1.0)),
             wall_s,

@@ -36,9 +36,9 @@ pub struct CampaignSettings {
 /// A forecast during a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
-    /// Share of the run's chains that was done.
+    /// Share of the run's rays that was done.
     pub share: f64,
-    /// Forecast over what the chains came to.
+    /// Forecast over what the rays came to.
     pub ratio: f64,
 }
 
@@ -177,8 +177,8 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &Entry
         let most = student_within(level, degrees);
         scores.iter().filter(|z| z.abs() <= most).count()
     });
-    let all = solution.chains.max(1) as f64;
-    let forecasts = solution.convergence.iter().filter(|row| row.forecast_chains > 0.0 && row.chains > 0);
+    let all = solution.rays.max(1) as f64;
+    let forecasts = solution.convergence.iter().filter(|row| row.forecast_rays > 0.0 && row.chains > 0);
     SeedRun {
         seed,
         estimator: map.map_or(String::new(), |map| map.method.clone()),
@@ -194,7 +194,7 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &Entry
         within,
         bias: statistics.bias,
         forecasts: forecasts
-            .map(|row| Forecast { share: row.chains as f64 / all, ratio: row.forecast_chains / all })
+            .map(|row| Forecast { share: row.rays as f64 / all, ratio: row.forecast_rays / all })
             .collect(),
     }
 }
