@@ -141,6 +141,7 @@ mod tests {
             chains: 1_500_000,
             rays: 8_000_000,
             forecast_chains: Some(2.4e6),
+            forecast_rays: Some(1.2e7),
             remaining_s: Some(1.2),
             fraction: 0.6,
             wall_s: 2.5,
