@@ -320,10 +320,10 @@ fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
     } else {
         format!("\nnot bound by the target: {} (--maps all binds every map)", unbound.join(", "))
     };
+    let chains = if solution.chains > 0 { format!(" after {} chains", solution.chains) } else { String::new() };
     format!(
-        "{end}; stated error {} after {} chains in {}{unbound}\n{balance}\nresults in {directory}",
+        "{end}; stated error {}{chains} in {}{unbound}\n{balance}\nresults in {directory}",
         percent(solution.estimated_error),
-        solution.chains,
         time(wall_s)
     )
 }

@@ -97,7 +97,7 @@ fn draw_error(picture: &mut Picture, corner: Spot, rows: &[ConvergenceRow], targ
 
     // Each forecast leads from where it was made to where it saw the target met.
     if let Some(target) = target {
-        for row in rows.iter().filter(|row| (spending.forecast)(row) >= (spending.spent)(row)) {
+        for row in with_forecast(rows, Some(target), spending) {
             let from = frame.spot((spending.spent)(row), row.estimated_error);
             let to = frame.spot((spending.forecast)(row), target);
             if frame.holds(to) {
@@ -122,13 +122,9 @@ fn draw_forecast(
     target: Option<f64>,
     spending: &Spending,
 ) {
-    // After the target is met a run may still work on maps that the target does not bind.
-    let is_met = |row: &ConvergenceRow| {
-        target.is_some_and(|target| row.estimated_error <= target) && row.forecast_chains <= row.chains as f64
-    };
-    let end = rows.iter().position(is_met).unwrap_or(rows.len() - 1);
+    let end = end_of(rows, target);
+    let drawn = with_forecast(rows, target, spending);
     let rows = &rows[..=end];
-    let drawn: Vec<&ConvergenceRow> = rows.iter().filter(|row| (spending.forecast)(row) > 0.0).collect();
     let came_true = (spending.spent)(&rows[end]);
     let x = around(rows.iter().map(|row| (spending.spent)(row)), 1.25);
     let y = around(drawn.iter().map(|row| (spending.forecast)(row)).chain([came_true]), 1.6);
@@ -143,6 +139,26 @@ fn draw_forecast(
     for spot in spots {
         picture.ring(diamond(spot), Pen::new(SOFT, 1.2));
     }
+}
+
+/// The judgement from which on the target was met, or else the last.
+///
+/// One map may meet it before another is judged at all. After it a run may still work on maps that the target does not
+/// bind.
+fn end_of(rows: &[ConvergenceRow], target: Option<f64>) -> usize {
+    let is_met = |row: &ConvergenceRow| {
+        target.is_some_and(|target| row.estimated_error <= target) && row.forecast_chains <= row.chains as f64
+    };
+    rows.iter().rposition(|row| !is_met(row)).map_or(0, |missed| (missed + 1).min(rows.len() - 1))
+}
+
+/// The judgements that forecast something, up to the end: while a map that the target binds is not judged yet, there is
+/// nothing to forecast, and the rows repeat the present.
+fn with_forecast<'a>(rows: &'a [ConvergenceRow], target: Option<f64>, spending: &Spending) -> Vec<&'a ConvergenceRow> {
+    let end = end_of(rows, target);
+    let is_ahead = |row: &ConvergenceRow| (spending.forecast)(row) > (spending.spent)(row);
+    let kept = rows.iter().enumerate().filter(|(index, row)| *index == end || (*index < end && is_ahead(row)));
+    kept.map(|(_, row)| row).collect()
 }
 
 fn diamond([x, y]: Spot) -> Vec<Spot> {
@@ -162,5 +178,29 @@ fn draw_key(picture: &mut Picture, [left, y]: Spot, has_target: bool) {
     if has_target {
         picture.line(vec![[left + 630.0, middle], [left + 654.0, middle]], Pen::new(VERMILION, 1.6).dashed(7.0, 4.0));
         picture.words(Words::new("target", [left + 662.0, y], TYPE).anchored(Anchor::Start));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(wall_s: f64, estimated_error: f64, forecast_wall_s: f64) -> ConvergenceRow {
+        ConvergenceRow { wall_s, chains: 100, estimated_error, forecast_wall_s, forecast_chains: 100.0 }
+    }
+
+    /// A map that meets the target before the next one is judged does not end the run, and what it repeats of the
+    /// present is no forecast.
+    #[test]
+    fn a_run_ends_with_its_last_map() {
+        let rows = [row(0.1, 0.012, 0.1), row(0.2, 0.008, 0.2), row(0.3, 0.013, 0.5), row(0.4, 0.009, 0.4)];
+        assert_eq!(end_of(&rows, Some(0.01)), 3);
+        let forecasts: Vec<f64> =
+            with_forecast(&rows, Some(0.01), &SPENDINGS[0]).iter().map(|row| row.forecast_wall_s).collect();
+        assert_eq!(forecasts, [0.5, 0.4]);
+        // Without a target, and where it was missed, the last judgement is the end; met from the first, the first.
+        assert_eq!(end_of(&rows, None), 3);
+        assert_eq!(end_of(&rows[..3], Some(0.01)), 2);
+        assert_eq!(end_of(&rows, Some(0.02)), 0);
     }
 }

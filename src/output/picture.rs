@@ -238,8 +238,19 @@ fn write_item(svg: &mut String, item: &Item) {
 }
 
 fn write_words(svg: &mut String, words: &Words) {
+    // The rim is a text of its own, below: not every program draws a stroke behind its fill.
+    if words.rim > 0.0 {
+        let width = short(2.0 * words.rim);
+        let white = hex(WHITE);
+        let stroke = format!(" stroke=\"{white}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"");
+        write_text(svg, words, &white, &stroke);
+    }
+    write_text(svg, words, &hex(words.ink), "");
+}
+
+fn write_text(svg: &mut String, words: &Words, fill: &str, stroke: &str) {
     let [x, y] = words.spot.map(short);
-    *svg += &format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" fill=\"{}\"", short(words.size), hex(words.ink));
+    *svg += &format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" fill=\"{fill}\"", short(words.size));
     svg.push_str(match words.anchor {
         Anchor::Start => "",
         Anchor::Middle => " text-anchor=\"middle\"",
@@ -251,14 +262,7 @@ fn write_words(svg: &mut String, words: &Words) {
     if words.turn_deg != 0.0 {
         *svg += &format!(" transform=\"rotate({} {x} {y})\"", short(words.turn_deg));
     }
-    if words.rim > 0.0 {
-        let width = short(2.0 * words.rim);
-        *svg += &format!(
-            " paint-order=\"stroke\" stroke=\"{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"",
-            hex(WHITE)
-        );
-    }
-    *svg += &format!(">{}</text>\n", escaped(&words.text));
+    *svg += &format!("{stroke}>{}</text>\n", escaped(&words.text));
 }
 
 /// A path through spots, to a tenth of a pixel.

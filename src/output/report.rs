@@ -205,6 +205,7 @@ impl Report<'_> {
             ("Ē<small>lx</small>", false),
             ("E<sub>min</sub><small>lx</small>", false),
             ("E<sub>max</sub><small>lx</small>", false),
+            ("Stated<br>error", false),
         ];
         if !rows.is_empty() {
             head.extend(light);
@@ -229,7 +230,7 @@ impl Report<'_> {
             for row in of_surface {
                 let mut cells = facts(row.side);
                 cells.push(with_error(&lux(row.average_lx.value), &uncertainty(row.average_lx.standard_error)));
-                cells.extend([lux(row.minimum_lx.value), lux(row.maximum_lx)]);
+                cells.extend([lux(row.minimum_lx.value), lux(row.maximum_lx), percent(row.estimated_error)]);
                 table.row(cells);
             }
         }

@@ -35,7 +35,7 @@ pub fn stop_words(solution: &Solution) -> String {
 pub fn explanations() -> Vec<(String, String)> {
     [
         ("Illuminance E", "the light that falls on a surface, in lux: lumens per square metre"),
-        ("Ē, E<sub>min</sub>, E<sub>max</sub>", "average, least and greatest illuminance of a grid's points or of a surface's elements"),
+        ("Ē, E<sub>min</sub>, E<sub>max</sub>", "average, least and greatest illuminance of a grid's points or of a surface's elements. Chance pulls the least one down; that is taken off, so that it may stand above the least number in a plot"),
         ("U<sub>0</sub>, U<sub>d</sub>", "uniformities: the least illuminance over the average, and over the greatest"),
         ("Maintained", "what is left when lamps have aged and dust has settled: all values hold with the maintenance factors of the schedule"),
         ("Stated error", "how far the values of a map lie from the exact ones: a root mean square over the map, relative to its average. Single values may be off by two or three times as much"),

@@ -102,9 +102,10 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
         return Err(geometry_node.refuse_as(
             "a closed room in which next to nothing absorbs",
             format!(
-                "what stands around a luminaire absorbs {absorbed:.1e} of what falls on it, and no light can leave"
+                "what stands around a luminaire absorbs {} of what falls on it, and no light can leave",
+                if absorbed > 0.0 { format!("{absorbed:.1e}") } else { "nothing".to_owned() }
             ),
-            format!("surfaces that absorb {LEAST_ABSORBED} or more on average, or an opening"),
+            format!("surfaces that absorb {LEAST_ABSORBED:.0e} or more on average, or an opening"),
             "lower a reflectance: the light would go on for ever, or nearly so; the whitest paints have 0.99",
         ));
     }

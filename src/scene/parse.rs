@@ -55,7 +55,7 @@ fn read_plain_file(path: &Path) -> std::io::Result<Vec<u8>> {
 
 fn unreadable(path: &Path, kind: &str, error: &std::io::Error) -> SceneError {
     let remedy = match error.kind() {
-        std::io::ErrorKind::NotFound => "check the name and the folder; file names are relative to the scene file",
+        std::io::ErrorKind::NotFound => "check the name and the folder; names within a scene file are relative to it",
         std::io::ErrorKind::PermissionDenied => "allow reading the file",
         _ => "give the name of a plain file that can be read",
     };

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use super::ladder::{Fit, LEVELS, Ladder, Rung};
-use super::plots::{Drawn, EXACT, FAINT, LEGEND_HEIGHT, MEASURED, Sign, TEXT, legend, svg, tick};
+use super::plots::{Drawn, EXACT, FAINT, MEASURED, Sign, TEXT, legend, legend_height, svg, tick};
 use super::report::Table;
 use super::report_html::{opening, table as html_table};
 use super::report_md::table as md_table;
@@ -11,8 +11,17 @@ use super::words::{duration, escaped, percent, rounded_count, significant};
 use crate::output::numbers::count_tick;
 
 /// Colours and shapes that tell methods apart, in print too (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 6] =
-    [MEASURED, EXACT, RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(86, 180, 233), RGBColor(0, 0, 0)];
+///
+/// As many as have no common divisor with the three shapes, so that neither returns with the other soon.
+const COLOURS: [RGBColor; 7] = [
+    MEASURED,
+    EXACT,
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+    RGBColor(230, 159, 0),
+];
 
 const HOW_TO_READ: &str = "Every method computes the same map with more and more chains, or on finer and finer meshes. Its true error is the root mean square of its deviations from the exact map over the map's mean. Independent samples halve the error at four times the cost: a slope of −0.5. The figure of merit is 1/(error² × time): twice the figure means the same error in half the time. Times marked * lie beyond what was measured. Where the truth is a long run, its own error is taken off in the mean of squares, and a ladder ends where a method is as exact as the truth. A method that is off by rounding alone is exact, and its times are those of its cheapest run.";
 
@@ -130,14 +139,15 @@ fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder
     if most <= 0.0 {
         return "<p>There is nothing to plot: every value is exact, or took none of this.</p>".to_owned();
     }
-    svg(390, |area| -> Drawn {
-        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
-        let signs: Vec<(Sign, String)> = ladders
-            .iter()
-            .enumerate()
-            .filter(|(_, ladder)| ladder.rungs.iter().any(|rung| is_shown(&rung)))
-            .map(|(index, ladder)| (sign(index), name_of(ladder)))
-            .collect();
+    let signs: Vec<(Sign, String)> = ladders
+        .iter()
+        .enumerate()
+        .filter(|(_, ladder)| ladder.rungs.iter().any(|rung| is_shown(&rung)))
+        .map(|(index, ladder)| (sign(index), name_of(ladder)))
+        .collect();
+    let legend_height = legend_height(&signs);
+    svg(364 + legend_height, |area| -> Drawn {
+        let (top, below) = area.split_vertically(legend_height);
         legend(&top, &signs)?;
         let mut chart = ChartBuilder::on(&below)
             .margin(8)

@@ -14,7 +14,7 @@ const STEP_M: f64 = 0.1;
 /// Shadow rays of a run; beyond it only every so manyth receiver sends them, and the time follows from the rate.
 const MOST_RAYS: f64 = 4e7;
 
-const SETTING: &str = "A black hall of 20 m × 20 m × 4 m with 24 crates, point lamps in a square array under its ceiling, a grid of receivers on its floor. Mesh: h = 0.1 m, R = 1.25 h, all accelerations. Errors are relative RMS errors against the shadow rays. Times marked * were measured on every so manyth receiver.";
+const SETTING: &str = "A black hall of 20 m × 20 m × 4 m with 24 crates, point lamps in a square array under its ceiling, a grid of receivers on its floor. Mesh: h = 0.1 m, R = 1.25 h, all accelerations. Errors are relative RMS errors against the shadow rays. Times marked * were measured on a part of the receivers, evenly spread, and scaled to all.";
 
 /// One size of the problem.
 struct Row {
