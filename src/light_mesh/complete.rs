@@ -6,7 +6,7 @@ use super::exact::looks_are_exact;
 use super::judge::ONE_IN_TWENTY;
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT};
 use super::result::{mean_lx, random_lx};
-use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
+use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy};
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
 const MOST_PASSES: u64 = 1 << 20;
@@ -72,12 +72,10 @@ impl Planner<'_> {
         effort: &mut Effort,
         rounds: &mut Rounds,
     ) {
-        let all: Vec<usize> = (0..lights.len()).collect();
         let mut more = 1;
         loop {
             let by_rays = DirectBy::Rays { first: rounds.passes, passes: more };
-            let (found, took) =
-                light_of(&self.around, entries, &all, &by_rays, &IndirectBy::Nothing, self.wishes.seed, map);
+            let (found, took) = self.light_of_all(entries, &by_rays, &IndirectBy::Nothing, map);
             *effort += took;
             let (before, now) = (rounds.passes as f64, more as f64);
             for (light, found) in lights.iter_mut().zip(found) {
@@ -106,13 +104,12 @@ impl Planner<'_> {
         effort: &mut Effort,
         rounds: &mut Rounds,
     ) {
-        let all: Vec<usize> = (0..lights.len()).collect();
         let none = DirectBy::Rays { first: 0, passes: 0 };
         let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
         let mut more = if (self.stop)() { HURRIED_PLACE_WALKS } else { FIRST_ROUND_WALKS };
         loop {
             let by_walks = IndirectBy::Walks([rounds.walks, more]);
-            let (found, took) = light_of(&self.around, entries, &all, &none, &by_walks, self.wishes.seed, map);
+            let (found, took) = self.light_of_all(entries, &none, &by_walks, map);
             *effort += took;
             let (before, now) = (f64::from(rounds.walks), f64::from(more));
             for (light, found) in lights.iter_mut().zip(found) {

@@ -13,6 +13,8 @@ use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
 use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side};
 
+/// Entries that are computed between two looks at the clock.
+const ENTRIES_OF_PART: usize = 1024;
 /// Standard error of what was measured over its mean from which on it is stated too.
 const MOST_UNSURE: f64 = 0.5;
 
@@ -53,11 +55,10 @@ impl Planner<'_> {
     /// Computes a map by its plan and measures its error at places of its own.
     pub fn trace(&self, entries: &Entries, map: u32, plan: &Plan) -> TracedMap {
         let seed = self.wishes.seed;
-        let all: Vec<usize> = (0..entries.weights.len()).collect();
         let (mut effort, mut check_rays) = (plan.effort, plan.check_rays);
         effort.sight_rays += entries.sights.as_ref().map_or(0, |sights| sights.rays);
         let mut compute = |direct: &DirectBy, indirect: &IndirectBy| {
-            let (lights, more) = light_of(&self.around, entries, &all, direct, indirect, seed, map);
+            let (lights, more) = self.light_of_all(entries, direct, indirect, map);
             effort += more;
             lights
         };
@@ -124,6 +125,28 @@ impl Planner<'_> {
             _ => None,
         };
         TracedMap { map, measured, upper_error, effort, check_rays, mesh, gathering, rounds }
+    }
+
+    /// Computes all entries of a map, part by part; those that come after it is given up stay dark.
+    pub(super) fn light_of_all(
+        &self,
+        entries: &Entries,
+        direct: &DirectBy,
+        indirect: &IndirectBy,
+        map: u32,
+    ) -> (Vec<EntryLight>, Effort) {
+        let all: Vec<usize> = (0..entries.weights.len()).collect();
+        let (mut lights, mut effort) = (Vec::with_capacity(all.len()), Effort::default());
+        for part in all.chunks(ENTRIES_OF_PART) {
+            if (self.give_up)() {
+                break;
+            }
+            let (more, took) = light_of(&self.around, entries, part, direct, indirect, self.wishes.seed, map);
+            lights.extend(more);
+            effort += took;
+        }
+        lights.resize(all.len(), EntryLight::default());
+        (lights, effort)
     }
 
     /// Computes direct light with a shadow ray to every one of some points, each a point source, and measures its error.

@@ -1,6 +1,7 @@
 //! Light meshes as a method like the others, and their rivals.
 
-use std::time::Instant;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use crate::chain::Stage;
 use crate::estimators::images::AreaImages;
@@ -22,6 +23,9 @@ const NEXT_CAUTION: f64 = 0.7;
 const ATTEMPT: u32 = 1 << 8;
 /// A map that the target does not bind takes about as many rays as those that it binds at most, or as many as this.
 const LEAST_RAYS: f64 = 1e7;
+
+/// How long a map that shows nothing yet goes on when the run was to end.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// How the light mesh of a run is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,7 +93,16 @@ pub fn solve_by_light_mesh(
     let no_rule = settings.time_limit_s.is_none() && !is_given;
     let target_error = settings.target_error.or_else(|| no_rule.then_some(DEFAULT_TARGET_ERROR));
     let is_late = || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() >= limit_s);
-    let stop = || observer.is_interrupted() || is_late();
+    let stopped = OnceLock::new();
+    let stop = || {
+        let stops = observer.is_interrupted() || is_late();
+        if stops {
+            stopped.get_or_init(Instant::now);
+        }
+        stops
+    };
+    let never = || false;
+    let is_long_over = || stop() && stopped.get().is_some_and(|at| at.elapsed() > PATIENCE);
     let images = AreaImages::of(scene, &stage);
     let mut planner = Planner {
         around: Surroundings { scene, stage: &stage, solids: &solids, samples: &samples, images: &images },
@@ -106,11 +119,13 @@ pub fn solve_by_light_mesh(
         by_places: false,
         most_rays: f64::INFINITY,
         stop: &stop,
+        give_up: &never,
     };
 
     let mut traced: Vec<Option<TracedMap>> = requests.iter().map(|_| None).collect();
     let mut convergence = Vec::new();
     let (mut notes, mut warnings) = (Vec::new(), Vec::new());
+    let mut left_out = Vec::new();
     let mut rays = 0;
     let mut finest_m = None;
     // Maps that the target binds go first.
@@ -122,10 +137,21 @@ pub fn solve_by_light_mesh(
             // What the target does not bind is not refined: it takes the finest step of what is bound.
             planner.wishes.step_m = finest_m;
         }
+        // One map is shown in any case; what comes after it is given up where it takes long after the end.
+        let is_first = done == 0;
+        planner.give_up = if is_first { &never } else { &is_long_over };
+        if (planner.give_up)() {
+            left_out.push((kind, bound));
+            continue;
+        }
         let entries = Entries::of(&planner.around, kind, settings.seed);
         planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(rays as f64) };
         let target = target_error.filter(|_| bound);
         let (plan, map) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut rays);
+        if (planner.give_up)() {
+            left_out.push((kind, bound));
+            continue;
+        }
         notes.extend(said(&map, &plan, samples.len(), entries.places()));
         warnings.extend(step_not_taken(&map, &plan));
         let misses_near_lights = may_miss_near_lights(&planner.around, &entries, &plan);
@@ -184,6 +210,13 @@ pub fn solve_by_light_mesh(
             scene.triangles.len()
         ));
     }
+    warnings.extend(left_out.iter().map(|(kind, _)| {
+        let name = match kind {
+            MapKind::Elements => "elements",
+            MapKind::Receivers(set) => &scene.receivers[*set].name,
+        };
+        format!("light mesh: \"{name}\" is left out: the run was to end long before it was computed")
+    }));
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
     warnings.extend(stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
     for (map, bound_lx) in maps.iter().filter_map(|map| Some((map, map.error.dark_upper_bound_lx?))) {
@@ -193,7 +226,9 @@ pub fn solve_by_light_mesh(
         ));
     }
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
-    let target_met = target_error.map(|_| maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true)));
+    let misses_none = !left_out.iter().any(|(_, bound)| *bound);
+    let all_meet = || maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true));
+    let target_met = target_error.map(|_| misses_none && all_meet());
     let is_known = |map: &MapResult| map.error.estimated == 0.0 && map.error.dark_upper_bound_lx.is_none();
     let is_exact = maps.iter().all(is_known);
     let stop_reason = match (is_exact, target_met) {
@@ -410,8 +445,16 @@ mod tests {
             target_error: Some(0.005),
             seed: 1,
         };
-        let mut planner =
-            Planner { around, wishes, caution: 1.0, by_places: false, most_rays: f64::INFINITY, stop: &stop };
+        let never = || false;
+        let mut planner = Planner {
+            around,
+            wishes,
+            caution: 1.0,
+            by_places: false,
+            most_rays: f64::INFINITY,
+            stop: &stop,
+            give_up: &never,
+        };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
         pool.install(|| {
             let plan = planner.plan(&entries, 0, true);

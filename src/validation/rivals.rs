@@ -52,6 +52,7 @@ pub fn solve_by_points(
         by_places: false,
         most_rays: f64::INFINITY,
         stop: &stop,
+        give_up: &stop,
     };
     let (mut maps, mut rays, mut estimated_error, mut check_s) = (Vec::new(), 0, 0.0f64, 0.0);
     for (number, (kind, bound)) in map_requests(scene, &settings.maps).into_iter().enumerate() {
