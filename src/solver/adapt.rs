@@ -81,7 +81,7 @@ pub fn first_elements(
     let mut pilot_rays = 0;
     let goal_lx2 = DIRECT_SHARE * (target_error * (direct_lx + indirect_lx)).powi(2);
     for round in 0..=PILOT_ROUNDS {
-        if elements.len() > MOST_PILOTED {
+        if elements.len() > MOST_PILOTED || (round > 0 && (context.is_urgent)()) {
             break;
         }
         pilot_rays += look_at_new(context, &elements, &mut looks, round);

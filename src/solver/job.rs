@@ -58,6 +58,8 @@ pub struct Context<'a> {
     pub target_error: f64,
     /// Error that elements adapt to, if they do.
     pub adapt_to: Option<f64>,
+    /// Whether a limit leaves no more time for cutting elements before the run.
+    pub is_urgent: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// What estimates the indirect light of a map.

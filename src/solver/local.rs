@@ -232,6 +232,7 @@ mod tests {
             method: Method::Local,
             target_error: 0.01,
             adapt_to: None,
+            is_urgent: &|| false,
         };
         let plan = LocalPlan::of(&context, 0, Kernel::Bounded);
         let done = |ranges: &[std::ops::Range<u64>]| {

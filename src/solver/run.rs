@@ -19,6 +19,9 @@ use crate::scene::Scene;
 const UNBOUND_SHARE: f64 = 0.25;
 /// Rays that a map which the target does not bind may take for its first look in any case.
 const FIRST_LOOK_RAYS: f64 = 4e6;
+/// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
+/// one before.
+const CUTTING_SHARE: f64 = 0.1;
 /// Rays for the same where a limit or the user ended the run.
 const RAYS_IN_HASTE: f64 = 4e5;
 /// Target where the user sets no stop rule at all.
@@ -74,7 +77,9 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     let adapt_to = adapts.then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
     let (seed, method) = (settings.seed, settings.method);
     let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
-    let context = Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to };
+    let is_urgent = || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > CUTTING_SHARE * limit_s);
+    let context =
+        Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to, is_urgent: &is_urgent };
     let mut run = Run {
         context: &context,
         settings,
@@ -141,7 +146,12 @@ impl Run<'_> {
         if let Some(stages) = &mut self.stages {
             let target = self.target_error.filter(|target| stages.rays_to(&self.jobs, *target) <= affordable_rays);
             self.goes_by_target = target.is_some();
-            stages.plan_first(self.context, &mut self.jobs, self.settings, target, affordable_rays);
+            let aim = match target {
+                Some(target) => target,
+                None if self.settings.time_limit_s.is_some() => stages.aim_within(&self.jobs, affordable_rays),
+                None => DEFAULT_TARGET_ERROR,
+            };
+            stages.plan_first(self.context, &mut self.jobs, self.settings, aim);
         }
         self.context.stage.look_out(self.planned_rays().min(affordable_rays));
         for job in &mut self.jobs {

@@ -13,6 +13,13 @@ use crate::maps::REPLICAS;
 
 /// Where only a limit ends the run, every stage does so many times the work of the one before.
 const GROWTH: f64 = 4.0;
+/// The last of them may take so much more than half of the time left, and does at least so many times the work.
+const LAST_SHARE: f64 = 1.6;
+const LEAST_GROWTH: f64 = 2.0;
+/// Errors between which such a run looks for one that it can reach.
+const LEAST_AIM: f64 = 1e-4;
+const MOST_AIM: f64 = 0.1;
+const AIM_STEP: f64 = 1.2;
 /// Bias of look-ups over the target above which patches are made smaller, by how much, and how often at most.
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
@@ -29,9 +36,6 @@ const FEWEST_LIT_PATCHES: f64 = 16.0;
 const RAYS_OF_A_PILOT: f64 = 1e5;
 /// The same where local estimation lowers what maps need: its own pilot may promise too much by a factor of two.
 const RAYS_BESIDE_LOCAL: f64 = 0.6 * RAYS_OF_A_PILOT;
-/// Chains of a replica in the first of such stages, at most, and the share of the affordable rays that they may take.
-const FIRST_CHAINS: f64 = 1024.0;
-const FIRST_SHARE: f64 = 0.25;
 
 /// The forward stage of a run, and what its pilot said.
 pub struct Stages {
@@ -135,36 +139,34 @@ impl Stages {
     }
 
     /// Plans the first stage: with a target or a number of chains the only one, if the pilot was right.
-    ///
-    /// Where only a limit ends the run, it takes at most a part of the affordable rays.
-    pub fn plan_first(
-        &mut self,
-        context: &Context,
-        jobs: &mut [Job],
-        settings: &Settings,
-        target: Option<f64>,
-        affordable_rays: f64,
-    ) {
-        let chains = match (settings.chains, target) {
-            (Some(chains), _) => chains as f64 / REPLICAS as f64,
-            (None, Some(target)) => self.needs(jobs, target).map(|plan| plan.chains).fold(0.0, f64::max),
-            (None, None) => {
-                let rays_per_chain = self.chain.rays * RAYS_OF_FORWARD * REPLICAS as f64;
-                FIRST_CHAINS.min(FIRST_SHARE * affordable_rays / rays_per_chain).max(1.0)
-            }
+    pub fn plan_first(&mut self, context: &Context, jobs: &mut [Job], settings: &Settings, target: f64) {
+        let chains = match settings.chains {
+            Some(chains) => chains as f64 / REPLICAS as f64,
+            None => self.needs(jobs, target).map(|plan| plan.chains).fold(0.0, f64::max),
         };
         self.start(context, jobs, chains);
+    }
+
+    /// The least error, about, that is affordable, for a run that only a limit ends; patches become as fine as it asks for.
+    pub fn aim_within(&mut self, jobs: &[Job], affordable_rays: f64) -> f64 {
+        let mut error = LEAST_AIM;
+        while error < MOST_AIM && self.rays_to(jobs, error) > affordable_rays {
+            error *= AIM_STEP;
+        }
+        self.patches = patches_for(error);
+        error
     }
 
     /// Plans a stage of several times the work, for a run that only a limit ends; whether it is affordable.
     pub fn plan_next(&mut self, context: &Context, jobs: &mut [Job], affordable_rays: f64) -> bool {
         let rays = self.forward.rays + jobs.iter().map(Job::kept_rays).sum::<u64>();
-        let is_affordable = GROWTH * rays as f64 <= affordable_rays;
-        if is_affordable {
-            let chains = self.forward.chains as f64 * GROWTH;
+        // These were half of what time is left for.
+        let growth = (LAST_SHARE * affordable_rays / rays as f64).min(GROWTH);
+        if growth >= LEAST_GROWTH {
+            let chains = self.forward.chains as f64 * growth;
             self.start(context, jobs, chains);
         }
-        is_affordable
+        growth >= LEAST_GROWTH
     }
 
     /// Patches for so many chains, and gathering rays in proportion.

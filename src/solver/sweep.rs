@@ -358,6 +358,7 @@ mod tests {
             method: Method::Collision,
             target_error: 0.01,
             adapt_to: None,
+            is_urgent: &|| false,
         };
         let counts = |first: u64| -> Vec<f64> {
             let unit = Unit::Packets { luminous_flux_lm: 150.0, area_m2: vec![0.5; 12] };

@@ -82,7 +82,8 @@ impl Run<'_> {
                 left.add(0.0, rays, rays / rays_per_s);
             } else if job.samples > 0 {
                 let more = self.more_samples(job) / job.samples as f64;
-                left.add(more * job.chains() as f64, more * job.rays as f64, more * job.seconds);
+                let rays = job.rays_to(job.samples + (more * job.samples as f64) as u64);
+                left.add(more * job.chains() as f64, rays, more * job.seconds);
             } else if let Some(target) = self.target_error {
                 let rays = job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
                 left.add(0.0, rays, rays / rays_per_s);

@@ -2,7 +2,7 @@
 
 use super::bias::Biases;
 use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
-use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
+use crate::solver::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, solve};
 use crate::validation::case::{Case, Comparison, Light, Run, What};
 use crate::validation::error::CaseError;
 use crate::validation::exact_side::ExactSide;
@@ -36,9 +36,9 @@ pub struct CampaignSettings {
 /// A forecast during a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
-    /// Share of the run's rays that was done.
+    /// Share of the run that was done: of its rays where it gathers, else of its chains.
     pub share: f64,
-    /// Forecast over what the rays came to.
+    /// Forecast over what these came to.
     pub ratio: f64,
 }
 
@@ -177,8 +177,18 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &Entry
         let most = student_within(level, degrees);
         scores.iter().filter(|z| z.abs() <= most).count()
     });
-    let all = solution.rays.max(1) as f64;
-    let forecasts = solution.convergence.iter().filter(|row| row.forecast_rays > 0.0 && row.chains > 0);
+    // The chains that gathering looks up are but a part of its work.
+    let by_rays = map.is_some_and(|map| map.method == "gather");
+    let forecast = |row: &ConvergenceRow| {
+        let (done, forecast, all) = if by_rays {
+            (row.rays, row.forecast_rays, solution.rays)
+        } else {
+            (row.chains, row.forecast_chains, solution.chains)
+        };
+        let all = all.max(1) as f64;
+        Forecast { share: done as f64 / all, ratio: forecast / all }
+    };
+    let rows = solution.convergence.iter().filter(|row| row.chains > 0);
     SeedRun {
         seed,
         estimator: map.map_or(String::new(), |map| map.method.clone()),
@@ -193,9 +203,7 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &Entry
         noisy: scores.len(),
         within,
         bias: statistics.bias,
-        forecasts: forecasts
-            .map(|row| Forecast { share: row.rays as f64 / all, ratio: row.forecast_rays / all })
-            .collect(),
+        forecasts: rows.map(forecast).collect(),
     }
 }
 
