@@ -186,7 +186,15 @@ mod tests {
     use super::*;
 
     fn row(wall_s: f64, estimated_error: f64, forecast_wall_s: f64) -> ConvergenceRow {
-        ConvergenceRow { wall_s, chains: 100, estimated_error, forecast_wall_s, forecast_chains: 100.0 }
+        ConvergenceRow {
+            wall_s,
+            chains: 100,
+            estimated_error,
+            forecast_wall_s,
+            forecast_chains: 100.0,
+            rays: 500,
+            forecast_rays: 500.0,
+        }
     }
 
     /// A map that meets the target before the next one is judged does not end the run, and what it repeats of the
