@@ -4,7 +4,7 @@ mod cli_support;
 
 use std::path::{Path, PathBuf};
 
-use cli_support::{code, errors, listing, luxmc, run, summary, text};
+use cli_support::{code, errors, listing, luxmc, run, solve_file, summary, text};
 use serde_json::{Value, json};
 
 /// A room of 4 m × 3 m × 2.5 m with a lamp of 1200 lm and a grid.
@@ -34,18 +34,7 @@ fn a_scene_with_everything_switched_off_is_dark_by_every_method() {
         let path = written(home.path(), &scene);
         for method in ["auto", "gather", "collision", "local", "local-naive", "light-mesh", "radiosity"] {
             for maps in ["all", "receivers", "elements"] {
-                let output = run(&[
-                    "solve",
-                    text(&path),
-                    "--out",
-                    text(&out),
-                    "--method",
-                    method,
-                    "--maps",
-                    maps,
-                    "--plots",
-                    "none",
-                ]);
+                let output = solve_file(&path, &out, &["--method", method, "--maps", maps, "--plots", "none"]);
                 let said = errors(&output);
                 assert_eq!(code(&output), 0, "{method}: {said}");
                 assert!(said.contains("no luminaire gives light"), "{method}: {said}");
@@ -68,7 +57,7 @@ fn a_map_that_no_light_was_found_in_misses_the_target() {
     let mut scene = room();
     scene["receivers"][0]["origin"] = json!([10.5, 0.5, 0.8]);
     let path = written(home.path(), &scene);
-    let output = run(&["solve", text(&path), "--out", text(&out), "--maps", "receivers", "--method", "collision"]);
+    let output = solve_file(&path, &out, &["--maps", "receivers", "--method", "collision"]);
     assert_eq!(code(&output), 3, "{}", errors(&output));
     assert!(errors(&output).contains("no light was found"), "{}", errors(&output));
     assert_eq!(summary(&out)["target_met"], json!(false));
@@ -89,7 +78,7 @@ fn a_room_that_is_lost_in_a_far_larger_scene_is_refused() {
         let ground = json!({ "name": "ground", "type": "mesh", "file": "ground.obj", "material": "m" });
         scene["geometry"].as_array_mut().expect("a list").push(ground);
         let path = written(home.path(), &scene);
-        let output = run(&["solve", text(&path), "--out", text(&out), "--maps", "receivers", "--target-error", "5%"]);
+        let output = solve_file(&path, &out, &["--maps", "receivers", "--target-error", "5%"]);
         assert_eq!(code(&output), exit, "{legs_m}: {}", errors(&output));
         assert_eq!(errors(&output).contains("for what is lit"), !word.is_empty(), "{}", errors(&output));
         assert!(errors(&output).contains(word), "{}", errors(&output));
@@ -153,18 +142,8 @@ fn a_mesh_step_too_fine_for_a_mesh_is_warned_of_and_one_as_wide_as_a_room_is_tak
     scene["materials"]["m"]["reflectance"] = json!(0);
     let path = written(home.path(), &scene);
     for (step, warned) in [("50", false), ("1e-9", true)] {
-        let output = run(&[
-            "solve",
-            text(&path),
-            "--out",
-            text(&out),
-            "--method",
-            "light-mesh",
-            "--mesh-step",
-            step,
-            "--maps",
-            "receivers",
-        ]);
+        let more = ["--method", "light-mesh", "--mesh-step", step, "--maps", "receivers"];
+        let output = solve_file(&path, &out, &more);
         assert_eq!(code(&output), 0, "{step}: {}", errors(&output));
         assert_eq!(errors(&output).contains("warning: \"g\" has no mesh"), warned, "{step}: {}", errors(&output));
     }

@@ -88,11 +88,9 @@ fn pilots_in_a_nearly_white_room_end_after_so_many_rays() {
         method: Method::Auto,
         elements: ElementChoice::Adaptive,
         seed: 1,
-        target_error: None,
         chains: Some(16),
-        time_limit_s: None,
         maps: elements(),
-        threads: None,
+        ..Settings::default()
     };
     let solution = solve(&scene, &settings, &Silent);
     let of_chains = 16.0 * 1e4;

@@ -228,25 +228,23 @@ impl Planner<'_> {
             dark_upper_bound_lx: None,
             ..MapError::default()
         };
-        let (name, tables) = match entries.kind {
-            MapKind::Elements => {
-                let rows = element_tables(self.around.scene, &self.around.stage.elements, &values, &entries.weights);
-                ("elements".to_owned(), rows)
-            }
+        let scene = self.around.scene;
+        let tables = match entries.kind {
+            MapKind::Elements => element_tables(scene, &self.around.stage.elements, &values, &entries.weights),
             MapKind::Receivers(set) => {
-                let set = &self.around.scene.receivers[set];
+                let set = &scene.receivers[set];
                 let (kind, area_m2) = match set.layout {
                     _ if set.quantity == Quantity::Luminance => (TableKind::Luminance, 0.0),
                     ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
                     _ => (TableKind::Points, 0.0),
                 };
                 let all = StatedValues::of(&values, &entries.weights, 0..lights.len());
-                (set.name.clone(), vec![stated_row(&set.name, kind, Side::Front.name(), area_m2, &all)])
+                vec![stated_row(&set.name, kind, Side::Front.name(), area_m2, &all)]
             }
         };
         let method = if by_mesh || measured.indirect != MeanSquare::default() { "light-mesh" } else { "shadow-rays" };
         let map = MapResult {
-            name,
+            name: entries.kind.name(scene).to_owned(),
             kind: entries.kind,
             method: method.to_owned(),
             method_reason: "asked for".to_owned(),

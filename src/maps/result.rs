@@ -1,6 +1,7 @@
 //! A finished map: values, standard errors, tables and the error it states.
 
 use super::basis::Linear;
+use crate::scene::Scene;
 
 /// A number and the standard error of it; an error of 0 means exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,6 +27,14 @@ impl MapKind {
         match self {
             MapKind::Elements => 0,
             MapKind::Receivers(set) => set as u32 + 1,
+        }
+    }
+
+    /// `elements`, or the name of the receiver set.
+    pub fn name(self, scene: &Scene) -> &str {
+        match self {
+            MapKind::Elements => "elements",
+            MapKind::Receivers(set) => &scene.receivers[set].name,
         }
     }
 }

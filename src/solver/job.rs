@@ -189,8 +189,7 @@ impl Job {
             None => (given.clone(), None),
         };
         let (map, weights) = element_map(context, &elements, adaptive.as_ref());
-        let name = "elements".to_owned();
-        let mut job = Job::new(context, name, MapKind::Elements, elements, adaptive, map, weights, bound);
+        let mut job = Job::new(context, MapKind::Elements, elements, adaptive, map, weights, bound);
         job.pilot_rays += pilot_rays;
         job
     }
@@ -200,14 +199,11 @@ impl Job {
         let receivers = &context.scene.receivers[set];
         let weights = receivers.points.iter().map(|point| if point.inside { 0.0 } else { point.weight }).collect();
         let map = ReplicaMap::new(receivers.points.len(), Unit::Lux);
-        let (name, kind) = (receivers.name.clone(), MapKind::Receivers(set));
-        Job::new(context, name, kind, Elements::default(), None, map, weights, bound)
+        Job::new(context, MapKind::Receivers(set), Elements::default(), None, map, weights, bound)
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn new(
         context: &Context,
-        name: String,
         kind: MapKind,
         elements: Elements,
         adaptive: Option<Adaptive>,
@@ -233,7 +229,7 @@ impl Job {
         let entries = map.len();
         let cutting_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
         Job {
-            name,
+            name: kind.name(context.scene).to_owned(),
             kind,
             elements,
             adaptive,

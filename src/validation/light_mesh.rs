@@ -138,8 +138,7 @@ pub fn solve_by_light_mesh(
             planner.wishes.step_m = finest_m;
         }
         // One map is shown in any case; what comes after it is given up where it takes long after the end.
-        let is_first = done == 0;
-        planner.give_up = if is_first { &never } else { &is_long_over };
+        planner.give_up = if done == 0 { &never } else { &is_long_over };
         if (planner.give_up)() {
             left_out.push((kind, bound));
             continue;
@@ -147,11 +146,10 @@ pub fn solve_by_light_mesh(
         let entries = Entries::of(&planner.around, kind, settings.seed);
         planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(rays as f64) };
         let target = target_error.filter(|_| bound);
-        let (plan, map) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut rays);
-        if (planner.give_up)() {
+        let Some((plan, map)) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut rays) else {
             left_out.push((kind, bound));
             continue;
-        }
+        };
         notes.extend(said(&map, &plan, samples.len(), entries.places()));
         warnings.extend(step_not_taken(&map, &plan));
         let misses_near_lights = may_miss_near_lights(&planner.around, &entries, &plan);
@@ -211,10 +209,7 @@ pub fn solve_by_light_mesh(
         ));
     }
     warnings.extend(left_out.iter().map(|(kind, _)| {
-        let name = match kind {
-            MapKind::Elements => "elements",
-            MapKind::Receivers(set) => &scene.receivers[*set].name,
-        };
+        let name = kind.name(scene);
         format!("light mesh: \"{name}\" is left out: the run was to end long before it was computed")
     }));
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
@@ -275,7 +270,7 @@ fn dark_upper_bound_lx(stage: &Stage, entries: &Entries, map: &TracedMap) -> Opt
 }
 
 /// Plans and computes a map until its last check meets the target, if there is one. A run that is ended on the way keeps what
-/// is nearest to the light by its own measurement, be it of an earlier attempt.
+/// is nearest to the light by its own measurement, be it of an earlier attempt; `None` where it is given up with nothing to show.
 fn best_attempt<'a>(
     planner: &mut Planner<'a>,
     entries: &Entries,
@@ -283,20 +278,23 @@ fn best_attempt<'a>(
     bound: bool,
     target_error: Option<f64>,
     rays: &mut u64,
-) -> (Plan<'a>, TracedMap) {
+) -> Option<(Plan<'a>, TracedMap)> {
     (planner.caution, planner.by_places) = (1.0, false);
     let mut best: Option<(Plan<'a>, TracedMap)> = None;
     for attempt in 0.. {
         let plan = planner.plan(entries, number + attempt * ATTEMPT, bound);
         let map = planner.trace(entries, number + attempt * ATTEMPT, &plan);
         *rays += map.effort.rays() + map.check_rays;
+        if (planner.give_up)() {
+            return best;
+        }
         let missed = target_error.is_some_and(|target| map.upper_error > target);
         let is_cut = (planner.stop)();
         if let Some(before) = best.take_if(|(_, before)| missed && is_cut && before.upper_error <= map.upper_error) {
-            return before;
+            return Some(before);
         }
         if !missed || attempt == MOST_ATTEMPTS || is_cut {
-            return (plan, map);
+            return Some((plan, map));
         }
         if best.as_ref().is_none_or(|(_, before)| map.upper_error < before.upper_error) {
             best = Some((plan, map));
@@ -463,7 +461,8 @@ mod tests {
 
             // Nothing meets this target, so that every attempt is followed by another.
             most.store(of_first + 10, Ordering::Relaxed);
-            let (_, kept) = best_attempt(&mut planner, &entries, 0, true, Some(1e-9), &mut 0);
+            let kept = best_attempt(&mut planner, &entries, 0, true, Some(1e-9), &mut 0);
+            let (_, kept) = kept.expect("a map is kept");
             assert!(asked.load(Ordering::Relaxed) > of_first + 10, "the second attempt was begun");
             assert_eq!(kept.map.values.illuminance_lx, first.map.values.illuminance_lx);
 

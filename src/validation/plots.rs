@@ -207,6 +207,8 @@ pub(super) enum Sign {
     Bar(RGBAColor),
 }
 
+/// Width of a sign in a legend, with the gap before its name.
+const SIGN_WIDTH: i32 = 25;
 /// Height of a row of a legend.
 pub(super) const LEGEND_HEIGHT: u32 = 26;
 
@@ -219,7 +221,6 @@ pub(super) fn legend_height(signs: &[(Sign, String)]) -> u32 {
 /// Left edge and row of each sign. A row that is full is followed by another.
 fn legend_places(signs: &[(Sign, String)]) -> Vec<(i32, u32)> {
     const FIRST_X: i32 = 82;
-    const SIGN_WIDTH: i32 = 25;
     const GAP: i32 = 22;
     const LETTER_WIDTH: f64 = 7.2;
     let (mut x, mut row) = (FIRST_X, 0);
@@ -246,7 +247,7 @@ pub(super) fn legend(area: &DrawingArea<SVGBackend, Shift>, signs: &[(Sign, Stri
             Sign::Cross(colour) => area.draw(&plotters::element::Cross::new((x + 9, y), 5, colour.stroke_width(2)))?,
             Sign::Bar(colour) => area.draw(&Rectangle::new([(x, y - 5), (x + 18, y + 5)], colour.filled()))?,
         }
-        area.draw(&Text::new(name.clone(), (x + 25, y - 7), TEXT.into_font().color(&BLACK)))?;
+        area.draw(&Text::new(name.clone(), (x + SIGN_WIDTH, y - 7), TEXT.into_font().color(&BLACK)))?;
     }
     Ok(())
 }

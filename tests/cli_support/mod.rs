@@ -23,8 +23,12 @@ pub fn run(arguments: &[&str]) -> Output {
 
 /// Runs `solve` on a scene of these tests.
 pub fn solve(scene_name: &str, out: &Path, more: &[&str]) -> Output {
-    let scene = scene(scene_name);
-    let mut arguments = vec!["solve", text(&scene), "--out", text(out)];
+    solve_file(&scene(scene_name), out, more)
+}
+
+/// Runs `solve` on a scene anywhere.
+pub fn solve_file(scene: &Path, out: &Path, more: &[&str]) -> Output {
+    let mut arguments = vec!["solve", text(scene), "--out", text(out)];
     arguments.extend(more);
     run(&arguments)
 }

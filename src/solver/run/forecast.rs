@@ -81,9 +81,9 @@ impl Run<'_> {
                 let rays = job.rays_to(job.planned_samples);
                 left.add(0.0, rays, rays / rays_per_s);
             } else if job.samples > 0 {
-                let more = self.more_samples(job) / job.samples as f64;
-                let rays = job.rays_to(job.samples + (more * job.samples as f64) as u64);
-                left.add(more * job.chains() as f64, rays, more * job.seconds);
+                let more = self.more_samples(job);
+                let share = more / job.samples as f64;
+                left.add(share * job.chains() as f64, job.rays_to(job.samples + more as u64), share * job.seconds);
             } else if let Some(target) = self.target_error {
                 let rays = job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
                 left.add(0.0, rays, rays / rays_per_s);
@@ -96,11 +96,10 @@ impl Run<'_> {
         left
     }
 
-    /// Samples that a bound job still needs, by its own latest judgement or by the chains asked for.
+    /// Samples that a bound job which has not met the target still needs, by its own latest judgement or by the chains asked for.
     fn more_samples(&self, job: &Job) -> f64 {
         let done = job.samples as f64;
         let to_target = match self.target_error {
-            Some(_) if job.met => 0.0,
             Some(_) if job.refused => job.next_judgement as f64 - done,
             Some(target) if job.judgement.mean_lx > 0.0 => {
                 // The judgement is of the last look; samples have been added since.
