@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3, Vec3A};
 
 use super::frame::Frame;
+use super::hull::Hull;
 use super::origin::{Anchor, LIFT, Origin, PULL, RESOLUTION, pull_in};
 use super::tree::{BEFORE, Ball, Found, Tree};
 use super::triangle::{Ray, Slot};
@@ -73,6 +74,8 @@ struct Footing {
 pub struct Tracer {
     frame: Frame,
     pub(super) tree: Tree,
+    /// Where nothing can stand between two places.
+    pub(super) hull: Option<Hull>,
     footings: Vec<Footing>,
     /// Place of each luminaire's ball in the tree's list.
     balls: Vec<Option<u32>>,
@@ -113,7 +116,9 @@ impl Tracer {
                 *footing = footing_of(slot as u32, tree.slots.slot(slot), scene.surface_of(*primitive).two_sided);
             }
         }
-        Tracer { frame, tree, footings, balls: balls_of_luminaires }
+        let is_without_balls = tree.balls.is_empty();
+        let hull = is_without_balls.then(|| Hull::of(&tree.slots, tree.primitives().len())).flatten();
+        Tracer { frame, tree, hull, footings, balls: balls_of_luminaires }
     }
 
     /// A point in free space, such as a point luminaire or an observer.
@@ -164,7 +169,7 @@ impl Tracer {
         }
     }
 
-    /// Whether anything stands between two origins.
+    /// Whether anything stands between two origins. In a convex scene the answer is known without a ray.
     #[inline]
     pub fn is_occluded(&self, from: &Origin, to: &Origin) -> bool {
         let difference = to.point - from.point;
@@ -173,7 +178,13 @@ impl Tracer {
         }
         from.has_below(difference)
             || to.has_below(-difference)
-            || self.tree.blocks(&Ray::new(from.point, difference), from, to)
+            || !self.is_within_hull(from, to) && self.tree.blocks(&Ray::new(from.point, difference), from, to)
+    }
+
+    /// Whether both origins lie within a convex scene.
+    #[inline]
+    fn is_within_hull(&self, from: &Origin, to: &Origin) -> bool {
+        self.hull.as_ref().is_some_and(|hull| hull.holds(from) && hull.holds(to))
     }
 
     /// Whether anything stands within a distance along a unit direction; the far end is a point in free space.

@@ -1,0 +1,77 @@
+//! Scenes in which nothing can stand between two places: no triangle has any part of the scene behind its plane, as in
+//! an empty room without niches.
+
+use glam::Vec3A;
+
+use super::origin::{Anchor, LIFT, Origin, RESOLUTION};
+use super::triangle::Slots;
+use crate::scene::Side;
+
+/// Planes that bound such a scene, at most: beyond them asking the planes takes as long as asking the tree.
+const MOST_PLANES: usize = 24;
+/// Planes whose normals and offsets differ by less, in scaled coordinates, are one.
+const ALIKE: f32 = RESOLUTION as f32;
+/// Height above a plane from which on a point is surely in front of it.
+const CLEARLY: f32 = 4.0 * RESOLUTION as f32;
+/// Least height of a point that was lifted off a plane, and cosine with which it faces as the plane does.
+const LIFTED: f32 = 0.5 * LIFT as f32;
+const FACING_ALIKE: f32 = 0.9999;
+
+/// The planes of a convex scene.
+pub(super) struct Hull {
+    planes: Vec<Plane>,
+}
+
+/// A plane in the tracer's coordinates: its unit normal points into the scene.
+#[derive(Clone, Copy)]
+struct Plane {
+    normal: Vec3A,
+    offset: f32,
+}
+
+impl Plane {
+    #[inline]
+    fn height(&self, point: Vec3A) -> f32 {
+        self.normal.dot(point) - self.offset
+    }
+}
+
+impl Hull {
+    /// The planes of so many triangles, if they are few and nothing lies behind any of them.
+    pub fn of(slots: &Slots, count: usize) -> Option<Hull> {
+        let mut planes: Vec<Plane> = Vec::new();
+        for slot in 0..count {
+            let [a, b, c] = slots.slot(slot).corners();
+            let normal = (b - a).cross(c - a).try_normalize()?;
+            let plane = Plane { normal: normal.as_vec3a(), offset: normal.dot(a) as f32 };
+            let is_alike = |other: &Plane| {
+                (other.normal - plane.normal).abs().max_element() < ALIKE && (other.offset - plane.offset).abs() < ALIKE
+            };
+            if planes.iter().any(is_alike) {
+                continue;
+            }
+            if planes.len() == MOST_PLANES {
+                return None;
+            }
+            planes.push(plane);
+        }
+        let hull = Hull { planes };
+        let is_within = |corner: &Vec3A| hull.planes.iter().all(|plane| plane.height(*corner) > -ALIKE);
+        (0..count).all(|slot| slots.slot(slot).corners_f32().iter().all(is_within)).then_some(hull)
+    }
+
+    /// Whether an origin surely lies within, so that another one that does is in its sight.
+    #[inline]
+    pub fn holds(&self, origin: &Origin) -> bool {
+        let normal = Vec3A::from(origin.normal);
+        match origin.anchor {
+            Anchor::Triangle { side, .. } => side == Side::Front,
+            Anchor::Ball { .. } => false,
+            Anchor::Free => self.planes.iter().all(|plane| plane.height(origin.point) > CLEARLY),
+            Anchor::Side => self.planes.iter().all(|plane| {
+                let height = plane.height(origin.point);
+                height > CLEARLY || height > LIFTED && plane.normal.dot(normal) > FACING_ALIKE
+            }),
+        }
+    }
+}
