@@ -280,6 +280,15 @@ impl Sight<'_> {
     }
 }
 
+/// With how much care a single emitter is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Care {
+    /// The point looked at may be any.
+    Glance,
+    /// The point is drawn in proportion to what it brings: who weighs looks by their density asks for that.
+    Look,
+}
+
 /// A look at a single emitter from a point on a side of a triangle, chosen about in proportion to what it brings: for the
 /// vertices of walks. `None` where the choice brings nothing; else it took one ray.
 #[inline]
@@ -287,6 +296,7 @@ pub fn one_look<'a>(
     stage: &'a Stage,
     spot: Spot,
     receiver: &Receiver,
+    care: Care,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
@@ -295,7 +305,10 @@ pub fn one_look<'a>(
     let choices = stage.choices(spot, receiver.point_m, receiver.normal, cut);
     let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
-    let look = emitter.look(receiver.point_m, receiver.normal, stream)?;
+    let look = match care {
+        Care::Glance => emitter.glance(receiver.point_m, receiver.normal, stream)?,
+        Care::Look => emitter.look(receiver.point_m, receiver.normal, stream)?,
+    };
     let mut sight = Sight {
         emitter,
         index,

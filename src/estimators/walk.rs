@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::chain::{LookedBack, Spot, Stage};
-use crate::estimators::direct::{Receiver, Sight, one_look};
+use crate::estimators::direct::{Care, Receiver, Sight, one_look};
 use crate::estimators::images::look_into_mirrors;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
@@ -218,7 +218,7 @@ fn follow_lm_m2(
                 Recall::Nothing => {}
                 Recall::End(known_lx) => {
                     // What is known holds the images in mirrors.
-                    let sight = one_look(stage, spot, &vertex.receiver(), cut, stream);
+                    let sight = one_look(stage, spot, &vertex.receiver(), Care::Glance, cut, stream);
                     let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (vertex.direct_lx(&sight), 1));
                     let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
                     return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
@@ -341,7 +341,10 @@ impl Vertex<'_> {
     /// Direct light of which a share leaves in all directions, and another of light from images in mirrors.
     #[inline]
     fn spread_lm_m2(&self, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-        let sight = if direct > 0.0 { one_look(self.stage, self.spot, &self.receiver(), cut, stream) } else { None };
+        let sight = match direct > 0.0 {
+            true => one_look(self.stage, self.spot, &self.receiver(), Care::Glance, cut, stream),
+            false => None,
+        };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * self.direct_lx(&sight), 1));
         let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| mirrored, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
@@ -375,7 +378,7 @@ impl Vertex<'_> {
             PI * (law.lobe_per_sr(&pair) + mirrored * law.spread_per_sr(&pair))
         };
         let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, response, cut, stream);
-        let Some(sight) = one_look(self.stage, self.spot, &receiver, cut, stream) else {
+        let Some(sight) = one_look(self.stage, self.spot, &receiver, Care::Look, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
         let pair = pair(sight.towards);

@@ -9,6 +9,7 @@ mod list;
 mod seen;
 mod shape;
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -26,6 +27,10 @@ use crate::scene::photometry::IntensityWeb;
 
 use ball::draw_ball;
 pub use list::{Emitters, PointEmitters, PointLook};
+
+/// From so many times its radius on a triangle is far enough for a glance: d² varies by a quarter of itself over it, in the root
+/// mean square, where it is seen end-on, and mostly by much less.
+const FAR_FOR_A_GLANCE: f64 = 4.0;
 
 /// Where light leaves a luminaire, for the geometry to find its place.
 #[derive(Clone, Copy, Debug)]
@@ -314,6 +319,31 @@ impl Emitter {
             | Shape::Web(WebEmitter { position_m, .. }) => Some(self.place_of_point(*position_m)),
         };
         Some(Look { unshadowed_lx, place })
+    }
+
+    /// A look that takes less time and has more chance, for the vertices of walks: what one of many emitters, one of many
+    /// walks and its visibility bring by chance is far more.
+    ///
+    /// A far triangle's point is drawn by area, E = M A cos θ cos θ′/(π d²); all else is looked at as ever.
+    #[inline]
+    pub fn glance(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+        let Shape::Triangle(triangle) = &self.shape else {
+            return self.look(point_m, normal, stream);
+        };
+        let far_m = FAR_FOR_A_GLANCE * triangle.radius_m;
+        if triangle.centroid_m.distance_squared(point_m) < far_m * far_m {
+            return self.look(point_m, normal, stream);
+        }
+        let barycentric = uniform_triangle(stream.pair());
+        let [a, b, c] = triangle.corners_m;
+        let offset_m = a + barycentric[0] * (b - a) + barycentric[1] * (c - a) - point_m;
+        let heights_m = [offset_m.dot(normal), -offset_m.dot(triangle.normal)];
+        if heights_m.iter().any(|height_m| *height_m <= 0.0) {
+            return None;
+        }
+        let exitance_lm = triangle.exitance_lm_m2 * triangle.area_m2;
+        let unshadowed_lx = exitance_lm * heights_m[0] * heights_m[1] / (PI * offset_m.length_squared().powi(2));
+        Some(Look { unshadowed_lx, place: Some(triangle.place(barycentric)) })
     }
 
     /// Exitance in lm/m² of an emitter that rays can meet; `None` for points.

@@ -14,7 +14,7 @@ use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::element::{Element, TwoLooks};
 use crate::maps::basis::{Linear, SLOPES, bends_at, slopes_at};
-use crate::maps::{Detail, DirectDetail, MapKind, ReplicaMap, Variation};
+use crate::maps::{Detail, DirectDetail, Judgement, MapKind, ReplicaMap, Variation};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
 use crate::scene::elements::MOST_CUTS;
@@ -22,13 +22,18 @@ use crate::scene::elements::MOST_CUTS;
 /// Share of the squared target that direct light's variation within elements may take before the run.
 const DIRECT_SHARE: f64 = 0.15;
 /// Share of the squared target that the whole discretisation may take in the run, and that it is brought down to where
-/// it takes more.
+/// it takes more; up to so much it may stay as it is, if going on is less work than starting anew.
 const MOST_SHARE: f64 = 0.5;
 const AIM_SHARE: f64 = 0.25;
+const BEARABLE_SHARE: f64 = 0.8;
+/// Power of the squared error with which work goes: the points are quasi-random.
+const WORK_EXPONENT: f64 = -2.0 / 3.0;
 /// Relative slope of illuminance over a scene's size that a constant element is taken to stand for.
 const USUAL_SLOPE: f64 = 2.0;
-/// Points of the pilot in a new element.
-const POINTS: usize = 12;
+/// Points of the pilot in an element, and how often so many lie in one that is larger than the mean: a corner that a shadow's
+/// edge cuts off is missed the more easily the fewer points there are, and costs the more the larger the element is.
+const POINTS: f64 = 12.0;
+const MOST_TIMES: f64 = 16.0;
 /// Rounds of the pilot, and of the run, at most.
 const PILOT_ROUNDS: u32 = 10;
 const RUN_ROUNDS: u32 = 12;
@@ -80,6 +85,12 @@ pub fn first_elements(
     let mut looks: Vec<DirectLooks> = Vec::new();
     let mut pilot_rays = 0;
     let goal_lx2 = DIRECT_SHARE * (target_error * (direct_lx + indirect_lx)).powi(2);
+    // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
+    let slope_goal_lx2 = goal_lx2.max(f64::MIN_POSITIVE);
+    let is_sloped = |elements: &Elements, index: u32, looks: Option<&DirectLooks>| {
+        shows_slopes(context, elements, index, target_error)
+            || looks.is_some_and(|looks| looks.slope_lx2() > slope_goal_lx2)
+    };
     for round in 0..=PILOT_ROUNDS {
         if elements.len() > MOST_PILOTED || (round > 0 && (context.is_urgent)()) {
             break;
@@ -87,7 +98,7 @@ pub fn first_elements(
         pilot_rays += look_at_new(context, &elements, &mut looks, round);
         let losses: Vec<ElementLoss> = (0..elements.len())
             .map(|index| {
-                let sloped = shows_slopes(context, &elements, index as u32, target_error);
+                let sloped = is_sloped(&elements, index as u32, Some(&looks[index]));
                 loss_of(context, &elements, index as u32, looks[index].lost_lx2(sloped))
             })
             .collect();
@@ -105,14 +116,7 @@ pub fn first_elements(
             .collect();
         elements = finer;
     }
-    // A constant element may still need slopes for the direct light's sake.
-    let slope_goal_lx2 = goal_lx2.max(f64::MIN_POSITIVE);
-    let sloped = (0..elements.len())
-        .map(|index| {
-            shows_slopes(context, &elements, index as u32, target_error)
-                || looks.get(index).is_some_and(|looks| looks.slope_lx2() > slope_goal_lx2)
-        })
-        .collect();
+    let sloped = (0..elements.len()).map(|index| is_sloped(&elements, index as u32, looks.get(index))).collect();
     let even = |lx: f64| Linear([lx, 0.0, 0.0]);
     let reference =
         |index: usize| [looks.get(index).map_or(even(direct_lx), |looks| looks.fitted_lx), even(indirect_lx)];
@@ -132,6 +136,11 @@ fn shows_slopes(context: &Context, elements: &Elements, index: u32, target_error
     let size_m = (context.scene.area_m2() / 6.0).sqrt();
     let edge_m = (2.0 * elements.area_m2(context.scene, elements.cell(index))).sqrt();
     edge_m > USUAL_SLOPE * target_error * size_m
+}
+
+/// Work, in some unit, that brings the chance of so many elements down to a share of the squared target.
+fn work_of(elements: usize, share: f64) -> f64 {
+    elements as f64 * share.powf(WORK_EXPONENT)
 }
 
 fn loss_of(context: &Context, elements: &Elements, index: u32, lost_lx2: f64) -> ElementLoss {
@@ -165,7 +174,8 @@ fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: u32)
 /// What the pilot saw of an element's direct light.
 #[derive(Clone, Copy, Debug, Default)]
 struct DirectLooks {
-    is_known: bool,
+    /// Points that were looked at, 0 at first.
+    points: usize,
     /// The linear function nearest to what was seen, in lx.
     fitted_lx: Linear,
     /// Mean square of what it leaves out, in lx², less one standard error: penumbrae are noisy, and chance must not cut.
@@ -196,7 +206,7 @@ impl DirectLooks {
             .collect();
         let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
         let Some(inverse) = normal.try_inverse() else {
-            return DirectLooks { is_known: true, ..DirectLooks::default() };
+            return DirectLooks { points: seen.len(), ..DirectLooks::default() };
         };
         let [one, other] = [0, 1].map(|look| {
             let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.looks_lx[look]).sum();
@@ -210,22 +220,26 @@ impl DirectLooks {
         let count = seen.len() as f64;
         let left_lx2 = (sum - (squares - sum * sum / count).max(0.0).sqrt()) / (count - 3.0);
         let fitted = 0.5 * (one + other);
-        DirectLooks { is_known: true, fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2 }
+        DirectLooks { points: seen.len(), fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2 }
     }
 }
 
-/// Looks at the elements that are new; returns the rays it took.
+/// Looks at the elements that are new, and again at those that are large beside the others by now; returns the rays it took.
 fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLooks>, round: u32) -> u64 {
     looks.resize(elements.len(), DirectLooks::default());
-    let unknown = looks.par_iter_mut().enumerate().filter(|(_, looks)| !looks.is_known);
+    let area_m2 = |index: usize| elements.area_m2(context.scene, elements.cell(index as u32));
+    let mean_m2 = (0..elements.len()).map(area_m2).sum::<f64>() / elements.len() as f64;
+    let wanted = |index: usize| (POINTS * (area_m2(index) / mean_m2).clamp(1.0, MOST_TIMES)) as usize;
+    let unknown = looks.par_iter_mut().enumerate().filter(|(index, looks)| 2 * looks.points <= wanted(*index));
     let rays = unknown.map(|(index, looks)| {
         let element = Element::of(context.stage, context.scene, elements, index as u32);
         let mut pass = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
-        let seen: [TwoLooks; POINTS] = std::array::from_fn(|point| {
+        let look = |point: usize| {
             stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
             element.look_twice(context.stage, &mut pass, &mut stream)
-        });
+        };
+        let seen: Vec<TwoLooks> = (0..wanted(index)).map(look).collect();
         *looks = DirectLooks::fit(&seen);
         seen.iter().map(|seen| seen.rays).sum::<u64>()
     });
@@ -291,16 +305,17 @@ impl Adaptive {
         loss.mean_lx2 - CERTAINTY * loss.standard_error_lx2 > share * target_lx2
     }
 
-    /// Finer elements, where these lose too much for the target by all that a look has shown; `None` where they do not,
-    /// or where nothing finer is allowed.
+    /// Finer elements, where these lose too much for the target by all that a look has shown; `None` where they do not, where
+    /// going on with them is less work all the same, or where nothing finer is allowed.
     pub fn refined(
         &self,
         context: &Context,
         elements: &Elements,
         map: &ReplicaMap,
         loss: &Loss,
-        mean_lx: f64,
+        judgement: &Judgement,
     ) -> Option<(Elements, Adaptive)> {
+        let mean_lx = judgement.mean_lx;
         let target_lx2 = (self.target_error * mean_lx).powi(2);
         if self.rounds >= RUN_ROUNDS || !self.loses_over(MOST_SHARE, loss, mean_lx) {
             return None;
@@ -312,6 +327,14 @@ impl Adaptive {
             .map(|(index, lost)| loss_of(context, elements, index as u32, *lost))
             .collect();
         let cuts = cuts_for(&losses, AIM_SHARE * target_lx2, MOST_ELEMENTS);
+        let pieces = cuts.iter().map(|cuts| 1usize << (2 * cuts)).sum();
+        let share = (loss.mean_lx2 + loss.standard_error_lx2) / target_lx2;
+        if share < BEARABLE_SHARE {
+            let done = work_of(elements.len(), (judgement.expected_error / self.target_error).powi(2));
+            if work_of(elements.len(), 1.0 - share) - done < work_of(pieces, 1.0 - AIM_SHARE) {
+                return None;
+            }
+        }
         let finer = elements.cut(|cell| cuts[cell as usize]);
         if finer.len() == elements.len() {
             return None;

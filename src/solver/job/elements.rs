@@ -11,9 +11,10 @@ impl Job {
     ///
     /// What gathers is to be started by its plan then.
     pub fn refine_elements(&mut self, context: &Context) -> bool {
-        let refined = self.adaptive.as_ref().and_then(|adaptive| {
-            adaptive.refined(context, &self.elements, &self.map, &self.loss, self.judgement.mean_lx)
-        });
+        let refined = self
+            .adaptive
+            .as_ref()
+            .and_then(|adaptive| adaptive.refined(context, &self.elements, &self.map, &self.loss, &self.judgement));
         let Some((elements, adaptive)) = refined else {
             return false;
         };
