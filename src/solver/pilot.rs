@@ -3,6 +3,8 @@
 //! Its samples enter no result. With variance v and cost c (in counted rays) a sample, two independent parts of a
 //! sum are best sampled in the ratio √(v₁c₂ / v₂c₁), and reach an error ε with (√(v₁c₁) + √(v₂c₂))²/ε² rays.
 
+use rayon::prelude::*;
+
 use super::adapt::Adaptive;
 use super::job::Context;
 use crate::estimators::direct::{DirectPass, Receiver};
@@ -138,17 +140,21 @@ fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, f64) {
 /// Cost of direct light at points that look ahead so often, and the rays of looking ahead at one of them.
 fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f64) {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    let mut room = DirectPass::default();
-    let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 0);
-    let mut sites = Sites::default();
     let (mut ahead_rays, mut points) = (0, 0);
     let passes = PASSES.max(LEAST_SAMPLES / sites_of(context, set));
-    over_receivers(context, set, &mut stream, |receiver, weight, stream| {
+    let mut sites = Sites::default();
+    let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
+        let mut room = DirectPass::default();
         let expectation = DirectLook::expect(stage, quantity, receiver, &mut room, looks_ahead);
-        ahead_rays += expectation.rays;
-        points += 1;
         let mut look = DirectLook::new(quantity, receiver, &mut room, &expectation);
-        sites.add(weight, passes, || look.sample(stage, stream));
+        let mut site = Sites::default();
+        site.add(weight, passes, || look.sample(stage, stream));
+        (site, expectation.rays)
+    };
+    over_receivers(context, set, 0, look_at, |(site, rays)| {
+        sites.merge(&site);
+        ahead_rays += rays;
+        points += 1;
         true
     });
     let cost = sites.cost();
@@ -161,16 +167,23 @@ pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> P
     if !stage.reflects() {
         return PartCost::default();
     }
-    let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 1);
     match kind {
-        MapKind::Elements => chain_cost(context, elements, &mut stream),
+        MapKind::Elements => {
+            let mut stream = Stream::new(context.seed, Purpose::Pilot, kind.number(), 1);
+            chain_cost(context, elements, &mut stream)
+        }
         MapKind::Receivers(set) => {
             let quantity = scene.receivers[set].quantity;
-            let mut cut = Cut::default();
-            let mut sites = Sites::default();
             let walks = WALKS.max(LEAST_SAMPLES / sites_of(context, set));
-            over_receivers(context, set, &mut stream, |receiver, weight, stream| {
-                sites.add(weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
+            let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
+                let mut cut = Cut::default();
+                let mut site = Sites::default();
+                site.add(weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
+                site
+            };
+            let mut sites = Sites::default();
+            over_receivers(context, set, 1, walk_from, |site| {
+                sites.merge(&site);
                 sites.rays < ENOUGH_RAYS as f64
             });
             sites.cost()
@@ -184,23 +197,36 @@ fn sites_of(context: &Context, set: usize) -> u64 {
     (points / points.div_ceil(MOST_SITES).max(1)).max(1) as u64
 }
 
-/// Looks at some points of a set, spread over it, as long as there is need for more.
-fn over_receivers(
+/// Looks at some points of a set, spread over it, several at a time, and takes what each found in turn, as long as there is
+/// need for more.
+fn over_receivers<S: Send>(
     context: &Context,
     set: usize,
-    stream: &mut Stream,
-    mut needs_more_after: impl FnMut(&Receiver, f64, &mut Stream) -> bool,
+    part: u32,
+    look_at: impl Fn(&Receiver, f64, &mut Stream) -> S + Sync,
+    mut needs_more_after: impl FnMut(S) -> bool,
 ) {
     let points = &context.scene.receivers[set].points;
     let stride = points.len().div_ceil(MOST_SITES).max(1);
     let indices = scattered(points.len().div_ceil(stride)).map(|site| site * stride);
-    for (done, index) in indices.filter(|index| !points[*index].inside).enumerate() {
-        let point = &points[index];
-        stream.seek(index as u64);
+    let indices: Vec<usize> = indices.filter(|index| !points[*index].inside).collect();
+    let number = MapKind::Receivers(set).number();
+    let look = |index: &usize| {
+        let point = &points[*index];
+        let mut stream = Stream::new(context.seed, Purpose::Pilot, number, part);
+        stream.seek(*index as u64);
         let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
         let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-        if !needs_more_after(&receiver, point.weight, stream) && done + 1 >= FEWEST_SITES {
-            return;
+        look_at(&receiver, point.weight, &mut stream)
+    };
+    let mut done = 0;
+    for some in indices.chunks(FEWEST_SITES) {
+        let found: Vec<S> = some.par_iter().map(look).collect();
+        for site in found {
+            done += 1;
+            if !needs_more_after(site) && done >= FEWEST_SITES {
+                return;
+            }
         }
     }
 }
@@ -272,6 +298,14 @@ impl Sites {
         self.samples += count;
         self.sum_lx += weight * sum / count;
         self.variance += weight * ((squares - sum * sum / count) / (count - 1.0)).max(0.0);
+    }
+
+    fn merge(&mut self, other: &Sites) {
+        self.weight += other.weight;
+        self.variance += other.variance;
+        self.sum_lx += other.sum_lx;
+        self.samples += other.samples;
+        self.rays += other.rays;
     }
 
     fn cost(&self) -> PartCost {
