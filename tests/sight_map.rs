@@ -7,7 +7,7 @@ mod common;
 use common::scene_of;
 use glam::DVec3;
 use luxmc::chain::Stage;
-use luxmc::estimators::direct::{Receiver, one_look};
+use luxmc::estimators::direct::{Care, Receiver, one_look};
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::{Scene, Side};
@@ -71,7 +71,7 @@ fn by_looks(stage: &Stage, (triangle, barycentric): (u32, [f64; 2]), seed: u64, 
     let (mut sum, mut squares) = (0.0, 0.0);
     for index in 0..count {
         stream.seek(index);
-        let sight = one_look(stage, (triangle, Side::Front), &receiver, &mut cut, &mut stream);
+        let sight = one_look(stage, (triangle, Side::Front), &receiver, Care::Look, &mut cut, &mut stream);
         let lx = sight.map_or(0.0, |sight| sight.direct_lx());
         sum += lx;
         squares += lx * lx;

@@ -370,3 +370,56 @@ fn an_empty_scene_is_met_nowhere() {
     assert_eq!(tracer.first_hit(&one, DVec3::X), Meeting::Nothing);
     assert!(!tracer.is_occluded(&one, &other) && !tracer.is_occluded(&one, &one));
 }
+
+#[test]
+fn in_a_convex_room_the_planes_say_what_the_tree_says() {
+    // Places in a room, on its surfaces, on lifted sides and outside of it: 20,000 pairs.
+    let scene = room(DVec3::new(4.0, 3.0, 2.5));
+    let tracer = Tracer::new(&scene);
+    let hull = tracer.hull.as_ref().expect("an empty room is convex");
+    let mut random = Random(21);
+    let mut origin = |kind: f64| {
+        let place = DVec3::new(4.0, 3.0, 2.5) * random.point();
+        match (kind * 5.0) as u32 {
+            0 => tracer.free_origin(place),
+            1 => tracer.free_origin(place + DVec3::new(0.0, 0.0, 3.0)),
+            2 => tracer.side_origin(DVec3::new(place.x, place.y, 0.0), DVec3::Z),
+            3 => tracer.side_origin(DVec3::new(place.x, place.y, 0.0), -DVec3::Z),
+            _ => tracer.surface_origin(
+                (kind * 60.0) as u32 % 12,
+                [0.5 * place.x / 4.0, 0.5 * place.y / 3.0],
+                Side::Front,
+            ),
+        }
+    };
+    let mut kinds = Random(22);
+    let (mut known, mut hidden) = (0, 0);
+    for _ in 0..20_000 {
+        let (from, to) = (origin(kinds.uniform()), origin(kinds.uniform()));
+        let difference = to.point - from.point;
+        if from.has_below(difference) || to.has_below(-difference) {
+            continue;
+        }
+        let blocks = tracer.tree.blocks(&Ray::new(from.point, difference), &from, &to);
+        if hull.holds(&from) && hull.holds(&to) {
+            known += 1;
+            assert!(!blocks, "{from:?} {to:?}");
+        }
+        hidden += usize::from(blocks);
+        assert_eq!(tracer.is_occluded(&from, &to), blocks);
+    }
+    assert!(known > 4_000 && hidden > 4_000, "{known} known and {hidden} hidden are no test");
+}
+
+#[test]
+fn what_has_something_behind_a_plane_is_not_convex() {
+    let mut with_plate = room(DVec3::new(4.0, 3.0, 2.5));
+    let first = with_plate.vertices_m.len() as u32;
+    with_plate.vertices_m.extend([DVec3::new(1.0, 1.0, 1.0), DVec3::new(2.0, 1.0, 1.0), DVec3::new(1.0, 2.0, 1.0)]);
+    with_plate.triangles.push([first, first + 1, first + 2]);
+    with_plate.divisions.push(1);
+    with_plate.triangle_surfaces.push(0);
+    assert!(Tracer::new(&with_plate).hull.is_none());
+    assert!(Tracer::new(&soup(20, 5)).hull.is_none());
+    assert!(Tracer::new(&with_ball(room(DVec3::ONE), DVec3::splat(0.5), 0.1)).hull.is_none());
+}
