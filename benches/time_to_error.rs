@@ -187,7 +187,8 @@ fn subjects(root: &Path, asked: &[String]) -> Vec<Subject> {
         let office = scene("office").expect("the office");
         let truth = long_run(root, &office);
         add("office", "receivers", office.clone(), receivers.clone(), given, truth, all);
-        add("office", "elements as given", office, elements, given, Truth::None, some);
+        add("office", "elements as given", office.clone(), elements.clone(), given, Truth::None, some);
+        add("office", "elements that adapt", office, elements, ElementChoice::Adaptive, Truth::None, &[0.03]);
     }
     if is_asked("hall") {
         match scene("hall") {

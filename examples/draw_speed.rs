@@ -11,10 +11,11 @@ use luxmc::validation::studies::{Line, log_log};
 const TARGETS: [f64; 3] = [0.03, 0.01, 0.003];
 
 /// Words of the history that the legend has no room for.
-const SHORTER: [(&str, &str); 4] = [
+const SHORTER: [(&str, &str); 5] = [
     ("3072 elements as given", "given"),
     ("12 triangles that adapt", "adapting"),
     ("elements as given", "elements"),
+    ("elements that adapt", "adapting"),
     (", receivers", ""),
 ];
 

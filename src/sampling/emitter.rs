@@ -361,7 +361,6 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::chain::Stage;
     use crate::sampling::random::Purpose;
     use crate::scene::scene_from_json;
 
@@ -375,8 +374,8 @@ mod tests {
           "geometry": [ { "name": "panel", "type": "rectangle", "origin": [0,0,3], "u": [0,1,0], "v": [1,0,0], "material": "grey" } ],
           "luminaires": [ { "name": "a", "type": "area", "surface": "panel", "luminous_flux_lm": 1000 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a scene");
-        let stage = Stage::new(&scene);
-        let emitter = &stage.emitters.list()[0];
+        let emitters = Emitters::of(&scene);
+        let emitter = &emitters.list()[0];
         let mut stream = Stream::new(9, Purpose::Walks, 0, 0);
         let slanting = DVec3::new(-1.0, 0.0, 0.5).normalize();
         for (point_m, normal) in [
