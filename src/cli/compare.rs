@@ -122,12 +122,9 @@ fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Fin
             }
         };
         let mut wishes = studies::Wishes { quick: arguments.quick, tell: &mut tell };
-        (study.run)(&mut wishes).map(|found| found.marked(arguments.quick)).map_err(|error| Failure::Usage {
-            what: format!("the study \"{}\" cannot be run", study.name),
-            got: error,
-            expected: "room for its scenes in the temporary folder".to_owned(),
-            remedy: "make room there, or name another folder in TMPDIR".to_owned(),
-        })
+        (study.run)(&mut wishes)
+            .map(|found| found.marked(arguments.quick))
+            .map_err(|why| Failure::Study { name: study.name, why })
     };
     STUDIES.iter().filter(is_asked).map(run).collect()
 }

@@ -79,6 +79,16 @@ pub enum Failure {
         /// What to do.
         remedy: String,
     },
+    /// A study that found no case, scene or room for them.
+    #[error(
+        "the study \"{name}\" cannot be run: {why}\n  needs:    luxmc's folder to be run in, and room in the temporary folder (TMPDIR names another)"
+    )]
+    Study {
+        /// The study.
+        name: &'static str,
+        /// What went wrong.
+        why: String,
+    },
     /// Results could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -97,7 +107,8 @@ impl Failure {
             | Failure::Analytic(_)
             | Failure::NotARoom(_)
             | Failure::NotForLightMesh(_)
-            | Failure::Usage { .. } => Exit::Refused,
+            | Failure::Usage { .. }
+            | Failure::Study { .. } => Exit::Refused,
             Failure::Output(_) | Failure::StandardOutput(_) => Exit::Unwritten,
         }
     }
