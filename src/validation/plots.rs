@@ -210,7 +210,7 @@ pub(super) enum Sign {
 /// Width of a sign in a legend, with the gap before its name.
 const SIGN_WIDTH: i32 = 25;
 /// Height of a row of a legend.
-pub(super) const LEGEND_HEIGHT: u32 = 26;
+const LEGEND_HEIGHT: u32 = 26;
 
 /// Height that a legend of these signs takes.
 pub(super) fn legend_height(signs: &[(Sign, String)]) -> u32 {

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use crate::output::numbers::count_tick;
-use crate::validation::plots::{Drawn, EXACT, FAINT, LEGEND_HEIGHT, MEASURED, Sign, TEXT, legend, svg, tick};
+use crate::validation::plots::{Drawn, EXACT, FAINT, MEASURED, Sign, TEXT, legend, legend_height, svg, tick};
 
 /// Colours that everyone can tell apart (Okabe and Ito 2008).
 const COLOURS: [RGBColor; 6] =
@@ -37,8 +37,9 @@ pub fn log_log(axes: [&str; 2], lines: &[Line]) -> String {
     };
     let (x, y) = (span(|place| place.0), span(|place| place.1));
     svg(400, |area| -> Drawn {
-        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
-        legend(&top, &signs(lines))?;
+        let signs = signs(lines);
+        let (top, below) = area.split_vertically(legend_height(&signs));
+        legend(&top, &signs)?;
         let mut chart = ChartBuilder::on(&below)
             .margin(8)
             .margin_right(18)
@@ -76,12 +77,12 @@ pub fn log_log(axes: [&str; 2], lines: &[Line]) -> String {
 pub fn profiles(axes: [&str; 2], x: [f64; 2], lines: &[Line]) -> String {
     let most = lines.iter().flat_map(|line| &line.places).map(|place| place.1).fold(0.0, f64::max);
     svg(380, |area| -> Drawn {
-        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
         let signs: Vec<(Sign, String)> = lines
             .iter()
             .enumerate()
             .map(|(index, line)| (Sign::Line(COLOURS[index % COLOURS.len()]), line.name.clone()))
             .collect();
+        let (top, below) = area.split_vertically(legend_height(&signs));
         legend(&top, &signs)?;
         let mut chart = ChartBuilder::on(&below)
             .margin(8)
