@@ -92,7 +92,7 @@ pub fn first_elements(
             || looks.is_some_and(|looks| looks.slope_lx2() > slope_goal_lx2)
     };
     for round in 0..=PILOT_ROUNDS {
-        if elements.len() > MOST_PILOTED || (round > 0 && (context.is_urgent)()) {
+        if elements.len() > MOST_PILOTED {
             break;
         }
         pilot_rays += look_at_new(context, &elements, &mut looks, round);
@@ -103,7 +103,7 @@ pub fn first_elements(
             })
             .collect();
         let cuts = cuts_for(&losses, goal_lx2, MOST_PILOTED);
-        if round == PILOT_ROUNDS || cuts.iter().all(|cuts| *cuts == 0) {
+        if round == PILOT_ROUNDS || cuts.iter().all(|cuts| *cuts == 0) || (context.is_urgent)() {
             break;
         }
         let finer = elements.cut(|cell| cuts[cell as usize]);

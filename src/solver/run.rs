@@ -21,7 +21,9 @@ const UNBOUND_SHARE: f64 = 0.25;
 const FIRST_LOOK_RAYS: f64 = 4e6;
 /// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
 /// one before.
-const CUTTING_SHARE: f64 = 0.1;
+const CUTTING_SHARE: f64 = 0.05;
+/// Rays that a map takes at least once it has started anew on finer elements, over those that it had.
+const WORK_ANEW: f64 = 4.0;
 /// Rays for the same where a limit or the user ended the run.
 const RAYS_IN_HASTE: f64 = 4e5;
 /// Target where the user sets no stop rule at all.
@@ -219,9 +221,13 @@ impl Run<'_> {
     }
 
     /// Finer elements, where these cannot show what the target asks for; the map starts anew then.
+    ///
+    /// A limit must leave time for so much more work: what a map starts anew and does not finish is worth less than what it had.
     fn refine_elements(&mut self, index: usize) -> bool {
+        let affordable_rays = self.affordable_rays();
         let job = &mut self.jobs[index];
-        if self.settings.chains.is_some() || job.met {
+        let is_affordable = WORK_ANEW * job.kept_rays() as f64 <= affordable_rays;
+        if self.settings.chains.is_some() || job.met || !is_affordable {
             return false;
         }
         if !job.refine_elements(self.context) {
