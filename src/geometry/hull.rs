@@ -4,7 +4,7 @@
 use glam::Vec3A;
 
 use super::origin::{Anchor, LIFT, Origin, RESOLUTION};
-use super::triangle::Slots;
+use super::tree::Tree;
 use crate::scene::Side;
 
 /// Planes that bound such a scene, at most: beyond them asking the planes takes as long as asking the tree.
@@ -37,8 +37,12 @@ impl Plane {
 }
 
 impl Hull {
-    /// The planes of so many triangles, if they are few and nothing lies behind any of them.
-    pub fn of(slots: &Slots, count: usize) -> Option<Hull> {
+    /// The planes of a tree's triangles, if they are few and nothing lies behind any of them; a ball lies within.
+    pub fn of(tree: &Tree) -> Option<Hull> {
+        if !tree.balls.is_empty() {
+            return None;
+        }
+        let (slots, count) = (&tree.slots, tree.primitives().len());
         let mut planes: Vec<Plane> = Vec::new();
         for slot in 0..count {
             let [a, b, c] = slots.slot(slot).corners();
@@ -63,14 +67,13 @@ impl Hull {
     /// Whether an origin surely lies within, so that another one that does is in its sight.
     #[inline]
     pub fn holds(&self, origin: &Origin) -> bool {
-        let normal = Vec3A::from(origin.normal);
         match origin.anchor {
             Anchor::Triangle { side, .. } => side == Side::Front,
             Anchor::Ball { .. } => false,
-            Anchor::Free => self.planes.iter().all(|plane| plane.height(origin.point) > CLEARLY),
-            Anchor::Side => self.planes.iter().all(|plane| {
+            // A free point has no normal, and faces as no plane does.
+            Anchor::Free | Anchor::Side => self.planes.iter().all(|plane| {
                 let height = plane.height(origin.point);
-                height > CLEARLY || height > LIFTED && plane.normal.dot(normal) > FACING_ALIKE
+                height > CLEARLY || height > LIFTED && plane.normal.dot(origin.normal.into()) > FACING_ALIKE
             }),
         }
     }

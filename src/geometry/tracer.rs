@@ -116,8 +116,7 @@ impl Tracer {
                 *footing = footing_of(slot as u32, tree.slots.slot(slot), scene.surface_of(*primitive).two_sided);
             }
         }
-        let is_without_balls = tree.balls.is_empty();
-        let hull = is_without_balls.then(|| Hull::of(&tree.slots, tree.primitives().len())).flatten();
+        let hull = Hull::of(&tree);
         Tracer { frame, tree, hull, footings, balls: balls_of_luminaires }
     }
 

@@ -85,11 +85,13 @@ pub fn first_elements(
     let mut looks: Vec<DirectLooks> = Vec::new();
     let mut pilot_rays = 0;
     let goal_lx2 = DIRECT_SHARE * (target_error * (direct_lx + indirect_lx)).powi(2);
-    // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
+    // Over a small element light changes less than the target asks to show.
+    let slope_from_m = USUAL_SLOPE * target_error * (context.scene.area_m2() / 6.0).sqrt();
+    // It may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
     let slope_goal_lx2 = goal_lx2.max(f64::MIN_POSITIVE);
     let is_sloped = |elements: &Elements, index: u32, looks: Option<&DirectLooks>| {
-        shows_slopes(context, elements, index, target_error)
-            || looks.is_some_and(|looks| looks.slope_lx2() > slope_goal_lx2)
+        let edge_m = (2.0 * elements.area_m2(context.scene, elements.cell(index))).sqrt();
+        edge_m > slope_from_m || looks.is_some_and(|looks| looks.slope_lx2() > slope_goal_lx2)
     };
     for round in 0..=PILOT_ROUNDS {
         if elements.len() > MOST_PILOTED {
@@ -129,13 +131,6 @@ pub fn first_elements(
         target_error,
     };
     (elements, adaptive)
-}
-
-/// Whether an element is large enough for slopes: over a small one light changes less than the target asks to show.
-fn shows_slopes(context: &Context, elements: &Elements, index: u32, target_error: f64) -> bool {
-    let size_m = (context.scene.area_m2() / 6.0).sqrt();
-    let edge_m = (2.0 * elements.area_m2(context.scene, elements.cell(index))).sqrt();
-    edge_m > USUAL_SLOPE * target_error * size_m
 }
 
 /// Work, in some unit, that brings the chance of so many elements down to a share of the squared target.

@@ -19,13 +19,13 @@ use crate::scene::Scene;
 const UNBOUND_SHARE: f64 = 0.25;
 /// Rays that a map which the target does not bind may take for its first look in any case.
 const FIRST_LOOK_RAYS: f64 = 4e6;
+/// Rays for the same where a limit or the user ended the run.
+const RAYS_IN_HASTE: f64 = 4e5;
 /// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
 /// one before.
 const CUTTING_SHARE: f64 = 0.05;
 /// Rays that a map takes at least once it has started anew on finer elements, over those that it had.
 const WORK_ANEW: f64 = 4.0;
-/// Rays for the same where a limit or the user ended the run.
-const RAYS_IN_HASTE: f64 = 4e5;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
