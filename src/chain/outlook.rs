@@ -83,8 +83,12 @@ impl Outlook {
         let most = spots.len().div_ceil(MOST_REGIONS);
         divide(scene, stage, &mut spots, most, &mut parts);
 
-        let found: Vec<Survey> =
-            parts.par_iter().enumerate().map(|(region, spots)| survey(scene, stage, spots, region as u32)).collect();
+        let found: Vec<Survey> = parts
+            .par_iter()
+            .with_max_len(1)
+            .enumerate()
+            .map(|(region, spots)| survey(scene, stage, spots, region as u32))
+            .collect();
         let rays = found.iter().map(|survey| survey.rays).sum();
         let [seen, hidden] = [0, 1].map(|which| found.iter().map(|survey| survey.light[which]).sum::<f64>());
         let hidden_share = if hidden > 0.0 { hidden / (seen + hidden) } else { 0.0 };

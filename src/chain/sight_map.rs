@@ -116,6 +116,7 @@ impl SightMap {
             }
             let looked: Vec<CellSights> = part
                 .par_iter()
+                .with_max_len(1)
                 .filter_map(|cell| look_from(stage, map.center_m(cell[0].point_m), map.cell_m, cell))
                 .collect();
             for sights in looked {

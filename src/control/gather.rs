@@ -27,10 +27,21 @@ pub struct GatherState {
     pub cells: f64,
     /// Power of their number with which the rays' part falls.
     pub ray_exponent: f64,
-    /// Rays spent on gathering and direct light.
+    /// Rays spent on gathering.
     pub gather_rays: f64,
+    /// Rays of direct light that go with as many samples.
+    pub direct_rays: f64,
+    /// Rays spent on direct light, which stays where gathering begins anew.
+    pub direct_done: f64,
     /// Rays spent on chains.
     pub chain_rays: f64,
+}
+
+impl GatherState {
+    /// Rays that it still takes to a multiple of the samples, of which so many rays of gathering are there.
+    fn rays_to(&self, samples: f64, gathered_rays: f64) -> f64 {
+        (self.gather_rays * samples - gathered_rays).max(0.0) + (self.direct_rays * samples - self.direct_done).max(0.0)
+    }
 }
 
 /// Looks at least this factor of samples apart tell how the variance of rows falls.
@@ -90,18 +101,18 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     let as_it_is = samples(1.0).map(|samples| GatherNeed {
         chains: 1.0,
         samples: samples.max(1.0),
-        rays: state.gather_rays * (samples - 1.0).max(0.0),
+        rays: state.rays_to(samples.max(1.0), state.gather_rays),
     });
     let with_more = (1..=STEPS).filter_map(|step| {
         let chains = STEP.powi(step);
         let samples = samples(chains)?;
-        let rays = state.chain_rays * (chains - 1.0) + state.gather_rays * samples;
+        let rays = state.chain_rays * (chains - 1.0) + state.rays_to(samples, 0.0);
         Some(GatherNeed { chains, samples, rays })
     });
     let best = as_it_is.into_iter().chain(with_more).min_by(|one, other| one.rays.total_cmp(&other.rays));
     best.unwrap_or_else(|| {
         let chains = STEP.powi(STEPS);
-        GatherNeed { chains, samples: 1.0, rays: state.chain_rays * chains + state.gather_rays }
+        GatherNeed { chains, samples: 1.0, rays: state.chain_rays * chains + state.rays_to(1.0, 0.0) }
     })
 }
 
@@ -144,6 +155,8 @@ mod tests {
             cells: 0.0,
             ray_exponent: RAY_EXPONENT,
             gather_rays: 1e6,
+            direct_rays: 0.0,
+            direct_done: 0.0,
             chain_rays: 1e6,
         };
         let need = gather_need(0.01, &judged(0.02), &state);

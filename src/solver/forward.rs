@@ -95,7 +95,7 @@ impl Layer {
         let area_m2: f64 = (0..self.patches.len() as u32).map(|patch| self.patches.area_m2(patch)).sum();
         let density_m2 = deposits / REPLICAS as f64 / area_m2;
         let (patches, exposed) = (&self.patches, &self.exposed);
-        self.values_lx.par_iter_mut().zip(&self.sums).for_each(|(values_lx, sums)| {
+        self.values_lx.par_iter_mut().with_max_len(1).zip(&self.sums).for_each(|(values_lx, sums)| {
             for (patch, (value_lx, sum)) in values_lx.iter_mut().zip(sums).enumerate() {
                 // A patch of which nothing is known to show still takes what reaches it.
                 let area_m2 = patches.area_m2(patch as u32) * exposed[patch].max(1.0 / EXPOSURE_POINTS as f64);
@@ -226,7 +226,7 @@ impl Forward {
     }
 
     fn refine(&mut self, context: &Context, samples: u64) {
-        let refined = (0..REPLICAS).into_par_iter().map(|replica| {
+        let refined = (0..REPLICAS).into_par_iter().with_max_len(1).map(|replica| {
             let mut stream = Stream::new(context.seed, Purpose::Gathering, FORWARD, replica as u32);
             let mut memory = Deposits { layer: &self.fine, replica };
             let mut cut = Cut::default();
@@ -286,7 +286,7 @@ impl Forward {
     fn trace(&mut self, context: &Context, purpose: Purpose, until: u64) {
         let chains = self.chains..until;
         let patches = [&self.fine.patches, &self.coarse.patches];
-        let sums = self.fine.sums.par_iter_mut().zip(self.coarse.sums.par_iter_mut()).enumerate();
+        let sums = self.fine.sums.par_iter_mut().with_max_len(1).zip(self.coarse.sums.par_iter_mut()).enumerate();
         let traced = sums.map(|(replica, (fine, coarse))| {
             let stream = Stream::new(context.seed, purpose, FORWARD, replica as u32);
             trace_chains(context, patches, stream, chains.clone(), [fine, coarse])

@@ -51,6 +51,7 @@ impl Gatherer<'_> {
         let before: &ReplicaMap = map;
         let gathered: Vec<(Vec<SiteScores>, HalfChecks, u64, PartScores)> = parts
             .par_iter()
+            .with_max_len(1)
             .map(|(parity, part)| self.gather_part(before, *parity, adaptive.as_deref(), part.clone(), samples.clone()))
             .collect();
         let mut rays = 0;

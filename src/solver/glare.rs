@@ -48,6 +48,7 @@ pub(super) fn rate(context: &Context, job: &Job) -> Option<GlareRating> {
     let passes = ((RAYS / (REPLICAS as f64 * rays.max(1) as f64)) as u64).clamp(FEWEST_PASSES, MOST_PASSES);
     let sums: Vec<f64> = (0..REPLICAS as u32)
         .into_par_iter()
+        .with_max_len(1)
         .map(|replica| {
             let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Receivers(set).number(), replica);
             let mut sum = 0.0;

@@ -89,6 +89,7 @@ impl LocalPlan {
         let done: Vec<(u64, PartScores)> = map
             .indirect
             .par_iter_mut()
+            .with_max_len(1)
             .enumerate()
             .map(|(replica, sums)| {
                 let chains = rounds.start * self.chains_per_round..rounds.end * self.chains_per_round;

@@ -221,7 +221,7 @@ fn over_receivers<S: Send>(
     };
     let mut done = 0;
     for some in indices.chunks(FEWEST_SITES) {
-        let found: Vec<S> = some.par_iter().map(look).collect();
+        let found: Vec<S> = some.par_iter().with_max_len(1).map(look).collect();
         for site in found {
             done += 1;
             if !needs_more_after(site) && done >= FEWEST_SITES {

@@ -70,6 +70,7 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         .map
         .indirect
         .par_iter_mut()
+        .with_max_len(1)
         .enumerate()
         .map(|(replica, indirect)| {
             let mut cut = Cut::default();

@@ -4,7 +4,8 @@ use super::choice::{self, Offered, Turn, USUAL_ERROR};
 use super::forward::Forward;
 use super::job::{Context, Engine, Job, USUAL_DEGREES};
 use super::plan::{
-    ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, gather_costs, patch_edge_m, patches_for, pilot_chains,
+    CHAINS_SHARE, ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, gather_costs, patch_edge_m, patches_for,
+    pilot_chains,
 };
 use super::{Method, Settings};
 use crate::chain::median_distance_m;
@@ -187,8 +188,12 @@ impl Stages {
         // Patches that do not gather themselves show corners too flat: what is still missing to that is worth it.
         let to_refine = REFINING_MARGIN * self.forward.chains_to_refine(self.chain.rays);
         let rays_to_refine = to_refine * self.chain.rays * RAYS_OF_FORWARD * REPLICAS as f64;
-        let goal_chains =
-            if rays_to_refine <= MOST_FOR_REFINING * planned_rays { chains.max(to_refine) } else { chains };
+        let goal_chains = if rays_to_refine <= MOST_FOR_REFINING * planned_rays {
+            chains.max(to_refine)
+        } else {
+            // Deposits alone take more chains.
+            chains.max((chains / CHAINS_SHARE).min(to_refine))
+        };
         self.goal_chains = (goal_chains.ceil() as u64).max(1);
     }
 
@@ -231,7 +236,9 @@ impl Stages {
             columns: job.variances.columns / mean_squared,
             cells: job.variances.cells / mean_squared,
             ray_exponent: job.rows.exponent(),
-            gather_rays: job.kept_rays() as f64,
+            gather_rays: job.rays_by_plan(job.samples)[1],
+            direct_rays: job.rays_by_plan(job.samples)[0],
+            direct_done: job.direct_rays_done(),
             chain_rays: self.forward.rays as f64,
         };
         let need = gather_need(target, &job.judgement, &state);

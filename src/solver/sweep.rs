@@ -47,7 +47,7 @@ pub fn direct_over_elements(
 ) -> u64 {
     map.fix_direct_levels(range.clone());
     let (whole, levels) = (&map.scores[0], &map.levels[0]);
-    let replicas = map.direct.par_iter_mut().enumerate();
+    let replicas = map.direct.par_iter_mut().with_max_len(1).enumerate();
     let done = replicas.map(|(replica, direct)| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
@@ -93,7 +93,7 @@ pub fn direct_in_elements(
     let sites = map.len();
     let number = adaptive.stream_number();
     let (detail, references_lx) = (&mut adaptive.detail, &adaptive.references_lx);
-    let replicas = map.direct.par_iter_mut().zip(detail.direct.par_iter_mut()).enumerate();
+    let replicas = map.direct.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
     let rays = replicas.map(|(replica, (direct, detail))| {
         let mut rays = 0;
         let mut room = DirectPass::default();
@@ -132,7 +132,13 @@ pub fn chains(
     let Unit::Packets { luminous_flux_lm, area_m2 } = &map.indirect_unit_lx else {
         return Vec::new();
     };
-    let replicas = map.direct.par_iter_mut().zip(map.indirect.par_iter_mut()).zip(bends.par_iter_mut()).enumerate();
+    let replicas = map
+        .direct
+        .par_iter_mut()
+        .with_max_len(1)
+        .zip(map.indirect.par_iter_mut())
+        .zip(bends.par_iter_mut())
+        .enumerate();
     let traced = replicas.map(|(replica, ((direct, indirect), bends))| {
         let mut rays = 0;
         let mut ends = Ends::default();
@@ -181,7 +187,7 @@ pub fn direct_at_points(
     let firsts: Vec<usize> = points.clone().step_by(POINTS_PER_CHUNK).collect();
     map.fix_direct_levels(points.clone());
     let (whole, levels, kept) = (&map.scores[0], &map.levels[0], &*expectations);
-    let looked = firsts.par_iter().map(|first| {
+    let looked = firsts.par_iter().with_max_len(1).map(|first| {
         let mut rays = 0;
         let mut scores = PartScores::for_task(whole);
         let mut pass = DirectPass::default();
@@ -272,6 +278,7 @@ fn over_points(
         .collect();
     let done: Vec<(u64, PartScores)> = chunks
         .into_par_iter()
+        .with_max_len(1)
         .map(|(replica, first, sums)| {
             let mut rays = 0;
             let mut scores = PartScores::for_task(whole);

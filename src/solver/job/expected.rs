@@ -31,6 +31,18 @@ impl Job {
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
     }
 
+    /// Rays of direct light and of indirect light that go with so many samples, by what the pilot counted.
+    pub fn rays_by_plan(&self, samples: u64) -> [f64; 2] {
+        let indirect = samples as f64 * self.share.rays_per_indirect * REPLICAS as f64;
+        let passes = samples as f64 * self.share.passes_per_sample;
+        [passes * self.share.rays_per_pass * REPLICAS as f64, indirect]
+    }
+
+    /// Rays of the direct light that is done, by the same.
+    pub fn direct_rays_done(&self) -> f64 {
+        self.map.direct_samples.complete as f64 * self.share.rays_per_pass * REPLICAS as f64
+    }
+
     /// Rays that gathering takes to an error in lx, by what the pilots measured, and the chains of a replica for it.
     ///
     /// `shared` chains are traced for other maps anyway. The first plan is a guess that looks mend, which costs few points
