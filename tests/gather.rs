@@ -150,8 +150,8 @@ fn the_furnished_office_is_that_of_a_long_run_by_walks() {
 
 #[test]
 fn mirrors_gloss_and_glass_are_found_as_walks_find_them() {
-    // A room with a mirror wall, a glossy floor and a pane, a luminous square and a spot: averages on two planes by
-    // gathering and by walks, to 0.7% and 1%, within 4 of their standard errors; 2% off must be seen.
+    // A room with a mirror wall, a glossy floor and a pane, a luminous square and a spot: averages on two planes by walks to
+    // 1% and by eight runs of gathering to 0.7%, seeds 2 to 9, within 4 of their standard errors; 1% off must be seen.
     let scene = scene_of(
         r#"{"version": 1,
             "materials": {"paint": {"type": "diffuse", "reflectance": 0.7},
@@ -169,13 +169,18 @@ fn mirrors_gloss_and_glass_are_found_as_walks_find_them() {
                           {"name": "wall", "type": "grid", "origin": [0.01,0.3,0.3], "u": [0,2.4,0], "v": [0,0,2.4], "columns": 8, "rows": 8}]}"#,
     );
     let walked = common::to_target(&scene, 1, MapSelection::Receivers, 0.01);
-    let found = gathered(&scene, 2, MapSelection::Receivers, 0.007);
-    for (walked, found) in walked.maps.iter().zip(&found.maps) {
-        assert_eq!((walked.method.as_str(), found.method.as_str()), ("walk", "gather"));
-        let (one, other) = (walked.tables[0].average_lx, found.tables[0].average_lx);
-        let error = one.standard_error.hypot(other.standard_error);
-        assert!((one.value - other.value).abs() < 4.0 * error, "{}: {one:?} {other:?}", found.name);
-        assert!((one.value - 1.02 * other.value).abs() > 4.0 * error, "{}: the planted fault passed", found.name);
+    let runs: Vec<Solution> = (2..10).map(|seed| gathered(&scene, seed, MapSelection::Receivers, 0.007)).collect();
+    for (map, walked) in walked.maps.iter().enumerate() {
+        assert_eq!((walked.method.as_str(), runs[0].maps[map].method.as_str()), ("walk", "gather"));
+        let one = walked.tables[0].average_lx;
+        let found: Vec<_> = runs.iter().map(|run| run.maps[map].tables[0].average_lx).collect();
+        let count = found.len() as f64;
+        let mean_lx = found.iter().map(|average| average.value).sum::<f64>() / count;
+        let squares: f64 = found.iter().map(|average| average.standard_error.powi(2)).sum();
+        let error_lx = one.standard_error.hypot(squares.sqrt() / count);
+        let told = format!("{}: {one:?}, gathered {mean_lx} ± {error_lx} lx with it", walked.name);
+        assert!((one.value - mean_lx).abs() < 4.0 * error_lx, "{told}");
+        assert!((one.value - 1.01 * mean_lx).abs() > 4.0 * error_lx, "the planted fault passed: {told}");
     }
 }
 
@@ -253,6 +258,7 @@ fn patches_do_not_bias_the_corners_of_a_room() {
     // A room of six reflectances, 1,140 elements to 2%, 40 seeds. Mean deviation of every element, four standard errors of
     // that mean less (α = 6e-5 each), at most a third of what it states; a stated error more in one element (the planted
     // fault) is rejected. Patches that are looked up from anywhere fail this in the corners by 0.7 stated errors.
+    // Patches that tell direct light beside the lamp fail it too.
     const SEEDS: u64 = 40;
     let reflectances =
         [("x_min", 0.5), ("x_max", 0.4), ("y_min", 0.6), ("y_max", 0.5), ("floor", 0.2), ("ceiling", 0.7)];

@@ -165,4 +165,27 @@ mod tests {
         let need = gather_need(0.01, &judged(0.02), &state);
         assert!(need.chains > 4.0 && need.samples < 1.0, "{need:?}");
     }
+
+    #[test]
+    fn direct_light_that_is_done_does_not_make_more_chains_worth_it() {
+        // Gathering anew costs what gathering cost; direct light of ten times the rays stays. Were it to be done again, many
+        // more chains would be bought to save samples.
+        let state = GatherState {
+            rows: 8e-4,
+            columns: 3e-4,
+            cells: 1e-3,
+            ray_exponent: LEAST_RAY_EXPONENT,
+            gather_rays: 2e5,
+            direct_rays: 1e5,
+            direct_done: 2e6,
+            chain_rays: 2.5e4,
+        };
+        let need = gather_need(0.01, &judged(0.047), &state);
+        let as_if_again =
+            gather_need(0.01, &judged(0.047), &GatherState { gather_rays: 2.2e6, direct_done: 0.0, ..state });
+        assert!(need.chains > 5.0 && 1.5 * need.chains < as_if_again.chains, "{need:?} {as_if_again:?}");
+        let direct_rays = (state.direct_rays * need.samples - state.direct_done).max(0.0);
+        let rays = state.chain_rays * (need.chains - 1.0) + state.gather_rays * need.samples + direct_rays;
+        assert!((need.rays / rays - 1.0).abs() < 1e-9, "{need:?}");
+    }
 }

@@ -48,6 +48,8 @@ pub enum Recall {
     Nothing,
     /// The walk ends: this indirect illuminance in lx stands for the rest of it.
     End(f64),
+    /// The walk ends without a look: this illuminance in lx, direct light and all, stands for the rest of it.
+    Whole(f64),
     /// The walk goes on, and this indirect illuminance in lx takes the chance out of its survival: with reflectance ρ
     /// it scores ρ times as much, and loses it again if it survives, which changes no mean.
     Guide(f64),
@@ -222,6 +224,10 @@ fn follow_lm_m2(
                     let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (vertex.direct_lx(&sight), 1));
                     let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
                     return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
+                }
+                Recall::Whole(known_lx) => {
+                    debug_assert_eq!(shares[0], shares[1], "what is known holds both");
+                    return (sum_lm_m2 + weight * law.reflectance * shares[1] * known_lx, rays);
                 }
                 Recall::Guide(known_lx) => {
                     guided_lx = weight * shares[1] * known_lx;

@@ -13,6 +13,8 @@ pub struct Judgement {
     pub expected_error: f64,
     /// Estimated bias that even and odd share; 0 for an unbiased estimator.
     pub bias: f64,
+    /// What that bias is at least, by the chance of its estimate.
+    pub least_bias: f64,
     /// Estimated discretisation error: what elements cannot show of the illuminance within them; 0 for points and for
     /// elements that stand for nothing but their means.
     pub discretisation: f64,
@@ -86,11 +88,13 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
         }
     }
     let mean_lx = illuminance_sum / weight_sum;
+    let [bias, least_bias] = map.look_up_bias_lx(counted).map(|bias_lx| bias_lx / mean_lx);
     Judgement {
         mean_lx,
         halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
         expected_error: (spread_sum / weight_sum / (REPLICAS * (REPLICAS - 1)) as f64).sqrt() / mean_lx,
-        bias: map.look_up_bias_lx(counted) / mean_lx,
+        bias,
+        least_bias,
         discretisation: 0.0,
         means_lx: means_lx.map(|sum| sum / weight_sum),
         degrees_of_freedom: if of_squares > 0.0 { (of_traces / of_squares).max(1.0) } else { 1.0 },

@@ -262,10 +262,10 @@ impl ReplicaMap {
         CrossedVariances { rows: mean(rows - cells), columns: mean(columns - cells), cells: mean(cells.min(rows)) }
     }
 
-    /// Estimated bias in lx of look-ups, root mean square over weighted entries.
-    pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> f64 {
+    /// Estimated bias in lx of look-ups, root mean square over weighted entries, and what it is at least.
+    pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> [f64; 2] {
         let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
-        self.crossing.as_ref().map_or(0.0, |crossing| crossing.bias_lx(entries, inverse))
+        self.crossing.as_ref().map_or([0.0; 2], |crossing| crossing.bias_lx(entries, inverse))
     }
 
     /// Makes ready what gathering adds; to be called before values are read.

@@ -3,47 +3,68 @@
 //! A patch holds the mean of its indirect illuminance and, where chains meet it often enough, the slopes: the projection
 //! of the deposits on linear functions, every coefficient of which is unbiased. Each replica has its own memory; the
 //! rays of a half's eight replicas all look up the eight memories of that half, so that the halves stay independent.
+//! Where it is worth its rays, patches hold direct light too, found by looks from points spread over them.
+
+mod layer;
+mod memory;
 
 use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::layer::{EXPOSURE_POINTS, Layer, LinearLx, projected};
+use self::memory::Deposits;
+pub use self::memory::Recollection;
 use super::job::{Context, Ends};
-use crate::estimators::direct::Receiver;
-use crate::estimators::walk::{Memory, Recall, gather_indirect_lx};
-use crate::geometry::{Meeting, Origin, SurfaceHit};
-use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
+use crate::estimators::direct::{Care, Receiver, one_look};
+use crate::estimators::walk::gather_indirect_lx;
+use crate::geometry::{Meeting, Origin};
+use crate::maps::{HALF, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::reflection::Law;
 use crate::sampling::warp::{cosine_hemisphere, uniform_triangle};
 use crate::scene::Side;
 use crate::scene::patches::{PatchPlace, Patches};
 
 /// Number of the forward stage among the maps, for its streams.
 const FORWARD: u32 = u32::MAX;
-/// Expected deposits of a replica on a patch from which on slopes are worth their noise.
-const DEPOSITS_FOR_SLOPES: f64 = 4.0;
 /// Rays of the patches' own gathering over those of the chains.
 const REFINING_SHARE: f64 = 1.0;
 /// Rays of one sample of that, about.
 const RAYS_PER_SAMPLE: f64 = 2.0;
-/// Points of a patch that tell how much of it shows, and rays from each that must all meet backs where it does not.
-const EXPOSURE_POINTS: u64 = 16;
+/// Rays from each point that tells how much of a patch shows: all must meet backs where it does not.
 const HIDING_RAYS: u32 = 3;
 /// A ray that meets a surface nearer than this share of the edge of patches goes on instead of looking the patch up: in corners a
 /// patch says little of what lies next to it.
 const NEAR: f64 = 0.07;
 /// Below so many samples a patch the deposits stay as they are.
 const FEWEST_SAMPLES: u64 = 4;
+/// What a ray meets nearer than this share of the edge is looked at for luminaires, whatever the patch says of direct light.
+const NEAR_FOR_DIRECT: f64 = 0.3;
+/// Looks of a replica from a patch for its direct light, at least and at most, and all of them over the rays of the chains.
+const FEWEST_LOOKS: u64 = 4;
+const MOST_LOOKS: f64 = 256.0;
+const LOOKS_SHARE: f64 = 0.5;
+/// A patch tells direct light if what coarser ones say of it is not surely off by more than so many roots of the target error, over
+/// the scene's mean: a tenth for 1%.
+const MOST_MISFIT: f64 = 1.0;
+const MISFIT_POINTS: u64 = 8;
+/// Squares of standard errors by which chance may make them differ.
+const SURE: f64 = 4.0;
 
 /// Light that chains brought, patch by patch, in sixteen replicas.
 pub struct Forward {
-    fine: Layer,
+    fine: Layer<HALF>,
     /// Patches with twice the edges: what they would have said tells the bias of the finer ones.
-    coarse: Layer,
+    coarse: Layer<1>,
     /// Nearer than this, in m, patches are not looked up.
     near_m: f64,
+    /// From this distance on, in m, patches tell direct light too.
+    direct_from_m: f64,
+    /// Whether each of them does.
+    tells_direct: Vec<bool>,
     /// Chains of each replica so far.
     pub chains: u64,
     /// Rays so far, all replicas: those of the chains and those of the patches' own gathering.
@@ -57,96 +78,22 @@ pub struct Forward {
     pub ends: [Ends; REPLICAS],
 }
 
-/// Patches of one size and what was left in them.
-struct Layer {
-    patches: Patches,
-    /// Share of each patch that is not hidden inside of a solid that stands on it: all that rays can meet.
-    exposed: Vec<f64>,
-    /// Deposits of each replica on each patch: their number and the sums of their offsets.
-    sums: Vec<Vec<[f64; 3]>>,
-    /// Illuminance in lx at the middle of each patch, and its slopes, replica by replica.
-    values_lx: Vec<Vec<[f64; 3]>>,
-    /// The same as the even and the odd half look it up.
-    tables: [Vec<Remembered>; 2],
-}
-
-/// Mean of what the eight memories of a half say.
-#[inline]
-fn mean_of(memories_lx: &[f64; HALF]) -> f64 {
-    memories_lx.iter().sum::<f64>() / HALF as f64
-}
-
-/// What the eight replicas of a half remember of a patch: illuminance in lx at its middle, and its slopes along the two
-/// offsets.
-type Remembered = [[f64; HALF]; 3];
-
-impl Layer {
-    fn new(context: &Context, patches: Patches) -> Layer {
-        let exposed = (0..patches.len() as u32).into_par_iter().map(|patch| exposed_share(context, &patches, patch));
-        let exposed = exposed.collect();
-        let sums = vec![vec![[0.0; 3]; patches.len()]; REPLICAS];
-        let table = vec![[[0.0; HALF]; 3]; patches.len()];
-        Layer { patches, exposed, values_lx: sums.clone(), sums, tables: [table.clone(), table] }
-    }
-
-    /// Turns deposits into illuminances; slopes only where deposits are dense enough.
-    fn value(&mut self, flux_per_chain_lm: f64) {
-        let deposits: f64 = self.sums.iter().flatten().map(|sum| sum[0]).sum();
-        let area_m2: f64 = (0..self.patches.len() as u32).map(|patch| self.patches.area_m2(patch)).sum();
-        let density_m2 = deposits / REPLICAS as f64 / area_m2;
-        let (patches, exposed) = (&self.patches, &self.exposed);
-        self.values_lx.par_iter_mut().with_max_len(1).zip(&self.sums).for_each(|(values_lx, sums)| {
-            for (patch, (value_lx, sum)) in values_lx.iter_mut().zip(sums).enumerate() {
-                // A patch of which nothing is known to show still takes what reaches it.
-                let area_m2 = patches.area_m2(patch as u32) * exposed[patch].max(1.0 / EXPOSURE_POINTS as f64);
-                let slopes = exposed[patch] == 1.0 && density_m2 * area_m2 >= DEPOSITS_FOR_SLOPES;
-                *value_lx = projected(*sum, flux_per_chain_lm / area_m2, slopes);
-            }
-        });
-    }
-
-    fn tabulate(&mut self) {
-        let values_lx = &self.values_lx;
-        for (parity, table) in self.tables.iter_mut().enumerate() {
-            table.par_iter_mut().enumerate().for_each(|(patch, remembered)| {
-                for (coefficient, memories) in remembered.iter_mut().enumerate() {
-                    *memories = std::array::from_fn(|memory| values_lx[2 * memory + parity][patch][coefficient]);
-                }
-            });
-        }
-    }
-
-    /// What a single replica remembers of a place, in lx.
-    #[inline]
-    fn recall_of(&self, replica: usize, hit: &SurfaceHit) -> Option<f64> {
-        let PatchPlace { patch, offset } = self.patches.place(hit.triangle, hit.barycentric, hit.side)?;
-        let [middle, along_a, along_b] = self.values_lx[replica][patch as usize];
-        Some(middle + along_a * offset[0] + along_b * offset[1])
-    }
-
-    #[inline]
-    fn recall(&self, parity: usize, hit: &SurfaceHit) -> Option<[f64; HALF]> {
-        let PatchPlace { patch, offset } = self.patches.place(hit.triangle, hit.barycentric, hit.side)?;
-        let [middle, along_a, along_b] = &self.tables[parity][patch as usize];
-        Some(std::array::from_fn(|memory| middle[memory] + along_a[memory] * offset[0] + along_b[memory] * offset[1]))
-    }
-}
-
-/// Mean and slopes of a linear function from the sums of samples and of samples times offsets: the inverse of the
-/// offsets' covariances, 1/18 each and −1/36 between them.
-fn projected([sum, a, b]: [f64; 3], unit: f64, slopes: bool) -> [f64; 3] {
-    let slope_unit = if slopes { unit } else { 0.0 };
-    [sum * unit, (24.0 * a + 12.0 * b) * slope_unit, (12.0 * a + 24.0 * b) * slope_unit]
-}
-
 impl Forward {
     /// A stage without chains on patches with edges of about `edge_m`.
     pub fn new(context: &Context, edge_m: f64) -> Forward {
-        let layer = |edge_m: f64| Layer::new(context, Patches::of(context.scene, edge_m));
+        let patches = |edge_m: f64| {
+            let patches = Patches::of(context.scene, edge_m);
+            let share = |patch| exposed_share(context, &patches, patch);
+            let exposed = (0..patches.len() as u32).into_par_iter().map(share).collect();
+            (patches, exposed)
+        };
+        let (fine, coarse) = (patches(edge_m), patches(2.0 * edge_m));
         Forward {
-            fine: layer(edge_m),
-            coarse: layer(2.0 * edge_m),
+            fine: Layer::new(fine.0, fine.1),
+            coarse: Layer::new(coarse.0, coarse.1),
             near_m: NEAR * edge_m,
+            direct_from_m: f64::INFINITY,
+            tells_direct: Vec::new(),
             chains: 0,
             rays: 0,
             earlier_rays: 0,
@@ -191,15 +138,28 @@ impl Forward {
         deposits / (self.chains.max(1) as f64 * REPLICAS as f64)
     }
 
+    /// Rays that it takes, about, to know the direct light of all patches.
+    pub fn rays_to_know_direct(&self) -> f64 {
+        (FEWEST_LOOKS * REPLICAS as u64) as f64 * self.fine.patches.len() as f64
+    }
+
+    /// Whether patches tell direct light too.
+    pub fn knows_direct(&self) -> bool {
+        self.direct_from_m.is_finite()
+    }
+
+    /// Lets patches tell direct light too.
+    pub fn know_direct(&mut self, edge_m: f64) {
+        self.direct_from_m = NEAR_FOR_DIRECT * edge_m;
+    }
+
     /// Variance in lx² of what a half remembers of a place, by the chance of its deposits.
-    fn variance(&self, parity: usize, hit: &SurfaceHit) -> f64 {
-        let place = self.fine.patches.place(hit.triangle, hit.barycentric, hit.side);
-        place.map_or(0.0, |place| {
-            let patch = place.patch as usize;
-            let count: f64 = (0..HALF).map(|memory| self.fine.sums[2 * memory + parity][patch][0]).sum();
-            let mean_lx = mean_of(&self.fine.tables[parity][patch][0]);
-            if count > 0.0 { mean_lx * mean_lx / count } else { 0.0 }
-        })
+    fn variance(&self, parity: usize, place: &PatchPlace) -> f64 {
+        let patch = place.patch as usize;
+        let replicas = (0..HALF).map(|memory| 2 * memory + parity);
+        let count: f64 = replicas.clone().map(|replica| self.fine.sums[replica][patch][0]).sum();
+        let mean_lx = replicas.map(|replica| self.fine.indirect_lx[replica][patch][0]).sum::<f64>() / HALF as f64;
+        if count > 0.0 { mean_lx * mean_lx / count } else { 0.0 }
     }
 
     /// Turns the deposits into what gathering rays look up: smooths them by a gathering of the patches themselves, where
@@ -217,6 +177,9 @@ impl Forward {
         self.coarse.value(flux_per_chain_lm);
         let rays_per_sample = RAYS_PER_SAMPLE * self.fine.patches.len() as f64;
         let wanted_rays = REFINING_SHARE * self.rays_per_chain() * self.chains as f64;
+        if self.knows_direct() {
+            self.look_at_direct(context);
+        }
         let samples = (wanted_rays.min(most_rays / REPLICAS as f64) / rays_per_sample) as u64;
         if samples >= FEWEST_SAMPLES {
             self.refine(context, samples);
@@ -225,45 +188,114 @@ impl Forward {
         self.coarse.tabulate();
     }
 
+    /// Direct light by looks from points of every patch, more from large ones.
+    fn look_at_direct(&mut self, context: &Context) {
+        let stage = context.stage;
+        let patches = &self.fine.patches;
+        let area_m2: f64 = (0..patches.len() as u32).map(|patch| patches.area_m2(patch)).sum();
+        let looks_per_m2 = LOOKS_SHARE * self.chain_rays as f64 / REPLICAS as f64 / area_m2;
+        let looks_of = |patch: u32| {
+            let looks = (looks_per_m2 * patches.area_m2(patch)).clamp(FEWEST_LOOKS as f64, MOST_LOOKS);
+            looks.round() as u64
+        };
+        let look = |_: usize, spot: (u32, Side), receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
+            if !matches!(stage.law(spot.0), Law::Diffuse(law) if law.reflectance > 0.0) {
+                return (0.0, 0);
+            }
+            let sight = one_look(stage, spot, receiver, Care::Glance, cut, stream);
+            sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1))
+        };
+        let found = self.sampled(context, Purpose::Direct, looks_of, look);
+        self.fine.direct_lx.clear();
+        self.coarse.direct_lx.clear();
+        for Sampled { fine_lx, coarse_lx, rays } in found {
+            self.fine.direct_lx.push(fine_lx);
+            self.coarse.direct_lx.push(coarse_lx);
+            self.rays += rays;
+        }
+        let most_lx = MOST_MISFIT * context.target_error.sqrt() * self.fine.mean_lx();
+        let tells = |patch: u32| self.misfit_lx2(context, patch) <= most_lx * most_lx;
+        self.tells_direct = (0..self.fine.patches.len() as u32).into_par_iter().map(tells).collect();
+    }
+
+    /// Mean square over a patch, in lx², of what coarser patches say of its direct light beyond it, what chance may have of
+    /// that taken off: near luminaires and at the edges of shadows a linear function does not show it.
+    fn misfit_lx2(&self, context: &Context, patch: u32) -> f64 {
+        let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, 0);
+        let (mut squares, mut chance_lx2) = (0.0, 0.0);
+        for number in 0..MISFIT_POINTS {
+            stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
+            let (point, ..) = point_of_patch(context, &self.fine.patches, patch, &mut stream);
+            let fine = self.fine.patches.place(point.0, point.1, point.2);
+            let coarse = self.coarse.patches.place(point.0, point.1, point.2);
+            if let (Some(fine), Some(coarse)) = (fine, coarse) {
+                let (fine_lx, fine_lx2) = self.fine.mean_direct_lx(&fine);
+                let (coarse_lx, coarse_lx2) = self.coarse.mean_direct_lx(&coarse);
+                squares += (coarse_lx - fine_lx).powi(2);
+                chance_lx2 += SURE * (fine_lx2 + coarse_lx2);
+            }
+        }
+        (squares - chance_lx2) / MISFIT_POINTS as f64
+    }
+
+    /// Indirect light by gathering from points of every patch.
     fn refine(&mut self, context: &Context, samples: u64) {
-        let refined = (0..REPLICAS).into_par_iter().with_max_len(1).map(|replica| {
-            let mut stream = Stream::new(context.seed, Purpose::Gathering, FORWARD, replica as u32);
-            let mut memory = Deposits { layer: &self.fine, replica };
+        let gather = |replica: usize, _: (u32, Side), receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
+            let mut memory = Deposits { layer: &self.fine, tells_direct: &self.tells_direct, replica };
+            gather_indirect_lx(context.stage, receiver, &mut memory, cut, stream)
+        };
+        let found = self.sampled(context, Purpose::Gathering, |_| samples, gather);
+        for (replica, Sampled { fine_lx, coarse_lx, rays }) in found.into_iter().enumerate() {
+            self.fine.indirect_lx[replica] = fine_lx;
+            self.coarse.indirect_lx[replica] = coarse_lx;
+            self.rays += rays;
+        }
+    }
+
+    /// Projections of what every replica finds at points of every patch, so many of each; `sample` tells it in lx, with the
+    /// rays it took.
+    fn sampled(
+        &self,
+        context: &Context,
+        purpose: Purpose,
+        count_of: impl Fn(u32) -> u64 + Sync,
+        sample: impl Fn(usize, (u32, Side), &Receiver, &mut Cut, &mut Stream) -> (f64, u64) + Sync,
+    ) -> Vec<Sampled> {
+        let patches = [&self.fine.patches, &self.coarse.patches];
+        let of_replica = |replica: usize| {
+            let mut stream = Stream::new(context.seed, purpose, FORWARD, replica as u32);
             let mut cut = Cut::default();
             let mut rays = 0;
-            let mut sums = [&self.fine, &self.coarse].map(|layer| vec![PatchMean::default(); layer.patches.len()]);
-            for patch in 0..self.fine.patches.len() as u32 {
+            let mut means = patches.map(|patches| vec![PatchMean::default(); patches.len()]);
+            for patch in 0..patches[0].len() as u32 {
                 let exposed = self.fine.exposed[patch as usize];
-                for number in 0..samples {
+                let count = count_of(patch);
+                let weight = patches[0].area_m2(patch) / count as f64;
+                for number in 0..count {
                     stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
-                    let (point, origin, normal) = point_of_patch(context, &self.fine.patches, patch, &mut stream);
+                    let (point, origin, normal) = point_of_patch(context, patches[0], patch, &mut stream);
                     if exposed < 1.0 && is_hidden(context, &origin, normal, &mut stream) {
                         continue;
                     }
                     let point_m = context.stage.tracer.position_m(&origin);
                     let receiver = Receiver { point_m, normal, origin: &origin };
-                    let (lx, sample_rays) =
-                        gather_indirect_lx(context.stage, &receiver, &mut memory, &mut cut, &mut stream);
+                    let (lx, sample_rays) = sample(replica, (point.0, point.2), &receiver, &mut cut, &mut stream);
                     rays += sample_rays;
-                    for (layer, sums) in [&self.fine, &self.coarse].into_iter().zip(&mut sums) {
-                        if let Some(place) = layer.patches.place(point.0, point.1, point.2) {
-                            sums[place.patch as usize].add(lx, place.offset);
+                    for (patches, means) in patches.iter().zip(&mut means) {
+                        if let Some(place) = patches.place(point.0, point.1, point.2) {
+                            means[place.patch as usize].add(weight, lx, place.offset);
                         }
                     }
                 }
             }
-            let [fine, coarse] = &sums;
-            let values = |layer: &Layer, sums: &[PatchMean]| -> Vec<[f64; 3]> {
-                sums.iter().zip(&layer.exposed).map(|(sum, exposed)| sum.value(*exposed == 1.0)).collect()
+            let values = |means: &[PatchMean], exposed: &[f64]| -> Vec<LinearLx> {
+                means.iter().zip(exposed).map(|(mean, exposed)| mean.value(*exposed == 1.0)).collect()
             };
-            (values(&self.fine, fine), values(&self.coarse, coarse), rays)
-        });
-        let refined: Vec<_> = refined.collect();
-        for (replica, (fine, coarse, rays)) in refined.into_iter().enumerate() {
-            self.fine.values_lx[replica] = fine;
-            self.coarse.values_lx[replica] = coarse;
-            self.rays += rays;
-        }
+            let [fine, coarse] = &means;
+            let (fine_lx, coarse_lx) = (values(fine, &self.fine.exposed), values(coarse, &self.coarse.exposed));
+            Sampled { fine_lx, coarse_lx, rays }
+        };
+        (0..REPLICAS).into_par_iter().with_max_len(1).map(of_replica).collect()
     }
 
     /// Traces chains up to a number in each replica.
@@ -332,23 +364,30 @@ fn trace_chains(
     (rays, ends)
 }
 
-/// Samples of a patch: their number, their sum and that of samples times offsets.
+/// What a replica found in the patches of both sizes, and the rays it took.
+struct Sampled {
+    fine_lx: Vec<LinearLx>,
+    coarse_lx: Vec<LinearLx>,
+    rays: u64,
+}
+
+/// Weighted samples of a patch: their weight, their sum and that of samples times offsets.
 #[derive(Clone, Copy, Debug, Default)]
 struct PatchMean {
-    count: u64,
+    weight: f64,
     sums: [f64; 3],
 }
 
 impl PatchMean {
-    fn add(&mut self, lx: f64, offset: [f64; 2]) {
-        self.count += 1;
-        self.sums[0] += lx;
-        self.sums[1] += lx * offset[0];
-        self.sums[2] += lx * offset[1];
+    fn add(&mut self, weight: f64, lx: f64, offset: [f64; 2]) {
+        self.weight += weight;
+        self.sums[0] += weight * lx;
+        self.sums[1] += weight * lx * offset[0];
+        self.sums[2] += weight * lx * offset[1];
     }
 
-    fn value(&self, slopes: bool) -> [f64; 3] {
-        projected(self.sums, 1.0 / self.count.max(1) as f64, slopes)
+    fn value(&self, slopes: bool) -> LinearLx {
+        if self.weight > 0.0 { projected(self.sums, 1.0 / self.weight, slopes) } else { [0.0; 3] }
     }
 }
 
@@ -384,115 +423,4 @@ fn exposed_share(context: &Context, patches: &Patches, patch: u32) -> f64 {
         !is_hidden(context, &origin, normal, &mut stream)
     });
     exposed.count() as f64 / EXPOSURE_POINTS as f64
-}
-
-/// What one replica's chains left, for its own patches to gather.
-struct Deposits<'a> {
-    layer: &'a Layer,
-    replica: usize,
-}
-
-impl Memory for Deposits<'_> {
-    #[inline]
-    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
-        (self.layer.recall_of(self.replica, hit).map_or(Recall::Nothing, Recall::End), 0)
-    }
-}
-
-/// The memory of a half, which now and then checks what it says by a walk.
-pub struct Recollection<'a> {
-    forward: &'a Forward,
-    context: &'a Context<'a>,
-    parity: usize,
-    /// Share of the look-ups that are checked.
-    checked_share: f64,
-    /// Replica of the half whose rays ask.
-    pub row: usize,
-    /// Weight of the present sample.
-    pub weight: f64,
-    /// What the present entry's rays found; the rows are for the asker to fill.
-    pub scores: HalfScores,
-    /// What the checks found: (what walks brought − what was remembered) times what of it was reflected, each divided by the share.
-    pub checks: HalfChecks,
-    /// Sum of the variances of what was remembered, weighted as it was, in lx²; only a pilot asks for it.
-    pub noise: f64,
-    /// Whether the noise is summed up.
-    pub is_pilot: bool,
-    /// Number of checks, and their rays.
-    pub check_count: [u64; 2],
-}
-
-impl<'a> Recollection<'a> {
-    /// The memory of the even (0) or the odd half (1).
-    pub fn new(context: &'a Context<'a>, forward: &'a Forward, parity: usize, checked_share: f64) -> Recollection<'a> {
-        Recollection {
-            forward,
-            context,
-            parity,
-            checked_share,
-            row: 0,
-            weight: 1.0,
-            scores: HalfScores::default(),
-            checks: HalfChecks::default(),
-            noise: 0.0,
-            is_pilot: false,
-            check_count: [0; 2],
-        }
-    }
-}
-
-impl Memory for Recollection<'_> {
-    #[inline]
-    fn recall(
-        &mut self,
-        hit: &SurfaceHit,
-        vertex: &Receiver,
-        reflectance: f64,
-        cut: &mut Cut,
-        stream: &mut Stream,
-    ) -> (Recall, u64) {
-        let forward = self.forward;
-        let Some(known_lx) = forward.fine.recall(self.parity, hit) else {
-            return (Recall::Nothing, 0);
-        };
-        let mean_lx = mean_of(&known_lx);
-        if hit.distance_m < forward.near_m {
-            return (Recall::Guide(mean_lx), 0);
-        }
-        let weight = self.weight * reflectance;
-        self.scores.columns_lx.iter_mut().zip(&known_lx).for_each(|(sum, lx)| *sum += weight * lx);
-        if let Some(coarse_lx) = forward.coarse.recall(self.parity, hit) {
-            self.scores.coarser_lx += weight * (mean_of(&coarse_lx) - mean_lx);
-        }
-        if self.is_pilot {
-            self.noise += weight * weight * forward.variance(self.parity, hit);
-        }
-        let mut rays = 0;
-        if stream.happens(self.checked_share) {
-            let mut guide = Guide { forward, parity: self.parity };
-            let (walked_lx, walk_rays) = gather_indirect_lx(self.context.stage, vertex, &mut guide, cut, stream);
-            let weight = weight / self.checked_share;
-            self.checks.rows_lx[self.row] += weight * (walked_lx - mean_lx);
-            let columns_lx = self.checks.columns_lx.iter_mut().zip(&known_lx);
-            columns_lx.for_each(|(sum, lx)| *sum += weight * (walked_lx - lx));
-            self.check_count[0] += 1;
-            self.check_count[1] += walk_rays;
-            rays = walk_rays;
-        }
-        (Recall::End(mean_lx), rays)
-    }
-}
-
-/// A half's memory as the guide of a walk, which it cannot bias.
-struct Guide<'a> {
-    forward: &'a Forward,
-    parity: usize,
-}
-
-impl Memory for Guide<'_> {
-    #[inline]
-    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
-        let known_lx = self.forward.fine.recall(self.parity, hit);
-        (known_lx.map_or(Recall::Nothing, |lx| Recall::Guide(mean_of(&lx))), 0)
-    }
 }

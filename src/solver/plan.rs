@@ -59,6 +59,8 @@ pub struct GatherCosts {
     pub check_variance: f64,
     /// Rays of one sample without its check.
     pub rays_per_sample: f64,
+    /// Looks for luminaires where patches are looked up, in one sample.
+    pub looks_per_sample: f64,
     /// Rays of one check.
     pub rays_per_check: f64,
     /// Weighted mean of what was gathered, in lx.
@@ -152,6 +154,7 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
             / forward.patch_count() as f64,
         check_variance: mean(&|site| site.check_squared),
         rays_per_sample: ((total(&|site| site.rays) - total(&|site| site.check_rays)) / samples).max(1.0),
+        looks_per_sample: total(&|site| site.look_ups) / samples,
         rays_per_check: (total(&|site| site.check_rays) / total(&|site| site.checks).max(1.0)).max(1.0),
         mean_lx,
         entries: entries.len() as f64,
@@ -170,6 +173,7 @@ struct SiteSample {
     /// Mean square of what one look-up's check said.
     check_squared: f64,
     rays: f64,
+    look_ups: f64,
     checks: f64,
     check_rays: f64,
 }
@@ -190,6 +194,7 @@ fn sample_site(
     let count = (2 * pairs) as f64;
     memory.scores = HalfScores::default();
     memory.noise = 0.0;
+    memory.look_ups = 0;
     memory.check_count = [0; 2];
     for pair in 0..pairs as u64 {
         let both = [0, 1].map(|second| {
@@ -205,11 +210,17 @@ fn sample_site(
         found.variance += (both[0] - both[1]).powi(2) / count;
     }
     found.noise = memory.noise / count;
+    found.look_ups = memory.look_ups as f64;
     (found.checks, found.check_rays) = (memory.check_count[0] as f64, memory.check_count[1] as f64);
     found
 }
 
 impl GatherCosts {
+    /// The same where patches tell direct light and hardly any ray looks for it.
+    pub fn knowing_direct(&self) -> GatherCosts {
+        GatherCosts { rays_per_sample: (self.rays_per_sample - self.looks_per_sample).max(1.0), ..*self }
+    }
+
     /// Share of look-ups that is checked by a run to an error in lx: as many as bring the chance of the pooled checks down
     /// to a fourth of it, if they take no more than a share of the rays.
     pub fn checked_share(&self, samples: f64, error_lx: f64) -> f64 {

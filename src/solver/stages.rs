@@ -21,7 +21,7 @@ const LEAST_GROWTH: f64 = 2.0;
 const LEAST_AIM: f64 = 1e-4;
 const MOST_AIM: f64 = 0.1;
 const AIM_STEP: f64 = 1.2;
-/// Bias of look-ups over the target above which patches are made smaller, by how much, and how often at most.
+/// Share of the target, for the bias of look-ups, surely above which patches are made smaller, by how much, and how often at most.
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
 const MOST_REFINEMENTS: u32 = 5;
@@ -29,6 +29,8 @@ const MOST_REFINEMENTS: u32 = 5;
 const REFINING_MARGIN: f64 = 1.25;
 /// Share of a run's rays that the forward stage may take for that.
 const MOST_FOR_REFINING: f64 = 0.25;
+/// Share of a run's rays that patches' direct light may take.
+const MOST_FOR_DIRECT: f64 = 0.1;
 /// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 2.0;
 /// Patches of the pilot that share its light evenly, about, below which the program does not choose gathering by itself.
@@ -173,16 +175,21 @@ impl Stages {
     /// Patches for so many chains, and gathering rays in proportion.
     fn start(&mut self, context: &Context, jobs: &mut [Job], chains: f64) {
         let earlier_rays = self.forward.all_rays();
-        self.forward = Forward::new(context, patch_edge_m(context, self.patches, self.free_path_m));
+        let edge_m = patch_edge_m(context, self.patches, self.free_path_m);
+        self.forward = Forward::new(context, edge_m);
         self.forward.earlier_rays = earlier_rays;
-        let mut planned_rays = 0.0;
-        for (job, costs) in jobs.iter_mut().zip(&self.costs) {
-            if let Some(costs) = costs
-                && !job.met
-            {
-                let plan = costs.plan_for_chains(self.chain, chains);
-                planned_rays += plan.rays;
-                job.start_gathering(context, costs, plan.samples, plan.checked_share);
+        let open = |job: &Job, costs: &Option<GatherCosts>| costs.filter(|_| !job.met);
+        let plan = |costs: GatherCosts| costs.plan_for_chains(self.chain, chains);
+        let plans: Vec<Option<GatherPlan>> =
+            jobs.iter().zip(&self.costs).map(|(job, costs)| open(job, costs).map(plan)).collect();
+        let planned_rays: f64 = plans.iter().flatten().map(|plan| plan.rays).sum();
+        // Spots of luminaires that are close to surfaces are looked back from, which patches know nothing of.
+        if context.stage.near_lights.is_none() && self.forward.rays_to_know_direct() <= MOST_FOR_DIRECT * planned_rays {
+            self.forward.know_direct(edge_m);
+        }
+        for (index, plan) in plans.into_iter().enumerate() {
+            if let (Some(plan), Some(costs)) = (plan, self.costs_of(index)) {
+                jobs[index].start_gathering(context, &costs, plan.samples, plan.checked_share);
             }
         }
         // Patches that do not gather themselves show corners too flat: what is still missing to that is worth it.
@@ -202,9 +209,17 @@ impl Stages {
         let job = &mut jobs[index];
         if let Some(costs) = &mut self.costs[index] {
             costs.entries = job.map.len() as f64;
-            let samples = job.planned_samples as f64;
-            job.start_gathering(context, costs, samples, job.checked_share());
         }
+        if let Some(costs) = self.costs_of(index) {
+            let samples = job.planned_samples as f64;
+            job.start_gathering(context, &costs, samples, job.checked_share());
+        }
+    }
+
+    /// What gathering costs a map with patches as they are.
+    fn costs_of(&self, index: usize) -> Option<GatherCosts> {
+        let costs = self.costs[index]?;
+        Some(if self.forward.knows_direct() { costs.knowing_direct() } else { costs })
     }
 
     /// Decides after a look how a map that gathers goes on to its target: with more rays, or with more chains and its
@@ -222,7 +237,7 @@ impl Stages {
         affordable_rays: f64,
     ) {
         let finer = MORE_PATCHES * jobs[index].kept_rays() as f64 <= affordable_rays;
-        if jobs[index].judgement.bias > MOST_BIAS * target && self.refinements < MOST_REFINEMENTS && finer {
+        if jobs[index].judgement.least_bias > MOST_BIAS * target && self.refinements < MOST_REFINEMENTS && finer {
             self.refinements += 1;
             self.patches *= MORE_PATCHES;
             let chains = self.goal_chains as f64;
@@ -259,14 +274,14 @@ impl Stages {
             return;
         }
         self.goal_chains = (self.forward.chains as f64 * need.chains).ceil() as u64;
-        for (job, costs) in jobs.iter_mut().zip(&self.costs) {
-            if let Some(costs) = costs
+        for (index, job) in jobs.iter_mut().enumerate() {
+            if let Some(costs) = self.costs_of(index)
                 && !job.met
             {
                 let samples = job.planned_samples as f64;
                 let error_lx = target * (costs.mean_lx + job.direct_mean_lx());
                 let checked_share = costs.checked_share(samples, error_lx);
-                job.start_gathering(context, costs, samples, checked_share);
+                job.start_gathering(context, &costs, samples, checked_share);
             }
         }
     }

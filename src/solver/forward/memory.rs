@@ -1,0 +1,148 @@
+//! What gathering rays are told where they meet a patch, and checks of what they are told.
+
+use super::layer::{Layer, Light, mean_of};
+use super::{Context, Forward};
+use crate::estimators::direct::{Care, Receiver, one_look};
+use crate::estimators::walk::{Memory, Recall, gather_indirect_lx};
+use crate::geometry::SurfaceHit;
+use crate::maps::{HALF, HalfChecks, HalfScores};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::Stream;
+
+/// What one replica's chains left, for its own patches to gather.
+pub struct Deposits<'a> {
+    pub layer: &'a Layer<HALF>,
+    /// Whether each patch tells direct light.
+    pub tells_direct: &'a [bool],
+    pub replica: usize,
+}
+
+impl Memory for Deposits<'_> {
+    #[inline]
+    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        let Some(place) = self.layer.place(hit) else {
+            return (Recall::Nothing, 0);
+        };
+        let (indirect_lx, direct_lx) = self.layer.of_replica(self.replica, &place);
+        let direct_lx = direct_lx.filter(|_| self.tells_direct[place.patch as usize]);
+        (direct_lx.map_or(Recall::End(indirect_lx), |direct_lx| Recall::Whole(indirect_lx + direct_lx)), 0)
+    }
+}
+
+/// The memory of a half, which now and then checks what it says by a walk.
+pub struct Recollection<'a> {
+    forward: &'a Forward,
+    context: &'a Context<'a>,
+    parity: usize,
+    /// Share of the look-ups that are checked.
+    checked_share: f64,
+    /// Replica of the half whose rays ask.
+    pub row: usize,
+    /// Weight of the present sample.
+    pub weight: f64,
+    /// What the present entry's rays found; the rows are for the asker to fill.
+    pub scores: HalfScores,
+    /// What the checks found: (what walks brought − what was remembered) times what of it was reflected, each divided by the share.
+    pub checks: HalfChecks,
+    /// Sum of the variances of what was remembered, weighted as it was, in lx²; only a pilot asks for it.
+    pub noise: f64,
+    /// Whether the noise is summed up.
+    pub is_pilot: bool,
+    /// Number of look-ups; only a pilot asks for it.
+    pub look_ups: u64,
+    /// Number of checks, and their rays.
+    pub check_count: [u64; 2],
+}
+
+impl<'a> Recollection<'a> {
+    /// The memory of the even (0) or the odd half (1).
+    pub fn new(context: &'a Context<'a>, forward: &'a Forward, parity: usize, checked_share: f64) -> Recollection<'a> {
+        Recollection {
+            forward,
+            context,
+            parity,
+            checked_share,
+            row: 0,
+            weight: 1.0,
+            scores: HalfScores::default(),
+            checks: HalfChecks::default(),
+            noise: 0.0,
+            is_pilot: false,
+            look_ups: 0,
+            check_count: [0; 2],
+        }
+    }
+}
+
+impl Memory for Recollection<'_> {
+    #[inline]
+    fn recall(
+        &mut self,
+        hit: &SurfaceHit,
+        vertex: &Receiver,
+        reflectance: f64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (Recall, u64) {
+        let forward = self.forward;
+        let Some(place) = forward.fine.place(hit) else {
+            return (Recall::Nothing, 0);
+        };
+        if hit.distance_m < forward.near_m {
+            return (Recall::Guide(mean_of(&forward.fine.at(Light::Indirect, self.parity, &place))), 0);
+        }
+        let tells_direct = hit.distance_m >= forward.direct_from_m && forward.tells_direct[place.patch as usize];
+        let light = if tells_direct { Light::Whole } else { Light::Indirect };
+        let known_lx = forward.fine.at(light, self.parity, &place);
+        let mean_lx = mean_of(&known_lx);
+        let weight = self.weight * reflectance;
+        self.scores.columns_lx.iter_mut().zip(&known_lx).for_each(|(sum, lx)| *sum += weight * lx);
+        if let Some(coarse) = forward.coarse.place(hit) {
+            let [coarse_lx] = forward.coarse.at(light, self.parity, &coarse);
+            self.scores.coarser_lx += weight * (coarse_lx - mean_lx);
+        }
+        if self.is_pilot {
+            self.noise += weight * weight * forward.variance(self.parity, &place);
+            self.look_ups += 1;
+        }
+        let mut rays = 0;
+        if stream.happens(self.checked_share) {
+            let mut guide = Guide { forward, parity: self.parity };
+            let stage = self.context.stage;
+            let (mut walked_lx, mut walk_rays) = gather_indirect_lx(stage, vertex, &mut guide, cut, stream);
+            if light == Light::Whole
+                && let Some(sight) = one_look(stage, (hit.triangle, hit.side), vertex, Care::Glance, cut, stream)
+            {
+                walked_lx += sight.direct_lx();
+                walk_rays += 1;
+            }
+            let weight = weight / self.checked_share;
+            self.checks.rows_lx[self.row] += weight * (walked_lx - mean_lx);
+            let columns_lx = self.checks.columns_lx.iter_mut().zip(&known_lx);
+            columns_lx.for_each(|(sum, lx)| *sum += weight * (walked_lx - lx));
+            self.check_count[0] += 1;
+            self.check_count[1] += walk_rays;
+            rays = walk_rays;
+        }
+        let recall = match light {
+            Light::Indirect => Recall::End(mean_lx),
+            Light::Whole => Recall::Whole(mean_lx),
+        };
+        (recall, rays)
+    }
+}
+
+/// A half's memory as the guide of a walk, which it cannot bias.
+struct Guide<'a> {
+    forward: &'a Forward,
+    parity: usize,
+}
+
+impl Memory for Guide<'_> {
+    #[inline]
+    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        let fine = &self.forward.fine;
+        let known_lx = fine.place(hit).map(|place| fine.at(Light::Indirect, self.parity, &place));
+        (known_lx.map_or(Recall::Nothing, |lx| Recall::Guide(mean_of(&lx))), 0)
+    }
+}
