@@ -169,7 +169,8 @@ fn plain_cube(root: &Path) -> Scene {
 
 fn subjects(root: &Path, asked: &[String]) -> Vec<Subject> {
     let is_asked = |name: &str| asked.is_empty() || asked.iter().any(|asked| asked == name);
-    let (given, all, some) = (ElementChoice::Given, &[0.03, 0.01, 0.003], &[0.03, 0.01]);
+    let (given, most, all, some) =
+        (ElementChoice::Given, &[0.03, 0.01, 0.003, 0.001], &[0.03, 0.01, 0.003], &[0.03, 0.01]);
     let mut subjects = Vec::new();
     let mut add = |scene_name, map_name, scene, maps, elements, truth, targets| {
         subjects.push(Subject { scene_name, map_name, scene, maps, elements, truth, targets });
@@ -179,7 +180,7 @@ fn subjects(root: &Path, asked: &[String]) -> Vec<Subject> {
     if is_asked("cube") {
         let truth = || Truth::Cube(Box::new(CubeTruth::new()));
         let cube = scene("cube").expect("the cube");
-        add("cube", "3072 elements as given", cube, elements.clone(), given, truth(), all);
+        add("cube", "3072 elements as given", cube, elements.clone(), given, truth(), most);
         let plain = plain_cube(root);
         add("cube", "12 triangles that adapt", plain, elements.clone(), ElementChoice::Adaptive, truth(), all);
     }

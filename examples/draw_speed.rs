@@ -8,7 +8,9 @@ use std::path::Path;
 use luxmc::validation::studies::{Line, log_log};
 
 /// Targets of the table's columns.
-const TARGETS: [f64; 3] = [0.03, 0.01, 0.003];
+const TARGETS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
+/// True errors of the second table's.
+const TRUE_ERRORS: [f64; 3] = [0.01, 0.003, 0.001];
 
 /// Words of the history that the legend has no room for.
 const SHORTER: [(&str, &str); 5] = [
@@ -61,6 +63,14 @@ fn short(number: f64) -> String {
     format!("{number:.digits$}")
 }
 
+/// Seconds to a true error by runs that were more and less right, their true errors and seconds, worst first.
+fn seconds_to(known: &[(f64, f64)], error: f64) -> Option<f64> {
+    let around = known.windows(2).find(|pair| pair[0].0 >= error && error >= pair[1].0)?;
+    let [(worse, sooner_s), (better, later_s)] = [around[0], around[1]];
+    let share = (worse / error).ln() / (worse / better).ln();
+    Some(sooner_s * (later_s / sooner_s).powf(share))
+}
+
 fn main() -> Result<(), String> {
     let out = std::env::args().nth(1).ok_or("name the SVG file to write")?;
     let rows = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/history.csv"))?;
@@ -75,9 +85,9 @@ fn main() -> Result<(), String> {
     let latest = |name: &str, target: f64| same.iter().rev().find(|row| row.name == name && row.target_error == target);
 
     println!("Seconds of computing on two threads (true error); {}, latest rows up to {}.\n", last.machine, last.date);
-    println!("| scene, map | 3 % | 1 % | 0.3 % |\n| --- | ---: | ---: | ---: |");
+    println!("| scene, map | 3 % | 1 % | 0.3 % | 0.1 % |\n| --- | ---: | ---: | ---: | ---: |");
     let mut lines = Vec::new();
-    for name in names {
+    for name in &names {
         let cells: Vec<String> = TARGETS
             .iter()
             .map(|target| match latest(name, *target) {
@@ -90,10 +100,25 @@ fn main() -> Result<(), String> {
             .collect();
         println!("| {name} | {} |", cells.join(" | "));
         let places = TARGETS.iter().filter_map(|target| Some((100.0 * target, latest(name, *target)?.compute_s)));
-        let short_name = SHORTER.iter().fold(name.to_owned(), |name, (long, short)| name.replace(long, short));
+        let short_name = SHORTER.iter().fold((*name).to_owned(), |name, (long, short)| name.replace(long, short));
         lines.push(Line { name: short_name, places: places.collect() });
     }
-    let picture =
-        log_log(["target error, %: 0.3, 1 and 3 from left to right", "seconds of computing on two threads"], &lines);
+    let picture = log_log(
+        ["target error, %: 0.1, 0.3, 1 and 3 from left to right", "seconds of computing on two threads"],
+        &lines,
+    );
+    println!("\nSeconds to a true error, between the rows by powers of it.\n");
+    println!("| scene, map | 1 % | 0.3 % | 0.1 % |\n| --- | ---: | ---: | ---: |");
+    for name in &names {
+        let known = TARGETS.iter().filter_map(|target| {
+            let row = latest(name, *target)?;
+            Some((row.true_error.parse::<f64>().ok()?, row.compute_s))
+        });
+        let known: Vec<(f64, f64)> = known.collect();
+        let cells = TRUE_ERRORS.map(|error| seconds_to(&known, error).map_or("–".to_owned(), short));
+        if !known.is_empty() {
+            println!("| {name} | {} |", cells.join(" | "));
+        }
+    }
     std::fs::write(&out, picture).map_err(|error| format!("{out}: {error}"))
 }

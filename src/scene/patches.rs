@@ -121,6 +121,11 @@ impl Patches {
         }
     }
 
+    /// Whether a patch is made of whole triangles that lie together.
+    pub fn is_joined(&self, patch: u32) -> bool {
+        matches!(self.content[patch as usize], Content::Joined { .. })
+    }
+
     /// Number of patches.
     pub fn len(&self) -> usize {
         self.area_m2.len()

@@ -43,12 +43,11 @@ const NEAR: f64 = 0.07;
 const FEWEST_SAMPLES: u64 = 4;
 /// What a ray meets nearer than this share of the edge is looked at for luminaires, whatever the patch says of direct light.
 const NEAR_FOR_DIRECT: f64 = 0.3;
-/// Looks of a replica from a patch for its direct light, at least and at most, and all of them over the rays of the chains.
+/// Looks of a replica from a patch for its direct light, at least, and those beyond that over the rays of the chains.
 const FEWEST_LOOKS: u64 = 4;
-const MOST_LOOKS: f64 = 256.0;
 const LOOKS_SHARE: f64 = 0.5;
-/// A patch tells direct light if what coarser ones say of it is not surely off by more than so many roots of the target error, over
-/// the scene's mean: a tenth for 1%.
+/// A patch tells direct light if what coarser ones say of it is not surely off by more than so many roots of the error asked for,
+/// over all light there: a tenth for 1%.
 const MOST_MISFIT: f64 = 1.0;
 const MISFIT_POINTS: u64 = 8;
 /// Squares of standard errors by which chance may make them differ.
@@ -61,10 +60,13 @@ pub struct Forward {
     coarse: Layer<1>,
     /// Nearer than this, in m, patches are not looked up.
     near_m: f64,
-    /// From this distance on, in m, patches tell direct light too.
+    /// Where patches shall tell direct light: the error that decides which of them do.
+    direct_for: Option<f64>,
+    /// From this distance on, in m, those that do tell it; from nowhere before they know it.
     direct_from_m: f64,
     /// Whether each of them does.
     tells_direct: Vec<bool>,
+    edge_m: f64,
     /// Chains of each replica so far.
     pub chains: u64,
     /// Rays so far, all replicas: those of the chains and those of the patches' own gathering.
@@ -92,8 +94,10 @@ impl Forward {
             fine: Layer::new(fine.0, fine.1),
             coarse: Layer::new(coarse.0, coarse.1),
             near_m: NEAR * edge_m,
+            direct_for: None,
             direct_from_m: f64::INFINITY,
             tells_direct: Vec::new(),
+            edge_m,
             chains: 0,
             rays: 0,
             earlier_rays: 0,
@@ -138,19 +142,19 @@ impl Forward {
         deposits / (self.chains.max(1) as f64 * REPLICAS as f64)
     }
 
-    /// Rays that it takes, about, to know the direct light of all patches.
+    /// Rays that it takes at least to know the direct light of all patches.
     pub fn rays_to_know_direct(&self) -> f64 {
         (FEWEST_LOOKS * REPLICAS as u64) as f64 * self.fine.patches.len() as f64
     }
 
-    /// Whether patches tell direct light too.
-    pub fn knows_direct(&self) -> bool {
-        self.direct_from_m.is_finite()
+    /// Whether patches shall tell direct light too.
+    pub fn tells_direct(&self) -> bool {
+        self.direct_for.is_some()
     }
 
-    /// Lets patches tell direct light too.
-    pub fn know_direct(&mut self, edge_m: f64) {
-        self.direct_from_m = NEAR_FOR_DIRECT * edge_m;
+    /// Lets patches tell direct light too, from when chains are settled on, as exactly as a relative error asks for.
+    pub fn tell_direct(&mut self, error: f64) {
+        self.direct_for = Some(error);
     }
 
     /// Variance in lx² of what a half remembers of a place, by the chance of its deposits.
@@ -177,9 +181,15 @@ impl Forward {
         self.coarse.value(flux_per_chain_lm);
         let rays_per_sample = RAYS_PER_SAMPLE * self.fine.patches.len() as f64;
         let wanted_rays = REFINING_SHARE * self.rays_per_chain() * self.chains as f64;
-        if self.knows_direct() {
-            self.look_at_direct(context);
+        let earlier_rays = self.rays;
+        // In haste rays look themselves.
+        self.direct_from_m = f64::INFINITY;
+        if let Some(error) = self.direct_for
+            && self.rays_to_know_direct() <= most_rays
+        {
+            self.look_at_direct(context, error, most_rays);
         }
+        let most_rays = most_rays - (self.rays - earlier_rays) as f64;
         let samples = (wanted_rays.min(most_rays / REPLICAS as f64) / rays_per_sample) as u64;
         if samples >= FEWEST_SAMPLES {
             self.refine(context, samples);
@@ -188,16 +198,14 @@ impl Forward {
         self.coarse.tabulate();
     }
 
-    /// Direct light by looks from points of every patch, more from large ones.
-    fn look_at_direct(&mut self, context: &Context) {
+    /// Direct light by looks from points of every patch, more from large ones, by `most_rays` in all.
+    fn look_at_direct(&mut self, context: &Context, error: f64, most_rays: f64) {
         let stage = context.stage;
         let patches = &self.fine.patches;
         let area_m2: f64 = (0..patches.len() as u32).map(|patch| patches.area_m2(patch)).sum();
-        let looks_per_m2 = LOOKS_SHARE * self.chain_rays as f64 / REPLICAS as f64 / area_m2;
-        let looks_of = |patch: u32| {
-            let looks = (looks_per_m2 * patches.area_m2(patch)).clamp(FEWEST_LOOKS as f64, MOST_LOOKS);
-            looks.round() as u64
-        };
+        let more_looks =
+            (LOOKS_SHARE * self.chain_rays as f64).min(most_rays - self.rays_to_know_direct()) / REPLICAS as f64;
+        let looks_of = |patch: u32| FEWEST_LOOKS.max((more_looks * patches.area_m2(patch) / area_m2) as u64);
         let look = |_: usize, spot: (u32, Side), receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
             if !matches!(stage.law(spot.0), Law::Diffuse(law) if law.reflectance > 0.0) {
                 return (0.0, 0);
@@ -213,15 +221,18 @@ impl Forward {
             self.coarse.direct_lx.push(coarse_lx);
             self.rays += rays;
         }
-        let most_lx = MOST_MISFIT * context.target_error.sqrt() * self.fine.mean_lx();
-        let tells = |patch: u32| self.misfit_lx2(context, patch) <= most_lx * most_lx;
+        let tells = |patch: u32| {
+            let most_lx = MOST_MISFIT * error.sqrt() * self.fine.mean_lx(patch);
+            !self.fine.patches.is_joined(patch) && self.misfit_lx2(context, patch) <= most_lx * most_lx
+        };
         self.tells_direct = (0..self.fine.patches.len() as u32).into_par_iter().map(tells).collect();
+        self.direct_from_m = NEAR_FOR_DIRECT * self.edge_m;
     }
 
     /// Mean square over a patch, in lx², of what coarser patches say of its direct light beyond it, what chance may have of
     /// that taken off: near luminaires and at the edges of shadows a linear function does not show it.
     fn misfit_lx2(&self, context: &Context, patch: u32) -> f64 {
-        let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, 0);
+        let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32 + 1);
         let (mut squares, mut chance_lx2) = (0.0, 0.0);
         for number in 0..MISFIT_POINTS {
             stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
@@ -241,7 +252,7 @@ impl Forward {
     /// Indirect light by gathering from points of every patch.
     fn refine(&mut self, context: &Context, samples: u64) {
         let gather = |replica: usize, _: (u32, Side), receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
-            let mut memory = Deposits { layer: &self.fine, tells_direct: &self.tells_direct, replica };
+            let mut memory = Deposits { forward: self, replica };
             gather_indirect_lx(context.stage, receiver, &mut memory, cut, stream)
         };
         let found = self.sampled(context, Purpose::Gathering, |_| samples, gather);

@@ -382,6 +382,10 @@ impl Run<'_> {
         }
         let forward = self.stages.as_ref().map(|stages| &stages.forward);
         for job in self.jobs.iter_mut().filter(|job| !job.has_started() && !job.map.is_empty()) {
+            if job.engine == Engine::Gathering && forward.is_none_or(|forward| forward.chains == 0) {
+                // There is nothing to look up.
+                job.stop_gathering();
+            }
             match job.kind {
                 MapKind::Elements if !job.is_black() && (in_haste || job.engine == Engine::Counting) => {
                     if job.engine == Engine::Gathering {

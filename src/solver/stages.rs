@@ -29,7 +29,7 @@ const MOST_REFINEMENTS: u32 = 5;
 const REFINING_MARGIN: f64 = 1.25;
 /// Share of a run's rays that the forward stage may take for that.
 const MOST_FOR_REFINING: f64 = 0.25;
-/// Share of a run's rays that patches' direct light may take.
+/// Share of a run's rays that the fewest looks at patches' direct light may take.
 const MOST_FOR_DIRECT: f64 = 0.1;
 /// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 2.0;
@@ -47,7 +47,9 @@ pub struct Stages {
     chain: ChainCosts,
     /// Median way of light between surfaces, in m.
     free_path_m: f64,
-    /// Patches that the target asks for.
+    /// Error that the run is planned for.
+    aim: f64,
+    /// Patches that it asks for.
     patches: f64,
     /// How often patches were made smaller.
     refinements: u32,
@@ -119,7 +121,16 @@ impl Stages {
         }
         let (free_path_m, path_rays) = median_distance_m(context.stage);
         jobs[0].pilot_rays += path_rays;
-        Some(Stages { forward, chain, free_path_m, patches: patches_for(error), refinements: 0, costs, goal_chains: 0 })
+        Some(Stages {
+            forward,
+            chain,
+            free_path_m,
+            aim: error,
+            patches: patches_for(error),
+            refinements: 0,
+            costs,
+            goal_chains: 0,
+        })
     }
 
     /// What a map needs for a target, by the pilot.
@@ -156,6 +167,7 @@ impl Stages {
         while error < MOST_AIM && self.rays_to(jobs, error) > affordable_rays {
             error *= AIM_STEP;
         }
+        self.aim = error;
         self.patches = patches_for(error);
         error
     }
@@ -183,9 +195,11 @@ impl Stages {
         let plans: Vec<Option<GatherPlan>> =
             jobs.iter().zip(&self.costs).map(|(job, costs)| open(job, costs).map(plan)).collect();
         let planned_rays: f64 = plans.iter().flatten().map(|plan| plan.rays).sum();
-        // Spots of luminaires that are close to surfaces are looked back from, which patches know nothing of.
-        if context.stage.near_lights.is_none() && self.forward.rays_to_know_direct() <= MOST_FOR_DIRECT * planned_rays {
-            self.forward.know_direct(edge_m);
+        // Spots of luminaires that are close to surfaces are looked back from, which patches know nothing of; where nothing is
+        // checked nothing would take off what they have wrong.
+        let may_tell = context.stage.near_lights.is_none() && context.stage.paths_not_found.is_empty();
+        if may_tell && self.forward.rays_to_know_direct() <= MOST_FOR_DIRECT * planned_rays {
+            self.forward.tell_direct(self.aim);
         }
         for (index, plan) in plans.into_iter().enumerate() {
             if let (Some(plan), Some(costs)) = (plan, self.costs_of(index)) {
@@ -219,7 +233,7 @@ impl Stages {
     /// What gathering costs a map with patches as they are.
     fn costs_of(&self, index: usize) -> Option<GatherCosts> {
         let costs = self.costs[index]?;
-        Some(if self.forward.knows_direct() { costs.knowing_direct() } else { costs })
+        Some(if self.forward.tells_direct() { costs.knowing_direct() } else { costs })
     }
 
     /// Decides after a look how a map that gathers goes on to its target: with more rays, or with more chains and its

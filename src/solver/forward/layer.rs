@@ -143,16 +143,11 @@ impl<const KEPT: usize> Layer<KEPT> {
         (middle + along_a * place.offset[0] + along_b * place.offset[1], error_lx2)
     }
 
-    /// Area-weighted mean of all light in lx over what is exposed.
-    pub fn mean_lx(&self) -> f64 {
-        let (mut sum, mut area_m2) = (0.0, 0.0);
-        for (patch, exposed) in self.exposed.iter().enumerate() {
-            let exposed_m2 = self.patches.area_m2(patch as u32) * exposed;
-            let lx = |known: &Vec<Vec<LinearLx>>| known.iter().map(|values_lx| values_lx[patch][0]).sum::<f64>();
-            sum += exposed_m2 * (lx(&self.indirect_lx) + lx(&self.direct_lx)) / REPLICAS as f64;
-            area_m2 += exposed_m2;
-        }
-        sum / area_m2.max(f64::MIN_POSITIVE)
+    /// Mean over all replicas of all light at the middle of a patch, in lx.
+    pub fn mean_lx(&self, patch: u32) -> f64 {
+        let sum_lx =
+            |known: &Vec<Vec<LinearLx>>| known.iter().map(|values_lx| values_lx[patch as usize][0]).sum::<f64>();
+        (sum_lx(&self.indirect_lx) + sum_lx(&self.direct_lx)) / REPLICAS as f64
     }
 
     /// What a single replica knows of a place in lx: indirect light, and direct light where it is looked up.

@@ -1,31 +1,41 @@
 //! What gathering rays are told where they meet a patch, and checks of what they are told.
 
-use super::layer::{Layer, Light, mean_of};
+use super::layer::{Light, mean_of};
 use super::{Context, Forward};
 use crate::estimators::direct::{Care, Receiver, one_look};
 use crate::estimators::walk::{Memory, Recall, gather_indirect_lx};
 use crate::geometry::SurfaceHit;
-use crate::maps::{HALF, HalfChecks, HalfScores};
+use crate::maps::{HalfChecks, HalfScores};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
+use crate::scene::patches::PatchPlace;
 
-/// What one replica's chains left, for its own patches to gather.
+/// What one replica's chains and looks left, for its own patches to gather.
 pub struct Deposits<'a> {
-    pub layer: &'a Layer<HALF>,
-    /// Whether each patch tells direct light.
-    pub tells_direct: &'a [bool],
+    pub forward: &'a Forward,
     pub replica: usize,
 }
 
 impl Memory for Deposits<'_> {
     #[inline]
     fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
-        let Some(place) = self.layer.place(hit) else {
+        let Some(place) = self.forward.fine.place(hit) else {
             return (Recall::Nothing, 0);
         };
-        let (indirect_lx, direct_lx) = self.layer.of_replica(self.replica, &place);
-        let direct_lx = direct_lx.filter(|_| self.tells_direct[place.patch as usize]);
-        (direct_lx.map_or(Recall::End(indirect_lx), |direct_lx| Recall::Whole(indirect_lx + direct_lx)), 0)
+        let (indirect_lx, direct_lx) = self.forward.fine.of_replica(self.replica, &place);
+        match (self.forward.light_at(hit, &place), direct_lx) {
+            (Light::Whole, Some(direct_lx)) => (Recall::Whole(indirect_lx + direct_lx), 0),
+            _ => (Recall::End(indirect_lx), 0),
+        }
+    }
+}
+
+impl Forward {
+    /// What a ray is told that met a patch there.
+    #[inline]
+    fn light_at(&self, hit: &SurfaceHit, place: &PatchPlace) -> Light {
+        let tells_direct = hit.distance_m >= self.direct_from_m && self.tells_direct[place.patch as usize];
+        if tells_direct { Light::Whole } else { Light::Indirect }
     }
 }
 
@@ -91,8 +101,7 @@ impl Memory for Recollection<'_> {
         if hit.distance_m < forward.near_m {
             return (Recall::Guide(mean_of(&forward.fine.at(Light::Indirect, self.parity, &place))), 0);
         }
-        let tells_direct = hit.distance_m >= forward.direct_from_m && forward.tells_direct[place.patch as usize];
-        let light = if tells_direct { Light::Whole } else { Light::Indirect };
+        let light = forward.light_at(hit, &place);
         let known_lx = forward.fine.at(light, self.parity, &place);
         let mean_lx = mean_of(&known_lx);
         let weight = self.weight * reflectance;
