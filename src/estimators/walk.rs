@@ -41,7 +41,7 @@ struct LobeRay {
     normal: DVec3,
 }
 
-/// What a walk does with what is known of the indirect light where it meets a diffuse surface.
+/// What a walk does with what is known of the light where it meets a diffuse surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Recall {
     /// Nothing is known: the walk goes on by itself.
@@ -55,7 +55,7 @@ pub enum Recall {
     Guide(f64),
 }
 
-/// What is known already of the indirect light in a scene.
+/// What is known already of the light in a scene: of indirect light, and of direct light where that is known too.
 pub trait Memory {
     /// What is known at a vertex that sends a share of its light on, and the rays that asking took.
     fn recall(

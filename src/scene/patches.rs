@@ -142,6 +142,11 @@ impl Patches {
         self.area_m2[patch as usize]
     }
 
+    /// Area of all patches in m².
+    pub fn all_area_m2(&self) -> f64 {
+        self.area_m2.iter().sum()
+    }
+
     /// The patch on a side of a triangle at barycentric coordinates `(u, v)`; `None` for the back of a one-sided one.
     #[inline]
     pub fn place(&self, triangle: u32, [u, v]: [f64; 2], side: Side) -> Option<PatchPlace> {

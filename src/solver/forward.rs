@@ -69,7 +69,7 @@ pub struct Forward {
     edge_m: f64,
     /// Chains of each replica so far.
     pub chains: u64,
-    /// Rays so far, all replicas: those of the chains and those of the patches' own gathering.
+    /// Rays so far, all replicas: those of the chains, of looks for the patches' direct light and of their own gathering.
     pub rays: u64,
     /// Rays of stages before this one, which it replaced.
     pub earlier_rays: u64,
@@ -148,7 +148,7 @@ impl Forward {
     }
 
     /// Whether patches shall tell direct light too.
-    pub fn tells_direct(&self) -> bool {
+    pub fn shall_tell_direct(&self) -> bool {
         self.direct_for.is_some()
     }
 
@@ -182,7 +182,7 @@ impl Forward {
         let rays_per_sample = RAYS_PER_SAMPLE * self.fine.patches.len() as f64;
         let wanted_rays = REFINING_SHARE * self.rays_per_chain() * self.chains as f64;
         let earlier_rays = self.rays;
-        // In haste rays look themselves.
+        // Where looks would take more than there is, patches tell no direct light, and rays look themselves.
         self.direct_from_m = f64::INFINITY;
         if let Some(error) = self.direct_for
             && self.rays_to_know_direct() <= most_rays
@@ -202,7 +202,7 @@ impl Forward {
     fn look_at_direct(&mut self, context: &Context, error: f64, most_rays: f64) {
         let stage = context.stage;
         let patches = &self.fine.patches;
-        let area_m2: f64 = (0..patches.len() as u32).map(|patch| patches.area_m2(patch)).sum();
+        let area_m2 = patches.all_area_m2();
         let more_looks =
             (LOOKS_SHARE * self.chain_rays as f64).min(most_rays - self.rays_to_know_direct()) / REPLICAS as f64;
         let looks_of = |patch: u32| FEWEST_LOOKS.max((more_looks * patches.area_m2(patch) / area_m2) as u64);

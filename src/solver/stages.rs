@@ -233,7 +233,7 @@ impl Stages {
     /// What gathering costs a map with patches as they are.
     fn costs_of(&self, index: usize) -> Option<GatherCosts> {
         let costs = self.costs[index]?;
-        Some(if self.forward.tells_direct() { costs.knowing_direct() } else { costs })
+        Some(if self.forward.shall_tell_direct() { costs.knowing_direct() } else { costs })
     }
 
     /// Decides after a look how a map that gathers goes on to its target: with more rays, or with more chains and its
@@ -260,13 +260,14 @@ impl Stages {
         }
         let job = &mut jobs[index];
         let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
+        let [direct_rays, gather_rays] = job.rays_by_plan(job.samples);
         let state = GatherState {
             rows: job.variances.rows / mean_squared,
             columns: job.variances.columns / mean_squared,
             cells: job.variances.cells / mean_squared,
             ray_exponent: job.rows.exponent(),
-            gather_rays: job.rays_by_plan(job.samples)[1],
-            direct_rays: job.rays_by_plan(job.samples)[0],
+            gather_rays,
+            direct_rays,
             direct_done: job.direct_rays_done(),
             chain_rays: self.forward.rays as f64,
         };

@@ -44,6 +44,12 @@ pub enum Light {
     Whole,
 }
 
+/// A linear function at a place of its patch.
+#[inline]
+fn linear_at([middle, along_a, along_b]: LinearLx, [a, b]: [f64; 2]) -> f64 {
+    middle + along_a * a + along_b * b
+}
+
 /// Mean of what the eight memories of a half say.
 #[inline]
 pub fn mean_of(memories_lx: &[f64; HALF]) -> f64 {
@@ -76,8 +82,7 @@ impl<const KEPT: usize> Layer<KEPT> {
     /// Turns deposits into illuminances; slopes only where deposits are dense enough.
     pub fn value(&mut self, flux_per_chain_lm: f64) {
         let deposits: f64 = self.sums.iter().flatten().map(|sum| sum[0]).sum();
-        let area_m2: f64 = (0..self.patches.len() as u32).map(|patch| self.patches.area_m2(patch)).sum();
-        let density_m2 = deposits / REPLICAS as f64 / area_m2;
+        let density_m2 = deposits / REPLICAS as f64 / self.patches.all_area_m2();
         let (patches, exposed) = (&self.patches, &self.exposed);
         self.indirect_lx.par_iter_mut().with_max_len(1).zip(&self.sums).for_each(|(values_lx, sums)| {
             for (patch, (value_lx, sum)) in values_lx.iter_mut().zip(sums).enumerate() {
@@ -138,9 +143,9 @@ impl<const KEPT: usize> Layer<KEPT> {
             squares += known_lx[0] * known_lx[0];
         }
         let count = self.direct_lx.len().max(1) as f64;
-        let [middle, along_a, along_b] = sums.map(|sum| sum / count);
-        let error_lx2 = (squares / count - middle * middle).max(0.0) / (count - 1.0).max(1.0);
-        (middle + along_a * place.offset[0] + along_b * place.offset[1], error_lx2)
+        let mean = sums.map(|sum| sum / count);
+        let error_lx2 = (squares / count - mean[0] * mean[0]).max(0.0) / (count - 1.0).max(1.0);
+        (linear_at(mean, place.offset), error_lx2)
     }
 
     /// Mean over all replicas of all light at the middle of a patch, in lx.
@@ -153,10 +158,7 @@ impl<const KEPT: usize> Layer<KEPT> {
     /// What a single replica knows of a place in lx: indirect light, and direct light where it is looked up.
     #[inline]
     pub fn of_replica(&self, replica: usize, place: &PatchPlace) -> (f64, Option<f64>) {
-        let lx = |values_lx: &Vec<LinearLx>| {
-            let [middle, along_a, along_b] = values_lx[place.patch as usize];
-            middle + along_a * place.offset[0] + along_b * place.offset[1]
-        };
+        let lx = |values_lx: &Vec<LinearLx>| linear_at(values_lx[place.patch as usize], place.offset);
         (lx(&self.indirect_lx[replica]), self.direct_lx.get(replica).map(lx))
     }
 }
