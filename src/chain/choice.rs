@@ -21,6 +21,8 @@ pub struct Choices<'a> {
 
 /// How emitters are chosen.
 enum Way<'a> {
+    /// No luminaire can light the place.
+    Unlit,
     /// There is but one.
     Only,
     /// By what they bring unshadowed.
@@ -41,6 +43,9 @@ impl Stage {
     /// Makes ready for choices at a point with a unit normal on a side of a triangle; `cut` is room for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: Spot, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
+        if self.is_unlit(spot) {
+            return Choices { stage: self, place: [point_m, normal], way: Way::Unlit };
+        }
         if self.has_one_emitter() {
             return Choices { stage: self, place: [point_m, normal], way: Way::Only };
         }
@@ -56,12 +61,19 @@ impl Stage {
 }
 
 impl Choices<'_> {
+    /// Whether there is more than one emitter to choose from.
+    #[inline]
+    pub fn is_open(&self) -> bool {
+        !matches!(self.way, Way::Unlit | Way::Only)
+    }
+
     /// Chooses one emitter by a variate in [0, 1); returns its number with the probability of the choice. `None`: this
     /// choice brings nothing.
     #[inline]
     pub fn choose(&self, variate: f64) -> Option<(u32, f64)> {
         let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
         match &self.way {
+            Way::Unlit => None,
             Way::Only => Some((0, 1.0)),
             Way::Unshadowed(cut) => emitters.choose(point_m, normal, variate, cut),
             Way::OfCell(cell) => Some(cell.choose(variate)),
@@ -83,6 +95,7 @@ impl Choices<'_> {
     pub fn probability(&self, emitter: u32) -> f64 {
         let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
         match &self.way {
+            Way::Unlit => 0.0,
             Way::Only => 1.0,
             Way::Unshadowed(cut) => emitters.probability(emitter, point_m, normal, cut),
             Way::OfCell(cell) => cell.probability(emitter),

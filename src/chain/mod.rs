@@ -5,6 +5,7 @@ mod mirrors;
 mod near_lights;
 mod outlook;
 mod sight_map;
+mod unlit;
 
 use std::sync::OnceLock;
 
@@ -49,6 +50,8 @@ struct TriangleOptics {
     normal: DVec3,
     law: u32,
     two_sided: bool,
+    /// Whether no luminaire can light its front, and its back.
+    unlit: [bool; 2],
 }
 
 /// A packet's arrival at a reflecting side of a surface.
@@ -87,6 +90,7 @@ impl Stage {
                     normal: scene.triangle_normal(triangle),
                     law: surface.material,
                     two_sided: surface.two_sided,
+                    unlit: [false; 2],
                 }
             })
             .collect();
@@ -110,6 +114,7 @@ impl Stage {
             laws,
             has_panes,
         };
+        unlit::mark_unlit(scene, &mut stage);
         stage.outlook = Outlook::of(scene, &stage);
         stage.near_lights = NearLights::of(&stage);
         stage
@@ -143,6 +148,12 @@ impl Stage {
     pub fn normal(&self, triangle: u32, side: Side) -> DVec3 {
         let front = self.triangles[triangle as usize].normal;
         if side == Side::Front { front } else { -front }
+    }
+
+    /// Whether no luminaire can light a side of a triangle: all are behind its plane or shine away from it.
+    #[inline]
+    pub fn is_unlit(&self, (triangle, side): Spot) -> bool {
+        self.triangles[triangle as usize].unlit[side as usize]
     }
 
     /// Reflection law of a triangle.

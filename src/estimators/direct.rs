@@ -135,6 +135,9 @@ impl DirectPass {
         count: usize,
         stream: &mut Stream,
     ) -> (f64, u64) {
+        if stage.is_unlit(spot) {
+            return (0.0, 0);
+        }
         let first = stream.fine_unit();
         let (point_m, normal) = (receiver.point_m, receiver.normal);
         let choices = stage.choices(spot, point_m, normal, &mut self.cut);
@@ -192,6 +195,9 @@ impl DirectPass {
     /// Point emitters look at the element through its exact solid angle, Ē = I Ω/A; for all others a point is drawn
     /// uniformly in the element.
     pub fn over_element(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> (f64, u64) {
+        if stage.is_unlit(element.spot()) {
+            return (0.0, 0);
+        }
         if stage.emitters.list().len() <= MOST_EACH {
             let mut sum_lx = 0.0;
             let mut rays = 0;
@@ -223,6 +229,9 @@ impl DirectPass {
     ///
     /// What point emitters bring has no chance and is looked at once.
     pub fn twice(&mut self, stage: &Stage, spot: Spot, receiver: &Receiver, stream: &mut Stream) -> ([f64; 2], u64) {
+        if stage.is_unlit(spot) {
+            return ([0.0; 2], 0);
+        }
         let emitters = stage.emitters.list();
         if emitters.len() > MOST_EACH {
             let (one_lx, one_rays) = self.looks(stage, spot, receiver, LOOKS_OVER_ELEMENT, stream);
@@ -300,9 +309,9 @@ pub fn one_look<'a>(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
-    // An emitter that is alone leaves the better coordinates to what comes next.
-    let variate = if stage.has_one_emitter() { 0.0 } else { stream.fine_unit() };
     let choices = stage.choices(spot, receiver.point_m, receiver.normal, cut);
+    // Where there is no choice, the better coordinates are left to what comes next.
+    let variate = if choices.is_open() { stream.fine_unit() } else { 0.0 };
     let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
     let look = match care {

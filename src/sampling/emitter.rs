@@ -6,6 +6,7 @@
 
 mod ball;
 mod list;
+mod reach;
 mod seen;
 mod shape;
 
@@ -27,6 +28,7 @@ use crate::scene::photometry::IntensityWeb;
 
 use ball::draw_ball;
 pub use list::{Emitters, PointEmitters, PointLook};
+pub use reach::Reach;
 
 /// From so many times its radius on a triangle is far enough for a glance: d² varies by a quarter of itself over it, in the root
 /// mean square, where it is seen end-on, and mostly by much less.

@@ -93,6 +93,15 @@ impl Aperture {
         }
     }
 
+    /// Half of a length that holds it along a unit direction, about its centre, in m.
+    pub fn half_extent_m(&self, along: DVec3) -> f64 {
+        let reach_m = |half: &[DVec3]| half.iter().map(|half| half.dot(along).abs()).sum();
+        match &self.shape {
+            Shape::Flat(half) | Shape::Ellipse(half) => reach_m(half),
+            Shape::Box(half) | Shape::Ellipsoid(half) | Shape::Cylinder { half_axes_m: half, .. } => reach_m(half),
+        }
+    }
+
     /// A point drawn uniformly over the opening's surface.
     pub fn draw(&self, stream: &mut Stream) -> DVec3 {
         let both_ways = |variate: f64| 2.0 * variate - 1.0;

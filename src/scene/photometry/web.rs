@@ -159,6 +159,14 @@ impl IntensityWeb {
         Some([below_lm, (self.luminous_flux_lm() - below_lm).max(0.0)])
     }
 
+    /// Whether nothing is sent behind the plane across γ = 0; told of type C tables alone.
+    pub fn shines_ahead_only(&self) -> bool {
+        let angles = self.gamma_deg.len();
+        let ends_there = self.gamma_deg.last().is_some_and(|&gamma| gamma <= 90.0);
+        let is_dark = |(entry, cd): (usize, &f64)| self.gamma_deg[entry % angles] < 90.0 || *cd == 0.0;
+        self.goniometer == PhotometricType::C && (ends_there || self.intensity_cd.iter().enumerate().all(is_dark))
+    }
+
     /// Greatest intensity in cd.
     pub fn maximum_intensity_cd(&self) -> f64 {
         self.intensity_cd.iter().copied().fold(0.0, f64::max)

@@ -1,0 +1,65 @@
+//! Sides of triangles that no luminaire can light, whatever stands between: ceilings above lamps that shine down, floors below
+//! floor lights, the undersides of shelves. Looks from there would find nothing and need not be taken.
+
+use rayon::prelude::*;
+
+use super::Stage;
+use crate::sampling::emitter::Reach;
+use crate::scene::{Scene, Side};
+
+/// Emitters that every side is held against, at most: beyond that it takes longer than it saves.
+const MOST_EMITTERS: usize = 4096;
+/// What rounding may have of a height, over the longest way in a scene.
+const ROUNDING: f64 = 1e-12;
+
+/// Marks the sides that no emitter of a scene can light.
+pub(super) fn mark_unlit(scene: &Scene, stage: &mut Stage) {
+    let reaches: Vec<Reach> = stage.emitters.list().iter().map(|emitter| emitter.reach()).collect();
+    if reaches.len() > MOST_EMITTERS {
+        return;
+    }
+    let tolerance_m = ROUNDING * stage.tracer.longest_m();
+    stage.triangles.par_iter_mut().enumerate().for_each_init(
+        || 0,
+        |latest, (triangle, optics)| {
+            let corners_m = scene.corners_m(triangle as u32);
+            for side in [Side::Front, Side::Back] {
+                let normal = if side == Side::Front { optics.normal } else { -optics.normal };
+                let lights = |reach: &Reach| reach.may_light(&corners_m, normal, tolerance_m);
+                // What lit the one before mostly lights this one too.
+                let first = reaches.get(*latest).and_then(|reach| lights(reach).then_some(*latest));
+                match first.or_else(|| reaches.iter().position(lights)) {
+                    Some(emitter) => *latest = emitter,
+                    None => optics.unlit[side as usize] = true,
+                }
+            }
+        },
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::scene_from_json;
+
+    #[test]
+    fn a_ceiling_with_panels_in_it_is_unlit_and_the_rest_of_the_room_is_not() {
+        let room = |lamp: &str| {
+            let text = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
+                "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [3,2,1], "facing": "inward", "material": "grey" },
+                              { "name": "panel", "type": "rectangle", "origin": [1,1,1], "u": [0,0.5,0], "v": [0.5,0,0], "material": "grey" } ],
+                "luminaires": [ LAMP ] }"#;
+            let scene = scene_from_json(&text.replace("LAMP", lamp), None, Path::new(".")).expect("a room");
+            let stage = Stage::new(&scene);
+            let (ceiling, rest): (Vec<u32>, Vec<u32>) =
+                (0..12).partition(|triangle| stage.normal(*triangle, Side::Front).z < -0.5);
+            [ceiling, rest].map(|sides| sides.iter().filter(|side| stage.is_unlit((**side, Side::Front))).count())
+        };
+        let panel = r#"{ "name": "a", "type": "area", "surface": "panel", "luminous_flux_lm": 100 }"#;
+        assert_eq!(room(panel), [2, 0]);
+        let point = r#"{ "name": "a", "type": "point", "position": [1,1,0.5], "luminous_flux_lm": 100 }"#;
+        assert_eq!(room(point), [0, 0]);
+    }
+}
