@@ -37,12 +37,10 @@ const RAYS_PER_SAMPLE: f64 = 2.0;
 /// Rays from each point that tells how much of a patch shows: all must meet backs where it does not.
 const HIDING_RAYS: u32 = 3;
 /// A ray that meets a surface nearer than this share of the edge of patches goes on instead of looking the patch up: in corners a
-/// patch says little of what lies next to it.
-const NEAR: f64 = 0.07;
+/// patch says little of what lies next to it. Patches that gather look for luminaires there.
+const NEAR: f64 = 0.25;
 /// Below so many samples a patch the deposits stay as they are.
 const FEWEST_SAMPLES: u64 = 4;
-/// What a ray meets nearer than this share of the edge is looked at for luminaires, whatever the patch says of direct light.
-const NEAR_FOR_DIRECT: f64 = 0.3;
 /// Looks of a replica from a patch for its direct light, at least, and those beyond that over the rays of the chains.
 const FEWEST_LOOKS: u64 = 4;
 const LOOKS_SHARE: f64 = 0.5;
@@ -62,11 +60,8 @@ pub struct Forward {
     near_m: f64,
     /// Where patches shall tell direct light: the error that decides which of them do.
     direct_for: Option<f64>,
-    /// From this distance on, in m, those that do tell it; from nowhere before they know it.
-    direct_from_m: f64,
-    /// Whether each of them does.
+    /// Whether each of them does; empty before they know it.
     tells_direct: Vec<bool>,
-    edge_m: f64,
     /// Chains of each replica so far.
     pub chains: u64,
     /// Rays so far, all replicas: those of the chains, of looks for the patches' direct light and of their own gathering.
@@ -95,9 +90,7 @@ impl Forward {
             coarse: Layer::new(coarse.0, coarse.1),
             near_m: NEAR * edge_m,
             direct_for: None,
-            direct_from_m: f64::INFINITY,
             tells_direct: Vec::new(),
-            edge_m,
             chains: 0,
             rays: 0,
             earlier_rays: 0,
@@ -183,7 +176,7 @@ impl Forward {
         let wanted_rays = REFINING_SHARE * self.rays_per_chain() * self.chains as f64;
         let earlier_rays = self.rays;
         // Where looks would take more than there is, patches tell no direct light, and rays look themselves.
-        self.direct_from_m = f64::INFINITY;
+        self.tells_direct.clear();
         if let Some(error) = self.direct_for
             && self.rays_to_know_direct() <= most_rays
         {
@@ -226,7 +219,6 @@ impl Forward {
             !self.fine.patches.is_joined(patch) && self.misfit_lx2(context, patch) <= most_lx * most_lx
         };
         self.tells_direct = (0..self.fine.patches.len() as u32).into_par_iter().map(tells).collect();
-        self.direct_from_m = NEAR_FOR_DIRECT * self.edge_m;
     }
 
     /// Mean square over a patch, in lx², of what coarser patches say of its direct light beyond it, what chance may have of

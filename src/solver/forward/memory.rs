@@ -34,8 +34,8 @@ impl Forward {
     /// What a ray is told that met a patch there.
     #[inline]
     fn light_at(&self, hit: &SurfaceHit, place: &PatchPlace) -> Light {
-        let tells_direct = hit.distance_m >= self.direct_from_m && self.tells_direct[place.patch as usize];
-        if tells_direct { Light::Whole } else { Light::Indirect }
+        let tells_direct = self.tells_direct.get(place.patch as usize).is_some_and(|tells| *tells);
+        if tells_direct && hit.distance_m >= self.near_m { Light::Whole } else { Light::Indirect }
     }
 }
 
