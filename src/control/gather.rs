@@ -1,6 +1,6 @@
 //! How a gathering goes on: more rays, or more chains and the rays anew.
 
-use super::stop::margin;
+use super::stop::about_margin;
 use crate::maps::Judgement;
 
 /// Squared errors of gathering rays fall with this power of their number where all is smooth: their points are
@@ -11,6 +11,8 @@ const LEAST_RAY_EXPONENT: f64 = 1.0;
 const EXPONENT_SPREAD: f64 = 0.3;
 /// What even and odd share may take of the target, in a plan.
 const MOST_SHARED: f64 = 0.7;
+/// Steps in which the margin of the end is found.
+const MARGIN_STEPS: usize = 4;
 /// More chains are tried in steps of this factor, up to so many steps.
 const STEP: f64 = 1.1;
 const STEPS: i32 = 60;
@@ -25,6 +27,8 @@ pub struct GatherState {
     pub columns: f64,
     /// By chance of which rays asked which chains.
     pub cells: f64,
+    /// Degrees of freedom of the part by chance of the chains.
+    pub degrees_of_columns: f64,
     /// Power of their number with which the rays' part falls.
     pub ray_exponent: f64,
     /// Rays spent on gathering.
@@ -89,13 +93,12 @@ pub struct GatherNeed {
 
 /// The cheapest way on to a target error.
 pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState) -> GatherNeed {
-    let margin = margin(judgement.degrees_of_freedom);
     // Against a bias above its share neither rays nor chains help: finer patches and elements do, which come before.
     let shared = judgement.shared_error().min(target_error * MOST_SHARED);
-    let allowed = (target_error.powi(2) - shared.powi(2)) / (margin * margin);
+    let room = target_error.powi(2) - shared.powi(2);
     let rest = (judgement.expected_error.powi(2) - state.rows - state.columns - state.cells).max(0.0);
     let samples = |chains: f64| {
-        let left = allowed - state.columns / chains;
+        let left = allowed(room, judgement, state, chains) - state.columns / chains;
         (left > 0.0).then(|| samples_for(left, state, rest + state.cells / chains))
     };
     let as_it_is = samples(1.0).map(|samples| GatherNeed {
@@ -114,6 +117,27 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
         let chains = STEP.powi(STEPS);
         GatherNeed { chains, samples: 1.0, rays: state.chain_rays * chains + state.rays_to(1.0, 0.0) }
     })
+}
+
+/// Squared error at which the map is accepted, with so many times the chains, where it has room for so much with the margin.
+///
+/// The margin is that of the end: what is common to many entries by chance of the chains has few degrees of freedom, and more
+/// samples leave more and more of the error to it. With V the squared error and f its degrees of freedom, V²/f is the sum of what
+/// its independent parts have of it.
+fn allowed(room: f64, judgement: &Judgement, state: &GatherState, chains: f64) -> f64 {
+    let now = judgement.expected_error.powi(2);
+    let others = (now - state.columns).max(f64::MIN_POSITIVE);
+    let of_columns = state.columns.powi(2) / state.degrees_of_columns.max(1.0);
+    let of_others = (now * now / judgement.degrees_of_freedom - of_columns).max(0.0);
+    let mut degrees = judgement.degrees_of_freedom;
+    let mut allowed = room;
+    for _ in 0..MARGIN_STEPS {
+        allowed = room / about_margin(degrees).powi(2);
+        let others_then = (allowed - state.columns / chains).max(0.0) / others;
+        let spread = of_columns / (chains * chains) + of_others * others_then * others_then;
+        degrees = allowed * allowed / spread.max(f64::MIN_POSITIVE);
+    }
+    allowed
 }
 
 /// Factor f on the samples for which rows/fᵅ + rest/f comes down to `left`.
@@ -153,6 +177,7 @@ mod tests {
             rows: 4e-4,
             columns: 1e-6,
             cells: 0.0,
+            degrees_of_columns: 1e6,
             ray_exponent: RAY_EXPONENT,
             gather_rays: 1e6,
             direct_rays: 0.0,
@@ -167,6 +192,37 @@ mod tests {
     }
 
     #[test]
+    fn chains_of_few_degrees_are_bought_before_the_margin_asks_for_them() {
+        // The map at a look has 200 degrees, since rays have most of its error; what chains have has five. As the rays' part falls the
+        // margin grows: samples planned with that of the look do not reach the target.
+        let state = GatherState {
+            rows: 1.5e-5,
+            columns: 2.9e-6,
+            cells: 5.7e-6,
+            degrees_of_columns: 5.0,
+            ray_exponent: 1.25,
+            gather_rays: 2.9e5,
+            direct_rays: 3.5e4,
+            direct_done: 7e4,
+            chain_rays: 2.4e5,
+        };
+        let judgement = Judgement { degrees_of_freedom: 200.0, ..judged(5.2e-3) };
+        let need = gather_need(0.003, &judgement, &state);
+        let reached = |need: &GatherNeed, state: &GatherState| {
+            let columns = state.columns / need.chains;
+            let others = state.rows / need.samples.powf(state.ray_exponent)
+                + (5.2e-3f64.powi(2) - state.rows - state.columns - state.cells + state.cells / need.chains)
+                    / need.samples;
+            let spread = columns * columns / 5.0 + others * others * 200f64.recip();
+            let squared = columns + others;
+            squared.sqrt() * about_margin(squared * squared / spread)
+        };
+        let blind = gather_need(0.003, &judgement, &GatherState { degrees_of_columns: 1e6, ..state });
+        assert!((reached(&need, &state) / 0.003 - 1.0).abs() < 0.03, "{need:?} {}", reached(&need, &state));
+        assert!(reached(&blind, &state) > 1.05 * 0.003, "{blind:?} {}", reached(&blind, &state));
+    }
+
+    #[test]
     fn direct_light_that_is_done_does_not_make_more_chains_worth_it() {
         // Gathering anew costs what gathering cost; direct light of ten times the rays stays. Were it to be done again, many
         // more chains would be bought to save samples.
@@ -174,6 +230,7 @@ mod tests {
             rows: 8e-4,
             columns: 3e-4,
             cells: 1e-3,
+            degrees_of_columns: 1e6,
             ray_exponent: LEAST_RAY_EXPONENT,
             gather_rays: 2e5,
             direct_rays: 1e5,

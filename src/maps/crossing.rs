@@ -10,6 +10,7 @@
 //! leaves it out of the rows. It is rows that give way, since they are independent from entry to entry as e is, while what
 //! chains have wrong is common to many entries. Contrasts that neither rows nor columns move tell σ_e².
 
+use super::judge::PAIRS;
 use super::replicas::REPLICAS;
 
 /// Entries whose corrections are summed up together.
@@ -180,6 +181,16 @@ impl Crossing {
     pub fn column_squared(&self, entry: usize) -> f64 {
         let squares: f64 = self.columns.iter().map(|column| column[entry] * column[entry]).sum();
         squares / (HALF * HALF * (HALF - 1)) as f64
+    }
+
+    /// Differences, for the sum over all samples, of columns of one half, two by two, before corrections: what a half has in
+    /// common is not in them.
+    pub fn pairs_of_columns(&self, entry: usize) -> [f64; PAIRS] {
+        std::array::from_fn(|pair| {
+            let (parity, memory) = (pair % 2, pair / 2 * 2);
+            let column = |memory: usize| self.columns[2 * memory + parity][entry];
+            column(memory + 1) - column(memory)
+        })
     }
 
     /// The part of both that is the cells' own: σ_e²/8 of either half.

@@ -40,17 +40,42 @@ impl Judgement {
     }
 }
 
-/// Judges the given entries of a map with their weights (areas; 0 leaves an entry out).
+/// Pairs of replicas.
+pub const PAIRS: usize = REPLICAS / 2;
+
+/// Products of the differences of pairs of replicas, summed over a map.
 ///
-/// Replicas 2j are even, 2j + 1 odd. With y_j the difference of pair j, weighted by √A, the y_j are independent with
-/// covariance 2C: tr C² follows from products of different pairs, which no outlier in one pair can inflate alone.
+/// With y_j the difference of pair j, weighted by √A, the y_j are independent with covariance 2C: tr C² follows from products
+/// of different pairs, which no outlier in one pair can inflate alone.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PairProducts([[f64; PAIRS]; PAIRS]);
+
+impl PairProducts {
+    /// Adds an entry with its weight.
+    pub fn add(&mut self, weight: f64, pairs: &[f64; PAIRS]) {
+        for i in 0..PAIRS {
+            for j in 0..=i {
+                self.0[i][j] += weight * pairs[i] * pairs[j];
+            }
+        }
+    }
+
+    /// Degrees of freedom of the mean square over the map, (tr C)²/tr C²: 1 at least.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        let different = || (0..PAIRS).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let of_traces: f64 = different().map(|(i, j)| self.0[i][i] * self.0[j][j]).sum();
+        let of_squares: f64 = different().map(|(i, j)| self.0[i][j] * self.0[i][j]).sum();
+        if of_squares > 0.0 { (of_traces / of_squares).max(1.0) } else { 1.0 }
+    }
+}
+
+/// Judges the given entries of a map with their weights (areas; 0 leaves an entry out). Replicas 2j are even, 2j + 1 odd.
 pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clone) -> Judgement {
-    const PAIRS: usize = REPLICAS / 2;
     let mut weight_sum = 0.0;
     let mut illuminance_sum = 0.0;
     let mut halves_sum = 0.0;
     let mut spread_sum = 0.0;
-    let mut products = [[0.0f64; PAIRS]; PAIRS];
+    let mut products = PairProducts::default();
     let mut means_lx = [0.0f64; REPLICAS];
     let mut dark = true;
     let mut unseen = map.indirect_samples.complete > 0;
@@ -70,22 +95,10 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
         }
         halves_sum += weight * halves * halves;
         spread_sum += weight * replicas.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
-        for i in 0..PAIRS {
-            for j in 0..=i {
-                products[i][j] += weight * pairs[i] * pairs[j];
-            }
-        }
+        products.add(weight, &pairs);
     }
     if weight_sum <= 0.0 || illuminance_sum <= 0.0 {
         return Judgement { dark, unseen, degrees_of_freedom: 1.0, ..Judgement::default() };
-    }
-    let mut of_traces = 0.0;
-    let mut of_squares = 0.0;
-    for i in 0..PAIRS {
-        for j in 0..i {
-            of_traces += products[i][i] * products[j][j];
-            of_squares += products[i][j] * products[i][j];
-        }
     }
     let mean_lx = illuminance_sum / weight_sum;
     let [bias, least_bias] = map.look_up_bias_lx(counted).map(|bias_lx| bias_lx / mean_lx);
@@ -97,7 +110,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
         least_bias,
         discretisation: 0.0,
         means_lx: means_lx.map(|sum| sum / weight_sum),
-        degrees_of_freedom: if of_squares > 0.0 { (of_traces / of_squares).max(1.0) } else { 1.0 },
+        degrees_of_freedom: products.degrees_of_freedom(),
         dark,
         unseen,
     }

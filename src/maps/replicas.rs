@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::basis::SLOPES;
+use super::judge::PairProducts;
 use super::lopsided::{Spread, widening};
 use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
 
@@ -69,6 +70,8 @@ pub struct CrossedVariances {
     pub columns: f64,
     /// By chance of which rays ask which chains: it falls with both.
     pub cells: f64,
+    /// Degrees of freedom of the mean square that is by chance of the chains.
+    pub degrees_of_columns: f64,
 }
 
 /// What one unit of an indirect sum is worth.
@@ -244,6 +247,7 @@ impl ReplicaMap {
             return found;
         };
         let (mut weight_sum, mut uncorrected) = (0.0, 0.0);
+        let mut products = PairProducts::default();
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.indirect_samples.inverse(self.site_of(entry));
             let column = |replica: usize| crossing.column_lx(replica, entry, inverse).powi(2) / (HALF - 1) as f64;
@@ -251,15 +255,23 @@ impl ReplicaMap {
             found.cells += weight * inverse * inverse * crossing.cell_squared(entry);
             found.columns += weight * (0..REPLICAS).map(column).sum::<f64>();
             uncorrected += weight * inverse * inverse * crossing.column_squared(entry);
+            products.add(*weight, &crossing.pairs_of_columns(entry));
             if entry < self.sites {
                 weight_sum += 2.0 * weight;
             }
         }
-        let CrossedVariances { rows, columns, cells } = found;
+        let CrossedVariances { rows, columns, cells, .. } = found;
         // Corrections take off what chains have wrong everywhere, and bring the chance of their checks, which is not that of chains.
         let columns = columns.min(uncorrected);
         let mean = |sum: f64| sum.max(0.0) / weight_sum.max(f64::MIN_POSITIVE);
-        CrossedVariances { rows: mean(rows - cells), columns: mean(columns - cells), cells: mean(cells.min(rows)) }
+        // The cells' own part is independent from entry to entry and adds next to nothing to tr C².
+        let share = (1.0 - cells / uncorrected.max(f64::MIN_POSITIVE)).max(0.0);
+        CrossedVariances {
+            rows: mean(rows - cells),
+            columns: mean(columns - cells),
+            cells: mean(cells.min(rows)),
+            degrees_of_columns: (share * share * products.degrees_of_freedom()).max(1.0),
+        }
     }
 
     /// Estimated bias in lx of look-ups, root mean square over weighted entries, and what it is at least.

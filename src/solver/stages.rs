@@ -265,6 +265,7 @@ impl Stages {
             rows: job.variances.rows / mean_squared,
             columns: job.variances.columns / mean_squared,
             cells: job.variances.cells / mean_squared,
+            degrees_of_columns: job.variances.degrees_of_columns,
             ray_exponent: job.rows.exponent(),
             gather_rays,
             direct_rays,
