@@ -35,10 +35,8 @@ const MOST_FOR_DIRECT: f64 = 0.1;
 const LEAVING: f64 = 2.0;
 /// Patches of the pilot that share its light evenly, about, below which the program does not choose gathering by itself.
 const FEWEST_LIT_PATCHES: f64 = 16.0;
-/// Rays, about, that a pilot of gathering takes: where all maps together need fewer without it, it could not pay.
-const RAYS_OF_A_PILOT: f64 = 1e5;
-/// The same where local estimation lowers what maps need: its own pilot may promise too much by a factor of two.
-const RAYS_BESIDE_LOCAL: f64 = 0.6 * RAYS_OF_A_PILOT;
+/// Rays of all maps together, as the first pilot expects them without gathering, below which a pilot of gathering would not pay.
+const RAYS_OF_A_PILOT: f64 = 4e4;
 
 /// The forward stage of a run, and what its pilot said.
 pub struct Stages {
@@ -71,10 +69,9 @@ impl Stages {
         let offer = |job: &mut Job| choice::offer(context, job, settings.target_error, Turn::First);
         let offers: Vec<Offered> = jobs.iter_mut().map(offer).collect();
         if auto && settings.target_error.is_some() {
-            let bound = || jobs.iter().zip(&offers).filter(|(job, _)| job.bound);
-            let alone: f64 = bound().map(|(job, _)| rays_without(context, job, &Err(""), error)).sum();
-            let without: f64 = bound().map(|(job, offered)| rays_without(context, job, offered, error)).sum();
-            if alone < RAYS_OF_A_PILOT || without < RAYS_BESIDE_LOCAL {
+            let bound = jobs.iter().zip(&offers).filter(|(job, _)| job.bound);
+            let without: f64 = bound.map(|(job, offered)| rays_without(context, job, offered, error)).sum();
+            if without < RAYS_OF_A_PILOT {
                 let why = "all maps together take fewer rays than it takes to weigh it";
                 choice::without_gathering(context, jobs, offers, settings.target_error, why);
                 return None;

@@ -11,7 +11,7 @@ const OTHER: RGBColor = RGBColor(0, 158, 115);
 /// Height of a row with the runs of one campaign, in SVG units.
 const ROW: u32 = 30;
 /// Forecasts beyond these factors are drawn at the border.
-const FORECAST_REACH: f64 = 8.0;
+const FORECAST_REACH: f64 = 10.0;
 /// Errors beyond so many times the target, likewise.
 const ERROR_REACH: f64 = 3.0;
 /// Forecasts of a campaign that are drawn, evenly chosen.
