@@ -34,19 +34,13 @@ enum Way<'a> {
 }
 
 impl Stage {
-    /// Whether a look has no choice.
-    #[inline]
-    pub fn has_one_emitter(&self) -> bool {
-        self.emitters.list().len() == 1
-    }
-
     /// Makes ready for choices at a point with a unit normal on a side of a triangle; `cut` is room for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: Spot, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
         if self.is_unlit(spot) {
             return Choices { stage: self, place: [point_m, normal], way: Way::Unlit };
         }
-        if self.has_one_emitter() {
+        if self.emitters.list().len() == 1 {
             return Choices { stage: self, place: [point_m, normal], way: Way::Only };
         }
         let way = match self.sight_map().and_then(|map| map.of_place(point_m, normal)) {
@@ -63,7 +57,7 @@ impl Stage {
 impl Choices<'_> {
     /// Whether there is more than one emitter to choose from.
     #[inline]
-    pub fn is_open(&self) -> bool {
+    pub fn has_choice(&self) -> bool {
         !matches!(self.way, Way::Unlit | Way::Only)
     }
 

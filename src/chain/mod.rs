@@ -150,7 +150,7 @@ impl Stage {
         if side == Side::Front { front } else { -front }
     }
 
-    /// Whether no luminaire can light a side of a triangle: all are behind its plane or shine away from it.
+    /// Whether it is known that no luminaire can light a side of a triangle: all are behind its plane or shine away from it.
     #[inline]
     pub fn is_unlit(&self, (triangle, side): Spot) -> bool {
         self.triangles[triangle as usize].unlit[side as usize]

@@ -78,6 +78,7 @@ impl Outlook {
         let mut spots: Vec<Spot> = (0..scene.triangles.len() as u32)
             .flat_map(|triangle| [(triangle, Side::Front), (triangle, Side::Back)])
             .filter(|(triangle, side)| stage.receives(*triangle, *side) && stage.law(*triangle).scatters())
+            .filter(|spot| !stage.is_unlit(*spot))
             .collect();
         let mut parts = Vec::new();
         let most = spots.len().div_ceil(MOST_REGIONS);

@@ -7,15 +7,15 @@ use super::Stage;
 use crate::sampling::emitter::Reach;
 use crate::scene::{Scene, Side};
 
-/// Emitters that every side is held against, at most: beyond that it takes longer than it saves.
-const MOST_EMITTERS: usize = 4096;
+/// Sides times emitters up to which every side is held against every emitter: a second's work.
+const MOST_TESTS: usize = 200_000_000;
 /// What rounding may have of a height, over the longest way in a scene.
 const ROUNDING: f64 = 1e-12;
 
 /// Marks the sides that no emitter of a scene can light.
 pub(super) fn mark_unlit(scene: &Scene, stage: &mut Stage) {
     let reaches: Vec<Reach> = stage.emitters.list().iter().map(|emitter| emitter.reach()).collect();
-    if reaches.len() > MOST_EMITTERS {
+    if reaches.len().saturating_mul(scene.triangles.len()) > MOST_TESTS {
         return;
     }
     let tolerance_m = ROUNDING * stage.tracer.longest_m();
@@ -23,7 +23,9 @@ pub(super) fn mark_unlit(scene: &Scene, stage: &mut Stage) {
         || 0,
         |latest, (triangle, optics)| {
             let corners_m = scene.corners_m(triangle as u32);
-            for side in [Side::Front, Side::Back] {
+            // Nobody looks from the backs of one-sided surfaces.
+            let sides = if optics.two_sided { &[Side::Front, Side::Back][..] } else { &[Side::Front] };
+            for side in sides.iter().copied() {
                 let normal = if side == Side::Front { optics.normal } else { -optics.normal };
                 let lights = |reach: &Reach| reach.may_light(&corners_m, normal, tolerance_m);
                 // What lit the one before mostly lights this one too.

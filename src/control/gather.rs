@@ -98,7 +98,7 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     let room = target_error.powi(2) - shared.powi(2);
     let rest = (judgement.expected_error.powi(2) - state.rows - state.columns - state.cells).max(0.0);
     let samples = |chains: f64| {
-        let left = allowed(room, judgement, state, chains) - state.columns / chains;
+        let left = allowed(room, judgement, state, rest, chains) - state.columns / chains;
         (left > 0.0).then(|| samples_for(left, state, rest + state.cells / chains))
     };
     let as_it_is = samples(1.0).map(|samples| GatherNeed {
@@ -119,22 +119,24 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     })
 }
 
-/// Squared error at which the map is accepted, with so many times the chains, where it has room for so much with the margin.
+/// Squared error by chance at which the map is accepted with so many times the chains: the target leaves it so much room,
+/// margin and all, beside what even and odd share. `rest` is what neither rays nor chains have of it.
 ///
 /// The margin is that of the end: what is common to many entries by chance of the chains has few degrees of freedom, and more
-/// samples leave more and more of the error to it. With V the squared error and f its degrees of freedom, V²/f is the sum of what
-/// its independent parts have of it.
-fn allowed(room: f64, judgement: &Judgement, state: &GatherState, chains: f64) -> f64 {
-    let now = judgement.expected_error.powi(2);
-    let others = (now - state.columns).max(f64::MIN_POSITIVE);
+/// samples leave more and more of the error to it. With V the squared error and f its degrees of freedom, V²/f is about the sum
+/// of what its independent parts have of it.
+fn allowed(room: f64, judgement: &Judgement, state: &GatherState, rest: f64, chains: f64) -> f64 {
+    let others = state.rows + state.cells + rest;
+    let all_degrees = judgement.degrees_of_freedom.max(1.0);
     let of_columns = state.columns.powi(2) / state.degrees_of_columns.max(1.0);
-    let of_others = (now * now / judgement.degrees_of_freedom - of_columns).max(0.0);
-    let mut degrees = judgement.degrees_of_freedom;
-    let mut allowed = room;
+    let of_others = (state.columns + others).powi(2) / all_degrees - of_columns;
+    // What is independent from entry to entry has no fewer degrees than the whole.
+    let degrees_of_others = (others * others / of_others.max(f64::MIN_POSITIVE)).max(all_degrees);
+    let (mut allowed, mut degrees) = (room, all_degrees);
     for _ in 0..MARGIN_STEPS {
         allowed = room / about_margin(degrees).powi(2);
-        let others_then = (allowed - state.columns / chains).max(0.0) / others;
-        let spread = of_columns / (chains * chains) + of_others * others_then * others_then;
+        let left = (allowed - state.columns / chains).max(0.0);
+        let spread = of_columns / (chains * chains) + left * left / degrees_of_others;
         degrees = allowed * allowed / spread.max(f64::MIN_POSITIVE);
     }
     allowed
@@ -220,6 +222,28 @@ mod tests {
         let blind = gather_need(0.003, &judgement, &GatherState { degrees_of_columns: 1e6, ..state });
         assert!((reached(&need, &state) / 0.003 - 1.0).abs() < 0.03, "{need:?} {}", reached(&need, &state));
         assert!(reached(&blind, &state) > 1.05 * 0.003, "{blind:?} {}", reached(&blind, &state));
+    }
+
+    #[test]
+    fn chance_that_makes_columns_of_more_than_all_asks_for_no_more_margin_than_they_do() {
+        // Both are estimates: columns of 1.02 times the whole, or 0.99 times it with the degrees of either as good as alike.
+        let state = |columns: f64| GatherState {
+            rows: 2.7e-7,
+            columns,
+            cells: 0.0,
+            degrees_of_columns: 60.0,
+            ray_exponent: 1.25,
+            gather_rays: 3e5,
+            direct_rays: 0.0,
+            direct_done: 0.0,
+            chain_rays: 2e5,
+        };
+        let judgement = Judgement { degrees_of_freedom: 50.0, ..judged(5.2e-3) };
+        let now = judgement.expected_error.powi(2);
+        for columns in [0.99 * now, 1.02 * now] {
+            let allowed = allowed(1.0, &judgement, &state(columns), 0.0, 2.0);
+            assert!((allowed.sqrt() * about_margin(50.0) - 1.0).abs() < 0.1, "{columns}: {allowed}");
+        }
     }
 
     #[test]

@@ -311,7 +311,7 @@ pub fn one_look<'a>(
 ) -> Option<Sight<'a>> {
     let choices = stage.choices(spot, receiver.point_m, receiver.normal, cut);
     // Where there is no choice, the better coordinates are left to what comes next.
-    let variate = if choices.is_open() { stream.fine_unit() } else { 0.0 };
+    let variate = if choices.has_choice() { stream.fine_unit() } else { 0.0 };
     let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
     let look = match care {

@@ -70,7 +70,7 @@ pub struct CrossedVariances {
     pub columns: f64,
     /// By chance of which rays ask which chains: it falls with both.
     pub cells: f64,
-    /// Degrees of freedom of the mean square that is by chance of the chains.
+    /// Degrees of freedom of the mean square that is by chance of the chains, before corrections.
     pub degrees_of_columns: f64,
 }
 
@@ -255,7 +255,7 @@ impl ReplicaMap {
             found.cells += weight * inverse * inverse * crossing.cell_squared(entry);
             found.columns += weight * (0..REPLICAS).map(column).sum::<f64>();
             uncorrected += weight * inverse * inverse * crossing.column_squared(entry);
-            products.add(*weight, &crossing.pairs_of_columns(entry));
+            products.add(weight * inverse * inverse, &crossing.pairs_of_columns(entry));
             if entry < self.sites {
                 weight_sum += 2.0 * weight;
             }

@@ -56,7 +56,7 @@ pub struct Forward {
     fine: Layer<HALF>,
     /// Patches with twice the edges: what they would have said tells the bias of the finer ones.
     coarse: Layer<1>,
-    /// Nearer than this, in m, patches are not looked up.
+    /// Nearer than this, in m, gathering rays look no patch up, and patches that gather no direct light.
     near_m: f64,
     /// Where patches shall tell direct light: the error that decides which of them do.
     direct_for: Option<f64>,

@@ -159,12 +159,15 @@ impl IntensityWeb {
         Some([below_lm, (self.luminous_flux_lm() - below_lm).max(0.0)])
     }
 
-    /// Whether nothing is sent behind the plane across γ = 0; told of type C tables alone.
+    /// Whether nothing is sent to γ > 90°; told of type C tables alone.
     pub fn shines_ahead_only(&self) -> bool {
         let angles = self.gamma_deg.len();
-        let ends_there = self.gamma_deg.last().is_some_and(|&gamma| gamma <= 90.0);
-        let is_dark = |(entry, cd): (usize, &f64)| self.gamma_deg[entry % angles] < 90.0 || *cd == 0.0;
-        self.goniometer == PhotometricType::C && (ends_there || self.intensity_cd.iter().enumerate().all(is_dark))
+        let ahead = self.gamma_deg.partition_point(|&gamma| gamma <= 90.0);
+        // Between the last angle ahead and the first behind the table says what lies between both.
+        let first_to_be_dark = ahead.saturating_sub(1);
+        let is_dark = |(entry, cd): (usize, &f64)| entry % angles < first_to_be_dark || *cd == 0.0;
+        let is_dark_behind = || ahead == angles || self.intensity_cd.iter().enumerate().all(is_dark);
+        self.goniometer == PhotometricType::C && is_dark_behind()
     }
 
     /// Greatest intensity in cd.
@@ -318,6 +321,40 @@ fn check_angles(field: &'static str, angles_deg: &[f64], limit_deg: f64) -> Resu
         Some(before) => {
             let index = before + 1;
             Err(WebError { field, index, got: angles_deg[index], expected: "an angle above the one before it" })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_shines_ahead_only_sends_nothing_past_ninety_degrees() {
+        let web = |table: &[(f64, f64)]| {
+            let (gamma_deg, cd): (Vec<f64>, Vec<f64>) = table.iter().copied().unzip();
+            IntensityWeb::new(vec![0.0, 360.0], gamma_deg, [cd.clone(), cd].concat()).expect("a table")
+        };
+        for (table, expected) in [
+            (vec![(0.0, 100.0), (85.0, 100.0), (95.0, 0.0), (180.0, 0.0)], false),
+            (vec![(0.0, 100.0), (85.0, 100.0), (90.0, 0.0), (95.0, 0.0)], true),
+            (vec![(0.0, 100.0), (90.0, 5.0)], true),
+            (vec![(0.0, 100.0), (90.0, 5.0), (95.0, 0.0)], false),
+            (vec![(0.0, 100.0), (85.0, 0.0), (95.0, 0.0)], true),
+            (vec![(0.0, 0.0), (90.0, 0.0), (100.0, 3.0), (180.0, 0.0)], false),
+            (vec![(120.0, 4.0), (150.0, 4.0)], false),
+        ] {
+            let web = web(&table);
+            let behind_cd =
+                (1..=900).map(|step| web.intensity_cd(10.0, 90.0 + 0.1 * f64::from(step))).fold(0.0, f64::max);
+            assert_eq!(web.shines_ahead_only(), expected, "{table:?}");
+            assert_eq!(behind_cd == 0.0, expected, "{table:?}");
+        }
+        let table = || (vec![90.0, 180.0, 270.0], vec![0.0, 90.0, 180.0], vec![1.0; 9]);
+        for goniometer in [PhotometricType::A, PhotometricType::B] {
+            let (planes, angles, cd) = table();
+            let web = IntensityWeb::on_goniometer(goniometer, planes, angles, cd).expect("a table");
+            assert!(!web.shines_ahead_only());
         }
     }
 }
