@@ -37,18 +37,15 @@ impl Stage {
     /// Makes ready for choices at a point with a unit normal on a side of a triangle; `cut` is room for it.
     #[inline]
     pub fn choices<'a>(&'a self, spot: Spot, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
-        if self.is_unlit(spot) {
-            return Choices { stage: self, place: [point_m, normal], way: Way::Unlit };
-        }
-        if self.emitters.list().len() == 1 {
-            return Choices { stage: self, place: [point_m, normal], way: Way::Only };
-        }
-        let way = match self.sight_map().and_then(|map| map.of_place(point_m, normal)) {
-            Some(cell) => Way::OfCell(cell),
-            None => {
-                self.emitters.open(point_m, normal, cut);
-                self.outlook.sights_from(spot).map_or(Way::Unshadowed(cut), |sights| Way::InSight(sights, cut))
-            }
+        let way = if self.is_unlit(spot) {
+            Way::Unlit
+        } else if self.emitters.list().len() == 1 {
+            Way::Only
+        } else if let Some(cell) = self.sight_map().and_then(|map| map.of_place(point_m, normal)) {
+            Way::OfCell(cell)
+        } else {
+            self.emitters.open(point_m, normal, cut);
+            self.outlook.sights_from(spot).map_or(Way::Unshadowed(cut), |sights| Way::InSight(sights, cut))
         };
         Choices { stage: self, place: [point_m, normal], way }
     }

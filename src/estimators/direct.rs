@@ -135,9 +135,6 @@ impl DirectPass {
         count: usize,
         stream: &mut Stream,
     ) -> (f64, u64) {
-        if stage.is_unlit(spot) {
-            return (0.0, 0);
-        }
         let first = stream.fine_unit();
         let (point_m, normal) = (receiver.point_m, receiver.normal);
         let choices = stage.choices(spot, point_m, normal, &mut self.cut);
