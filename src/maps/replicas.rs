@@ -240,6 +240,11 @@ impl ReplicaMap {
             + self.crossing.as_ref().map_or(0.0, Crossing::correction_lx)
     }
 
+    /// Independent differences of an entry that tell the chance of gathering rays.
+    pub fn differences_of_rows(&self) -> usize {
+        if self.crossing.as_ref().is_some_and(Crossing::rows_share_points) { 2 } else { REPLICAS - 2 }
+    }
+
     /// What holds up the error of a map that is gathered: variances of one replica.
     pub fn crossed_variances(&self, weights: &[f64]) -> CrossedVariances {
         let mut found = CrossedVariances::default();
@@ -251,7 +256,7 @@ impl ReplicaMap {
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.indirect_samples.inverse(self.site_of(entry));
             let column = |replica: usize| crossing.column_lx(replica, entry, inverse).powi(2) / (HALF - 1) as f64;
-            found.rows += weight * inverse * inverse * crossing.row_squared(entry, &self.indirect);
+            found.rows += weight * inverse * inverse * crossing.ray_squared(entry, &self.indirect);
             found.cells += weight * inverse * inverse * crossing.cell_squared(entry);
             found.columns += weight * (0..REPLICAS).map(column).sum::<f64>();
             uncorrected += weight * inverse * inverse * crossing.column_squared(entry);

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::advice_openings::advise_on_openings;
 use super::model::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
@@ -171,15 +172,16 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     advise_on_openings(scene, advice);
     let mut at_ceiling = Vec::new();
     let mut at_backs = Vec::new();
-    for luminaire in &scene.luminaires {
-        let (position_m, axis) = match &luminaire.emission {
-            Emission::Lambertian { position_m, axis, .. } => (*position_m, *axis),
-            Emission::Photometric { position_m, frame, .. } => (*position_m, frame[2]),
-            _ => continue,
-        };
-        match first_met(scene, position_m, axis) {
-            Some(met) if axis.z > UPWARD && met.distance_m < TOO_NEAR_M => at_ceiling.push(luminaire),
-            Some(met) if met.is_dead_back => at_backs.push(luminaire),
+    let aims = scene.luminaires.par_iter().map(|luminaire| match &luminaire.emission {
+        Emission::Lambertian { position_m, axis, .. } => Some((axis.z, first_met(scene, *position_m, *axis)?)),
+        Emission::Photometric { position_m, frame, .. } => Some((frame[2].z, first_met(scene, *position_m, frame[2])?)),
+        _ => None,
+    });
+    let aims: Vec<Option<(f64, Met)>> = aims.collect();
+    for (luminaire, aim) in scene.luminaires.iter().zip(aims) {
+        match aim {
+            Some((up, met)) if up > UPWARD && met.distance_m < TOO_NEAR_M => at_ceiling.push(luminaire),
+            Some((_, met)) if met.is_dead_back => at_backs.push(luminaire),
             _ => {}
         }
     }

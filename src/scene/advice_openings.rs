@@ -1,6 +1,7 @@
 //! Warns of luminous openings that a surface cuts: what lies behind it shines where nobody looks.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::advice::{ON_SURFACE_M, names};
 use super::model::{Emission, Luminaire, Scene};
@@ -12,34 +13,25 @@ const SLIGHT_M: f64 = 1e-3;
 
 /// Adds a warning for the luminaires whose opening a surface cuts, with the surfaces' names.
 pub(super) fn advise_on_openings(scene: &Scene, advice: &mut Vec<String>) {
-    let mut cut: Vec<&Luminaire> = Vec::new();
-    let mut surfaces: Vec<&str> = Vec::new();
-    let mut deepest_m = 0.0f64;
-    for luminaire in &scene.luminaires {
-        let Emission::Photometric { position_m, frame, opening, .. } = &luminaire.emission else { continue };
-        let rim_m = rim_m(opening, frame);
-        let reach_m = rim_m.iter().map(|offset_m| offset_m.length()).fold(0.0, f64::max);
-        if reach_m <= SLIGHT_M {
-            continue;
-        }
-        let mut is_cut = false;
-        for triangle in 0..scene.triangles.len() as u32 {
-            let depth_m = depth_behind_m(scene.corners_m(triangle), *position_m, frame[2], &rim_m, reach_m);
-            if depth_m > SLIGHT_M {
-                is_cut = true;
-                deepest_m = deepest_m.max(depth_m);
-                let surface = scene.surface_of(triangle).name.as_str();
-                if !surfaces.contains(&surface) {
-                    surfaces.push(surface);
-                }
-            }
-        }
-        if is_cut {
-            cut.push(luminaire);
-        }
-    }
+    let cuts: Vec<Vec<(u32, f64)>> = scene.luminaires.par_iter().map(|luminaire| cuts_of(scene, luminaire)).collect();
+    let cut: Vec<&Luminaire> = scene
+        .luminaires
+        .iter()
+        .zip(&cuts)
+        .filter(|(_, cuts)| !cuts.is_empty())
+        .map(|(luminaire, _)| luminaire)
+        .collect();
     if cut.is_empty() {
         return;
+    }
+    let mut surfaces: Vec<&str> = Vec::new();
+    let mut deepest_m = 0.0f64;
+    for (triangle, depth_m) in cuts.iter().flatten() {
+        deepest_m = deepest_m.max(*depth_m);
+        let surface = scene.surface_of(*triangle).name.as_str();
+        if !surfaces.contains(&surface) {
+            surfaces.push(surface);
+        }
     }
     let its = if cut.len() == 1 { "its luminous opening" } else { "their luminous openings" };
     advice.push(format!(
@@ -48,6 +40,26 @@ pub(super) fn advise_on_openings(scene: &Scene, advice: &mut Vec<String>) {
         listed(surfaces),
         1000.0 * deepest_m
     ));
+}
+
+/// Triangles that cut a luminaire's opening, with the depth in m to which it reaches through each.
+fn cuts_of(scene: &Scene, luminaire: &Luminaire) -> Vec<(u32, f64)> {
+    let Emission::Photometric { position_m, frame, opening, .. } = &luminaire.emission else { return Vec::new() };
+    let rim_m = rim_m(opening, frame);
+    let reach_m = rim_m.iter().map(|offset_m| offset_m.length()).fold(0.0, f64::max);
+    if reach_m <= SLIGHT_M {
+        return Vec::new();
+    }
+    let (low_m, high_m) = (*position_m - reach_m, *position_m + reach_m);
+    let cut = |triangle: u32| {
+        let corners_m @ [a, b, c] = scene.corners_m(triangle);
+        if a.min(b).min(c).cmpgt(high_m).any() || a.max(b).max(c).cmplt(low_m).any() {
+            return None;
+        }
+        let depth_m = depth_behind_m(corners_m, *position_m, frame[2], &rim_m, reach_m);
+        (depth_m > SLIGHT_M).then_some((triangle, depth_m))
+    };
+    (0..scene.triangles.len() as u32).filter_map(cut).collect()
 }
 
 /// Outermost points of an opening as offsets from its centre in m; `frame` holds the unit vectors of C0, C90 and γ = 0.

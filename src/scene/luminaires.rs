@@ -1,9 +1,10 @@
 //! Reads `luminaires`: everything becomes maintained lumens and candelas.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -12,7 +13,7 @@ use super::arrays;
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
 use super::model::{Emission, Luminaire};
-use super::photometry::read_photometric_file;
+use super::photometry::{IntensityWeb, Opening, read_photometric_file};
 use super::reader::{Fields, Node};
 use super::surfaces::Surfaces;
 use super::units::LengthUnit;
@@ -54,6 +55,24 @@ pub(super) struct Around<'a> {
     pub surfaces: &'a Surfaces,
 }
 
+/// What the luminaires so far have given.
+#[derive(Default)]
+struct Known {
+    /// Names with the places where they were given.
+    names: HashMap<String, String>,
+    /// Photometric files: luminaires that name the same one share what it says.
+    files: HashMap<PathBuf, Distribution>,
+}
+
+/// What a photometric file says of every luminaire that names it.
+struct Distribution {
+    web: Arc<IntensityWeb>,
+    luminous_flux_lm: f64,
+    opening: Opening,
+    power_w: Option<f64>,
+    warnings: Vec<String>,
+}
+
 /// Reads all luminaires.
 pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<Vec<Luminaire>, SceneError> {
     let items = node.items("luminaires")?;
@@ -61,19 +80,19 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
         let remedy = "add at least one, such as { \"name\": \"lamp\", \"type\": \"point\", \"position\": [4, 3, 2.5], \"intensity_cd\": 800 }";
         return Err(node.refuse("the scene has no luminaire", "at least one luminaire", remedy));
     }
-    let mut names = HashMap::new();
+    let mut known = Known::default();
     let mut maintained = false;
     let mut luminaires = Vec::with_capacity(items.len());
     for item in items {
         let fields = item.fields("a luminaire")?;
         maintained |= fields.get("maintenance_factor").is_some();
-        let luminaire = read_one(&item, around, &mut names, warnings)?;
+        let luminaire = read_one(&item, around, &mut known, warnings)?;
         match arrays::read(&fields, around.unit)? {
             Some(array) if luminaires.len() as u64 + array.len() > MOST_LUMINAIRES => {
                 let expected = format!("at most {} luminaires in a scene with arrays", MOST_LUMINAIRES);
                 return Err(item.refuse("the arrays have too many luminaires", expected, "ask for fewer"));
             }
-            Some(array) => array.fill(&fields, &luminaire, &mut names, &mut luminaires)?,
+            Some(array) => array.fill(&fields, &luminaire, &mut known.names, &mut luminaires)?,
             None => luminaires.push(luminaire),
         }
     }
@@ -107,14 +126,14 @@ pub(super) fn unique_name(fields: &Fields, names: &mut HashMap<String, String>) 
 fn read_one(
     node: &Node,
     around: &Around,
-    names: &mut HashMap<String, String>,
+    known: &mut Known,
     warnings: &mut Vec<String>,
 ) -> Result<Luminaire, SceneError> {
     let kind = node.fields("a luminaire")?.need("type", "\"point\"")?.choice(&TYPES)?;
     let what = format!("{} {} luminaire", if TYPES[kind] == "area" { "an" } else { "a" }, TYPES[kind]);
     let fields = node.fields(&what)?;
     fields.only(&keys(kind))?;
-    let name = unique_name(&fields, names)?;
+    let name = unique_name(&fields, &mut known.names)?;
     let dimming = fields.get("dimming").map_or(Ok(1.0), |node| node.fraction("dimming"))?;
     let maintenance_factor =
         fields.get("maintenance_factor").map_or(Ok(1.0), |node| node.fraction("the maintenance factor"))?;
@@ -126,7 +145,8 @@ fn read_one(
         "sphere" => read_sphere(&fields, around.unit, maintained)?,
         "area" => read_area(&fields, around.surfaces, maintained)?,
         _ => {
-            let (flux_lm, emission, file_power_w) = read_photometric(&fields, &name, around, maintained, warnings)?;
+            let (flux_lm, emission, file_power_w) =
+                read_photometric(&fields, &name, around, maintained, &mut known.files, warnings)?;
             power_w = power_w.or(file_power_w);
             (flux_lm, emission)
         }
@@ -224,6 +244,7 @@ fn read_photometric(
     name: &str,
     around: &Around,
     maintained: f64,
+    files: &mut HashMap<PathBuf, Distribution>,
     warnings: &mut Vec<String>,
 ) -> Result<(f64, Emission, Option<f64>), SceneError> {
     let position_m = place_m(fields, "position", around.unit)?;
@@ -231,22 +252,35 @@ fn read_photometric(
     let rotation_deg = fields.get("rotation_deg").map_or(Ok(0.0), |node| node.number())?;
     let node = fields.need("file", "\"downlight.ies\"")?;
     let path = around.base_dir.join(node.name()?);
-    let file = read_photometric_file(&path).map_err(|error| {
-        let expected = "a photometric file: IES LM-63 (.ies) or EULUMDAT (.ldt)";
-        let what = "the photometric file cannot be read".to_string();
-        SceneError::of_file(
-            &path,
-            what,
-            error.to_string(),
-            expected,
-            "check the file name, or get the file anew from the maker",
-        )
-        .named_by(node.as_namer())
-    })?;
-    warnings.extend(file.warnings.iter().map(|warning| format!("{name}: {}: {warning}", path.display())));
-    let luminous_flux_lm = maintained * file.web.luminous_flux_lm();
+    let file = match files.entry(path) {
+        Entry::Occupied(known) => known.into_mut(),
+        Entry::Vacant(unknown) => {
+            let file = read_distribution(unknown.key()).map_err(|error| error.named_by(node.as_namer()))?;
+            unknown.insert(file)
+        }
+    };
+    warnings.extend(file.warnings.iter().map(|warning| format!("{name}: {warning}")));
+    let luminous_flux_lm = maintained * file.luminous_flux_lm;
     let frame = photometric_frame(aim, rotation_deg);
-    let (web, opening) = (Arc::new(file.web), file.opening);
+    let (web, opening) = (file.web.clone(), file.opening);
     let emission = Emission::Photometric { position_m, frame, web, opening, scale: maintained };
     Ok((luminous_flux_lm, emission, file.power_w))
+}
+
+fn read_distribution(path: &Path) -> Result<Distribution, SceneError> {
+    let file = read_photometric_file(path).map_err(|error| {
+        let expected = "a photometric file: IES LM-63 (.ies) or EULUMDAT (.ldt)";
+        let what = "the photometric file cannot be read".to_string();
+        let remedy = "check the file name, or get the file anew from the maker";
+        SceneError::of_file(path, what, error.to_string(), expected, remedy)
+    })?;
+    let warnings = file.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
+    let luminous_flux_lm = file.web.luminous_flux_lm();
+    Ok(Distribution {
+        luminous_flux_lm,
+        opening: file.opening,
+        power_w: file.power_w,
+        warnings,
+        web: Arc::new(file.web),
+    })
 }

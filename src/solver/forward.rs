@@ -84,7 +84,7 @@ impl Forward {
             let exposed = (0..patches.len() as u32).into_par_iter().map(share).collect();
             (patches, exposed)
         };
-        let (fine, coarse) = (patches(edge_m), patches(2.0 * edge_m));
+        let (fine, coarse) = rayon::join(|| patches(edge_m), || patches(2.0 * edge_m));
         Forward {
             fine: Layer::new(fine.0, fine.1),
             coarse: Layer::new(coarse.0, coarse.1),

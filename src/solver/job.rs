@@ -482,7 +482,7 @@ impl Job {
         self.variances = self.map.crossed_variances(&self.weights);
         let counted = self.weights.iter().filter(|weight| **weight > 0.0).count();
         let of_rows = self.variances.rows + self.variances.cells;
-        self.rows.note(self.samples, of_rows, (counted * (REPLICAS - 1)) as f64);
+        self.rows.note(self.samples, of_rows, (counted * self.map.differences_of_rows()) as f64);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map);
