@@ -52,6 +52,10 @@ const NEAR: f64 = 0.5;
 const NEAR_POINT: f64 = 1.2;
 /// What an emitter brings to a place over its mean in the cell from which on the cell stands too near.
 const UNEVEN: f64 = 3.0;
+/// Share of the most that an emitter may bring to a corner of a cell with which it counts at least, whatever it may bring to the
+/// places; and the most that all get by that, over what all may bring to the places.
+const SHARE_OF_CORNER: f64 = 0.1;
+const MOST_EXTRA: f64 = 0.2;
 /// The looks enter no result but by way of probabilities: they are the same for all seeds.
 const SEED: u64 = 0x51_6875;
 
@@ -242,14 +246,27 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> O
     let places: Vec<&Meeting> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
     let mean = |of: &dyn Fn(&Meeting) -> f64| places.iter().map(|place| of(place)).sum::<f64>() / count as f64;
     let bound_at = |emitter: &Emitter, place: &Meeting| emitter.importance(place.point_m, place.normal);
-    let bounds: Vec<f64> = list.iter().map(|emitter| mean(&|place| bound_at(emitter, place))).collect();
-    let bounds_sum: f64 = bounds.iter().sum();
-    let is_uneven = |(emitter, bound): (&Emitter, &f64)| {
-        *bound > STRONG * bounds_sum && places.iter().any(|place| bound_at(emitter, place) > UNEVEN * bound)
+    let means: Vec<f64> = list.iter().map(|emitter| mean(&|place| bound_at(emitter, place))).collect();
+    let means_sum: f64 = means.iter().sum();
+    let is_uneven = |(emitter, mean): (&Emitter, &f64)| {
+        *mean > STRONG * means_sum && places.iter().any(|place| bound_at(emitter, place) > UNEVEN * mean)
     };
-    if list.iter().zip(&bounds).any(is_uneven) {
+    if list.iter().zip(&means).any(is_uneven) {
         return None;
     }
+    // An emitter that is behind all places may be in front of others in the cell.
+    let corners: [(DVec3, DVec3); 8] = std::array::from_fn(|corner| {
+        let end = |axis: usize| if corner & (1 << axis) == 0 { -0.5 } else { 0.5 };
+        (center_m + cell_m * DVec3::new(end(0), end(1), end(2)), places[corner % count].normal)
+    });
+    let most = |emitter: &Emitter| {
+        corners.iter().map(|(corner_m, normal)| emitter.importance(*corner_m, *normal)).fold(0.0, f64::max)
+    };
+    let extra = |(emitter, mean): (&Emitter, &f64)| (SHARE_OF_CORNER * most(emitter) - mean).max(0.0);
+    let extras: Vec<f64> = list.iter().zip(&means).map(extra).collect();
+    let scale = (MOST_EXTRA * means_sum / extras.iter().sum::<f64>().max(f64::MIN_POSITIVE)).min(1.0);
+    let bounds: Vec<f64> = means.iter().zip(&extras).map(|(mean, extra)| mean + scale * extra).collect();
+    let bounds_sum: f64 = bounds.iter().sum();
     let mut order: Vec<usize> = (0..list.len()).filter(|emitter| bounds[*emitter] > 0.0).collect();
     order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
 
@@ -307,4 +324,42 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> O
     let mut cumulative: Vec<u32> = sums.collect();
     *cumulative.last_mut()? = WHOLE as u32;
     Some(CellSights { cell: cell[0].cell, cumulative, rays })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::scene_from_json;
+
+    /// Four lamps; places of a cell of 1 m lie at x = 0.2 and face −x, and the last lamp is behind them at x = 0.5. A place at x = 0.9 of
+    /// the same cell has it in front: its looks must find it with more than the least chance that every lamp has (the planted fault).
+    #[test]
+    fn a_lamp_behind_all_places_looked_at_is_still_found_from_others_of_the_cell() {
+        let lamp = |name: &str, position: &str| {
+            format!(r#"{{ "name": "{name}", "type": "point", "position": {position}, "luminous_flux_lm": 1000 }}"#)
+        };
+        let lamps = [lamp("a", "[-3,0,0]"), lamp("b", "[-3,1,0]"), lamp("c", "[-3,2,1]"), lamp("d", "[0.5,2.5,0.5]")];
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {{ "name": "room", "type": "box", "min": [-5,-5,-5], "max": [5,5,5], "facing": "inward", "material": "grey" }} ],
+            "luminaires": [ {} ] }}"#,
+            lamps.join(", ")
+        );
+        let scene = scene_from_json(&text, None, Path::new(".")).expect("a scene");
+        let stage = Stage::new(&scene);
+        let places: Vec<Meeting> = (0..4)
+            .map(|place| {
+                let (point_m, normal) = (DVec3::new(0.2, 0.2 * f64::from(place), 0.5), DVec3::NEG_X);
+                Meeting { cell: 0, point_m, normal, origin: stage.tracer.side_origin(point_m, normal) }
+            })
+            .collect();
+        assert!(places.iter().all(|place| stage.emitters.list()[3].importance(place.point_m, place.normal) == 0.0));
+        let sights = look_from(&stage, DVec3::splat(0.5), 1.0, &places).expect("a cell far enough from all lamps");
+        let chance = CellChoice(&sights.cumulative).probability(3);
+        assert!(chance > 10.0 * ANY / 4.0, "{chance}");
+        let sum: f64 = (0..4).map(|lamp| CellChoice(&sights.cumulative).probability(lamp)).sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    }
 }
