@@ -262,7 +262,8 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> O
     let most = |emitter: &Emitter| {
         corners.iter().map(|(corner_m, normal)| emitter.importance(*corner_m, *normal)).fold(0.0, f64::max)
     };
-    let extra = |(emitter, mean): (&Emitter, &f64)| (SHARE_OF_CORNER * most(emitter) - mean).max(0.0);
+    let extra =
+        |(emitter, mean): (&Emitter, &f64)| (SHARE_OF_CORNER * most(emitter) - mean).clamp(0.0, MOST_EXTRA * means_sum);
     let extras: Vec<f64> = list.iter().zip(&means).map(extra).collect();
     let scale = (MOST_EXTRA * means_sum / extras.iter().sum::<f64>().max(f64::MIN_POSITIVE)).min(1.0);
     let bounds: Vec<f64> = means.iter().zip(&extras).map(|(mean, extra)| mean + scale * extra).collect();
@@ -281,6 +282,12 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> O
             let scale = (seen / looked).sqrt();
             order[rank..].iter().for_each(|emitter| weights[*emitter] = scale * bounds[*emitter]);
             break;
+        }
+        if means[*emitter] == 0.0 {
+            // The places cannot tell.
+            weights[*emitter] = SHARE_OF_BOUND * bound * 0.5f64.sqrt();
+            rest -= bound;
+            continue;
         }
         let unshadowed_lx = mean(&|place| list[*emitter].unshadowed_lx(place.point_m, place.normal));
         let mut shares = 0.0;

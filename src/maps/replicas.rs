@@ -240,11 +240,6 @@ impl ReplicaMap {
             + self.crossing.as_ref().map_or(0.0, Crossing::correction_lx)
     }
 
-    /// Independent differences of an entry that tell the chance of gathering rays.
-    pub fn differences_of_rows(&self) -> usize {
-        if self.crossing.as_ref().is_some_and(Crossing::rows_share_points) { 2 } else { REPLICAS - 2 }
-    }
-
     /// What holds up the error of a map that is gathered: variances of one replica.
     pub fn crossed_variances(&self, weights: &[f64]) -> CrossedVariances {
         let mut found = CrossedVariances::default();
@@ -285,10 +280,10 @@ impl ReplicaMap {
         self.crossing.as_ref().map_or([0.0; 2], |crossing| crossing.bias_lx(entries, inverse))
     }
 
-    /// Makes ready what gathering adds; to be called before values are read.
-    pub fn settle(&mut self) {
+    /// Makes ready what gathering adds, for entries that count with these weights; to be called before values are read.
+    pub fn settle(&mut self, weights: &[f64]) {
         if let Some(crossing) = &mut self.crossing {
-            crossing.settle(&self.indirect);
+            crossing.settle(&self.indirect, weights);
         }
     }
 

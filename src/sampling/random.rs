@@ -24,7 +24,7 @@ pub enum Purpose {
 
 /// Replicas that may share quasi-random sequences: see [`Stream::sharing`].
 pub const SHARERS: usize = 4;
-/// Samples 2ᵏ to 2ᵏ⁺¹ of a sharer come in runs of this power of two less: so many runs for each doubling.
+/// Samples 2ᵏ to 2ᵏ⁺¹ of a sharer come in 2² runs of 2ᵏ⁻² points.
 const RUNS: u32 = 2;
 
 /// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.
@@ -35,7 +35,7 @@ const RUNS: u32 = 2;
 pub struct Stream {
     philox: Philox,
     replica: u32,
-    /// Scrambles quasi-random points: another key for every seed, purpose, map and replica.
+    /// Scrambles quasi-random points: another key for every seed, purpose, map and replica, or group of sharers.
     quasi_key: u64,
     quasi: Option<QuasiPoint>,
     lot: Lot,

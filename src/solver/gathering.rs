@@ -15,9 +15,9 @@ use crate::estimators::reception::one_plane;
 use crate::estimators::walk::gather_indirect_lx;
 use crate::geometry::Origin;
 use crate::maps::basis::{BENDS, Linear, SLOPES, bends_at};
-use crate::maps::{Crossing, ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, PartScores, ReplicaMap};
+use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
-use crate::sampling::random::{Purpose, SHARERS, Stream};
+use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, Quantity};
 
 /// What gathering needs besides the map that it fills.
@@ -98,14 +98,14 @@ impl Gatherer<'_> {
     ) -> (Vec<SiteScores>, HalfChecks, u64, PartScores) {
         let number = adaptive.map_or(self.kind.number(), Adaptive::stream_number);
         let seed = self.context.seed;
-        let shares = before.crossing.as_ref().is_some_and(Crossing::rows_share_points);
         let mut streams: [Stream; HALF] = std::array::from_fn(|row| {
             let replica = (2 * row + parity) as u32;
-            if shares {
-                let group = (2 * (row / SHARERS) + parity) as u32;
-                Stream::sharing(seed, Purpose::Gathering, number, replica, group, row % SHARERS)
-            } else {
-                Stream::new(seed, Purpose::Gathering, number, replica)
+            match before.crossing.as_ref().and_then(|crossing| crossing.sharing_of(row)) {
+                Some((group, sharer)) => {
+                    let group = (2 * group + parity) as u32;
+                    Stream::sharing(seed, Purpose::Gathering, number, replica, group, sharer)
+                }
+                None => Stream::new(seed, Purpose::Gathering, number, replica),
             }
         });
         let mut memory = Recollection::new(self.context, self.forward, parity, self.checked_share);

@@ -288,7 +288,9 @@ impl Job {
         if matches!(unit, Unit::Packets { .. }) {
             self.counting_unit = Some(unit);
         }
-        self.map.crossing = Some(Crossing::new(self.map.entries(), self.map.len()));
+        let (entries, sites) = (self.map.entries(), self.map.len());
+        let counted = self.weights.iter().take(sites).filter(|weight| **weight > 0.0).count();
+        self.map.crossing = Some(Crossing::new(entries, sites, counted));
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.detail.restart_indirect();
         }
@@ -478,11 +480,12 @@ impl Job {
     /// Judges the error as it stands.
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
-        self.map.settle();
+        self.map.settle(&self.weights);
         self.variances = self.map.crossed_variances(&self.weights);
         let counted = self.weights.iter().filter(|weight| **weight > 0.0).count();
         let of_rows = self.variances.rows + self.variances.cells;
-        self.rows.note(self.samples, of_rows, (counted * self.map.differences_of_rows()) as f64);
+        let differences = self.map.crossing.as_ref().map_or(0, |crossing| counted * crossing.differences());
+        self.rows.note(self.samples, of_rows, differences as f64);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map);

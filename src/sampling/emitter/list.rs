@@ -29,7 +29,7 @@ impl Emitters {
     /// Lists the emitters of a scene; luminaires without flux have none.
     pub fn of(scene: &Scene) -> Emitters {
         let mut list = Vec::new();
-        // Luminaires of one array share their distribution and what is made of it.
+        // Luminaires of one array or one file share their distribution and what is made of it.
         let mut webs: HashMap<*const IntensityWeb, (Arc<WebSampler>, Profile)> = HashMap::new();
         for (luminaire, source) in scene.luminaires.iter().enumerate() {
             let luminaire = luminaire as u32;
