@@ -256,8 +256,8 @@ fn the_program_does_not_choose_gathering_where_the_light_lies_in_few_patches() {
 #[test]
 fn patches_do_not_bias_the_corners_of_a_room() {
     // A room of six reflectances, 1,140 elements to 2%, 64 seeds. Mean deviation of every element, four standard errors of
-    // that mean less (α = 6e-5 each), at most a third of what it states; a stated error more in one element (the planted
-    // fault) is rejected. Patches that are looked up from anywhere fail this in the corners by 0.7 stated errors.
+    // that mean less (α = 6e-5 each), at most a third of what it states; a stated error more (the planted fault) is
+    // rejected in four elements of five at least (nine of ten by chance, were all bars right). Patches that are looked up from anywhere fail this in the corners by 0.7 stated errors.
     // Patches that tell direct light beside the lamp fail it too.
     const SEEDS: u64 = 64;
     let reflectances =
@@ -292,7 +292,12 @@ fn patches_do_not_bias_the_corners_of_a_room() {
     };
     let worst = (0..truth.illuminance_lx.len()).map(|element| beyond(element, 0.0)).fold(0.0, f64::max);
     assert!(worst <= 1.0 / 3.0, "{worst} stated errors");
-    assert!(beyond(0, 1.0).max(beyond(0, -1.0)) > 1.0 / 3.0, "the planted fault passed");
+    let is_rejected = |element: &usize| beyond(*element, 1.0).max(beyond(*element, -1.0)) > 1.0 / 3.0;
+    let rejected = (0..truth.illuminance_lx.len()).filter(is_rejected).count();
+    assert!(
+        5 * rejected >= 4 * truth.illuminance_lx.len(),
+        "the planted fault is rejected in {rejected} elements alone"
+    );
 }
 
 #[test]

@@ -27,6 +27,8 @@ pub struct GatherState {
     pub columns: f64,
     /// By chance of which rays asked which chains.
     pub cells: f64,
+    /// By chance of direct light.
+    pub direct: f64,
     /// Degrees of freedom of the part by chance of the chains.
     pub degrees_of_columns: f64,
     /// Power of their number with which the rays' part falls.
@@ -37,6 +39,8 @@ pub struct GatherState {
     pub direct_rays: f64,
     /// Rays spent on direct light, which stays where gathering begins anew.
     pub direct_done: f64,
+    /// Passes over direct light so far, over those that go with as many samples.
+    pub direct_ahead: f64,
     /// Rays spent on chains.
     pub chain_rays: f64,
 }
@@ -99,7 +103,7 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     let rest = (judgement.expected_error.powi(2) - state.rows - state.columns - state.cells).max(0.0);
     let samples = |chains: f64| {
         let left = allowed(room, judgement, state, rest, chains) - state.columns / chains;
-        (left > 0.0).then(|| samples_for(left, state, rest + state.cells / chains))
+        (left > 0.0).then(|| samples_for(left, state, (rest - state.direct).max(0.0) + state.cells / chains))
     };
     let as_it_is = samples(1.0).map(|samples| GatherNeed {
         chains: 1.0,
@@ -142,12 +146,14 @@ fn allowed(room: f64, judgement: &Judgement, state: &GatherState, rest: f64, cha
     allowed
 }
 
-/// Factor f on the samples for which rows/fᵅ + rest/f comes down to `left`.
-fn samples_for(left: f64, state: &GatherState, rest: f64) -> f64 {
+/// Factor f on the samples for which rows/fᵅ + others/f + direct·min(ahead/f, 1) comes down to `left`.
+fn samples_for(left: f64, state: &GatherState, others: f64) -> f64 {
     let (mut low, mut high) = (1e-6f64, 1e9f64);
     for _ in 0..60 {
         let middle = (low * high).sqrt();
-        if state.rows / middle.powf(state.ray_exponent) + rest / middle > left { low = middle } else { high = middle }
+        let of_direct = state.direct * (state.direct_ahead / middle).min(1.0);
+        let error = state.rows / middle.powf(state.ray_exponent) + others / middle + of_direct;
+        *(if error > left { &mut low } else { &mut high }) = middle;
     }
     high
 }
@@ -179,11 +185,13 @@ mod tests {
             rows: 4e-4,
             columns: 1e-6,
             cells: 0.0,
+            direct: 0.0,
             degrees_of_columns: 1e6,
             ray_exponent: RAY_EXPONENT,
             gather_rays: 1e6,
             direct_rays: 0.0,
             direct_done: 0.0,
+            direct_ahead: 1.0,
             chain_rays: 1e6,
         };
         let need = gather_need(0.01, &judged(0.02), &state);
@@ -201,11 +209,13 @@ mod tests {
             rows: 1.5e-5,
             columns: 2.9e-6,
             cells: 5.7e-6,
+            direct: 0.0,
             degrees_of_columns: 5.0,
             ray_exponent: 1.25,
             gather_rays: 2.9e5,
             direct_rays: 3.5e4,
             direct_done: 7e4,
+            direct_ahead: 1.0,
             chain_rays: 2.4e5,
         };
         let judgement = Judgement { degrees_of_freedom: 200.0, ..judged(5.2e-3) };
@@ -231,11 +241,13 @@ mod tests {
             rows: 2.7e-7,
             columns,
             cells: 0.0,
+            direct: 0.0,
             degrees_of_columns: 60.0,
             ray_exponent: 1.25,
             gather_rays: 3e5,
             direct_rays: 0.0,
             direct_done: 0.0,
+            direct_ahead: 1.0,
             chain_rays: 2e5,
         };
         let judgement = Judgement { degrees_of_freedom: 50.0, ..judged(5.2e-3) };
@@ -254,11 +266,13 @@ mod tests {
             rows: 8e-4,
             columns: 3e-4,
             cells: 1e-3,
+            direct: 0.0,
             degrees_of_columns: 1e6,
             ray_exponent: LEAST_RAY_EXPONENT,
             gather_rays: 2e5,
             direct_rays: 1e5,
             direct_done: 2e6,
+            direct_ahead: 1.0,
             chain_rays: 2.5e4,
         };
         let need = gather_need(0.01, &judged(0.047), &state);

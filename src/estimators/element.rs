@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::cover::is_covered;
 use super::direct::{DirectPass, Receiver};
 use crate::chain::{Spot, Stage};
 use crate::geometry::Origin;
@@ -22,7 +23,12 @@ pub struct Element {
     pub normal: DVec3,
     /// Area in m².
     pub area_m2: f64,
+    /// Whether something covers a part of it, of which points are to be left out.
+    covered_in_part: bool,
 }
+
+/// Points that are drawn in an element until one is not covered, at most.
+const MOST_DRAWN: u64 = 64;
 
 /// Direct light at a random point of an element, looked at twice.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +51,13 @@ impl Element {
             corners: elements.corners(&cell),
             normal: stage.normal(cell.triangle, cell.side),
             area_m2: elements.area_m2(scene, cell),
+            covered_in_part: false,
         }
+    }
+
+    /// The same of which a share is exposed: points in it that are covered are left out if any are.
+    pub fn exposed(self, share: f64) -> Element {
+        Element { covered_in_part: share < 1.0, ..self }
     }
 
     /// The side of a triangle that it lies on.
@@ -57,6 +69,29 @@ impl Element {
     #[inline]
     pub fn draw(&self, stream: &mut Stream) -> [f64; 2] {
         uniform_triangle(stream.pair())
+    }
+
+    /// A random point that is not covered, and the rays that it took to find it.
+    #[inline]
+    pub fn draw_exposed(&self, stage: &Stage, stream: &mut Stream) -> ([f64; 2], u64) {
+        let mut at = self.draw(stream);
+        let mut rays = 0;
+        if self.covered_in_part {
+            for _ in 0..MOST_DRAWN {
+                let (covered, asked) = self.is_covered(stage, at, stream);
+                rays += asked;
+                if !covered {
+                    break;
+                }
+                at = self.draw(stream);
+            }
+        }
+        (at, rays)
+    }
+
+    /// Whether a point of it is covered, and the rays that it took to tell.
+    pub fn is_covered(&self, stage: &Stage, at: [f64; 2], stream: &mut Stream) -> (bool, u64) {
+        is_covered(stage, &self.origin(stage, at), self.normal, stream)
     }
 
     /// Where a ray leaves the element.
@@ -74,9 +109,15 @@ impl Element {
         a + u * (b - a) + v * (c - a)
     }
 
-    /// Two samples of the direct light at a random point.
+    /// Two samples of the direct light at a random point that is not covered.
     pub fn look_twice(&self, stage: &Stage, pass: &mut DirectPass, stream: &mut Stream) -> TwoLooks {
-        let at = self.draw(stream);
+        let (at, rays) = self.draw_exposed(stage, stream);
+        let seen = self.look_twice_at(at, stage, pass, stream);
+        TwoLooks { rays: seen.rays + rays, ..seen }
+    }
+
+    /// The same at a point.
+    pub fn look_twice_at(&self, at: [f64; 2], stage: &Stage, pass: &mut DirectPass, stream: &mut Stream) -> TwoLooks {
         let origin = self.origin(stage, at);
         let receiver = Receiver { point_m: self.point_m(at), normal: self.normal, origin: &origin };
         let (looks_lx, rays) = pass.twice(stage, self.spot(), &receiver, stream);

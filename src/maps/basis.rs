@@ -3,10 +3,15 @@
 //! With coefficients c_k of these, the mean square of a function over the triangle is Σ c_k² (Parseval); c₀ is its mean.
 //! Source: Koornwinder, "Two-variable analogues of the classical orthogonal polynomials", 1975.
 
+use crate::scene::elements::{part_at, part_corners};
+
 /// Linear polynomials beside the constant.
 pub const SLOPES: usize = 2;
 /// Linear and quadratic ones.
 pub const BENDS: usize = 5;
+/// Parts of a triangle, with a fourth of its edges, that show what polynomials leave out.
+pub const PARTS: usize = (DIVISIONS * DIVISIONS) as usize;
+const DIVISIONS: u32 = 4;
 
 /// The two linear polynomials at `(a, b)`, the weights of the second and third corner.
 #[inline]
@@ -26,6 +31,22 @@ pub fn bends_at([a, b]: [f64; 2]) -> [f64; BENDS] {
         3.0 * (5.0 * a - 1.0) * across,
         15f64.sqrt() * 0.5 * (3.0 * across * across - (1.0 - a) * (1.0 - a)),
     ]
+}
+
+/// The part of a triangle in which `(a, b)` lies.
+#[inline]
+pub fn part_of([a, b]: [f64; 2]) -> usize {
+    part_at(DIVISIONS, a, b) as usize
+}
+
+/// Means of the polynomials over each part.
+pub fn means_over_parts() -> [[f64; BENDS]; PARTS] {
+    std::array::from_fn(|part| {
+        let [a, b, c] = part_corners(DIVISIONS, part as u32);
+        // The middles of the edges are exact for quadratic functions.
+        let middles = [(a, b), (b, c), (c, a)].map(|(p, q)| bends_at([0, 1].map(|k| 0.5 * (p[k] + q[k]))));
+        std::array::from_fn(|k| middles.iter().map(|bends| bends[k]).sum::<f64>() / 3.0)
+    })
 }
 
 /// A linear function on a triangle by its coefficients: its mean and those of the two linear polynomials.
@@ -69,6 +90,22 @@ mod tests {
                 corners[0][k] + at[0] * (corners[1][k] - corners[0][k]) + at[1] * (corners[2][k] - corners[0][k])
             });
             assert!((piece.at(at) - exact(outer)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn parts_hold_the_means_of_the_polynomials() {
+        let means = means_over_parts();
+        for k in 0..BENDS {
+            assert!(means.iter().map(|part| part[k]).sum::<f64>().abs() < 1e-12);
+        }
+        // The middle of a part lies in it, and there a linear polynomial has its mean.
+        for (part, mean) in means.iter().enumerate() {
+            let [a, b, c] = part_corners(DIVISIONS, part as u32);
+            let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+            let slopes = slopes_at(middle);
+            assert_eq!(part_of(middle), part);
+            assert!((slopes[0] - mean[0]).abs() < 1e-12 && (slopes[1] - mean[1]).abs() < 1e-12);
         }
     }
 

@@ -15,6 +15,7 @@
 //! chains have wrong is common to many entries. Contrasts that neither rows nor columns move tell σ_e².
 
 use super::judge::PAIRS;
+use super::pieces::{Piece, on_pieces};
 use super::replicas::REPLICAS;
 use crate::sampling::random::SHARERS;
 
@@ -44,8 +45,10 @@ pub struct Crossing {
     pub columns: Vec<Vec<f64>>,
     /// Sums over all rays of the even and of the odd half of what coarser patches said beyond the finer ones, in lx.
     pub coarser: [Vec<f64>; 2],
-    /// Sums of all rows of the even and of the odd half, and contrasts of their cells, in lx.
-    halves: [Vec<HalfSums>; 2],
+    /// Means of the sums of all rows of the even and of the odd half, in lx.
+    rows_lx: [Vec<f64>; 2],
+    /// Contrasts of their cells: sums in lx, half of them with a minus sign.
+    contrasts_lx: [[Vec<f64>; CONTRASTS]; 2],
     /// κ of the means and of each slope.
     kept: Vec<f64>,
     /// Sums of corrections of each block's entries in lx, replica by replica: rows, and columns beyond their mean.
@@ -58,15 +61,6 @@ pub struct Crossing {
     sites: usize,
     /// Correction of every replica in lx, pooled over all entries: of its row, and of its column beyond the mean.
     pooled_lx: [[f64; 2]; REPLICAS],
-}
-
-/// What is kept of the cells of a half at an entry.
-#[derive(Clone, Copy, Debug, Default)]
-struct HalfSums {
-    /// Mean of the sums of its rows.
-    row_lx: f64,
-    /// Sums of the cells, half of them with a minus sign.
-    contrasts_lx: [f64; CONTRASTS],
 }
 
 /// What the rays of one half from one entry found.
@@ -122,7 +116,8 @@ impl Crossing {
         Crossing {
             columns: vec![vec![0.0; entries]; REPLICAS],
             coarser: [vec![0.0; entries], vec![0.0; entries]],
-            halves: [vec![HalfSums::default(); entries], vec![HalfSums::default(); entries]],
+            rows_lx: [vec![0.0; entries], vec![0.0; entries]],
+            contrasts_lx: [(); 2].map(|()| [(); CONTRASTS].map(|()| vec![0.0; entries])),
             kept: vec![1.0; entries / sites.max(1)],
             corrections: vec![vec![[0.0; 2]; blocks]; REPLICAS],
             samples: vec![0.0; blocks],
@@ -139,9 +134,10 @@ impl Crossing {
             self.columns[2 * memory + parity][entry] += column_lx - mean_lx;
         }
         self.coarser[parity][entry] += scores.coarser_lx;
-        let sums = &mut self.halves[parity][entry];
-        sums.row_lx += scores.rows_lx.iter().sum::<f64>() / HALF as f64;
-        sums.contrasts_lx.iter_mut().zip(&scores.contrasts_lx).for_each(|(sum, lx)| *sum += lx);
+        self.rows_lx[parity][entry] += scores.rows_lx.iter().sum::<f64>() / HALF as f64;
+        for (contrasts_lx, lx) in self.contrasts_lx[parity].iter_mut().zip(&scores.contrasts_lx) {
+            contrasts_lx[entry] += lx;
+        }
     }
 
     /// Adds what the checks of a half found in a block.
@@ -185,6 +181,23 @@ impl Crossing {
         }
     }
 
+    /// The same for elements that are pieces of these, which show slopes where `sloped` says so; as settled as this is.
+    pub fn on_pieces(&self, sloped: &[bool], pieces: &[Piece]) -> Crossing {
+        let on = |slab: &Vec<f64>| on_pieces(slab, sloped, pieces);
+        Crossing {
+            columns: self.columns.iter().map(on).collect(),
+            coarser: self.coarser.each_ref().map(on),
+            rows_lx: self.rows_lx.each_ref().map(on),
+            contrasts_lx: self.contrasts_lx.each_ref().map(|half| half.each_ref().map(on)),
+            kept: self.kept.clone(),
+            corrections: self.corrections.clone(),
+            samples: self.samples.clone(),
+            shares_points: self.shares_points,
+            sites: pieces.len(),
+            pooled_lx: self.pooled_lx,
+        }
+    }
+
     /// The group of rows with which a row shares the points of its rays, and its place in it.
     pub fn sharing_of(&self, row: usize) -> Option<(usize, usize)> {
         self.shares_points.then_some((row / SHARERS, row % SHARERS))
@@ -215,7 +228,7 @@ impl Crossing {
     /// Mean square in lx², for the sum over all samples, of what the rows of a half scatter by, both halves together.
     fn row_squared(&self, entry: usize, rows_lx: &[Vec<f64>]) -> f64 {
         let square = |(replica, rows_lx): (usize, &Vec<f64>)| {
-            (rows_lx[entry] - self.halves[replica % 2][entry].row_lx).powi(2) / (HALF - 1) as f64
+            (rows_lx[entry] - self.rows_lx[replica % 2][entry]).powi(2) / (HALF - 1) as f64
         };
         rows_lx.iter().enumerate().map(square).sum()
     }
@@ -238,17 +251,17 @@ impl Crossing {
 
     /// The part of both that is the cells' own: σ_e²/8 of either half.
     pub fn cell_squared(&self, entry: usize) -> f64 {
-        let mean_square = |half: &Vec<HalfSums>| {
-            half[entry].contrasts_lx.iter().map(|lx| lx * lx).sum::<f64>() / (CONTRASTS * HALF * HALF * HALF) as f64
+        let mean_square = |half: &[Vec<f64>; CONTRASTS]| {
+            half.iter().map(|lx| lx[entry] * lx[entry]).sum::<f64>() / (CONTRASTS * HALF * HALF * HALF) as f64
         };
-        self.halves.iter().map(mean_square).sum()
+        self.contrasts_lx.iter().map(mean_square).sum()
     }
 
     /// What a replica adds to the sum of its row at an entry of so many samples, `row_lx`, as a mean in lx.
     #[inline]
     pub fn lx(&self, replica: usize, entry: usize, row_lx: f64, inverse_samples: f64) -> f64 {
         let pooled_lx = if entry < self.sites { self.pooled_lx[replica][0] } else { 0.0 };
-        let beyond_lx = (row_lx - self.halves[replica % 2][entry].row_lx) * inverse_samples;
+        let beyond_lx = (row_lx - self.rows_lx[replica % 2][entry]) * inverse_samples;
         let left_out_lx = (1.0 - self.kept[entry / self.sites]) * beyond_lx;
         self.column_lx(replica, entry, inverse_samples) + pooled_lx - left_out_lx
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::basis::SLOPES;
 use super::judge::PairProducts;
 use super::lopsided::{Spread, widening};
+use super::pieces::{Piece, on_pieces};
 use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
@@ -274,10 +275,33 @@ impl ReplicaMap {
         }
     }
 
+    /// Variance in lx² of the direct light of a replica, weighted mean over elements or points.
+    pub fn direct_variance(&self, weights: &[f64]) -> f64 {
+        let (mut sum, mut weight_sum) = (0.0, 0.0);
+        for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+            let inverse = self.direct_samples.inverse(self.site_of(entry));
+            sum += weight * (inverse * standard_error(|replica| self.direct[replica][entry])).powi(2);
+            if entry < self.sites {
+                weight_sum += weight;
+            }
+        }
+        REPLICAS as f64 * sum / weight_sum.max(f64::MIN_POSITIVE)
+    }
+
     /// Estimated bias in lx of look-ups, root mean square over weighted entries, and what it is at least.
     pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> [f64; 2] {
         let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
         self.crossing.as_ref().map_or([0.0; 2], |crossing| crossing.bias_lx(entries, inverse))
+    }
+
+    /// Takes the indirect light of broader elements, settled, of which this map's are pieces.
+    pub fn take_indirect(&mut self, broad: &ReplicaMap, sloped: &[bool], pieces: &[Piece]) {
+        let Tally { complete, ahead } = broad.indirect_samples;
+        // Pieces stand in the order of what they are pieces of.
+        let ahead = pieces.partition_point(|piece| (piece.above as usize) < ahead);
+        self.indirect_samples = Tally { complete, ahead };
+        self.indirect = broad.indirect.iter().map(|slab| on_pieces(slab, sloped, pieces)).collect();
+        self.crossing = broad.crossing.as_ref().map(|crossing| crossing.on_pieces(sloped, pieces));
     }
 
     /// Makes ready what gathering adds, for entries that count with these weights; to be called before values are read.

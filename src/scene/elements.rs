@@ -112,6 +112,28 @@ impl Elements {
         Elements { leaves: Some(leaves), ..self.clone() }
     }
 
+    /// The same with what was cut joined again to edges of about so many m, √(2 A), where it was cut as finely as that.
+    pub fn joined(&self, scene: &Scene, most_edge_m: f64) -> Elements {
+        let edge_m = |part: u32| {
+            let (triangle, _) = self.uncut(part);
+            (2.0 * scene.triangle_area_m2(triangle as u32)).sqrt() / f64::from(self.divisions[triangle])
+        };
+        let is_cut = |part: u32, path: u32| {
+            self.is_cut(part, path) && edge_m(part) > most_edge_m * f64::from(1u32 << cuts_of(path))
+        };
+        Elements { leaves: Some(Leaves::of(self.uncut_len(), is_cut)), ..self.clone() }
+    }
+
+    /// The same cut further where others of the same scene are finer.
+    pub fn cut_like(&self, other: &Elements) -> Elements {
+        let is_cut = |part: u32, path: u32| self.is_cut(part, path) || other.is_cut(part, path);
+        Elements { leaves: Some(Leaves::of(self.uncut_len(), is_cut)), ..self.clone() }
+    }
+
+    fn is_cut(&self, part: u32, path: u32) -> bool {
+        self.leaves.as_ref().is_some_and(|leaves| leaves.is_cut(part, path))
+    }
+
     /// Number of cells (element sides).
     pub fn len(&self) -> usize {
         self.leaves.as_ref().map_or(self.uncut_len(), Leaves::len)
@@ -220,7 +242,7 @@ impl Elements {
 
 /// Parts are numbered in rows of constant v: row `j` has `2(n − j) − 1` parts, upright and upside-down in turn.
 #[inline]
-pub(super) fn part_at(divisions: u32, u: f64, v: f64) -> u32 {
+pub fn part_at(divisions: u32, u: f64, v: f64) -> u32 {
     if divisions == 1 {
         return 0;
     }

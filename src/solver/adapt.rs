@@ -2,14 +2,16 @@
 //!
 //! Direct light has edges, but little chance: its variation in every element is measured before the run, by a pilot whose
 //! samples enter no result. Indirect light is smooth, but noisy: its variation shows only in the run, for whole sides of
-//! surfaces together; if it is too large there, the map starts anew on finer elements.
+//! surfaces together; if it is too large there, the map starts anew on finer elements. Where indirect light is gathered, it
+//! has elements of its own ([`super::broad`]), which are cut by what they lose and not by the edges of direct light.
 
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::job::Context;
+use super::broad::{Broad, BroadLoss};
+use super::job::{Context, Shows};
 use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::element::{Element, TwoLooks};
@@ -25,6 +27,8 @@ const DIRECT_SHARE: f64 = 0.15;
 /// it takes more; up to so much it may stay as it is, if going on is less work than starting anew.
 const MOST_SHARE: f64 = 0.5;
 const AIM_SHARE: f64 = 0.25;
+/// The part of that which indirect light may have, where it is gathered on elements of its own.
+const AIM_OF_BROAD: f64 = 0.15;
 const BEARABLE_SHARE: f64 = 0.8;
 /// Power of the squared error with which work goes: the points are quasi-random.
 const WORK_EXPONENT: f64 = -2.0 / 3.0;
@@ -34,6 +38,8 @@ const USUAL_SLOPE: f64 = 2.0;
 /// edge cuts off is missed the more easily the fewer points there are, and costs the more the larger the element is.
 const POINTS: f64 = 12.0;
 const MOST_TIMES: f64 = 16.0;
+/// Points of an element, where the pilot has not looked, that tell how much of it is exposed.
+const COVER_POINTS: u64 = 16;
 /// Rounds of the pilot, and of the run, at most.
 const PILOT_ROUNDS: u32 = 10;
 const RUN_ROUNDS: u32 = 12;
@@ -46,7 +52,9 @@ const CERTAINTY: f64 = 2.0;
 
 /// What a job keeps of elements that adapt, beside its sums.
 pub struct Adaptive {
-    /// Whether each element shows slopes.
+    /// Share of each element that is exposed: where something stands on it nobody sees it, and nothing is shown.
+    pub exposed: Vec<f64>,
+    /// Whether each element shows slopes; one that is covered in part shows none.
     pub sloped: Vec<bool>,
     /// Direct and indirect illuminance in lx that samples are compared with: the nearer they are, the less chance what
     /// the elements show has. They bias nothing.
@@ -71,6 +79,16 @@ pub struct Loss {
     pub mean_lx2: f64,
     /// Standard error of that.
     pub standard_error_lx2: f64,
+    /// Of it what the elements lose that indirect light is gathered on.
+    broad: BroadLoss,
+}
+
+/// Elements that lose less.
+pub struct Refined {
+    /// Those of the map with what is kept of them, where these are others than before.
+    pub elements: Option<(Elements, Adaptive)>,
+    /// Those that indirect light is gathered on, where these are others.
+    pub broad: Option<Broad>,
 }
 
 /// Elements for a target, and what a job keeps of them.
@@ -84,14 +102,14 @@ pub fn first_elements(
     let mut elements = context.stage.elements.clone();
     let mut looks: Vec<DirectLooks> = Vec::new();
     let mut pilot_rays = 0;
+    let even = |lx: f64| Linear([lx, 0.0, 0.0]);
     let goal_lx2 = DIRECT_SHARE * (target_error * (direct_lx + indirect_lx)).powi(2);
-    // Over a small element light changes less than the target asks to show.
-    let slope_from_m = USUAL_SLOPE * target_error * (context.scene.area_m2() / 6.0).sqrt();
-    // It may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
+    let slope_from_m = slope_from_m(context, target_error);
+    // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
     let slope_goal_lx2 = goal_lx2.max(f64::MIN_POSITIVE);
-    let is_sloped = |elements: &Elements, index: u32, looks: Option<&DirectLooks>| {
+    let is_sloped = |elements: &Elements, index: u32, looks: &DirectLooks| {
         let edge_m = (2.0 * elements.area_m2(context.scene, elements.cell(index))).sqrt();
-        edge_m > slope_from_m || looks.is_some_and(|looks| looks.slope_lx2() > slope_goal_lx2)
+        looks.exposed == 1.0 && (edge_m > slope_from_m || looks.slope_lx2() > slope_goal_lx2)
     };
     for round in 0..=PILOT_ROUNDS {
         if elements.len() > MOST_PILOTED {
@@ -100,7 +118,7 @@ pub fn first_elements(
         pilot_rays += look_at_new(context, &elements, &mut looks, round);
         let losses: Vec<ElementLoss> = (0..elements.len())
             .map(|index| {
-                let sloped = is_sloped(&elements, index as u32, Some(&looks[index]));
+                let sloped = is_sloped(&elements, index as u32, &looks[index]);
                 loss_of(context, &elements, index as u32, looks[index].lost_lx2(sloped))
             })
             .collect();
@@ -118,13 +136,20 @@ pub fn first_elements(
             .collect();
         elements = finer;
     }
-    let sloped = (0..elements.len()).map(|index| is_sloped(&elements, index as u32, looks.get(index))).collect();
-    let even = |lx: f64| Linear([lx, 0.0, 0.0]);
-    let reference =
-        |index: usize| [looks.get(index).map_or(even(direct_lx), |looks| looks.fitted_lx), even(indirect_lx)];
+    // Where elements were too many for the pilot they are all that it did not look at.
+    looks.resize(elements.len(), DirectLooks::default());
+    looks.iter_mut().filter(|looks| looks.points == 0).for_each(|looks| looks.fitted_lx = even(direct_lx));
+    let (exposed, rays) = exposed_shares(context, &elements, |index| match looks[index as usize] {
+        DirectLooks { points: 0, .. } => None,
+        DirectLooks { exposed, .. } => Some(exposed),
+    });
+    looks.iter_mut().zip(&exposed).for_each(|(looks, exposed)| looks.exposed = *exposed);
+    pilot_rays += rays;
+    let sloped = looks.iter().enumerate().map(|(index, looks)| is_sloped(&elements, index as u32, looks)).collect();
     let adaptive = Adaptive {
+        exposed,
         sloped,
-        references_lx: (0..elements.len()).map(reference).collect(),
+        references_lx: looks.iter().map(|looks| [looks.fitted_lx, even(indirect_lx)]).collect(),
         detail: Detail::new(elements.len()),
         rounds: 0,
         pilot_rays,
@@ -138,7 +163,7 @@ fn work_of(elements: usize, share: f64) -> f64 {
     elements as f64 * share.powf(WORK_EXPONENT)
 }
 
-fn loss_of(context: &Context, elements: &Elements, index: u32, lost_lx2: f64) -> ElementLoss {
+pub(super) fn loss_of(context: &Context, elements: &Elements, index: u32, lost_lx2: f64) -> ElementLoss {
     let cell = elements.cell(index);
     ElementLoss {
         area_m2: elements.area_m2(context.scene, cell),
@@ -148,7 +173,7 @@ fn loss_of(context: &Context, elements: &Elements, index: u32, lost_lx2: f64) ->
 }
 
 /// The element from which one of the finer ones was cut.
-fn cell_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
+pub(super) fn cell_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
     let cell = finer.cell(index);
     let [a, b, c] = finer.corners(&cell);
     let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
@@ -156,7 +181,7 @@ fn cell_above(elements: &Elements, finer: &Elements, index: u32) -> u32 {
 }
 
 /// Corners of a finer element within the one that it was cut from: the weights of that one's second and third corner.
-fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: u32) -> [[f64; 2]; 3] {
+pub(super) fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: u32) -> [[f64; 2]; 3] {
     let [a, b, c] = elements.corners(&elements.cell(above));
     let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
     let inverse = 1.0 / (p[0] * q[1] - p[1] * q[0]);
@@ -171,6 +196,8 @@ fn corners_within(elements: &Elements, finer: &Elements, index: u32, above: u32)
 struct DirectLooks {
     /// Points that were looked at, 0 at first.
     points: usize,
+    /// Share of them that is not covered.
+    exposed: f64,
     /// The linear function nearest to what was seen, in lx.
     fitted_lx: Linear,
     /// Mean square of what it leaves out, in lx², less one standard error: penumbrae are noisy, and chance must not cut.
@@ -201,7 +228,7 @@ impl DirectLooks {
             .collect();
         let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
         let Some(inverse) = normal.try_inverse() else {
-            return DirectLooks { points: seen.len(), ..DirectLooks::default() };
+            return DirectLooks::default();
         };
         let [one, other] = [0, 1].map(|look| {
             let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.looks_lx[look]).sum();
@@ -213,9 +240,9 @@ impl DirectLooks {
         let sum: f64 = rows.iter().zip(seen).map(product).sum();
         let squares: f64 = rows.iter().zip(seen).map(|pair| product(pair).powi(2)).sum();
         let count = seen.len() as f64;
-        let left_lx2 = (sum - (squares - sum * sum / count).max(0.0).sqrt()) / (count - 3.0);
+        let left_lx2 = (sum - (squares - sum * sum / count).max(0.0).sqrt()) / (count - 3.0).max(1.0);
         let fitted = 0.5 * (one + other);
-        DirectLooks { points: seen.len(), fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2 }
+        DirectLooks { fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2, ..DirectLooks::default() }
     }
 }
 
@@ -230,15 +257,52 @@ fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLoo
         let element = Element::of(context.stage, context.scene, elements, index as u32);
         let mut pass = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
+        let mut rays = 0;
         let look = |point: usize| {
             stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
-            element.look_twice(context.stage, &mut pass, &mut stream)
+            let at = element.draw(&mut stream);
+            let seen = element.look_twice_at(at, context.stage, &mut pass, &mut stream);
+            rays += seen.rays;
+            // What receives light is not covered.
+            if seen.looks_lx.iter().any(|lx| *lx > 0.0) {
+                return Some(seen);
+            }
+            let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
+            rays += asked;
+            (!covered).then_some(seen)
         };
-        let seen: Vec<TwoLooks> = (0..wanted(index)).map(look).collect();
-        *looks = DirectLooks::fit(&seen);
-        seen.iter().map(|seen| seen.rays).sum::<u64>()
+        let points = wanted(index);
+        let seen: Vec<TwoLooks> = (0..points).filter_map(look).collect();
+        *looks = DirectLooks { points, exposed: seen.len() as f64 / points as f64, ..DirectLooks::fit(&seen) };
+        rays
     });
     rays.sum()
+}
+
+/// Share of every element that is exposed, by some points of each that is not known; with the rays that it took.
+fn exposed_shares(
+    context: &Context,
+    elements: &Elements,
+    known: impl Fn(u32) -> Option<f64> + Sync,
+) -> (Vec<f64>, u64) {
+    let share = |index: u32| {
+        if let Some(share) = known(index) {
+            return (share, 0);
+        }
+        let element = Element::of(context.stage, context.scene, elements, index);
+        let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX, 1);
+        let (mut exposed, mut rays) = (0, 0);
+        for point in 0..COVER_POINTS {
+            stream.seek_quasi((u64::from(index) << 32) | point, u64::from(index), point);
+            let at = element.draw(&mut stream);
+            let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
+            exposed += u32::from(!covered);
+            rays += asked;
+        }
+        (exposed as f64 / COVER_POINTS as f64, rays)
+    };
+    let found: Vec<(f64, u64)> = (0..elements.len() as u32).into_par_iter().map(share).collect();
+    (found.iter().map(|(share, _)| *share).collect(), found.iter().map(|(_, rays)| rays).sum())
 }
 
 /// Adds two looks at the direct light of a point; returns the scores of the mean and of the slopes in lx.
@@ -257,40 +321,45 @@ pub fn add_direct(detail: &mut DirectDetail, seen: &TwoLooks, reference: &Linear
     [mean + beyond_lx, first + beyond_lx * bends[0], second + beyond_lx * bends[1]]
 }
 
+/// Edge in m over which elements show slopes in any case: over a smaller one light changes less than the target asks to show.
+pub fn slope_from_m(context: &Context, target_error: f64) -> f64 {
+    USUAL_SLOPE * target_error * (context.scene.area_m2() / 6.0).sqrt()
+}
+
 impl Adaptive {
-    fn variation(&self, map: &ReplicaMap, index: usize) -> Variation {
+    fn variation(&self, map: &ReplicaMap, index: usize, apart: bool) -> Variation {
         let [Linear(direct), Linear(indirect)] = self.references_lx[index];
         // Counted packets are compared with nothing.
         let known = f64::from(u8::from(map.crossing.is_some()));
-        let slopes_lx = [direct[1] + known * indirect[1], direct[2] + known * indirect[2]];
-        self.detail.variation(index, map.scales(index), slopes_lx)
+        let slopes_lx = [[direct[1], direct[2]], [known * indirect[1], known * indirect[2]]];
+        self.detail.variation(index, map.scales(index), slopes_lx, apart)
     }
 
     /// What the elements, of these areas, cannot show, by the run's samples.
-    pub fn loss(&self, context: &Context, elements: &Elements, areas_m2: &[f64], map: &ReplicaMap) -> Loss {
-        let mut sides: HashMap<(u32, &str), SideOfSurface> = HashMap::new();
-        let side_of = |index: usize| {
-            let cell = elements.cell(index as u32);
-            (context.scene.surface_id_of(cell.triangle), cell.side.name())
-        };
+    pub fn loss(
+        &self,
+        context: &Context,
+        elements: &Elements,
+        areas_m2: &[f64],
+        map: &ReplicaMap,
+        broad: Option<&Broad>,
+    ) -> Loss {
         let variations: Vec<Variation> =
-            (0..elements.len()).into_par_iter().map(|index| self.variation(map, index)).collect();
+            (0..elements.len()).into_par_iter().map(|index| self.variation(map, index, broad.is_some())).collect();
+        let sides = SideLosses::of(context, elements, areas_m2, &self.sloped, &variations);
+        let mut loss = Loss { broad: broad.map(|broad| broad.loss(context)).unwrap_or_default(), ..Loss::default() };
+        let (mut sum_lx2_m2, mut variance) = (loss.broad.sum_lx2_m2, loss.broad.variance);
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            sides.entry(side_of(index)).or_default().add(variation, *area_m2, self.sloped[index]);
-        }
-        let mut loss = Loss::default();
-        let mut area_sum_m2 = 0.0;
-        let mut variance = 0.0;
-        for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            let smooth_lx2 = sides.get(&side_of(index)).map_or(0.0, |side| side.lx2(*area_m2, self.sloped[index]));
-            loss.lost_lx2.push(variation.direct_lx2 + smooth_lx2);
+            let smooth_lx2 = sides.lx2(context, elements, index, *area_m2, self.sloped[index]);
+            let above = broad.map(|broad| broad.pieces[index].above as usize);
+            let of_broad_lx2 = above.map_or(0.0, |above| loss.broad.lost_lx2[above]);
+            loss.lost_lx2.push(variation.direct_lx2 + smooth_lx2 + of_broad_lx2);
             loss.sure_lx2.push((variation.direct_lx2 - variation.direct_noise.sqrt()).max(0.0) + smooth_lx2.max(0.0));
-            loss.mean_lx2 += area_m2 * (variation.direct_lx2 + smooth_lx2);
+            sum_lx2_m2 += area_m2 * (variation.direct_lx2 + smooth_lx2);
             variance += area_m2 * area_m2 * noise_of(variation, self.sloped[index]);
-            area_sum_m2 += area_m2;
         }
-        loss.mean_lx2 /= area_sum_m2;
-        loss.standard_error_lx2 = variance.sqrt() / area_sum_m2;
+        let area_m2: f64 = areas_m2.iter().sum();
+        (loss.mean_lx2, loss.standard_error_lx2) = (sum_lx2_m2 / area_m2, variance.sqrt() / area_m2);
         loss
     }
 
@@ -307,51 +376,100 @@ impl Adaptive {
         context: &Context,
         elements: &Elements,
         map: &ReplicaMap,
+        broad: Option<&Broad>,
         loss: &Loss,
         judgement: &Judgement,
-    ) -> Option<(Elements, Adaptive)> {
+    ) -> Option<Refined> {
         let mean_lx = judgement.mean_lx;
         let target_lx2 = (self.target_error * mean_lx).powi(2);
-        if self.rounds >= RUN_ROUNDS || !self.loses_over(MOST_SHARE, loss, mean_lx) {
+        let rounds = self.rounds.max(broad.map_or(0, |broad| broad.shape.rounds));
+        if rounds >= RUN_ROUNDS || !self.loses_over(MOST_SHARE, loss, mean_lx) {
             return None;
         }
+        let of_broad = if broad.is_some() { AIM_OF_BROAD } else { 0.0 };
         let losses: Vec<ElementLoss> = loss
             .sure_lx2
             .iter()
             .enumerate()
             .map(|(index, lost)| loss_of(context, elements, index as u32, *lost))
             .collect();
-        let cuts = cuts_for(&losses, AIM_SHARE * target_lx2, MOST_ELEMENTS);
-        let pieces = cuts.iter().map(|cuts| 1usize << (2 * cuts)).sum();
+        let cuts = cuts_for(&losses, (AIM_SHARE - of_broad) * target_lx2, MOST_ELEMENTS);
+        let broad_cuts = broad.map(|broad| broad.cuts(context, &loss.broad, of_broad * target_lx2, MOST_ELEMENTS));
         let share = (loss.mean_lx2 + loss.standard_error_lx2) / target_lx2;
         if share < BEARABLE_SHARE {
-            let done = work_of(elements.len(), (judgement.expected_error / self.target_error).powi(2));
-            if work_of(elements.len(), 1.0 - share) - done < work_of(pieces, 1.0 - AIM_SHARE) {
+            // Where indirect light has elements of its own, most of the work is theirs.
+            let (before, cuts) = match (broad, &broad_cuts) {
+                (Some(broad), Some(cuts)) => (broad.elements.len(), cuts),
+                _ => (elements.len(), &cuts),
+            };
+            let pieces = cuts.iter().map(|cuts| 1usize << (2 * cuts)).sum();
+            let done = work_of(before, (judgement.expected_error / self.target_error).powi(2));
+            // What is gathered already stays where only others are cut.
+            let kept = if broad.is_some() && pieces == before { done } else { 0.0 };
+            if work_of(before, 1.0 - share) - done < work_of(pieces, 1.0 - AIM_SHARE) - kept {
                 return None;
             }
         }
-        let finer = elements.cut(|cell| cuts[cell as usize]);
-        if finer.len() == elements.len() {
-            return None;
+        let mut finer = elements.cut(|cell| cuts[cell as usize]);
+        let finer_broad = broad.zip(broad_cuts).map(|(broad, cuts)| broad.elements.cut(|cell| cuts[cell as usize]));
+        if let Some(finer_broad) = &finer_broad {
+            finer = finer.cut_like(finer_broad);
         }
-        let above: Vec<u32> = (0..finer.len() as u32).map(|index| cell_above(elements, &finer, index)).collect();
-        let adaptive = Adaptive {
+        let finer_broad = finer_broad.filter(|finer| broad.is_some_and(|broad| broad.elements.len() < finer.len()));
+        let adaptive = (finer.len() > elements.len()).then(|| self.on_finer(context, elements, &finer, map));
+        let refined = Refined {
+            broad: broad.zip(finer_broad).map(|(broad, finer_broad)| {
+                let exposed = adaptive.as_ref().map_or(&self.exposed, |adaptive| &adaptive.exposed);
+                broad.cut(context, finer_broad, &finer, exposed)
+            }),
+            elements: adaptive.map(|adaptive| (finer, adaptive)),
+        };
+        (refined.elements.is_some() || refined.broad.is_some()).then_some(refined)
+    }
+
+    /// What is kept of finer elements, from what these have shown.
+    fn on_finer(&self, context: &Context, elements: &Elements, finer: &Elements, map: &ReplicaMap) -> Adaptive {
+        let above: Vec<u32> = (0..finer.len() as u32).map(|index| cell_above(elements, finer, index)).collect();
+        let was_cut = |index: usize| finer.cell(index as u32).cuts() > elements.cell(above[index]).cuts();
+        let (exposed, pilot_rays) = exposed_shares(context, finer, |index| {
+            let before = self.exposed[above[index as usize] as usize];
+            (before == 0.0 || !was_cut(index as usize)).then_some(before)
+        });
+        let is_sloped = |(index, above): (usize, &u32)| {
             // Constant elements that were cut lost too much by their slopes.
-            sloped: above.iter().map(|above| self.sloped[*above as usize] || cuts[*above as usize] > 0).collect(),
-            references_lx: above
-                .iter()
-                .enumerate()
-                .map(|(index, above)| {
-                    let corners = corners_within(elements, &finer, index as u32, *above);
-                    map.parts_lx(*above as usize).map(|part| Linear(part).on_piece(corners))
-                })
-                .collect(),
+            exposed[index] == 1.0 && (self.sloped[*above as usize] || was_cut(index))
+        };
+        let references = |(index, above): (usize, &u32)| {
+            let corners = corners_within(elements, finer, index as u32, *above);
+            map.parts_lx(*above as usize).map(|part| Linear(part).on_piece(corners))
+        };
+        Adaptive {
+            sloped: above.iter().enumerate().map(is_sloped).collect(),
+            references_lx: above.iter().enumerate().map(references).collect(),
+            exposed: exposed.clone(),
             detail: Detail::new(finer.len()),
             rounds: self.rounds + 1,
-            pilot_rays: 0,
+            pilot_rays,
             target_error: self.target_error,
-        };
-        Some((finer, adaptive))
+        }
+    }
+
+    /// Shows slopes wherever the broad elements do that indirect light is gathered on, and compares with what these do.
+    pub fn stand_on(&mut self, broad: &Broad) {
+        for (site, piece) in broad.pieces.iter().enumerate() {
+            self.sloped[site] |= broad.shows_slopes(site);
+            self.references_lx[site][1] = piece.on(&broad.shape.references_lx[piece.above as usize]);
+        }
+    }
+
+    /// What of the elements is shown.
+    pub fn shows(&self) -> Shows<'_> {
+        (&self.sloped, &self.exposed)
+    }
+
+    /// Target that the elements adapt to.
+    pub fn target_error(&self) -> f64 {
+        self.target_error
     }
 
     /// Number of the element map's streams in this round: a map that starts anew draws anew.
@@ -373,6 +491,36 @@ struct SideOfSurface {
     bent_m6: f64,
     sloping_m2_lx2: f64,
     sloping_m4: f64,
+}
+
+/// What the sides of all surfaces lose of smooth light.
+pub struct SideLosses(HashMap<(u32, &'static str), SideOfSurface>);
+
+impl SideLosses {
+    /// Of elements of these areas, which show slopes or do not, from how light varies within them.
+    pub fn of(
+        context: &Context,
+        elements: &Elements,
+        areas_m2: &[f64],
+        sloped: &[bool],
+        variations: &[Variation],
+    ) -> SideLosses {
+        let mut sides: HashMap<(u32, &'static str), SideOfSurface> = HashMap::new();
+        for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
+            sides.entry(side_of(context, elements, index)).or_default().add(variation, *area_m2, sloped[index]);
+        }
+        SideLosses(sides)
+    }
+
+    /// Mean square in lx² over one of the elements.
+    pub fn lx2(&self, context: &Context, elements: &Elements, index: usize, area_m2: f64, sloped: bool) -> f64 {
+        self.0.get(&side_of(context, elements, index)).map_or(0.0, |side| side.lx2(area_m2, sloped))
+    }
+}
+
+fn side_of(context: &Context, elements: &Elements, index: usize) -> (u32, &'static str) {
+    let cell = elements.cell(index as u32);
+    (context.scene.surface_id_of(cell.triangle), cell.side.name())
 }
 
 impl SideOfSurface {

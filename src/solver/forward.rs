@@ -17,14 +17,15 @@ use self::layer::{EXPOSURE_POINTS, Layer, LinearLx, projected};
 use self::memory::Deposits;
 pub use self::memory::Recollection;
 use super::job::{Context, Ends};
+use crate::estimators::cover::is_covered;
 use crate::estimators::direct::{Care, Receiver, one_look};
 use crate::estimators::walk::gather_indirect_lx;
-use crate::geometry::{Meeting, Origin};
+use crate::geometry::Origin;
 use crate::maps::{HALF, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::Law;
-use crate::sampling::warp::{cosine_hemisphere, uniform_triangle};
+use crate::sampling::warp::uniform_triangle;
 use crate::scene::Side;
 use crate::scene::patches::{PatchPlace, Patches};
 
@@ -34,8 +35,6 @@ const FORWARD: u32 = u32::MAX;
 const REFINING_SHARE: f64 = 1.0;
 /// Rays of one sample of that, about.
 const RAYS_PER_SAMPLE: f64 = 2.0;
-/// Rays from each point that tells how much of a patch shows: all must meet backs where it does not.
-const HIDING_RAYS: u32 = 3;
 /// A ray that meets a surface nearer than this share of the edge of patches goes on instead of looking the patch up: in corners a
 /// patch says little of what lies next to it. Patches that gather look for luminaires there.
 const NEAR: f64 = 0.25;
@@ -277,7 +276,7 @@ impl Forward {
                 for number in 0..count {
                     stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
                     let (point, origin, normal) = point_of_patch(context, patches[0], patch, &mut stream);
-                    if exposed < 1.0 && is_hidden(context, &origin, normal, &mut stream) {
+                    if exposed < 1.0 && is_covered(context.stage, &origin, normal, &mut stream).0 {
                         continue;
                     }
                     let point_m = context.stage.tracer.position_m(&origin);
@@ -408,22 +407,13 @@ fn point_of_patch(
     (point, origin, context.stage.normal(triangle, side))
 }
 
-/// Whether a point lies inside of a solid that stands on its surface: all it sees is the backs of one-sided surfaces.
-/// Its illuminance is 0, nobody sees it, and what is seen of its patch must not suffer from it.
-fn is_hidden(context: &Context, origin: &Origin, normal: DVec3, stream: &mut Stream) -> bool {
-    let stage = context.stage;
-    (0..HIDING_RAYS).all(|_| {
-        let direction = cosine_hemisphere(normal, stream.pair());
-        matches!(stage.tracer.first_hit(origin, direction), Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side))
-    })
-}
-
+/// Share of a patch that is not covered: nobody sees what is, and what is seen of the patch must not suffer from it.
 fn exposed_share(context: &Context, patches: &Patches, patch: u32) -> f64 {
     let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32);
     let exposed = (0..EXPOSURE_POINTS).filter(|number| {
         stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), *number);
         let (_, origin, normal) = point_of_patch(context, patches, patch, &mut stream);
-        !is_hidden(context, &origin, normal, &mut stream)
+        !is_covered(context.stage, &origin, normal, &mut stream).0
     });
     exposed.count() as f64 / EXPOSURE_POINTS as f64
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::adapt::Adaptive;
+use super::broad::Shape;
 use super::forward::{Forward, Recollection};
 use super::job::Context;
 use super::sweep::stream_index;
@@ -14,7 +14,7 @@ use crate::estimators::element::Element;
 use crate::estimators::reception::one_plane;
 use crate::estimators::walk::gather_indirect_lx;
 use crate::geometry::Origin;
-use crate::maps::basis::{BENDS, Linear, SLOPES, bends_at};
+use crate::maps::basis::{BENDS, Linear, PARTS, SLOPES, bends_at, part_of};
 use crate::maps::{ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores, MapKind, PartScores, ReplicaMap};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -30,6 +30,8 @@ pub struct Gatherer<'a> {
     pub kind: MapKind,
     /// The elements, where they are what gathers.
     pub elements: &'a Elements,
+    /// Share of every element that is exposed; empty where elements count as they are.
+    pub exposed: &'a [f64],
     /// Share of the look-ups that are checked.
     pub checked_share: f64,
 }
@@ -37,11 +39,11 @@ pub struct Gatherer<'a> {
 impl Gatherer<'_> {
     /// Samples of a range of elements or points in every replica, added to the map; returns the rays traced.
     ///
-    /// Elements that adapt take what they need beside their means with them.
+    /// Elements that adapt have a shape, which takes what they need beside their means.
     pub fn gather(
         &self,
         map: &mut ReplicaMap,
-        mut adaptive: Option<&mut Adaptive>,
+        mut shape: Option<&mut Shape>,
         entries: Range<usize>,
         samples: Range<u64>,
     ) -> u64 {
@@ -52,7 +54,7 @@ impl Gatherer<'_> {
         let gathered: Vec<(Vec<SiteScores>, HalfChecks, u64, PartScores)> = parts
             .par_iter()
             .with_max_len(1)
-            .map(|(parity, part)| self.gather_part(before, *parity, adaptive.as_deref(), part.clone(), samples.clone()))
+            .map(|(parity, part)| self.gather_part(before, *parity, shape.as_deref(), part.clone(), samples.clone()))
             .collect();
         let mut rays = 0;
         let (sites, numbers) = (map.len(), map.entries() / map.len().max(1));
@@ -68,10 +70,13 @@ impl Gatherer<'_> {
                         crossing.add(parity, entry, scores);
                     }
                 }
-                if let Some(adaptive) = adaptive.as_deref_mut() {
-                    for (row, bends_lx) in scores.bends_lx.iter().enumerate() {
-                        let sums = &mut adaptive.detail.indirect[2 * row + parity][site];
+                if let Some(shape) = shape.as_deref_mut() {
+                    for (row, (bends_lx, parts_lx)) in scores.bends_lx.iter().zip(&scores.parts_lx).enumerate() {
+                        let sums = &mut shape.detail.bends_lx[2 * row + parity][site];
                         sums.iter_mut().zip(bends_lx).for_each(|(sum, lx)| *sum += lx);
+                        if let Some(sums) = shape.detail.parts_lx[2 * row + parity].get_mut(site) {
+                            sums.iter_mut().zip(parts_lx).for_each(|(sum, lx)| *sum += lx);
+                        }
                     }
                 }
             }
@@ -92,11 +97,11 @@ impl Gatherer<'_> {
         &self,
         before: &ReplicaMap,
         parity: usize,
-        adaptive: Option<&Adaptive>,
+        shape: Option<&Shape>,
         entries: Range<usize>,
         samples: Range<u64>,
     ) -> (Vec<SiteScores>, HalfChecks, u64, PartScores) {
-        let number = adaptive.map_or(self.kind.number(), Adaptive::stream_number);
+        let number = shape.map_or(self.kind.number(), Shape::stream_number);
         let seed = self.context.seed;
         let mut streams: [Stream; HALF] = std::array::from_fn(|row| {
             let replica = (2 * row + parity) as u32;
@@ -118,7 +123,7 @@ impl Gatherer<'_> {
             let Some(site) = self.site(entry) else {
                 return found;
             };
-            let reference = adaptive.map(|adaptive| &adaptive.references_lx[entry][1]);
+            let reference = shape.map(|shape| &shape.references_lx[entry]);
             for (row, stream) in streams.iter_mut().enumerate() {
                 memory.row = row;
                 let before_lx = if reference.is_some() {
@@ -161,12 +166,14 @@ impl Gatherer<'_> {
         }
     }
 
-    /// Where the rays of an entry start; `None` for a point inside a solid.
+    /// Where the rays of an entry start; `None` for a point inside a solid, and for an element that is covered.
     pub fn site(&self, entry: usize) -> Option<Site> {
         let stage = self.context.stage;
         match self.kind {
             MapKind::Elements => {
-                Some(Site::Element(Element::of(stage, self.context.scene, self.elements, entry as u32)))
+                let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
+                let share = self.exposed.get(entry).copied().unwrap_or(1.0);
+                (share > 0.0).then(|| Site::Element(element.exposed(share)))
             }
             MapKind::Receivers(set) => {
                 let receivers = &self.context.scene.receivers[set];
@@ -191,11 +198,12 @@ impl Gatherer<'_> {
         let stage = self.context.stage;
         match site {
             Site::Element(element) => {
-                let at = element.draw(stream);
+                let (at, asked) = element.draw_exposed(stage, stream);
                 let origin = element.origin(stage, at);
                 let point_m = stage.tracer.position_m(&origin);
                 let receiver = Receiver { point_m, normal: element.normal, origin: &origin };
-                (at, gather_indirect_lx(stage, &receiver, memory, cut, stream))
+                let (lx, rays) = gather_indirect_lx(stage, &receiver, memory, cut, stream);
+                (at, (lx, asked + rays))
             }
             Site::Point { point_m, normal, origin, quantity } => {
                 let receiver = Receiver { point_m: *point_m, normal: *normal, origin };
@@ -232,6 +240,8 @@ struct SiteScores {
     numbers: [HalfScores; 1 + SLOPES],
     /// Of the polynomials, row by row, for what the element cannot show.
     bends_lx: [[f64; BENDS]; HALF],
+    /// What goes beyond the reference in each part, row by row.
+    parts_lx: [[f64; PARTS]; HALF],
 }
 
 impl SiteScores {
@@ -243,6 +253,7 @@ impl SiteScores {
         for (sum, bend) in self.bends_lx[row].iter_mut().zip(bends) {
             *sum += beyond_lx * bend;
         }
+        self.parts_lx[row][part_of(at)] += beyond_lx;
         // The row is compared with its reference; columns and coarser patches tell of differences alone.
         let differences = HalfScores { rows_lx: [0.0; HALF], ..*scores };
         let factors = [1.0, bends[0], bends[1]];

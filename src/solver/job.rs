@@ -4,28 +4,28 @@ mod connecting;
 mod elements;
 mod ends;
 mod expected;
+mod gathering;
 
 use std::ops::Range;
 
 use self::connecting::first_rounds;
-use self::elements::{element_map, numbers_per_site};
+use self::elements::numbers_per_site;
+pub use self::elements::{Refinement, Shows, element_map};
 pub use self::ends::Ends;
 pub use self::expected::USUAL_DEGREES;
 use self::expected::first_look;
 use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
+use super::broad::Broad;
 use super::forward::Forward;
-use super::gathering::Gatherer;
 use super::local::{Kernel, LocalPlan};
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
-use super::plan::GatherCosts;
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
 use crate::control::{ErrorHistory, Rows, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
 use crate::maps::{
-    CrossedVariances, Crossing, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit,
-    judge,
+    CrossedVariances, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge,
 };
 use crate::scene::{Elements, Quantity, Scene};
 
@@ -108,6 +108,8 @@ pub struct Job {
     pub elements: Elements,
     /// What elements that adapt keep beside their sums.
     pub adaptive: Option<Adaptive>,
+    /// The elements that gather indirect light for those that adapt.
+    pub broad: Option<Broad>,
     /// The sums.
     pub map: ReplicaMap,
     /// Area or weight of every entry of the map; 0 leaves it out of errors.
@@ -150,6 +152,8 @@ pub struct Job {
     pub method_reason: String,
     /// Variances of what it gathers, by the latest look.
     pub variances: CrossedVariances,
+    /// Variance of its direct light in a replica in lx², by the latest look.
+    pub direct_variance: f64,
     /// How the variance of the rows falls.
     pub rows: Rows,
     /// Gathering rays an entry that the plan gives it.
@@ -188,7 +192,7 @@ impl Job {
             }
             None => (given.clone(), None),
         };
-        let (map, weights) = element_map(context, &elements, adaptive.as_ref());
+        let (map, weights) = element_map(context, &elements, adaptive.as_ref().map(Adaptive::shows));
         let mut job = Job::new(context, MapKind::Elements, elements, adaptive, map, weights, bound);
         job.pilot_rays += pilot_rays;
         job
@@ -233,6 +237,7 @@ impl Job {
             kind,
             elements,
             adaptive,
+            broad: None,
             map,
             weights,
             bound,
@@ -255,13 +260,14 @@ impl Job {
             method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
             counting_unit: None,
             variances: CrossedVariances::default(),
+            direct_variance: 0.0,
             rows: Rows::default(),
             planned_samples: 0,
             judged_samples: 0,
             pace: ErrorHistory::default(),
             direct,
             indirect,
-            share: DirectShare::of(direct, indirect, entries),
+            share: DirectShare::of(direct, indirect, [entries; 2]),
             expectations: Expectations::planned(looks_ahead),
             checked_share: 0.0,
             loss: Loss::default(),
@@ -273,50 +279,6 @@ impl Job {
     /// All rays so far, those of pilots too.
     pub fn all_rays(&self) -> u64 {
         self.rays + self.pilot_rays
-    }
-
-    /// Starts (again) with gathering, from costs and a plan; direct light stays as far as it is.
-    pub fn start_gathering(&mut self, context: &Context, costs: &GatherCosts, samples: f64, checked_share: f64) {
-        self.checked_share = if context.stage.paths_not_found.is_empty() { checked_share } else { 0.0 };
-        self.planned_samples = (samples.ceil() as u64).max(1);
-        let rays = costs.rays_per_sample + self.checked_share * costs.rays_per_check;
-        let gathered = PartCost { variance: costs.ray_variance, rays, mean_lx: costs.mean_lx, pilot_rays: 0 };
-        self.share = DirectShare::of(self.direct, gathered, self.map.len());
-        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
-        self.map.indirect_samples = Tally::default();
-        let unit = std::mem::replace(&mut self.map.indirect_unit_lx, Unit::Lux);
-        if matches!(unit, Unit::Packets { .. }) {
-            self.counting_unit = Some(unit);
-        }
-        let (entries, sites) = (self.map.entries(), self.map.len());
-        let counted = self.weights.iter().take(sites).filter(|weight| **weight > 0.0).count();
-        self.map.crossing = Some(Crossing::new(entries, sites, counted));
-        if let Some(adaptive) = &mut self.adaptive {
-            adaptive.detail.restart_indirect();
-        }
-        self.map.forget_indirect_scores();
-        self.forget_looks();
-        self.samples = 0;
-        self.given_up_rays = self.rays;
-        self.engine = Engine::Gathering;
-    }
-
-    /// Goes over to walks or counting; direct light stays as far as it is.
-    pub fn stop_gathering(&mut self) {
-        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
-        self.map.indirect_samples = Tally::default();
-        self.map.crossing = None;
-        if let Some(adaptive) = &mut self.adaptive {
-            adaptive.detail.restart_indirect();
-        }
-        self.map.forget_indirect_scores();
-        self.forget_looks();
-        if let Some(unit) = self.counting_unit.take() {
-            self.map.indirect_unit_lx = unit;
-        }
-        self.engine = Engine::unbiased(self.kind, Method::Auto);
-        self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
-        self.samples = 0;
     }
 
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
@@ -373,7 +335,7 @@ impl Job {
 
     /// Whether every entry has direct and, where light bounces, indirect samples.
     pub fn has_started(&self) -> bool {
-        self.map.direct_samples.complete > 0 && (self.black || self.map.indirect_samples.complete > 0)
+        self.map.direct_samples.complete > 0 && (self.black || self.gathered().indirect_samples.complete > 0)
     }
 
     /// Whether the error will never be anything but 0.
@@ -419,18 +381,14 @@ impl Job {
         } else if !self.black {
             self.advance_indirect(context, forward, goal);
         }
-        self.samples = if self.black { self.map.direct_samples.complete } else { self.map.indirect_samples.complete };
+        let indirect = self.gathered().indirect_samples;
+        self.samples = if self.black { self.map.direct_samples.complete } else { indirect.complete };
         self.samples >= goal && self.map.direct_samples.complete >= passes
     }
 
     fn advance_indirect(&mut self, context: &Context, forward: Option<&Forward>, goal: u64) {
         if let (Engine::Gathering, Some(forward)) = (self.engine, forward) {
-            let rays = self.share.rays_per_indirect;
-            let (entries, times) = slice_of_sweep(self.map.indirect_samples, goal, self.map.len(), rays);
-            let (kind, elements, checked_share) = (self.kind, &self.elements, self.checked_share);
-            let gatherer = Gatherer { context, forward, kind, elements, checked_share };
-            self.rays += gatherer.gather(&mut self.map, self.adaptive.as_mut(), entries.clone(), times.clone());
-            self.map.indirect_samples = after_sweep(entries, times, self.map.len());
+            self.gather(context, forward, goal);
             return;
         }
         match self.kind {
@@ -480,15 +438,17 @@ impl Job {
     /// Judges the error as it stands.
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
-        self.map.settle(&self.weights);
-        self.variances = self.map.crossed_variances(&self.weights);
-        let counted = self.weights.iter().filter(|weight| **weight > 0.0).count();
+        self.settle();
+        self.variances = self.gathered().crossed_variances(self.gathered_weights());
+        self.direct_variance = self.map.direct_variance(&self.weights);
+        let counted = self.gathered_weights().iter().filter(|weight| **weight > 0.0).count();
         let of_rows = self.variances.rows + self.variances.cells;
-        let differences = self.map.crossing.as_ref().map_or(0, |crossing| counted * crossing.differences());
+        let differences = self.gathered().crossing.as_ref().map_or(0, |crossing| counted * crossing.differences());
         self.rows.note(self.samples, of_rows, differences as f64);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
-            self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map);
+            let broad = self.broad.as_ref();
+            self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, broad);
             let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
@@ -515,7 +475,9 @@ impl Job {
 
     /// Asks the statistical checks about what has been judged; whether all pass.
     pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
-        let parts = self.map.score_evidence();
+        let [direct, _] = self.map.score_evidence();
+        let [_, indirect] = self.gathered().score_evidence();
+        let parts = [direct, indirect];
         self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since, target_error);
         let all_pass = self.checks.iter().all(|check| check.passed);
         if !all_pass {

@@ -40,7 +40,7 @@ const SHARE_OF_ERROR: f64 = 0.5;
 /// Bounds of the rays that direct light takes, over those of indirect light: a pilot that saw no penumbra does not
 /// prove that there is none.
 const LEAST_RAY_SHARE: f64 = 0.02;
-const MOST_RAY_SHARE: f64 = 8.0;
+pub const MOST_RAY_SHARE: f64 = 8.0;
 
 /// A pass costs at least this, in rays an entry: where nothing is in doubt, or emitters bring nothing, it takes time as well.
 const LEAST_RAYS_PER_PASS: f64 = 0.1;
@@ -77,16 +77,16 @@ pub struct DirectShare {
 }
 
 impl DirectShare {
-    /// The best share for two parts of a map of so many entries.
-    pub fn of(direct: PartCost, indirect: PartCost, entries: usize) -> DirectShare {
+    /// The best share for two parts of a map, each of so many entries.
+    pub fn of(direct: PartCost, indirect: PartCost, [direct_entries, indirect_entries]: [usize; 2]) -> DirectShare {
         let rays = direct.rays.max(LEAST_RAYS_PER_PASS);
-        let rays_ratio = indirect.rays / rays;
+        let rays_ratio = indirect.rays * indirect_entries as f64 / (rays * direct_entries.max(1) as f64);
         let best = (direct.variance / indirect.variance * rays_ratio).sqrt();
         let best = if best.is_nan() { 0.0 } else { best };
         DirectShare {
             passes_per_sample: best.clamp(LEAST_RAY_SHARE * rays_ratio, MOST_RAY_SHARE * rays_ratio),
-            rays_per_pass: rays * entries as f64,
-            rays_per_indirect: indirect.rays * entries as f64,
+            rays_per_pass: rays * direct_entries as f64,
+            rays_per_indirect: indirect.rays * indirect_entries as f64,
         }
     }
 }
@@ -108,7 +108,11 @@ pub fn direct_cost(
     let mut sites = Sites::default();
     for index in (0..elements.len()).step_by(elements.len().div_ceil(MOST_SITES).max(1)) {
         stream.seek(index as u64);
-        let element = Element::of(stage, scene, elements, index as u32);
+        let exposed = adaptive.map_or(1.0, |adaptive| adaptive.exposed[index]);
+        let element = Element::of(stage, scene, elements, index as u32).exposed(exposed);
+        if exposed == 0.0 {
+            continue;
+        }
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
             Some(reference) => sites.add(element.area_m2, PASSES, || {
                 // The mean, which the reference knows, and the chance of what goes beyond it there.

@@ -115,14 +115,16 @@ pub fn patches_for(error: f64) -> f64 {
 
 /// Measures a map's variances and costs with the pilot's chains.
 pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCosts {
-    let entries: Vec<usize> = (0..job.map.len()).filter(|entry| job.weights[*entry] > 0.0).collect();
+    let (sites, weights) = (job.gathered().len(), job.gathered_weights());
+    let entries: Vec<usize> = (0..sites).filter(|entry| weights[*entry] > 0.0).collect();
     let stride = entries.len().div_ceil(MOST_SITES).max(1);
     let sites: Vec<usize> = entries.iter().step_by(stride).copied().collect();
     let pairs = LEAST_RAYS.div_ceil(sites.len().max(1)).max(1);
     let samples = (2 * sites.len() * HALF * 2 * pairs) as f64;
     // A check is a walk, about as long as a chain.
     let checked_share = CHECKED_SHARE.min(ENOUGH_RAYS as f64 / (samples * forward.rays_per_chain()));
-    let gatherer = Gatherer { context, forward, elements: &job.elements, kind: job.kind, checked_share };
+    let (elements, exposed) = (job.gathering_elements(), job.gathering_exposed());
+    let gatherer = Gatherer { context, forward, elements, kind: job.kind, exposed, checked_share };
     let number = job.kind.number();
     let halves: Vec<Vec<SiteSample>> = (0..2)
         .into_par_iter()
@@ -137,7 +139,7 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
         })
         .collect();
 
-    let weights: Vec<f64> = sites.iter().map(|entry| job.weights[*entry]).collect();
+    let weights: Vec<f64> = sites.iter().map(|entry| weights[*entry]).collect();
     let weight_sum = 2.0 * weights.iter().sum::<f64>();
     let mean = |of: &dyn Fn(&SiteSample) -> f64| {
         let at_sites =
@@ -149,7 +151,7 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
     let mean_lx = mean(&|site| site.mean_lx);
     GatherCosts {
         // Chance can make the rays' own part vanish; a tenth is always left.
-        ray_variance: (ray_variance - noise).max(0.1 * ray_variance) * job.numbers_per_site(),
+        ray_variance: (ray_variance - noise).max(0.1 * ray_variance) * job.numbers_per_gathering_site(),
         deposit_variance: noise * forward.deposits_per_chain() * (forward.chains as usize * HALF) as f64
             / forward.patch_count() as f64,
         check_variance: mean(&|site| site.check_squared),

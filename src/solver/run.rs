@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::choice;
 use super::finish::finish;
-use super::job::{Context, Engine, Job, RAYS_PER_SLICE};
+use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
@@ -230,17 +230,18 @@ impl Run<'_> {
         if self.settings.chains.is_some() || job.met || !is_affordable {
             return false;
         }
-        if !job.refine_elements(self.context) {
+        let refinement = job.refine_elements(self.context);
+        if refinement == Refinement::None {
             job.finest = job.is_finest();
             return false;
         }
         if job.engine == Engine::Gathering
             && let Some(stages) = &mut self.stages
         {
-            stages.restart(self.context, &mut self.jobs, index);
+            stages.refined(self.context, &mut self.jobs, index, refinement);
         }
         let job = &mut self.jobs[index];
-        job.next_judgement = job.first_samples();
+        job.next_judgement = job.samples.max(job.first_samples());
         true
     }
 
@@ -387,7 +388,11 @@ impl Run<'_> {
                 job.stop_gathering();
             }
             match job.kind {
-                MapKind::Elements if !job.is_black() && (in_haste || job.engine == Engine::Counting) => {
+                // A sample of every element may take far longer than the maps that were bound.
+                MapKind::Elements
+                    if !job.is_black()
+                        && (in_haste || job.engine == Engine::Counting || job.rays_to(1) > most_rays) =>
+                {
                     if job.engine == Engine::Gathering {
                         job.stop_gathering();
                     }

@@ -2,7 +2,7 @@
 
 use super::choice::{self, Offered, Turn, USUAL_ERROR};
 use super::forward::Forward;
-use super::job::{Context, Engine, Job, USUAL_DEGREES};
+use super::job::{Context, Engine, Job, Refinement, USUAL_DEGREES};
 use super::plan::{
     CHAINS_SHARE, ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, gather_costs, patch_edge_m, patches_for,
     pilot_chains,
@@ -33,6 +33,8 @@ const MOST_FOR_REFINING: f64 = 0.25;
 const MOST_FOR_DIRECT: f64 = 0.1;
 /// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 2.0;
+/// Edges of elements that gather for those that adapt, over those of patches, before a look has told what they lose.
+const BROAD_EDGES: f64 = 0.5;
 /// Patches of the pilot that share its light evenly, about, below which the program does not choose gathering by itself.
 const FEWEST_LIT_PATCHES: f64 = 16.0;
 /// Rays of all maps together, as the first pilot expects them without gathering, below which a pilot of gathering would not pay.
@@ -93,8 +95,12 @@ impl Stages {
         if chain.deposits == 0.0 {
             return None;
         }
+        let edge_m = BROAD_EDGES * patch_edge_m(context, patches_for(error), f64::INFINITY);
         let measured = |job: &mut Job| {
             let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
+            if counts {
+                job.prepare_gathering(context, edge_m);
+            }
             let costs = counts.then(|| gather_costs(context, &forward, job))?;
             job.pilot_rays += costs.pilot_rays;
             Some(costs)
@@ -109,6 +115,7 @@ impl Stages {
             let gathering = by_gathering.map(|(rays, _)| rays).ok_or("it knows no luminances");
             if !choice::settle(context, job, offered, gathering, settings.target_error) {
                 *costs = None;
+                job.broad = None;
             } else if let Some((_, chains)) = by_gathering {
                 shared_chains = shared_chains.max(chains);
             }
@@ -215,15 +222,20 @@ impl Stages {
         self.goal_chains = (goal_chains.ceil() as u64).max(1);
     }
 
-    /// Starts a map anew whose elements were cut; its share of the plan stays what the chains are right for.
-    pub fn restart(&mut self, context: &Context, jobs: &mut [Job], index: usize) {
+    /// Goes on with a map whose elements were cut; its share of the plan stays what the chains are right for.
+    pub fn refined(&mut self, context: &Context, jobs: &mut [Job], index: usize, refinement: Refinement) {
         let job = &mut jobs[index];
         if let Some(costs) = &mut self.costs[index] {
-            costs.entries = job.map.len() as f64;
+            costs.entries = job.gathered().len() as f64;
         }
-        if let Some(costs) = self.costs_of(index) {
+        let Some(costs) = self.costs_of(index) else {
+            return;
+        };
+        if refinement == Refinement::Anew {
             let samples = job.planned_samples as f64;
             job.start_gathering(context, &costs, samples, job.checked_share());
+        } else {
+            job.share_out(&costs);
         }
     }
 
@@ -257,16 +269,22 @@ impl Stages {
         }
         let job = &mut jobs[index];
         let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
+        let crossed = job.variances;
+        let [rows, columns, cells, direct] =
+            [crossed.rows, crossed.columns, crossed.cells, job.direct_variance].map(|variance| variance / mean_squared);
+        job.share_anew(direct, rows);
         let [direct_rays, gather_rays] = job.rays_by_plan(job.samples);
         let state = GatherState {
-            rows: job.variances.rows / mean_squared,
-            columns: job.variances.columns / mean_squared,
-            cells: job.variances.cells / mean_squared,
+            rows,
+            columns,
+            cells,
+            direct,
             degrees_of_columns: job.variances.degrees_of_columns,
             ray_exponent: job.rows.exponent(),
             gather_rays,
             direct_rays,
             direct_done: job.direct_rays_done(),
+            direct_ahead: job.direct_rays_done() / direct_rays.max(f64::MIN_POSITIVE),
             chain_rays: self.forward.rays as f64,
         };
         let need = gather_need(target, &job.judgement, &state);

@@ -92,14 +92,14 @@ pub fn direct_in_elements(
 ) -> u64 {
     let sites = map.len();
     let number = adaptive.stream_number();
-    let (detail, references_lx) = (&mut adaptive.detail, &adaptive.references_lx);
+    let (detail, references_lx, exposed) = (&mut adaptive.detail, &adaptive.references_lx, &adaptive.exposed);
     let replicas = map.direct.par_iter_mut().with_max_len(1).zip(detail.direct.par_iter_mut()).enumerate();
     let rays = replicas.map(|(replica, (direct, detail))| {
         let mut rays = 0;
         let mut room = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Direct, number, replica as u32);
-        for index in range.clone() {
-            let element = Element::of(context.stage, context.scene, elements, index as u32);
+        for index in range.clone().filter(|index| exposed[*index] > 0.0) {
+            let element = Element::of(context.stage, context.scene, elements, index as u32).exposed(exposed[index]);
             for pass in passes.clone() {
                 stream.seek_quasi(stream_index(index, pass), index as u64, pass);
                 let seen = element.look_twice(context.stage, &mut room, &mut stream);

@@ -35,7 +35,7 @@ impl Job {
 
     /// Takes local estimation instead of walks; nothing of the map has been done yet.
     pub fn start_connecting(&mut self, plan: LocalPlan) {
-        self.share = DirectShare::of(self.direct, plan.cost(&self.weights), self.map.len());
+        self.share = DirectShare::of(self.direct, plan.cost(&self.weights), [self.map.len(); 2]);
         self.engine = Engine::Connecting(Kernel::Bounded);
         self.local = Some(plan);
     }
@@ -48,7 +48,7 @@ impl Job {
         self.forget_looks();
         self.local = None;
         self.engine = Engine::Walking;
-        self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
+        self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
         self.given_up_rays = self.rays;
     }

@@ -1,34 +1,68 @@
 //! What a job does with the elements of its map: an empty map of them, their refinement, their values.
 
+use super::super::adapt::Refined;
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
-use super::{Adaptive, Context, Job};
+use super::{Context, Job};
 use crate::maps::{MapValues, ReplicaMap, Unit, judge};
 use crate::scene::Elements;
 
+/// What became of the elements of a map after a look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refinement {
+    /// They stay.
+    None,
+    /// Direct light has finer ones and starts anew; what was gathered stays.
+    OfDirect,
+    /// The map starts anew, on finer ones.
+    Anew,
+}
+
 impl Job {
-    /// Starts anew on finer elements, where those at hand cannot show what the target asks for by the latest look;
-    /// whether it did.
+    /// Goes over to finer elements, where those at hand cannot show what the target asks for by the latest look.
     ///
-    /// What gathers is to be started by its plan then.
-    pub fn refine_elements(&mut self, context: &Context) -> bool {
-        let refined = self
-            .adaptive
-            .as_ref()
-            .and_then(|adaptive| adaptive.refined(context, &self.elements, &self.map, &self.loss, &self.judgement));
-        let Some((elements, adaptive)) = refined else {
-            return false;
+    /// What gathers is to be started by its plan then, where its elements are new.
+    pub fn refine_elements(&mut self, context: &Context) -> Refinement {
+        let refined = self.adaptive.as_ref().and_then(|adaptive| {
+            let broad = self.broad.as_ref();
+            adaptive.refined(context, &self.elements, &self.map, broad, &self.loss, &self.judgement)
+        });
+        let Some(Refined { elements, broad }) = refined else {
+            return Refinement::None;
         };
-        (self.map, self.weights) = element_map(context, &elements, Some(&adaptive));
         self.forget_looks();
-        (self.elements, self.adaptive) = (elements, Some(adaptive));
-        let numbers = self.numbers_per_site();
-        self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).0.times(numbers);
-        self.indirect = indirect_cost(context, self.kind, &self.elements).times(numbers);
-        self.share = DirectShare::of(self.direct, self.indirect, self.map.len());
-        self.counting_unit = None;
+        let found = if broad.is_some() || self.broad.is_none() { Refinement::Anew } else { Refinement::OfDirect };
+        if let Some(broad) = broad {
+            self.broad = Some(broad);
+        }
+        if let Some((elements, adaptive)) = elements {
+            self.rays += adaptive.pilot_rays;
+            (self.map, self.weights) = element_map(context, &elements, Some(adaptive.shows()));
+            (self.elements, self.adaptive) = (elements, Some(adaptive));
+            let numbers = self.numbers_per_site();
+            self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).0.times(numbers);
+            self.indirect = indirect_cost(context, self.kind, &self.elements).times(numbers);
+            self.counting_unit = None;
+        }
+        if found == Refinement::OfDirect {
+            self.keep_gathered(context);
+            return found;
+        }
+        self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
         self.given_up_rays = self.rays;
-        true
+        found
+    }
+
+    /// Goes on with what was gathered, on finer elements of direct light.
+    fn keep_gathered(&mut self, context: &Context) {
+        let (Some(broad), Some(adaptive)) = (&mut self.broad, &mut self.adaptive) else {
+            return;
+        };
+        broad.lay_under(&self.elements);
+        adaptive.stand_on(broad);
+        self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
+        let unit = std::mem::replace(&mut self.map.indirect_unit_lx, Unit::Lux);
+        self.counting_unit = Some(unit);
     }
 
     /// Stated relative error of some of the elements that adapt: that of all they show, and what they cannot show.
@@ -88,20 +122,35 @@ pub(super) fn numbers_per_site(weights: &[f64], sites: usize) -> f64 {
     weights.iter().sum::<f64>() / weights[..sites].iter().sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
-/// An empty map of elements, and its weights.
-pub(super) fn element_map(
-    context: &Context,
-    elements: &Elements,
-    adaptive: Option<&Adaptive>,
-) -> (ReplicaMap, Vec<f64>) {
-    let area_m2: Vec<f64> =
-        (0..elements.len() as u32).map(|cell| elements.area_m2(context.scene, elements.cell(cell))).collect();
+/// Whether elements that adapt show slopes, and the share of each that is exposed.
+pub type Shows<'a> = (&'a [bool], &'a [f64]);
+
+/// An empty map of elements, and its weights; what elements that adapt show goes with them.
+pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>) -> (ReplicaMap, Vec<f64>) {
     let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
-    let unit = Unit::Packets { luminous_flux_lm, area_m2: area_m2.clone() };
-    let Some(adaptive) = adaptive else {
-        return (ReplicaMap::new(elements.len(), unit), area_m2);
+    let weights = element_weights(context, elements, shows);
+    let whole_m2 = |index: usize| elements.area_m2(context.scene, elements.cell(index as u32));
+    // A packet that meets an element that seems covered counts in all of it.
+    let area_m2 = |(index, weight): (usize, &f64)| if *weight > 0.0 { *weight } else { whole_m2(index) };
+    let area_m2: Vec<f64> = weights[..elements.len()].iter().enumerate().map(area_m2).collect();
+    let unit = Unit::Packets { luminous_flux_lm, area_m2 };
+    let map = match shows {
+        Some(_) => ReplicaMap::linear(elements.len(), unit),
+        None => ReplicaMap::new(elements.len(), unit),
     };
-    let of_slopes = area_m2.iter().zip(&adaptive.sloped).map(|(area_m2, sloped)| if *sloped { *area_m2 } else { 0.0 });
+    (map, weights)
+}
+
+/// Weights of all entries of a map of elements: areas in m², of elements that adapt those that are exposed, and 0 for slopes
+/// that are not shown.
+pub(super) fn element_weights(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
+    let cells = 0..elements.len() as u32;
+    let area_m2: Vec<f64> = cells.map(|cell| elements.area_m2(context.scene, elements.cell(cell))).collect();
+    let Some((sloped, exposed)) = shows else {
+        return area_m2;
+    };
+    let area_m2: Vec<f64> = area_m2.iter().zip(exposed).map(|(area_m2, exposed)| area_m2 * exposed).collect();
+    let of_slopes = area_m2.iter().zip(sloped).map(|(area_m2, sloped)| if *sloped { *area_m2 } else { 0.0 });
     let of_slopes: Vec<f64> = of_slopes.collect();
-    (ReplicaMap::linear(elements.len(), unit), [area_m2, of_slopes.clone(), of_slopes].concat())
+    [area_m2, of_slopes.clone(), of_slopes].concat()
 }

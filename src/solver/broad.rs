@@ -1,0 +1,202 @@
+//! Broad elements: what the indirect light of elements that adapt is gathered on.
+//!
+//! Direct light has edges but little chance, and elements are cut along its edges. Indirect light is smooth but noisy, and
+//! takes rays on every element that gathers it. So it is gathered on broader elements, as large as it allows, of which those
+//! of the map are pieces; what a broad element shows of it, its mean and slopes, is shown on all of its pieces.
+
+use super::adapt::{SideLosses, cell_above, corners_within, loss_of};
+use super::job::{Context, element_map};
+use crate::control::{ElementLoss, cuts_for};
+use crate::maps::basis::Linear;
+use crate::maps::{Crossing, IndirectDetail, MapKind, Piece, ReplicaMap, Unit, Variation};
+use crate::scene::Elements;
+
+/// Standard errors that are taken off what an element alone seems to lose: by chance it must not be cut.
+const SURE: f64 = 3.0;
+
+/// Elements that indirect light is gathered on, and what was gathered.
+pub struct Broad {
+    /// The elements.
+    pub elements: Elements,
+    /// What was gathered: indirect light alone.
+    pub map: ReplicaMap,
+    /// Areas in m² of all entries of the map; 0 for slopes that are not shown.
+    pub weights: Vec<f64>,
+    /// What the elements keep beside their sums.
+    pub shape: Shape,
+    /// How the elements of the job's map lie in them.
+    pub pieces: Vec<Piece>,
+}
+
+/// What elements that gather keep beside their sums.
+pub struct Shape {
+    /// Share of each element that is exposed.
+    pub exposed: Vec<f64>,
+    /// Whether each element shows slopes.
+    pub sloped: Vec<bool>,
+    /// Indirect illuminance in lx that samples are compared with; it biases nothing.
+    pub references_lx: Vec<Linear>,
+    /// How the light varies within the elements.
+    pub detail: IndirectDetail,
+    /// How often they were cut.
+    pub rounds: u32,
+}
+
+/// What broad elements cannot show.
+#[derive(Clone, Debug, Default)]
+pub struct BroadLoss {
+    /// Mean square of each element over its area in lx²; may be below 0 by chance.
+    pub lost_lx2: Vec<f64>,
+    /// The same by which elements are cut.
+    sure_lx2: Vec<f64>,
+    /// Sum over all of area times loss, in lx² m², and its variance.
+    pub sum_lx2_m2: f64,
+    /// Variance of that.
+    pub variance: f64,
+}
+
+impl Shape {
+    /// Number of the streams of this round: what starts anew draws anew.
+    pub fn stream_number(&self) -> u32 {
+        if self.rounds == 0 { MapKind::Elements.number() } else { u32::MAX - self.rounds }
+    }
+}
+
+impl Broad {
+    /// The elements of a map joined to edges of about so many m; those with edges over `slope_from_m` show slopes.
+    pub fn first(
+        context: &Context,
+        fine: &Elements,
+        fine_exposed: &[f64],
+        [edge_m, slope_from_m]: [f64; 2],
+        indirect_lx: f64,
+    ) -> Broad {
+        let elements = fine.joined(context.scene, edge_m);
+        let count = elements.len();
+        let exposed = exposed_of(context, &elements, fine, fine_exposed);
+        let is_sloped = |index: usize| {
+            let area_m2 = elements.area_m2(context.scene, elements.cell(index as u32));
+            exposed[index] == 1.0 && (2.0 * area_m2).sqrt() > slope_from_m
+        };
+        let shape = Shape {
+            sloped: (0..count).map(is_sloped).collect(),
+            exposed: exposed.clone(),
+            references_lx: vec![Linear([indirect_lx, 0.0, 0.0]); count],
+            detail: IndirectDetail::new(count),
+            rounds: 0,
+        };
+        Broad::new(context, elements, shape, fine)
+    }
+
+    fn new(context: &Context, elements: Elements, shape: Shape, fine: &Elements) -> Broad {
+        let (map, weights) = element_map(context, &elements, Some((&shape.sloped, &shape.exposed)));
+        let pieces = pieces_of(&elements, fine);
+        let mut broad = Broad { elements, map, weights, shape, pieces };
+        broad.restart();
+        broad
+    }
+
+    /// Forgets what was gathered.
+    pub fn restart(&mut self) {
+        let sites = self.elements.len();
+        let counted = self.weights.iter().take(sites).filter(|weight| **weight > 0.0).count();
+        self.map = ReplicaMap::linear(sites, Unit::Lux);
+        self.map.crossing = Some(Crossing::new(self.map.entries(), sites, counted));
+        self.shape.detail = IndirectDetail::new(sites);
+    }
+
+    /// Goes on with a map whose elements have become finer than these are.
+    pub fn lay_under(&mut self, fine: &Elements) {
+        self.pieces = pieces_of(&self.elements, fine);
+    }
+
+    /// Whether elements on pieces of these show slopes.
+    pub fn shows_slopes(&self, site: usize) -> bool {
+        self.shape.sloped[self.pieces[site].above as usize]
+    }
+
+    fn variation(&self, index: usize) -> Variation {
+        let Linear([_, first, second]) = self.shape.references_lx[index];
+        let whole = self.shape.exposed[index] == 1.0;
+        self.shape.detail.variation(index, self.map.scales(index).1, [first, second], whole)
+    }
+
+    /// What they cannot show, by all that was gathered.
+    pub fn loss(&self, context: &Context) -> BroadLoss {
+        let sites = self.elements.len();
+        let variations: Vec<Variation> = (0..sites).map(|index| self.variation(index)).collect();
+        let (areas_m2, sloped) = (&self.weights[..sites], &self.shape.sloped);
+        let sides = SideLosses::of(context, &self.elements, areas_m2, sloped, &variations);
+        let mut loss = BroadLoss::default();
+        for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
+            let smooth_lx2 = sides.lx2(context, &self.elements, index, *area_m2, sloped[index]);
+            let (of_slope, noise_of_slope) =
+                if sloped[index] { (0.0, 0.0) } else { (variation.slope_lx2, variation.slope_noise) };
+            let noise = variation.indirect_noise + noise_of_slope;
+            // What lies together on one side, the shadow of a bright surface say, shows in single elements once they know it.
+            let alone_lx2 = variation.indirect_lx2 + of_slope - SURE * noise.sqrt();
+            loss.lost_lx2.push(smooth_lx2);
+            loss.sure_lx2.push(smooth_lx2.max(alone_lx2).max(0.0));
+            loss.sum_lx2_m2 += area_m2 * smooth_lx2;
+            loss.variance += area_m2 * area_m2 * noise;
+        }
+        loss
+    }
+
+    /// How often to cut each element so that they lose no more than a goal in lx².
+    pub fn cuts(&self, context: &Context, loss: &BroadLoss, goal_lx2: f64, most: usize) -> Vec<u32> {
+        let losses: Vec<ElementLoss> = loss
+            .sure_lx2
+            .iter()
+            .enumerate()
+            .map(|(index, lost)| loss_of(context, &self.elements, index as u32, *lost))
+            .collect();
+        cuts_for(&losses, goal_lx2, most)
+    }
+
+    /// The same cut, under a map of these elements.
+    pub fn cut(&self, context: &Context, elements: Elements, fine: &Elements, fine_exposed: &[f64]) -> Broad {
+        let exposed = exposed_of(context, &elements, fine, fine_exposed);
+        let above: Vec<u32> =
+            (0..elements.len() as u32).map(|index| cell_above(&self.elements, &elements, index)).collect();
+        let reference = |(index, above): (usize, &u32)| {
+            let [_, shown_lx] = self.map.parts_lx(*above as usize);
+            Linear(shown_lx).on_piece(corners_within(&self.elements, &elements, index as u32, *above))
+        };
+        let cuts = |index: usize| elements.cell(index as u32).cuts();
+        let is_sloped = |(index, above): (usize, &u32)| {
+            // Constant elements that were cut lost too much by their slopes.
+            let were = self.shape.sloped[*above as usize];
+            exposed[index] == 1.0 && (were || cuts(index) > self.elements.cell(*above).cuts())
+        };
+        let shape = Shape {
+            sloped: above.iter().enumerate().map(is_sloped).collect(),
+            references_lx: above.iter().enumerate().map(reference).collect(),
+            exposed: exposed.clone(),
+            detail: IndirectDetail::new(0),
+            rounds: self.shape.rounds + 1,
+        };
+        Broad::new(context, elements, shape, fine)
+    }
+}
+
+/// Share of broad elements that is exposed, from that of the finer ones in them.
+fn exposed_of(context: &Context, broad: &Elements, fine: &Elements, fine_exposed: &[f64]) -> Vec<f64> {
+    let mut found = vec![[0.0; 2]; broad.len()];
+    for (index, exposed) in fine_exposed.iter().enumerate() {
+        let [whole_m2, exposed_m2] = &mut found[cell_above(broad, fine, index as u32) as usize];
+        let area_m2 = fine.area_m2(context.scene, fine.cell(index as u32));
+        *whole_m2 += area_m2;
+        *exposed_m2 += if *exposed < 1.0 { area_m2 * exposed } else { area_m2 };
+    }
+    let share = |[whole_m2, exposed_m2]: [f64; 2]| if exposed_m2 < whole_m2 { exposed_m2 / whole_m2 } else { 1.0 };
+    found.into_iter().map(share).collect()
+}
+
+fn pieces_of(broad: &Elements, fine: &Elements) -> Vec<Piece> {
+    let piece = |index: u32| {
+        let above = cell_above(broad, fine, index);
+        Piece::of(above, corners_within(broad, fine, index, above))
+    };
+    (0..fine.len() as u32).map(piece).collect()
+}
