@@ -10,8 +10,8 @@ use crate::geometry::{Meeting, Origin};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::cosine_hemisphere;
 
-/// Rays of which all must meet backs.
-const RAYS: u64 = 3;
+/// Rays of which all must meet backs: a point that sees them beside other things is not covered.
+const RAYS: u64 = 12;
 /// What lies on a point is at most so many times as far from it as positions are accurate.
 const CLOSE: f64 = 10.0;
 

@@ -181,7 +181,17 @@ impl Crossing {
         }
     }
 
-    /// The same for elements that are pieces of these, which show slopes where `sloped` says so; as settled as this is.
+    /// Sums of a replica's rows with as much of their spread as is kept.
+    pub fn kept_rows(&self, replica: usize, rows_lx: &[f64]) -> Vec<f64> {
+        let keep = |(entry, row_lx): (usize, &f64)| {
+            let mean_lx = self.rows_lx[replica % 2][entry];
+            mean_lx + self.kept[entry / self.sites] * (row_lx - mean_lx)
+        };
+        rows_lx.iter().enumerate().map(keep).collect()
+    }
+
+    /// The same for elements that are pieces of these, which show slopes where `sloped` says so; as settled as this is, with rows as
+    /// [`Crossing::kept_rows`] gives them: means of pieces hold slopes, of whose spread another part is kept.
     pub fn on_pieces(&self, sloped: &[bool], pieces: &[Piece]) -> Crossing {
         let on = |slab: &Vec<f64>| on_pieces(slab, sloped, pieces);
         Crossing {
@@ -189,7 +199,7 @@ impl Crossing {
             coarser: self.coarser.each_ref().map(on),
             rows_lx: self.rows_lx.each_ref().map(on),
             contrasts_lx: self.contrasts_lx.each_ref().map(|half| half.each_ref().map(on)),
-            kept: self.kept.clone(),
+            kept: vec![1.0; self.kept.len()],
             corrections: self.corrections.clone(),
             samples: self.samples.clone(),
             shares_points: self.shares_points,

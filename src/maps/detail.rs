@@ -73,13 +73,14 @@ impl Detail {
     /// ([`ReplicaMap::scales`](super::ReplicaMap::scales)), and where the references of both have these slopes.
     ///
     /// With `apart` indirect light is that of broader elements, which tell themselves what they cannot show of it: here only its
-    /// product with direct light counts.
+    /// product with direct light counts. Of an element that is not `whole`, since something covers a part of it, samples lie unevenly,
+    /// and polynomials say nothing: all the variance of direct light is told, and nothing of indirect light.
     pub fn variation(
         &self,
         site: usize,
         (direct_scale, indirect_scale): (f64, f64),
         reference_slopes_lx: [[f64; SLOPES]; 2],
-        apart: bool,
+        [apart, whole]: [bool; 2],
     ) -> Variation {
         let direct: [[f64; BENDS]; REPLICAS] =
             std::array::from_fn(|replica| self.direct[replica][site].bends_lx.map(|sum_lx| sum_lx * direct_scale));
@@ -91,7 +92,8 @@ impl Detail {
 
         let mut found = Variation::default();
         // Direct light: all its variance, less what linear functions of the element follow.
-        let followed = [0, 1].map(|k| Halves::of(|replica| direct[replica][k]));
+        let follows = f64::from(u8::from(whole));
+        let followed = [0, 1].map(|k| Halves::of(|replica| follows * direct[replica][k]));
         let mean = Halves::of(|replica| sums_lx[replica]);
         found.direct_lx2 = products_lx2.iter().sum::<f64>() / REPLICAS as f64
             - mean.product()
@@ -102,6 +104,9 @@ impl Detail {
                 - (0..SLOPES).map(|k| 2.0 * followed[k].mean() * direct[replica][k]).sum::<f64>()
         });
         found.direct_noise = influence.variance_of_mean();
+        if !whole {
+            return found;
+        }
         for k in 0..BENDS {
             let (d, i) = (Halves::of(|replica| direct[replica][k]), Halves::of(|replica| indirect[replica][k]));
             let both = Halves::of(|replica| direct[replica][k] + indirect[replica][k]);
@@ -110,11 +115,17 @@ impl Detail {
                 let both = both.beyond(of_direct + of_indirect);
                 let alone = if apart { i.beyond(of_indirect).product() } else { 0.0 };
                 found.slope_lx2 += both.product() - alone;
-                found.slope_noise += both.variance_of_product();
+                found.slope_noise += match apart {
+                    true => {
+                        let d = d.beyond(of_direct);
+                        d.variance_of_product() + d.variance_of_cross(&i.beyond(of_indirect))
+                    }
+                    false => both.variance_of_product(),
+                };
             } else {
                 let (alone, noise) = if apart { (i.product(), 0.0) } else { (0.0, i.variance_of_product()) };
                 found.indirect_lx2 += both.product() - d.product() - alone;
-                found.indirect_noise += noise + 4.0 * d.mean().powi(2) * i.variance_of_mean();
+                found.indirect_noise += noise + d.variance_of_cross(&i);
             }
         }
         found
@@ -143,7 +154,7 @@ impl IndirectDetail {
     /// How the light varies within an element of so many samples a replica, whose reference has these slopes.
     ///
     /// What is left beyond quadratic functions, edges of the shadows of bright surfaces say, shows in the means over parts of
-    /// the element; not of one that is not `whole`, since its samples lie in some parts more often than in others.
+    /// the element. Of one that is not `whole` nothing is told: its samples lie in some parts more often than in others.
     pub fn variation(
         &self,
         site: usize,
@@ -152,6 +163,9 @@ impl IndirectDetail {
         whole: bool,
     ) -> Variation {
         let mut found = Variation::default();
+        if !whole {
+            return found;
+        }
         let bends: [[f64; BENDS]; REPLICAS] =
             std::array::from_fn(|replica| self.bends_lx[replica][site].map(|sum_lx| sum_lx * inverse_samples));
         for k in 0..BENDS {
@@ -165,7 +179,7 @@ impl IndirectDetail {
                 found.indirect_noise += seen.variance_of_product();
             }
         }
-        if !whole || site >= self.parts_lx[0].len() {
+        if site >= self.parts_lx[0].len() {
             return found;
         }
         let polynomials = means_over_parts();
@@ -203,8 +217,8 @@ impl Halves {
         Halves { means, variances }
     }
 
-    fn beyond(self, known: f64) -> Halves {
-        Halves { means: self.means.map(|mean| known + mean), ..self }
+    fn beyond(&self, known: f64) -> Halves {
+        Halves { means: self.means.map(|mean| known + mean), variances: self.variances }
     }
 
     fn mean(&self) -> f64 {
@@ -218,6 +232,14 @@ impl Halves {
 
     fn variance_of_mean(&self) -> f64 {
         0.25 * (self.variances[0] + self.variances[1])
+    }
+
+    /// Variance of twice the product with the expectation of another quantity, from either half of one and the other half of
+    /// the other.
+    fn variance_of_cross(&self, other: &Halves) -> f64 {
+        let ([one, two], [here, there]) = (self.variances, other.variances);
+        let (self_squared, other_squared) = (self.mean().powi(2), other.mean().powi(2));
+        self_squared * (here + there) + other_squared * (one + two) + one * there + two * here
     }
 
     fn variance_of_product(&self) -> f64 {
@@ -235,8 +257,11 @@ mod tests {
     const SAMPLES: u64 = 64;
 
     /// What is told of a function with chance of 1 lx in every sample, mean over so many elements, and its mean stated noise.
-    fn told(seed: u64, elements: u64, whole: bool, lx: impl Fn([f64; 2]) -> f64) -> Variation {
+    fn told(seed: u64, elements: u64, with_parts: bool, lx: impl Fn([f64; 2]) -> f64) -> Variation {
         let mut detail = IndirectDetail::new(1);
+        if !with_parts {
+            detail.parts_lx.iter_mut().for_each(Vec::clear);
+        }
         let mut found = Variation::default();
         for element in 0..elements {
             detail.bends_lx.iter_mut().for_each(|slab| slab.fill([0.0; BENDS]));
@@ -249,10 +274,12 @@ mod tests {
                     let value_lx = lx(at) + if stream.unit() < 0.5 { 1.0 } else { -1.0 };
                     let bends = &mut detail.bends_lx[replica][0];
                     bends.iter_mut().zip(bends_at(at)).for_each(|(sum, bend)| *sum += value_lx * bend);
-                    detail.parts_lx[replica][0][part_of(at)] += value_lx;
+                    if let Some(parts) = detail.parts_lx[replica].get_mut(0) {
+                        parts[part_of(at)] += value_lx;
+                    }
                 }
             }
-            let one = detail.variation(0, 1.0 / SAMPLES as f64, [0.0; SLOPES], whole);
+            let one = detail.variation(0, 1.0 / SAMPLES as f64, [0.0; SLOPES], true);
             found.indirect_lx2 += one.indirect_lx2 / elements as f64;
             found.indirect_noise += one.indirect_noise / elements as f64;
         }
@@ -290,7 +317,7 @@ mod tests {
         assert!(of_plane.indirect_lx2.abs() < sure(&of_plane), "{of_plane:?}");
         let (of_curve, all) = (told(3, 400, true, curve), exact(curve));
         assert!((of_curve.indirect_lx2 - all).abs() < sure(&of_curve) + 0.1 * all, "{of_curve:?} {all}");
-        let [of_edge, of_bends] = [true, false].map(|whole| told(3, 400, whole, edge));
+        let [of_edge, of_bends] = [true, false].map(|with_parts| told(3, 400, with_parts, edge));
         let all = exact(edge);
         let is_told = |told: &Variation| (0.33 * all..all).contains(&(told.indirect_lx2 - sure(told)));
         assert!(is_told(&of_edge), "{of_edge:?} {all}");

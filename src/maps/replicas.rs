@@ -300,7 +300,11 @@ impl ReplicaMap {
         // Pieces stand in the order of what they are pieces of.
         let ahead = pieces.partition_point(|piece| (piece.above as usize) < ahead);
         self.indirect_samples = Tally { complete, ahead };
-        self.indirect = broad.indirect.iter().map(|slab| on_pieces(slab, sloped, pieces)).collect();
+        let rows_of = |(replica, slab): (usize, &Vec<f64>)| match &broad.crossing {
+            Some(crossing) => on_pieces(&crossing.kept_rows(replica, slab), sloped, pieces),
+            None => on_pieces(slab, sloped, pieces),
+        };
+        self.indirect = broad.indirect.iter().enumerate().map(rows_of).collect();
         self.crossing = broad.crossing.as_ref().map(|crossing| crossing.on_pieces(sloped, pieces));
     }
 

@@ -55,6 +55,8 @@ pub struct MapValues {
     pub slopes_lx: Vec<[f64; 2]>,
     /// Adaptive elements: estimated root mean square in lx of what the element cannot show. Else empty.
     pub discretisation_lx: Vec<f64>,
+    /// Whether something that stands on it covers all of an element that adapts; none where they do not.
+    pub covered: Vec<bool>,
 }
 
 impl MapValues {

@@ -104,7 +104,7 @@ fn trim(length_m: f64) -> String {
 pub struct FlatCell {
     /// Corners in m.
     pub ring: Vec<Spot>,
-    /// Illuminance in lx; `None` inside of a solid.
+    /// Illuminance in lx; `None` inside of a solid and under one that stands there.
     pub illuminance_lx: Option<f64>,
 }
 
@@ -278,7 +278,8 @@ fn side_map<'a>(
                     plane.spot(corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]))
                 });
                 let lx = map.values.at_lx(index as usize, middle).max(0.0);
-                cells.push(FlatCell { ring: ring.to_vec(), illuminance_lx: Some(lx) });
+                let covered = map.values.covered.get(index as usize).is_some_and(|covered| *covered);
+                cells.push(FlatCell { ring: ring.to_vec(), illuminance_lx: (!covered).then_some(lx) });
                 areas_m2.push(area_m2);
             }
         }
@@ -302,10 +303,13 @@ fn element_field(cells: &[FlatCell], areas_m2: &[f64]) -> Field {
     let mut weights: Vec<f64> = Vec::new();
     let mut rings: Vec<[u32; 3]> = Vec::new();
     for (cell, area_m2) in cells.iter().zip(areas_m2) {
+        let Some(lx) = cell.illuminance_lx else {
+            continue;
+        };
         let ring = std::array::from_fn(|corner| nodes.add(cell.ring[corner]));
         weights.resize(nodes.field.nodes.len(), 0.0);
         for node in ring {
-            nodes.field.values[node as usize] += area_m2 * cell.illuminance_lx.unwrap_or(0.0);
+            nodes.field.values[node as usize] += area_m2 * lx;
             weights[node as usize] += area_m2;
         }
         rings.push(ring);

@@ -38,8 +38,9 @@ const USUAL_SLOPE: f64 = 2.0;
 /// edge cuts off is missed the more easily the fewer points there are, and costs the more the larger the element is.
 const POINTS: f64 = 12.0;
 const MOST_TIMES: f64 = 16.0;
-/// Points of an element, where the pilot has not looked, that tell how much of it is exposed.
+/// Points of an element, where the pilot has not looked, that tell whether it is exposed, and of one that is in part how much.
 const COVER_POINTS: u64 = 16;
+const MOST_COVER_POINTS: u64 = 128;
 /// Rounds of the pilot, and of the run, at most.
 const PILOT_ROUNDS: u32 = 10;
 const RUN_ROUNDS: u32 = 12;
@@ -138,10 +139,13 @@ pub fn first_elements(
     }
     // Where elements were too many for the pilot they are all that it did not look at.
     looks.resize(elements.len(), DirectLooks::default());
-    looks.iter_mut().filter(|looks| looks.points == 0).for_each(|looks| looks.fitted_lx = even(direct_lx));
+    for looks in looks.iter_mut().filter(|looks| looks.points == 0) {
+        (looks.mean_lx, looks.fitted_lx) = (direct_lx, even(direct_lx));
+    }
     let (exposed, rays) = exposed_shares(context, &elements, |index| match looks[index as usize] {
-        DirectLooks { points: 0, .. } => None,
-        DirectLooks { exposed, .. } => Some(exposed),
+        DirectLooks { points: 0, .. } => Exposure::Unknown,
+        DirectLooks { exposed, .. } if exposed > 0.0 && exposed < 1.0 => Exposure::InPart,
+        DirectLooks { exposed, .. } => Exposure::Known(exposed),
     });
     looks.iter_mut().zip(&exposed).for_each(|(looks, exposed)| looks.exposed = *exposed);
     pilot_rays += rays;
@@ -149,7 +153,7 @@ pub fn first_elements(
     let adaptive = Adaptive {
         exposed,
         sloped,
-        references_lx: looks.iter().map(|looks| [looks.fitted_lx, even(indirect_lx)]).collect(),
+        references_lx: looks.iter().map(|looks| [looks.reference_lx(), even(indirect_lx)]).collect(),
         detail: Detail::new(elements.len()),
         rounds: 0,
         pilot_rays,
@@ -198,13 +202,20 @@ struct DirectLooks {
     points: usize,
     /// Share of them that is not covered.
     exposed: f64,
-    /// The linear function nearest to what was seen, in lx.
+    /// Mean of what was seen, in lx.
+    mean_lx: f64,
+    /// The linear function nearest to it, in lx.
     fitted_lx: Linear,
     /// Mean square of what it leaves out, in lx², less one standard error: penumbrae are noisy, and chance must not cut.
     left_lx2: f64,
 }
 
 impl DirectLooks {
+    /// What samples are compared with: where points are left out a slope would not have its mean over those that are not.
+    fn reference_lx(&self) -> Linear {
+        if self.exposed < 1.0 { Linear([self.mean_lx, 0.0, 0.0]) } else { self.fitted_lx }
+    }
+
     fn slope_lx2(&self) -> f64 {
         let Linear([_, first_lx, second_lx]) = self.fitted_lx;
         first_lx * first_lx + second_lx * second_lx
@@ -242,7 +253,8 @@ impl DirectLooks {
         let count = seen.len() as f64;
         let left_lx2 = (sum - (squares - sum * sum / count).max(0.0).sqrt()) / (count - 3.0).max(1.0);
         let fitted = 0.5 * (one + other);
-        DirectLooks { fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2, ..DirectLooks::default() }
+        let mean_lx = seen.iter().map(|seen| 0.5 * (seen.looks_lx[0] + seen.looks_lx[1])).sum::<f64>() / count;
+        DirectLooks { mean_lx, fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2, ..DirectLooks::default() }
     }
 }
 
@@ -279,30 +291,48 @@ fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLoo
     rays.sum()
 }
 
-/// Share of every element that is exposed, by some points of each that is not known; with the rays that it took.
-fn exposed_shares(
-    context: &Context,
-    elements: &Elements,
-    known: impl Fn(u32) -> Option<f64> + Sync,
-) -> (Vec<f64>, u64) {
+/// What is known of how much of an element is exposed.
+enum Exposure {
+    /// This share.
+    Known(f64),
+    /// Nothing.
+    Unknown,
+    /// Something covers a part of it.
+    InPart,
+}
+
+/// Share of every element that is exposed, by some points of each of which nothing is known, and by many of those that are
+/// covered in part; with the rays that it took.
+fn exposed_shares(context: &Context, elements: &Elements, known: impl Fn(u32) -> Exposure + Sync) -> (Vec<f64>, u64) {
     let share = |index: u32| {
-        if let Some(share) = known(index) {
-            return (share, 0);
-        }
+        let mut is_in_part = match known(index) {
+            Exposure::Known(share) => return (share, 0),
+            Exposure::Unknown => false,
+            Exposure::InPart => true,
+        };
         let element = Element::of(context.stage, context.scene, elements, index);
         let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX, 1);
-        let (mut exposed, mut rays) = (0, 0);
-        for point in 0..COVER_POINTS {
-            stream.seek_quasi((u64::from(index) << 32) | point, u64::from(index), point);
+        let (mut points, mut exposed, mut rays) = (0, 0, 0);
+        while points < COVER_POINTS || (is_in_part && points < MOST_COVER_POINTS) {
+            stream.seek_quasi((u64::from(index) << 32) | points, u64::from(index), points);
             let at = element.draw(&mut stream);
             let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
-            exposed += u32::from(!covered);
+            points += 1;
+            exposed += u64::from(!covered);
             rays += asked;
+            is_in_part |= points == COVER_POINTS && (1..points).contains(&exposed);
         }
-        (exposed as f64 / COVER_POINTS as f64, rays)
+        (exposed as f64 / points as f64, rays)
     };
     let found: Vec<(f64, u64)> = (0..elements.len() as u32).into_par_iter().map(share).collect();
     (found.iter().map(|(share, _)| *share).collect(), found.iter().map(|(_, rays)| rays).sum())
+}
+
+/// A function on a piece of its element as what samples are compared with there: constant where only a share of it is exposed,
+/// since samples do not lie evenly in it then.
+pub(super) fn reference_on(function: Linear, corners: [[f64; 2]; 3], exposed: f64) -> Linear {
+    let Linear([mean, first, second]) = function.on_piece(corners);
+    if exposed < 1.0 { Linear([mean, 0.0, 0.0]) } else { Linear([mean, first, second]) }
 }
 
 /// Adds two looks at the direct light of a point; returns the scores of the mean and of the slopes in lx.
@@ -332,7 +362,8 @@ impl Adaptive {
         // Counted packets are compared with nothing.
         let known = f64::from(u8::from(map.crossing.is_some()));
         let slopes_lx = [[direct[1], direct[2]], [known * indirect[1], known * indirect[2]]];
-        self.detail.variation(index, map.scales(index), slopes_lx, apart)
+        let whole = self.exposed[index] == 1.0;
+        self.detail.variation(index, map.scales(index), slopes_lx, [apart, whole])
     }
 
     /// What the elements, of these areas, cannot show, by the run's samples.
@@ -346,11 +377,15 @@ impl Adaptive {
     ) -> Loss {
         let variations: Vec<Variation> =
             (0..elements.len()).into_par_iter().map(|index| self.variation(map, index, broad.is_some())).collect();
-        let sides = SideLosses::of(context, elements, areas_m2, &self.sloped, &variations);
+        let sides = SideLosses::of(context, elements, areas_m2, self.shows(), &variations);
         let mut loss = Loss { broad: broad.map(|broad| broad.loss(context)).unwrap_or_default(), ..Loss::default() };
         let (mut sum_lx2_m2, mut variance) = (loss.broad.sum_lx2_m2, loss.broad.variance);
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            let smooth_lx2 = sides.lx2(context, elements, index, *area_m2, self.sloped[index]);
+            // Of one that is covered in part only the broad element above it can tell, where there is one.
+            let smooth_lx2 = match broad {
+                Some(_) if self.exposed[index] < 1.0 => 0.0,
+                _ => sides.lx2(context, elements, index, *area_m2, self.shows()),
+            };
             let above = broad.map(|broad| broad.pieces[index].above as usize);
             let of_broad_lx2 = above.map_or(0.0, |above| loss.broad.lost_lx2[above]);
             loss.lost_lx2.push(variation.direct_lx2 + smooth_lx2 + of_broad_lx2);
@@ -433,7 +468,7 @@ impl Adaptive {
         let was_cut = |index: usize| finer.cell(index as u32).cuts() > elements.cell(above[index]).cuts();
         let (exposed, pilot_rays) = exposed_shares(context, finer, |index| {
             let before = self.exposed[above[index as usize] as usize];
-            (before == 0.0 || !was_cut(index as usize)).then_some(before)
+            if before == 0.0 || !was_cut(index as usize) { Exposure::Known(before) } else { Exposure::Unknown }
         });
         let is_sloped = |(index, above): (usize, &u32)| {
             // Constant elements that were cut lost too much by their slopes.
@@ -441,7 +476,7 @@ impl Adaptive {
         };
         let references = |(index, above): (usize, &u32)| {
             let corners = corners_within(elements, finer, index as u32, *above);
-            map.parts_lx(*above as usize).map(|part| Linear(part).on_piece(corners))
+            map.parts_lx(*above as usize).map(|part| reference_on(Linear(part), corners, exposed[index]))
         };
         Adaptive {
             sloped: above.iter().enumerate().map(is_sloped).collect(),
@@ -457,8 +492,10 @@ impl Adaptive {
     /// Shows slopes wherever the broad elements do that indirect light is gathered on, and compares with what these do.
     pub fn stand_on(&mut self, broad: &Broad) {
         for (site, piece) in broad.pieces.iter().enumerate() {
-            self.sloped[site] |= broad.shows_slopes(site);
-            self.references_lx[site][1] = piece.on(&broad.shape.references_lx[piece.above as usize]);
+            let whole = self.exposed[site] == 1.0;
+            self.sloped[site] |= whole && broad.shows_slopes(site);
+            let Linear([mean, first, second]) = piece.on(&broad.shape.references_lx[piece.above as usize]);
+            self.references_lx[site][1] = Linear(if whole { [mean, first, second] } else { [mean, 0.0, 0.0] });
         }
     }
 
@@ -491,6 +528,9 @@ struct SideOfSurface {
     bent_m6: f64,
     sloping_m2_lx2: f64,
     sloping_m4: f64,
+    /// The same of all elements, those that show their slopes too: so much slopes are worth where an element covered in part shows none.
+    any_slope_m2_lx2: f64,
+    any_slope_m4: f64,
 }
 
 /// What the sides of all surfaces lose of smooth light.
@@ -502,19 +542,30 @@ impl SideLosses {
         context: &Context,
         elements: &Elements,
         areas_m2: &[f64],
-        sloped: &[bool],
+        (sloped, exposed): Shows,
         variations: &[Variation],
     ) -> SideLosses {
         let mut sides: HashMap<(u32, &'static str), SideOfSurface> = HashMap::new();
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            sides.entry(side_of(context, elements, index)).or_default().add(variation, *area_m2, sloped[index]);
+            let side = sides.entry(side_of(context, elements, index)).or_default();
+            if exposed[index] == 1.0 {
+                side.add(variation, *area_m2, sloped[index]);
+            }
         }
         SideLosses(sides)
     }
 
     /// Mean square in lx² over one of the elements.
-    pub fn lx2(&self, context: &Context, elements: &Elements, index: usize, area_m2: f64, sloped: bool) -> f64 {
-        self.0.get(&side_of(context, elements, index)).map_or(0.0, |side| side.lx2(area_m2, sloped))
+    pub fn lx2(
+        &self,
+        context: &Context,
+        elements: &Elements,
+        index: usize,
+        area_m2: f64,
+        (sloped, exposed): Shows,
+    ) -> f64 {
+        let side = self.0.get(&side_of(context, elements, index));
+        side.map_or(0.0, |side| side.lx2(area_m2, sloped[index], exposed[index] == 1.0))
     }
 }
 
@@ -527,14 +578,19 @@ impl SideOfSurface {
     fn add(&mut self, variation: &Variation, area_m2: f64, sloped: bool) {
         self.bent_m2_lx2 += area_m2 * variation.indirect_lx2;
         self.bent_m6 += area_m2.powi(3);
+        self.any_slope_m2_lx2 += area_m2 * variation.slope_lx2;
+        self.any_slope_m4 += area_m2.powi(2);
         if !sloped {
             self.sloping_m2_lx2 += area_m2 * variation.slope_lx2;
             self.sloping_m4 += area_m2.powi(2);
         }
     }
 
-    fn lx2(&self, area_m2: f64, sloped: bool) -> f64 {
+    fn lx2(&self, area_m2: f64, sloped: bool, whole: bool) -> f64 {
         let bent_lx2 = self.bent_m2_lx2 / self.bent_m6.max(f64::MIN_POSITIVE) * area_m2 * area_m2;
+        if !whole {
+            return bent_lx2 + self.any_slope_m2_lx2 / self.any_slope_m4.max(f64::MIN_POSITIVE) * area_m2;
+        }
         let sloping_lx2 = self.sloping_m2_lx2 / self.sloping_m4.max(f64::MIN_POSITIVE) * area_m2;
         bent_lx2 + if sloped { 0.0 } else { sloping_lx2 }
     }

@@ -4,8 +4,8 @@
 //! takes rays on every element that gathers it. So it is gathered on broader elements, as large as it allows, of which those
 //! of the map are pieces; what a broad element shows of it, its mean and slopes, is shown on all of its pieces.
 
-use super::adapt::{SideLosses, cell_above, corners_within, loss_of};
-use super::job::{Context, element_map};
+use super::adapt::{SideLosses, cell_above, corners_within, loss_of, reference_on};
+use super::job::{Context, Shows, element_map, element_weights};
 use crate::control::{ElementLoss, cuts_for};
 use crate::maps::basis::Linear;
 use crate::maps::{Crossing, IndirectDetail, MapKind, Piece, ReplicaMap, Unit, Variation};
@@ -56,6 +56,11 @@ pub struct BroadLoss {
 }
 
 impl Shape {
+    /// What of the elements is shown.
+    pub fn shows(&self) -> Shows<'_> {
+        (&self.sloped, &self.exposed)
+    }
+
     /// Number of the streams of this round: what starts anew draws anew.
     pub fn stream_number(&self) -> u32 {
         if self.rounds == 0 { MapKind::Elements.number() } else { u32::MAX - self.rounds }
@@ -89,7 +94,7 @@ impl Broad {
     }
 
     fn new(context: &Context, elements: Elements, shape: Shape, fine: &Elements) -> Broad {
-        let (map, weights) = element_map(context, &elements, Some((&shape.sloped, &shape.exposed)));
+        let (map, weights) = element_map(context, &elements, Some(shape.shows()));
         let pieces = pieces_of(&elements, fine);
         let mut broad = Broad { elements, map, weights, shape, pieces };
         broad.restart();
@@ -105,9 +110,18 @@ impl Broad {
         self.shape.detail = IndirectDetail::new(sites);
     }
 
-    /// Goes on with a map whose elements have become finer than these are.
-    pub fn lay_under(&mut self, fine: &Elements) {
+    /// Goes on with a map whose elements have become finer than these are; whether it can: not where the finer ones show that something
+    /// covers what seemed exposed, or the other way round.
+    pub fn lay_under(&mut self, context: &Context, fine: &Elements, fine_exposed: &[f64]) -> bool {
+        let exposed = exposed_of(context, &self.elements, fine, fine_exposed);
+        let kind = |share: &f64| (*share > 0.0, *share < 1.0);
+        if exposed.iter().zip(&self.shape.exposed).any(|(now, before)| kind(now) != kind(before)) {
+            return false;
+        }
+        self.shape.exposed = exposed;
+        self.weights = element_weights(context, &self.elements, Some(self.shape.shows()));
         self.pieces = pieces_of(&self.elements, fine);
+        true
     }
 
     /// Whether elements on pieces of these show slopes.
@@ -126,10 +140,10 @@ impl Broad {
         let sites = self.elements.len();
         let variations: Vec<Variation> = (0..sites).map(|index| self.variation(index)).collect();
         let (areas_m2, sloped) = (&self.weights[..sites], &self.shape.sloped);
-        let sides = SideLosses::of(context, &self.elements, areas_m2, sloped, &variations);
+        let sides = SideLosses::of(context, &self.elements, areas_m2, self.shape.shows(), &variations);
         let mut loss = BroadLoss::default();
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            let smooth_lx2 = sides.lx2(context, &self.elements, index, *area_m2, sloped[index]);
+            let smooth_lx2 = sides.lx2(context, &self.elements, index, *area_m2, self.shape.shows());
             let (of_slope, noise_of_slope) =
                 if sloped[index] { (0.0, 0.0) } else { (variation.slope_lx2, variation.slope_noise) };
             let noise = variation.indirect_noise + noise_of_slope;
@@ -161,7 +175,11 @@ impl Broad {
             (0..elements.len() as u32).map(|index| cell_above(&self.elements, &elements, index)).collect();
         let reference = |(index, above): (usize, &u32)| {
             let [_, shown_lx] = self.map.parts_lx(*above as usize);
-            Linear(shown_lx).on_piece(corners_within(&self.elements, &elements, index as u32, *above))
+            reference_on(
+                Linear(shown_lx),
+                corners_within(&self.elements, &elements, index as u32, *above),
+                exposed[index],
+            )
         };
         let cuts = |index: usize| elements.cell(index as u32).cuts();
         let is_sloped = |(index, above): (usize, &u32)| {

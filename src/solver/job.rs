@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use self::connecting::first_rounds;
 use self::elements::numbers_per_site;
-pub use self::elements::{Refinement, Shows, element_map};
+pub use self::elements::{Refinement, Shows, element_map, element_weights};
 pub use self::ends::Ends;
 pub use self::expected::USUAL_DEGREES;
 use self::expected::first_look;
@@ -446,6 +446,13 @@ impl Job {
         let differences = self.gathered().crossing.as_ref().map_or(0, |crossing| counted * crossing.differences());
         self.rows.note(self.samples, of_rows, differences as f64);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
+        if let Some(broad) = &self.broad {
+            // Pieces of one broad element have its bias in common: they are no independent witnesses.
+            let counted = broad.weights.iter().copied().enumerate().filter(|(_, weight)| *weight > 0.0);
+            let bias_lx = broad.map.look_up_bias_lx(counted);
+            let mean_lx = self.judgement.mean_lx.max(f64::MIN_POSITIVE);
+            [self.judgement.bias, self.judgement.least_bias] = bias_lx.map(|bias_lx| bias_lx / mean_lx);
+        }
         if let Some(adaptive) = &self.adaptive {
             let broad = self.broad.as_ref();
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, broad);

@@ -220,7 +220,7 @@ impl Run<'_> {
         true
     }
 
-    /// Finer elements, where these cannot show what the target asks for; the map starts anew then.
+    /// Finer elements, where these cannot show what the target asks for; the map starts anew then, or its direct light alone.
     ///
     /// A limit must leave time for so much more work: what a map starts anew and does not finish is worth less than what it had.
     fn refine_elements(&mut self, index: usize) -> bool {
@@ -395,6 +395,7 @@ impl Run<'_> {
                 {
                     if job.engine == Engine::Gathering {
                         job.stop_gathering();
+                        job.method_reason = "a first look at every element by gathering would take too long".to_owned();
                     }
                     let chains = (most_rays / job.rays_per_sample()) as u64;
                     job.count_all_by_chains(self.context, chains);

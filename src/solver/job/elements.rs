@@ -43,8 +43,11 @@ impl Job {
             self.indirect = indirect_cost(context, self.kind, &self.elements).times(numbers);
             self.counting_unit = None;
         }
+        let found = match found {
+            Refinement::OfDirect => self.keep_gathered(context),
+            found => found,
+        };
         if found == Refinement::OfDirect {
-            self.keep_gathered(context);
             return found;
         }
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
@@ -53,16 +56,20 @@ impl Job {
         found
     }
 
-    /// Goes on with what was gathered, on finer elements of direct light.
-    fn keep_gathered(&mut self, context: &Context) {
+    /// Goes on with what was gathered, on finer elements of direct light, or starts anew if these see what is covered otherwise.
+    fn keep_gathered(&mut self, context: &Context) -> Refinement {
         let (Some(broad), Some(adaptive)) = (&mut self.broad, &mut self.adaptive) else {
-            return;
+            return Refinement::Anew;
         };
-        broad.lay_under(&self.elements);
+        if !broad.lay_under(context, &self.elements, &adaptive.exposed) {
+            *broad = broad.cut(context, broad.elements.clone(), &self.elements, &adaptive.exposed);
+            return Refinement::Anew;
+        }
         adaptive.stand_on(broad);
         self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
         let unit = std::mem::replace(&mut self.map.indirect_unit_lx, Unit::Lux);
         self.counting_unit = Some(unit);
+        Refinement::OfDirect
     }
 
     /// Stated relative error of some of the elements that adapt: that of all they show, and what they cannot show.
@@ -111,6 +118,13 @@ impl Job {
             let slopes = adaptive.sloped.iter().enumerate();
             values.slopes_lx =
                 slopes.map(|(site, sloped)| if *sloped { self.map.slopes_lx(site) } else { [0.0; 2] }).collect();
+            values.covered = adaptive.exposed.iter().map(|exposed| *exposed == 0.0).collect();
+            for site in (0..values.covered.len()).filter(|site| values.covered[*site]) {
+                values.illuminance_lx[site] = 0.0;
+                values.standard_error_lx[site] = 0.0;
+                values.direct_lx[site] = 0.0;
+                values.indirect_lx[site] = 0.0;
+            }
             values.discretisation_lx = self.loss.lost_lx2.iter().map(|lost_lx2| lost_lx2.max(0.0).sqrt()).collect();
         }
         values
@@ -143,7 +157,7 @@ pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>)
 
 /// Weights of all entries of a map of elements: areas in m², of elements that adapt those that are exposed, and 0 for slopes
 /// that are not shown.
-pub(super) fn element_weights(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
+pub fn element_weights(context: &Context, elements: &Elements, shows: Option<Shows>) -> Vec<f64> {
     let cells = 0..elements.len() as u32;
     let area_m2: Vec<f64> = cells.map(|cell| elements.area_m2(context.scene, elements.cell(cell))).collect();
     let Some((sloped, exposed)) = shows else {

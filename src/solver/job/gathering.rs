@@ -103,6 +103,8 @@ impl Job {
         let most = MOST_RAY_SHARE * self.share.rays_per_indirect / self.share.rays_per_pass;
         if best > WORTH_MORE * self.share.passes_per_sample {
             self.share.passes_per_sample = best.min(most);
+            // A map that starts anew shares out by this.
+            self.direct.variance = self.direct.variance.max(self.direct_variance * passes);
         }
     }
 
