@@ -189,7 +189,7 @@ fn subjects(root: &Path, asked: &[String]) -> Vec<Subject> {
         let truth = long_run(root, &office);
         add("office", "receivers", office.clone(), receivers.clone(), given, truth, all);
         add("office", "elements as given", office.clone(), elements.clone(), given, Truth::None, some);
-        add("office", "elements that adapt", office, elements, ElementChoice::Adaptive, Truth::None, &[0.03]);
+        add("office", "elements that adapt", office, elements, ElementChoice::Adaptive, Truth::None, some);
     }
     if is_asked("hall") {
         match scene("hall") {
