@@ -3,6 +3,8 @@
 //! With coefficients c_k of these, the mean square of a function over the triangle is Σ c_k² (Parseval); c₀ is its mean.
 //! Source: Koornwinder, "Two-variable analogues of the classical orthogonal polynomials", 1975.
 
+use std::sync::LazyLock;
+
 use crate::scene::elements::{part_at, part_corners};
 
 /// Linear polynomials beside the constant.
@@ -40,14 +42,14 @@ pub fn part_of([a, b]: [f64; 2]) -> usize {
 }
 
 /// Means of the polynomials over each part.
-pub fn means_over_parts() -> [[f64; BENDS]; PARTS] {
+pub static MEANS_OVER_PARTS: LazyLock<[[f64; BENDS]; PARTS]> = LazyLock::new(|| {
     std::array::from_fn(|part| {
         let [a, b, c] = part_corners(DIVISIONS, part as u32);
         // The middles of the edges are exact for quadratic functions.
         let middles = [(a, b), (b, c), (c, a)].map(|(p, q)| bends_at([0, 1].map(|k| 0.5 * (p[k] + q[k]))));
         std::array::from_fn(|k| middles.iter().map(|bends| bends[k]).sum::<f64>() / 3.0)
     })
-}
+});
 
 /// A linear function on a triangle by its coefficients: its mean and those of the two linear polynomials.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -95,7 +97,7 @@ mod tests {
 
     #[test]
     fn parts_hold_the_means_of_the_polynomials() {
-        let means = means_over_parts();
+        let means = &*MEANS_OVER_PARTS;
         for k in 0..BENDS {
             assert!(means.iter().map(|part| part[k]).sum::<f64>().abs() < 1e-12);
         }

@@ -4,7 +4,7 @@
 //! and the odd half's coefficients for linear and quadratic parts, and for direct light, whose edges no polynomial follows,
 //! the product of two looks from the same point.
 
-use super::basis::{BENDS, PARTS, SLOPES, means_over_parts};
+use super::basis::{BENDS, MEANS_OVER_PARTS, PARTS, SLOPES};
 use super::pieces::Piece;
 use super::replicas::REPLICAS;
 
@@ -182,7 +182,7 @@ impl IndirectDetail {
         if site >= self.parts_lx[0].len() {
             return found;
         }
-        let polynomials = means_over_parts();
+        let polynomials = &*MEANS_OVER_PARTS;
         let left: [[f64; PARTS]; REPLICAS] = std::array::from_fn(|replica| {
             let sums_lx = &self.parts_lx[replica][site];
             let mean_lx = sums_lx.iter().sum::<f64>() * inverse_samples;

@@ -308,6 +308,12 @@ impl ReplicaMap {
         self.crossing = broad.crossing.as_ref().map(|crossing| crossing.on_pieces(sloped, pieces));
     }
 
+    /// Makes room for what gathering adds, to entries that count with these weights.
+    pub fn cross(&mut self, weights: &[f64]) {
+        let counted = weights.iter().take(self.sites).filter(|weight| **weight > 0.0).count();
+        self.crossing = Some(Crossing::new(self.entries(), self.sites, counted));
+    }
+
     /// Makes ready what gathering adds, for entries that count with these weights; to be called before values are read.
     pub fn settle(&mut self, weights: &[f64]) {
         if let Some(crossing) = &mut self.crossing {

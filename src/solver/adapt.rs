@@ -12,11 +12,12 @@ use rayon::prelude::*;
 
 use super::broad::{Broad, BroadLoss};
 use super::job::{Context, Shows};
+use super::sweep::stream_number;
 use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::element::{Element, TwoLooks};
 use crate::maps::basis::{Linear, SLOPES, bends_at, slopes_at};
-use crate::maps::{Detail, DirectDetail, Judgement, MapKind, ReplicaMap, Variation};
+use crate::maps::{Detail, DirectDetail, Judgement, ReplicaMap, Variation};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
 use crate::scene::elements::MOST_CUTS;
@@ -117,13 +118,9 @@ pub fn first_elements(
             break;
         }
         pilot_rays += look_at_new(context, &elements, &mut looks, round);
-        let losses: Vec<ElementLoss> = (0..elements.len())
-            .map(|index| {
-                let sloped = is_sloped(&elements, index as u32, &looks[index]);
-                loss_of(context, &elements, index as u32, looks[index].lost_lx2(sloped))
-            })
-            .collect();
-        let cuts = cuts_for(&losses, goal_lx2, MOST_PILOTED);
+        let lost_lx2 =
+            looks.iter().enumerate().map(|(index, looks)| looks.lost_lx2(is_sloped(&elements, index as u32, looks)));
+        let cuts = cuts_of(context, &elements, lost_lx2, goal_lx2, MOST_PILOTED);
         if round == PILOT_ROUNDS || cuts.iter().all(|cuts| *cuts == 0) || (context.is_urgent)() {
             break;
         }
@@ -167,13 +164,24 @@ fn work_of(elements: usize, share: f64) -> f64 {
     elements as f64 * share.powf(WORK_EXPONENT)
 }
 
-pub(super) fn loss_of(context: &Context, elements: &Elements, index: u32, lost_lx2: f64) -> ElementLoss {
-    let cell = elements.cell(index);
-    ElementLoss {
-        area_m2: elements.area_m2(context.scene, cell),
-        lost_lx2: lost_lx2.max(0.0),
-        cuts_left: MOST_CUTS - cell.cuts(),
-    }
+/// How often to cut each element that loses so much in lx², so that together they lose no more than a goal.
+pub(super) fn cuts_of(
+    context: &Context,
+    elements: &Elements,
+    lost_lx2: impl Iterator<Item = f64>,
+    goal_lx2: f64,
+    most_elements: usize,
+) -> Vec<u32> {
+    let loss = |(index, lost_lx2): (usize, f64)| {
+        let cell = elements.cell(index as u32);
+        ElementLoss {
+            area_m2: elements.area_m2(context.scene, cell),
+            lost_lx2: lost_lx2.max(0.0),
+            cuts_left: MOST_CUTS - cell.cuts(),
+        }
+    };
+    let losses: Vec<ElementLoss> = lost_lx2.enumerate().map(loss).collect();
+    cuts_for(&losses, goal_lx2, most_elements)
 }
 
 /// The element from which one of the finer ones was cut.
@@ -422,13 +430,8 @@ impl Adaptive {
             return None;
         }
         let of_broad = if broad.is_some() { AIM_OF_BROAD } else { 0.0 };
-        let losses: Vec<ElementLoss> = loss
-            .sure_lx2
-            .iter()
-            .enumerate()
-            .map(|(index, lost)| loss_of(context, elements, index as u32, *lost))
-            .collect();
-        let cuts = cuts_for(&losses, (AIM_SHARE - of_broad) * target_lx2, MOST_ELEMENTS);
+        let goal_lx2 = (AIM_SHARE - of_broad) * target_lx2;
+        let cuts = cuts_of(context, elements, loss.sure_lx2.iter().copied(), goal_lx2, MOST_ELEMENTS);
         let broad_cuts = broad.map(|broad| broad.cuts(context, &loss.broad, of_broad * target_lx2, MOST_ELEMENTS));
         let share = (loss.mean_lx2 + loss.standard_error_lx2) / target_lx2;
         if share < BEARABLE_SHARE {
@@ -511,7 +514,7 @@ impl Adaptive {
 
     /// Number of the element map's streams in this round: a map that starts anew draws anew.
     pub fn stream_number(&self) -> u32 {
-        if self.rounds == 0 { MapKind::Elements.number() } else { u32::MAX - self.rounds }
+        stream_number(self.rounds)
     }
 }
 

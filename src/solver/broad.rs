@@ -4,11 +4,11 @@
 //! takes rays on every element that gathers it. So it is gathered on broader elements, as large as it allows, of which those
 //! of the map are pieces; what a broad element shows of it, its mean and slopes, is shown on all of its pieces.
 
-use super::adapt::{SideLosses, cell_above, corners_within, loss_of, reference_on};
-use super::job::{Context, Shows, element_map, element_weights};
-use crate::control::{ElementLoss, cuts_for};
+use super::adapt::{SideLosses, cell_above, corners_within, cuts_of, reference_on};
+use super::job::{Context, Shows, element_weights};
+use super::sweep::stream_number;
 use crate::maps::basis::Linear;
-use crate::maps::{Crossing, IndirectDetail, MapKind, Piece, ReplicaMap, Unit, Variation};
+use crate::maps::{IndirectDetail, Piece, ReplicaMap, Unit, Variation};
 use crate::scene::Elements;
 
 /// Standard errors that are taken off what an element alone seems to lose: by chance it must not be cut.
@@ -22,6 +22,10 @@ pub struct Broad {
     pub map: ReplicaMap,
     /// Areas in m² of all entries of the map; 0 for slopes that are not shown.
     pub weights: Vec<f64>,
+    /// Share of each element that is exposed.
+    pub exposed: Vec<f64>,
+    /// Whether each element shows slopes.
+    pub sloped: Vec<bool>,
     /// What the elements keep beside their sums.
     pub shape: Shape,
     /// How the elements of the job's map lie in them.
@@ -30,10 +34,6 @@ pub struct Broad {
 
 /// What elements that gather keep beside their sums.
 pub struct Shape {
-    /// Share of each element that is exposed.
-    pub exposed: Vec<f64>,
-    /// Whether each element shows slopes.
-    pub sloped: Vec<bool>,
     /// Indirect illuminance in lx that samples are compared with; it biases nothing.
     pub references_lx: Vec<Linear>,
     /// How the light varies within the elements.
@@ -56,14 +56,9 @@ pub struct BroadLoss {
 }
 
 impl Shape {
-    /// What of the elements is shown.
-    pub fn shows(&self) -> Shows<'_> {
-        (&self.sloped, &self.exposed)
-    }
-
-    /// Number of the streams of this round: what starts anew draws anew.
+    /// Number of the streams of this round.
     pub fn stream_number(&self) -> u32 {
-        if self.rounds == 0 { MapKind::Elements.number() } else { u32::MAX - self.rounds }
+        stream_number(self.rounds)
     }
 }
 
@@ -83,30 +78,38 @@ impl Broad {
             let area_m2 = elements.area_m2(context.scene, elements.cell(index as u32));
             exposed[index] == 1.0 && (2.0 * area_m2).sqrt() > slope_from_m
         };
-        let shape = Shape {
-            sloped: (0..count).map(is_sloped).collect(),
-            exposed: exposed.clone(),
-            references_lx: vec![Linear([indirect_lx, 0.0, 0.0]); count],
-            detail: IndirectDetail::new(count),
-            rounds: 0,
-        };
-        Broad::new(context, elements, shape, fine)
+        let sloped = (0..count).map(is_sloped).collect();
+        let references_lx = vec![Linear([indirect_lx, 0.0, 0.0]); count];
+        Broad::new(context, elements, (sloped, exposed), references_lx, 0, fine)
     }
 
-    fn new(context: &Context, elements: Elements, shape: Shape, fine: &Elements) -> Broad {
-        let (map, weights) = element_map(context, &elements, Some(shape.shows()));
+    fn new(
+        context: &Context,
+        elements: Elements,
+        (sloped, exposed): (Vec<bool>, Vec<f64>),
+        references_lx: Vec<Linear>,
+        rounds: u32,
+        fine: &Elements,
+    ) -> Broad {
+        let weights = element_weights(context, &elements, Some((&sloped, &exposed)));
+        let shape = Shape { references_lx, detail: IndirectDetail::new(0), rounds };
         let pieces = pieces_of(&elements, fine);
-        let mut broad = Broad { elements, map, weights, shape, pieces };
+        let mut broad =
+            Broad { elements, map: ReplicaMap::linear(0, Unit::Lux), weights, exposed, sloped, shape, pieces };
         broad.restart();
         broad
+    }
+
+    /// What of the elements is shown.
+    fn shows(&self) -> Shows<'_> {
+        (&self.sloped, &self.exposed)
     }
 
     /// Forgets what was gathered.
     pub fn restart(&mut self) {
         let sites = self.elements.len();
-        let counted = self.weights.iter().take(sites).filter(|weight| **weight > 0.0).count();
         self.map = ReplicaMap::linear(sites, Unit::Lux);
-        self.map.crossing = Some(Crossing::new(self.map.entries(), sites, counted));
+        self.map.cross(&self.weights);
         self.shape.detail = IndirectDetail::new(sites);
     }
 
@@ -115,23 +118,23 @@ impl Broad {
     pub fn lay_under(&mut self, context: &Context, fine: &Elements, fine_exposed: &[f64]) -> bool {
         let exposed = exposed_of(context, &self.elements, fine, fine_exposed);
         let kind = |share: &f64| (*share > 0.0, *share < 1.0);
-        if exposed.iter().zip(&self.shape.exposed).any(|(now, before)| kind(now) != kind(before)) {
+        if exposed.iter().zip(&self.exposed).any(|(now, before)| kind(now) != kind(before)) {
             return false;
         }
-        self.shape.exposed = exposed;
-        self.weights = element_weights(context, &self.elements, Some(self.shape.shows()));
+        self.exposed = exposed;
+        self.weights = element_weights(context, &self.elements, Some(self.shows()));
         self.pieces = pieces_of(&self.elements, fine);
         true
     }
 
     /// Whether elements on pieces of these show slopes.
     pub fn shows_slopes(&self, site: usize) -> bool {
-        self.shape.sloped[self.pieces[site].above as usize]
+        self.sloped[self.pieces[site].above as usize]
     }
 
     fn variation(&self, index: usize) -> Variation {
         let Linear([_, first, second]) = self.shape.references_lx[index];
-        let whole = self.shape.exposed[index] == 1.0;
+        let whole = self.exposed[index] == 1.0;
         self.shape.detail.variation(index, self.map.scales(index).1, [first, second], whole)
     }
 
@@ -139,11 +142,11 @@ impl Broad {
     pub fn loss(&self, context: &Context) -> BroadLoss {
         let sites = self.elements.len();
         let variations: Vec<Variation> = (0..sites).map(|index| self.variation(index)).collect();
-        let (areas_m2, sloped) = (&self.weights[..sites], &self.shape.sloped);
-        let sides = SideLosses::of(context, &self.elements, areas_m2, self.shape.shows(), &variations);
+        let (areas_m2, sloped) = (&self.weights[..sites], &self.sloped);
+        let sides = SideLosses::of(context, &self.elements, areas_m2, self.shows(), &variations);
         let mut loss = BroadLoss::default();
         for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            let smooth_lx2 = sides.lx2(context, &self.elements, index, *area_m2, self.shape.shows());
+            let smooth_lx2 = sides.lx2(context, &self.elements, index, *area_m2, self.shows());
             let (of_slope, noise_of_slope) =
                 if sloped[index] { (0.0, 0.0) } else { (variation.slope_lx2, variation.slope_noise) };
             let noise = variation.indirect_noise + noise_of_slope;
@@ -159,13 +162,7 @@ impl Broad {
 
     /// How often to cut each element so that they lose no more than a goal in lx².
     pub fn cuts(&self, context: &Context, loss: &BroadLoss, goal_lx2: f64, most: usize) -> Vec<u32> {
-        let losses: Vec<ElementLoss> = loss
-            .sure_lx2
-            .iter()
-            .enumerate()
-            .map(|(index, lost)| loss_of(context, &self.elements, index as u32, *lost))
-            .collect();
-        cuts_for(&losses, goal_lx2, most)
+        cuts_of(context, &self.elements, loss.sure_lx2.iter().copied(), goal_lx2, most)
     }
 
     /// The same cut, under a map of these elements.
@@ -184,17 +181,12 @@ impl Broad {
         let cuts = |index: usize| elements.cell(index as u32).cuts();
         let is_sloped = |(index, above): (usize, &u32)| {
             // Constant elements that were cut lost too much by their slopes.
-            let were = self.shape.sloped[*above as usize];
+            let were = self.sloped[*above as usize];
             exposed[index] == 1.0 && (were || cuts(index) > self.elements.cell(*above).cuts())
         };
-        let shape = Shape {
-            sloped: above.iter().enumerate().map(is_sloped).collect(),
-            references_lx: above.iter().enumerate().map(reference).collect(),
-            exposed: exposed.clone(),
-            detail: IndirectDetail::new(0),
-            rounds: self.shape.rounds + 1,
-        };
-        Broad::new(context, elements, shape, fine)
+        let sloped = above.iter().enumerate().map(is_sloped).collect();
+        let references_lx = above.iter().enumerate().map(reference).collect();
+        Broad::new(context, elements, (sloped, exposed), references_lx, self.shape.rounds + 1, fine)
     }
 }
 
@@ -205,7 +197,7 @@ fn exposed_of(context: &Context, broad: &Elements, fine: &Elements, fine_exposed
         let [whole_m2, exposed_m2] = &mut found[cell_above(broad, fine, index as u32) as usize];
         let area_m2 = fine.area_m2(context.scene, fine.cell(index as u32));
         *whole_m2 += area_m2;
-        *exposed_m2 += if *exposed < 1.0 { area_m2 * exposed } else { area_m2 };
+        *exposed_m2 += area_m2 * exposed;
     }
     let share = |[whole_m2, exposed_m2]: [f64; 2]| if exposed_m2 < whole_m2 { exposed_m2 / whole_m2 } else { 1.0 };
     found.into_iter().map(share).collect()

@@ -33,6 +33,11 @@ pub enum Deposits {
     DirectToo,
 }
 
+/// Number of the element map's streams after so many rounds of cuts: what starts anew draws anew.
+pub(super) fn stream_number(rounds: u32) -> u32 {
+    if rounds == 0 { MapKind::Elements.number() } else { u32::MAX - rounds }
+}
+
 pub(super) fn stream_index(entry: usize, sample: u64) -> u64 {
     ((entry as u64) << SAMPLE_BITS) | sample
 }

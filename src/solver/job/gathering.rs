@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::elements::{element_weights, numbers_per_site};
 use super::{Context, Engine, Job, Method, Tally, after_sweep, slice_of_sweep};
-use crate::maps::{Crossing, ReplicaMap, Unit};
+use crate::maps::{ReplicaMap, Unit};
 use crate::scene::Elements;
 use crate::solver::adapt::slope_from_m;
 use crate::solver::broad::Broad;
@@ -38,7 +38,7 @@ impl Job {
 
     /// Shares of these that are exposed; empty where elements count as they are.
     pub fn gathering_exposed(&self) -> &[f64] {
-        self.broad.as_ref().map_or(&[], |broad| &broad.shape.exposed)
+        self.broad.as_ref().map_or(&[], |broad| &broad.exposed)
     }
 
     /// Areas or weights of all entries of [`Job::gathered`].
@@ -68,11 +68,7 @@ impl Job {
                 adaptive.stand_on(broad);
                 self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
             }
-            _ => {
-                let (entries, sites) = (self.map.entries(), self.map.len());
-                let counted = self.weights.iter().take(sites).filter(|weight| **weight > 0.0).count();
-                self.map.crossing = Some(Crossing::new(entries, sites, counted));
-            }
+            _ => self.map.cross(&self.weights),
         }
         self.map.forget_indirect_scores();
         self.forget_looks();
@@ -133,12 +129,11 @@ impl Job {
         let (entries, times): (Range<usize>, Range<u64>) =
             slice_of_sweep(tally, goal, sites, self.share.rays_per_indirect);
         let (kind, checked_share) = (self.kind, self.checked_share);
-        let exposed = self.gathering_exposed().to_vec();
-        let (elements, map, shape) = match &mut self.broad {
-            Some(broad) => (&broad.elements, &mut broad.map, Some(&mut broad.shape)),
-            None => (&self.elements, &mut self.map, None),
+        let (elements, exposed, map, shape) = match &mut self.broad {
+            Some(broad) => (&broad.elements, &broad.exposed[..], &mut broad.map, Some(&mut broad.shape)),
+            None => (&self.elements, &[][..], &mut self.map, None),
         };
-        let gatherer = Gatherer { context, forward, kind, elements, exposed: &exposed, checked_share };
+        let gatherer = Gatherer { context, forward, kind, elements, exposed, checked_share };
         self.rays += gatherer.gather(map, shape, entries.clone(), times.clone());
         map.indirect_samples = after_sweep(entries, times, sites);
     }
@@ -150,7 +145,7 @@ impl Job {
             return;
         };
         broad.map.settle(&broad.weights);
-        self.map.take_indirect(&broad.map, &broad.shape.sloped, &broad.pieces);
+        self.map.take_indirect(&broad.map, &broad.sloped, &broad.pieces);
         if let Some(adaptive) = &mut self.adaptive {
             adaptive.detail.take_indirect(&broad.shape.detail, &broad.pieces);
         }
