@@ -24,7 +24,7 @@ const MOST_NUMBERS: usize = 4_000_000;
 /// Share of the unshadowed light that must be hidden, on average, for the looks to pay.
 const LEAST_HIDDEN: f64 = 0.25;
 /// Share of a run's rays that finding out may take, rays below which it is not begun, and most rays.
-const SHARE_OF_RUN: f64 = 0.15;
+const SHARE_OF_RUN: f64 = 0.1;
 const LEAST_RAYS: f64 = 50_000.0;
 const MOST_RAYS: f64 = 4e6;
 /// Share of these that chains take, to find where light meets surfaces.

@@ -13,6 +13,8 @@ const EXPONENT_SPREAD: f64 = 0.3;
 const MOST_SHARED: f64 = 0.7;
 /// Steps in which the margin of the end is found.
 const MARGIN_STEPS: usize = 4;
+/// Rays that more chains and all samples anew may take, over those of more samples alone: what looks tell is unsure.
+const WORTH_ANEW: f64 = 0.8;
 /// More chains are tried in steps of this factor, up to so many steps.
 const STEP: f64 = 1.1;
 const STEPS: i32 = 60;
@@ -116,7 +118,9 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
         let rays = state.chain_rays * (chains - 1.0) + state.rays_to(samples, 0.0);
         Some(GatherNeed { chains, samples, rays })
     });
-    let best = as_it_is.into_iter().chain(with_more).min_by(|one, other| one.rays.total_cmp(&other.rays));
+    // What was gathered so far is given up for more chains only where that surely pays.
+    let worth = |need: &GatherNeed| as_it_is.is_none_or(|as_it_is| need.rays <= WORTH_ANEW * as_it_is.rays);
+    let best = with_more.min_by(|one, other| one.rays.total_cmp(&other.rays)).filter(worth).or(as_it_is);
     best.unwrap_or_else(|| {
         let chains = STEP.powi(STEPS);
         GatherNeed { chains, samples: 1.0, rays: state.chain_rays * chains + state.rays_to(1.0, 0.0) }

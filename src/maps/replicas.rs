@@ -10,6 +10,8 @@ use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
+/// Standard error of tr C² by the products of all pairs of differences, as a share of it, about: √(2/28).
+const UNSURE_SQUARES: f64 = 0.27;
 
 /// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
 ///
@@ -247,7 +249,7 @@ impl ReplicaMap {
         let Some(crossing) = &self.crossing else {
             return found;
         };
-        let (mut weight_sum, mut uncorrected) = (0.0, 0.0);
+        let (mut weight_sum, mut uncorrected, mut weight_squares) = (0.0, 0.0, 0.0);
         let mut products = PairProducts::default();
         for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let inverse = self.indirect_samples.inverse(self.site_of(entry));
@@ -259,19 +261,24 @@ impl ReplicaMap {
             products.add(weight * inverse * inverse, &crossing.pairs_of_columns(entry));
             if entry < self.sites {
                 weight_sum += 2.0 * weight;
+                weight_squares += weight * weight;
             }
         }
         let CrossedVariances { rows, columns, cells, .. } = found;
         // Corrections take off what chains have wrong everywhere, and bring the chance of their checks, which is not that of chains.
         let columns = columns.min(uncorrected);
         let mean = |sum: f64| sum.max(0.0) / weight_sum.max(f64::MIN_POSITIVE);
-        // The cells' own part is independent from entry to entry and adds next to nothing to tr C².
-        let share = (1.0 - cells / uncorrected.max(f64::MIN_POSITIVE)).max(0.0);
+        // Of tr C² only what surely is not the cells' own, which is independent from entry to entry, is by the columns.
+        let entries = 0.25 * weight_sum * weight_sum / weight_squares.max(f64::MIN_POSITIVE);
+        let of_columns = (uncorrected - cells).max(0.0);
+        let squares = (1.0 - UNSURE_SQUARES) * uncorrected * uncorrected / products.degrees_of_freedom();
+        let squares = (squares - cells * cells / entries).max(of_columns * of_columns / entries);
+        let degrees = of_columns * of_columns / squares.max(f64::MIN_POSITIVE);
         CrossedVariances {
             rows: mean(rows - cells),
             columns: mean(columns - cells),
             cells: mean(cells.min(rows)),
-            degrees_of_columns: (share * share * products.degrees_of_freedom()).max(1.0),
+            degrees_of_columns: degrees.max(1.0),
         }
     }
 

@@ -24,9 +24,18 @@ pub struct Patches {
     area_m2: Vec<f64>,
     /// What each patch is made of.
     content: Vec<Content>,
+    /// Places of joined patches where rays asked them; empty before these are known.
+    asked: Vec<Vec<(u32, [f64; 2])>>,
+    /// Number of the surface's part that faces one way, for each patch.
+    face: Vec<u32>,
+    faces: u32,
+    next_face: u32,
     /// Triangles of joined patches with the area of the patch up to and including each.
     joined: Vec<Vec<(u32, f64)>>,
 }
+
+/// A place: triangle, barycentric coordinates, side.
+pub type Spot = (u32, [f64; 2], Side);
 
 /// What a patch is made of.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +51,8 @@ enum Content {
 struct PatchedTriangle {
     divisions: u32,
     first: [u32; 2],
+    /// Weight of a joined triangle in its patch over that of its area, front and back.
+    weight: [f64; 2],
 }
 
 /// Where something met a patch.
@@ -58,6 +69,7 @@ impl Patches {
     pub fn of(scene: &Scene, edge_m: f64) -> Patches {
         let mut patches = Patches::default();
         let mut joined: HashMap<Group, u32> = HashMap::new();
+        let mut faces: HashMap<(u32, [i8; 3]), u32> = HashMap::new();
         for triangle in 0..scene.triangles.len() as u32 {
             let two_sided = scene.surface_of(triangle).two_sided;
             let area_m2 = scene.triangle_area_m2(triangle);
@@ -65,8 +77,12 @@ impl Patches {
             let is_small = divisions == 1.0 && area_m2 < SMALL * 0.5 * edge_m * edge_m;
             let first = [Side::Front, Side::Back].map(|side| {
                 if side == Side::Back && !two_sided {
-                    u32::MAX
-                } else if is_small {
+                    return u32::MAX;
+                }
+                let count = faces.len() as u32;
+                patches.next_face =
+                    *faces.entry((scene.surface_id_of(triangle), facing_of(scene, triangle, side))).or_insert(count);
+                if is_small {
                     let group = group_of(scene, triangle, side, edge_m);
                     let patch = *joined.entry(group).or_insert_with(|| patches.push_joined(side));
                     patches.join(patch, triangle, area_m2);
@@ -75,8 +91,13 @@ impl Patches {
                     patches.push_parts(triangle, side, divisions as u32, area_m2)
                 }
             });
-            patches.triangles.push(PatchedTriangle { divisions: if is_small { 0 } else { divisions as u32 }, first });
+            patches.triangles.push(PatchedTriangle {
+                divisions: if is_small { 0 } else { divisions as u32 },
+                first,
+                weight: [1.0; 2],
+            });
         }
+        patches.faces = faces.len() as u32;
         patches
     }
 
@@ -85,6 +106,7 @@ impl Patches {
         let parts = divisions * divisions;
         self.area_m2.extend((0..parts).map(|_| area_m2 / f64::from(parts)));
         self.content.extend((0..parts).map(|part| Content::Part { triangle, part, side }));
+        self.face.resize(self.content.len(), self.next_face);
         first
     }
 
@@ -92,6 +114,7 @@ impl Patches {
         self.area_m2.push(0.0);
         self.content.push(Content::Joined { list: self.joined.len() as u32, side });
         self.joined.push(Vec::new());
+        self.face.push(self.next_face);
         self.area_m2.len() as u32 - 1
     }
 
@@ -102,8 +125,42 @@ impl Patches {
         }
     }
 
-    /// A point of a patch, uniform over its area by two variates: triangle, barycentric coordinates, side.
-    pub fn point(&self, patch: u32, [u, v]: [f64; 2], choice: f64) -> (u32, [f64; 2], Side) {
+    /// Makes joined patches tell of where they are asked: at places where rays met them, and anywhere with the weight of one such place.
+    ///
+    /// What is told is then the mean over what is seen of such a patch, not over what lies hidden between things.
+    pub fn tell_of(&mut self, scene: &Scene, places: impl Iterator<Item = Spot>) {
+        self.asked = vec![Vec::new(); self.joined.len()];
+        let mut asks = vec![[0.0; 2]; self.triangles.len()];
+        for (triangle, barycentric, side) in places {
+            if let Some(place) = self.place(triangle, barycentric, side)
+                && let Content::Joined { list, .. } = self.content[place.patch as usize]
+            {
+                self.asked[list as usize].push((triangle, barycentric));
+                asks[triangle as usize][usize::from(side == Side::Back)] += 1.0;
+            }
+        }
+        for (patch, content) in self.content.iter().enumerate() {
+            let Content::Joined { list, side } = *content else {
+                continue;
+            };
+            let (area_m2, places) = (self.area_m2[patch], self.asked[list as usize].len() as f64);
+            let side = usize::from(side == Side::Back);
+            for (triangle, _) in &self.joined[list as usize] {
+                let own_m2 = scene.triangle_area_m2(*triangle);
+                let weighted_m2 = (asks[*triangle as usize][side] * area_m2 + own_m2) / (places + 1.0);
+                self.triangles[*triangle as usize].weight[side] = weighted_m2 / own_m2;
+            }
+        }
+    }
+
+    /// Weight of what arrives on a side of a triangle in what its patch tells: 1 but where that tells of where it is asked.
+    #[inline]
+    pub fn weight(&self, triangle: u32, side: Side) -> f64 {
+        self.triangles[triangle as usize].weight[usize::from(side == Side::Back)]
+    }
+
+    /// A point of a patch by two variates and a third: uniform over its area, or where it was asked.
+    pub fn point(&self, patch: u32, [u, v]: [f64; 2], choice: f64) -> Spot {
         match self.content[patch as usize] {
             Content::Part { triangle, part, side } => {
                 let corners = part_corners(self.triangles[triangle as usize].divisions, part);
@@ -113,8 +170,13 @@ impl Patches {
                 (triangle, [at(0), at(1)], side)
             }
             Content::Joined { list, side } => {
+                let asked = self.asked.get(list as usize).map_or(&[][..], |asked| asked);
+                let choice = choice * (asked.len() + 1) as f64;
+                if let Some((triangle, barycentric)) = asked.get(choice as usize) {
+                    return (*triangle, *barycentric, side);
+                }
                 let triangles = &self.joined[list as usize];
-                let aim = choice * self.area_m2[patch as usize];
+                let aim = choice.fract() * self.area_m2[patch as usize];
                 let chosen = triangles.partition_point(|(_, area_m2)| *area_m2 <= aim).min(triangles.len() - 1);
                 (triangles[chosen].0, [u, v], side)
             }
@@ -124,6 +186,17 @@ impl Patches {
     /// Whether a patch is made of whole triangles that lie together.
     pub fn is_joined(&self, patch: u32) -> bool {
         matches!(self.content[patch as usize], Content::Joined { .. })
+    }
+
+    /// Number of the part of a surface that faces one way, to which a patch belongs.
+    #[inline]
+    pub fn face(&self, patch: usize) -> usize {
+        self.face[patch] as usize
+    }
+
+    /// How many of these there are.
+    pub fn faces(&self) -> usize {
+        self.faces as usize
     }
 
     /// Number of patches.
@@ -150,7 +223,7 @@ impl Patches {
     /// The patch on a side of a triangle at barycentric coordinates `(u, v)`; `None` for the back of a one-sided one.
     #[inline]
     pub fn place(&self, triangle: u32, [u, v]: [f64; 2], side: Side) -> Option<PatchPlace> {
-        let PatchedTriangle { divisions, first } = self.triangles[triangle as usize];
+        let PatchedTriangle { divisions, first, .. } = self.triangles[triangle as usize];
         let first = first[usize::from(side == Side::Back)];
         if first == u32::MAX {
             return None;
@@ -182,11 +255,15 @@ type Group = (u32, [i64; 3], [i8; 3]);
 /// Small triangles of a surface are joined where their middles lie in one cube of a lattice and they face about one way.
 fn group_of(scene: &Scene, triangle: u32, side: Side, edge_m: f64) -> Group {
     let [a, b, c] = scene.corners_m(triangle);
+    let cube = ((a + b + c) / (3.0 * edge_m)).floor();
+    (scene.surface_id_of(triangle), cube.to_array().map(|step| step as i64), facing_of(scene, triangle, side))
+}
+
+/// Which way a side of a triangle faces, in steps.
+fn facing_of(scene: &Scene, triangle: u32, side: Side) -> [i8; 3] {
     let turned = if side == Side::Front { 1.0 } else { -1.0 };
     let normal: DVec3 = scene.triangle_normal(triangle) * turned;
-    let cube = ((a + b + c) / (3.0 * edge_m)).floor();
-    let facing = (normal * NORMAL_STEPS).round().to_array().map(|step| step as i8);
-    (scene.surface_id_of(triangle), cube.to_array().map(|step| step as i64), facing)
+    (normal * NORMAL_STEPS).round().to_array().map(|step| step as i8)
 }
 
 #[cfg(test)]

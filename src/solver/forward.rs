@@ -5,6 +5,7 @@
 //! rays of a half's eight replicas all look up the eight memories of that half, so that the halves stay independent.
 //! Where it is worth its rays, patches hold direct light too, found by looks from points spread over them.
 
+mod direct;
 mod layer;
 mod memory;
 
@@ -13,21 +14,21 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::layer::{EXPOSURE_POINTS, Layer, LinearLx, projected};
+use self::layer::{EXPOSURE_POINTS, Layer, LinearLx, PatchMean};
 use self::memory::Deposits;
 pub use self::memory::Recollection;
 use super::job::{Context, Ends};
+use super::survey::Sharing;
 use crate::estimators::cover::is_covered;
-use crate::estimators::direct::{Care, Receiver, one_look};
+use crate::estimators::direct::Receiver;
 use crate::estimators::walk::gather_indirect_lx;
-use crate::geometry::Origin;
+use crate::geometry::{Origin, SurfaceHit};
 use crate::maps::{HALF, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::reflection::Law;
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::Side;
-use crate::scene::patches::{PatchPlace, Patches};
+use crate::scene::patches::{PatchPlace, Patches, Spot};
 
 /// Number of the forward stage among the maps, for its streams.
 const FORWARD: u32 = u32::MAX;
@@ -38,17 +39,14 @@ const RAYS_PER_SAMPLE: f64 = 2.0;
 /// A ray that meets a surface nearer than this share of the edge of patches goes on instead of looking the patch up: in corners a
 /// patch says little of what lies next to it. Patches that gather look for luminaires there.
 const NEAR: f64 = 0.25;
-/// Below so many samples a patch the deposits stay as they are.
-const FEWEST_SAMPLES: u64 = 4;
-/// Looks of a replica from a patch for its direct light, at least, and those beyond that over the rays of the chains.
-const FEWEST_LOOKS: u64 = 4;
-const LOOKS_SHARE: f64 = 0.5;
-/// A patch tells direct light if what coarser ones say of it is not surely off by more than so many roots of the error asked for,
-/// over all light there: a tenth for 1%.
-const MOST_MISFIT: f64 = 1.0;
-const MISFIT_POINTS: u64 = 8;
-/// Squares of standard errors by which chance may make them differ.
-const SURE: f64 = 4.0;
+/// Samples of a replica from which on a patch tells slopes by them.
+pub const FEWEST_SAMPLES: u64 = 4;
+/// Rays of one that is shared: a look beside it.
+const RAYS_PER_SHARED: f64 = 3.0;
+/// Share of what shows of a coarse patch that samples must stand for, for it to be known by them.
+const ENOUGH_OF_COARSE: f64 = 0.75;
+/// Points of a patch that are tried until one is not covered.
+const TRIES: usize = 16;
 
 /// Light that chains brought, patch by patch, in sixteen replicas.
 pub struct Forward {
@@ -57,10 +55,12 @@ pub struct Forward {
     coarse: Layer<1>,
     /// Nearer than this, in m, gathering rays look no patch up, and patches that gather no direct light.
     near_m: f64,
-    /// Where patches shall tell direct light: the error that decides which of them do.
-    direct_for: Option<f64>,
-    /// Whether each of them does; empty before they know it.
-    tells_direct: Vec<bool>,
+    /// Samples that patches take for all rays, and the error that decides which of them tell direct light, where any shall.
+    sharing: Option<(Sharing, Option<f64>)>,
+    /// Distance in m from which on each of them does; empty before they know it.
+    tells_direct_from_m: Vec<f64>,
+    /// Whether each of the coarse ones knows the direct light of enough of them.
+    coarse_knows_direct: Vec<bool>,
     /// Chains of each replica so far.
     pub chains: u64,
     /// Rays so far, all replicas: those of the chains, of looks for the patches' direct light and of their own gathering.
@@ -77,19 +77,16 @@ pub struct Forward {
 impl Forward {
     /// A stage without chains on patches with edges of about `edge_m`.
     pub fn new(context: &Context, edge_m: f64) -> Forward {
-        let patches = |edge_m: f64| {
-            let patches = Patches::of(context.scene, edge_m);
-            let share = |patch| exposed_share(context, &patches, patch);
-            let exposed = (0..patches.len() as u32).into_par_iter().map(share).collect();
-            (patches, exposed)
-        };
-        let (fine, coarse) = rayon::join(|| patches(edge_m), || patches(2.0 * edge_m));
+        let (fine, coarse) =
+            rayon::join(|| Patches::of(context.scene, edge_m), || Patches::of(context.scene, 2.0 * edge_m));
+        let [fine_exposed, coarse_exposed] = exposed_shares(context, &fine, &coarse);
         Forward {
-            fine: Layer::new(fine.0, fine.1),
-            coarse: Layer::new(coarse.0, coarse.1),
+            fine: Layer::new(fine, fine_exposed),
+            coarse: Layer::new(coarse, coarse_exposed),
             near_m: NEAR * edge_m,
-            direct_for: None,
-            tells_direct: Vec::new(),
+            sharing: None,
+            tells_direct_from_m: Vec::new(),
+            coarse_knows_direct: Vec::new(),
             chains: 0,
             rays: 0,
             earlier_rays: 0,
@@ -134,19 +131,33 @@ impl Forward {
         deposits / (self.chains.max(1) as f64 * REPLICAS as f64)
     }
 
-    /// Rays that it takes at least to know the direct light of all patches.
-    pub fn rays_to_know_direct(&self) -> f64 {
-        (FEWEST_LOOKS * REPLICAS as u64) as f64 * self.fine.patches.len() as f64
+    /// The patch that a ray asks which met a surface there, and whether it is made of joined triangles.
+    pub fn asked(&self, hit: &SurfaceHit) -> Option<(u32, bool)> {
+        let place = self.fine.place(hit)?;
+        (hit.distance_m >= self.near_m).then_some((place.patch, self.fine.patches.is_joined(place.patch)))
     }
 
-    /// Whether patches shall tell direct light too.
-    pub fn shall_tell_direct(&self) -> bool {
-        self.direct_for.is_some()
+    /// Makes patches of joined triangles tell of where rays asked them; before chains are traced.
+    pub fn tell_of<'a>(&mut self, context: &Context, places: impl Iterator<Item = &'a Spot> + Clone) {
+        self.fine.patches.tell_of(context.scene, places.clone().copied());
+        self.coarse.patches.tell_of(context.scene, places.copied());
+        [self.fine.exposed, self.coarse.exposed] = exposed_shares(context, &self.fine.patches, &self.coarse.patches);
     }
 
-    /// Lets patches tell direct light too, from when chains are settled on, as exactly as a relative error asks for.
-    pub fn tell_direct(&mut self, error: f64) {
-        self.direct_for = Some(error);
+    /// Lets patches take samples for all rays, from when chains are settled on: of indirect light, and of direct light too
+    /// where they shall tell it as exactly as a relative error asks for.
+    pub fn share(&mut self, sharing: Sharing, tells_for: Option<f64>) {
+        self.sharing = Some((sharing, tells_for));
+    }
+
+    /// Rays, about, of the samples that patches take for all rays.
+    pub fn rays_to_share(&self) -> Option<f64> {
+        self.sharing.as_ref().map(|(sharing, _)| RAYS_PER_SHARED * sharing.sum())
+    }
+
+    /// Share of the rays' asking for direct light that patches shall answer.
+    pub fn told_share(&self) -> f64 {
+        self.sharing.as_ref().map_or(0.0, |(sharing, tells_for)| tells_for.map_or(0.0, |_| sharing.told_share))
     }
 
     /// Variance in lx² of what a half remembers of a place, by the chance of its deposits.
@@ -173,85 +184,46 @@ impl Forward {
         self.coarse.value(flux_per_chain_lm);
         let rays_per_sample = RAYS_PER_SAMPLE * self.fine.patches.len() as f64;
         let wanted_rays = REFINING_SHARE * self.rays_per_chain() * self.chains as f64;
-        let earlier_rays = self.rays;
-        // Where looks would take more than there is, patches tell no direct light, and rays look themselves.
-        self.tells_direct.clear();
-        if let Some(error) = self.direct_for
-            && self.rays_to_know_direct() <= most_rays
-        {
-            self.look_at_direct(context, error, most_rays);
-        }
-        let most_rays = most_rays - (self.rays - earlier_rays) as f64;
-        let samples = (wanted_rays.min(most_rays / REPLICAS as f64) / rays_per_sample) as u64;
-        if samples >= FEWEST_SAMPLES {
-            self.refine(context, samples);
+        self.tells_direct_from_m.clear();
+        if let Some((sharing, tells_for)) = self.sharing.take() {
+            // Where there is too little left for it, rays look themselves, and deposits have to do.
+            if RAYS_PER_SHARED * sharing.sum() <= most_rays {
+                if let Some(error) = tells_for {
+                    self.look_at_direct(context, &sharing, error);
+                }
+                self.refine(context, |patch| sharing.of_patch(patch));
+            }
+            self.sharing = Some((sharing, tells_for));
+        } else {
+            let samples = (wanted_rays.min(most_rays / REPLICAS as f64) / rays_per_sample) as u64;
+            if samples >= FEWEST_SAMPLES {
+                self.refine(context, |_| samples);
+            }
         }
         self.fine.tabulate();
         self.coarse.tabulate();
     }
 
-    /// Direct light by looks from points of every patch, more from large ones, by `most_rays` in all.
-    fn look_at_direct(&mut self, context: &Context, error: f64, most_rays: f64) {
-        let stage = context.stage;
-        let patches = &self.fine.patches;
-        let area_m2 = patches.all_area_m2();
-        let more_looks =
-            (LOOKS_SHARE * self.chain_rays as f64).min(most_rays - self.rays_to_know_direct()) / REPLICAS as f64;
-        let looks_of = |patch: u32| FEWEST_LOOKS.max((more_looks * patches.area_m2(patch) / area_m2) as u64);
-        let look = |_: usize, spot: (u32, Side), receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
-            if !matches!(stage.law(spot.0), Law::Diffuse(law) if law.reflectance > 0.0) {
-                return (0.0, 0);
-            }
-            let sight = one_look(stage, spot, receiver, Care::Glance, cut, stream);
-            sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1))
-        };
-        let found = self.sampled(context, Purpose::Direct, looks_of, look);
-        self.fine.direct_lx.clear();
-        self.coarse.direct_lx.clear();
-        for Sampled { fine_lx, coarse_lx, rays } in found {
-            self.fine.direct_lx.push(fine_lx);
-            self.coarse.direct_lx.push(coarse_lx);
-            self.rays += rays;
-        }
-        let tells = |patch: u32| {
-            let most_lx = MOST_MISFIT * error.sqrt() * self.fine.mean_lx(patch);
-            !self.fine.patches.is_joined(patch) && self.misfit_lx2(context, patch) <= most_lx * most_lx
-        };
-        self.tells_direct = (0..self.fine.patches.len() as u32).into_par_iter().map(tells).collect();
-    }
-
-    /// Mean square over a patch, in lx², of what coarser patches say of its direct light beyond it, what chance may have of
-    /// that taken off: near luminaires and at the edges of shadows a linear function does not show it.
-    fn misfit_lx2(&self, context: &Context, patch: u32) -> f64 {
-        let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32 + 1);
-        let (mut squares, mut chance_lx2) = (0.0, 0.0);
-        for number in 0..MISFIT_POINTS {
-            stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
-            let (point, ..) = point_of_patch(context, &self.fine.patches, patch, &mut stream);
-            let fine = self.fine.patches.place(point.0, point.1, point.2);
-            let coarse = self.coarse.patches.place(point.0, point.1, point.2);
-            if let (Some(fine), Some(coarse)) = (fine, coarse) {
-                let (fine_lx, fine_lx2) = self.fine.mean_direct_lx(&fine);
-                let (coarse_lx, coarse_lx2) = self.coarse.mean_direct_lx(&coarse);
-                squares += (coarse_lx - fine_lx).powi(2);
-                chance_lx2 += SURE * (fine_lx2 + coarse_lx2);
-            }
-        }
-        (squares - chance_lx2) / MISFIT_POINTS as f64
-    }
-
     /// Indirect light by gathering from points of every patch.
-    fn refine(&mut self, context: &Context, samples: u64) {
+    fn refine(&mut self, context: &Context, samples_of: impl Fn(u32) -> u64 + Sync) {
         let gather = |replica: usize, _: (u32, Side), receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
             let mut memory = Deposits { forward: self, replica };
             gather_indirect_lx(context.stage, receiver, &mut memory, cut, stream)
         };
-        let found = self.sampled(context, Purpose::Gathering, |_| samples, gather);
-        for (replica, Sampled { fine_lx, coarse_lx, rays }) in found.into_iter().enumerate() {
-            self.fine.indirect_lx[replica] = fine_lx;
-            self.coarse.indirect_lx[replica] = coarse_lx;
-            self.rays += rays;
-        }
+        let found = self.sampled(context, Purpose::Gathering, samples_of, gather);
+        // Where too little was gathered, deposits stay.
+        let of_fine = |(found, deposits_lx): (&Sampled, &Vec<LinearLx>)| {
+            self.fine.means_lx(&found.means[0], FEWEST_SAMPLES, 0.0, deposits_lx)
+        };
+        let of_coarse = |(found, deposits_lx): (&Sampled, &Vec<LinearLx>)| {
+            self.coarse.means_lx(&found.means[1], FEWEST_SAMPLES, ENOUGH_OF_COARSE, deposits_lx)
+        };
+        let mut fine_lx: Vec<Vec<LinearLx>> = found.iter().zip(&self.fine.indirect_lx).map(of_fine).collect();
+        let mut coarse_lx: Vec<Vec<LinearLx>> = found.iter().zip(&self.coarse.indirect_lx).map(of_coarse).collect();
+        self.fine.keep_flux(&mut fine_lx);
+        self.coarse.keep_flux(&mut coarse_lx);
+        (self.fine.indirect_lx, self.coarse.indirect_lx) = (fine_lx, coarse_lx);
+        self.rays += found.iter().map(|found| found.rays).sum::<u64>();
     }
 
     /// Projections of what every replica finds at points of every patch, so many of each; `sample` tells it in lx, with the
@@ -270,15 +242,16 @@ impl Forward {
             let mut rays = 0;
             let mut means = patches.map(|patches| vec![PatchMean::default(); patches.len()]);
             for patch in 0..patches[0].len() as u32 {
-                let exposed = self.fine.exposed[patch as usize];
                 let count = count_of(patch);
-                let weight = patches[0].area_m2(patch) / count as f64;
+                let exposed = self.fine.exposed[patch as usize];
+                let weight = exposed * patches[0].area_m2(patch) / count as f64;
                 for number in 0..count {
                     stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
-                    let (point, origin, normal) = point_of_patch(context, patches[0], patch, &mut stream);
-                    if exposed < 1.0 && is_covered(context.stage, &origin, normal, &mut stream).0 {
+                    let (point, cover_rays) = self.exposed_point(context, patch, &mut stream);
+                    rays += cover_rays;
+                    let Some((point, origin, normal)) = point else {
                         continue;
-                    }
+                    };
                     let point_m = context.stage.tracer.position_m(&origin);
                     let receiver = Receiver { point_m, normal, origin: &origin };
                     let (lx, sample_rays) = sample(replica, (point.0, point.2), &receiver, &mut cut, &mut stream);
@@ -290,14 +263,26 @@ impl Forward {
                     }
                 }
             }
-            let values = |means: &[PatchMean], exposed: &[f64]| -> Vec<LinearLx> {
-                means.iter().zip(exposed).map(|(mean, exposed)| mean.value(*exposed == 1.0)).collect()
-            };
-            let [fine, coarse] = &means;
-            let (fine_lx, coarse_lx) = (values(fine, &self.fine.exposed), values(coarse, &self.coarse.exposed));
-            Sampled { fine_lx, coarse_lx, rays }
+            Sampled { means, rays }
         };
         (0..REPLICAS).into_par_iter().with_max_len(1).map(of_replica).collect()
+    }
+
+    /// A random point of a patch that is not covered, and the rays that it took to find one; `None` where that fails.
+    fn exposed_point(&self, context: &Context, patch: u32, stream: &mut Stream) -> (Option<PatchPoint>, u64) {
+        let mut rays = 0;
+        for _ in 0..TRIES {
+            let point = point_of_patch(context, &self.fine.patches, patch, stream);
+            if self.fine.exposed[patch as usize] == 1.0 {
+                return (Some(point), rays);
+            }
+            let (is_covered, cover_rays) = is_covered(context.stage, &point.1, point.2, stream);
+            rays += cover_rays;
+            if !is_covered {
+                return (Some(point), rays);
+            }
+        }
+        (None, rays)
     }
 
     /// Traces chains up to a number in each replica.
@@ -354,7 +339,7 @@ fn trace_chains(
             for (patches, sums) in patches.iter().zip(&mut sums) {
                 if let Some(place) = patches.place(hit.triangle, hit.barycentric, hit.side) {
                     let [count, a, b] = &mut sums[place.patch as usize];
-                    *count += 1.0;
+                    *count += patches.weight(hit.triangle, hit.side);
                     *a += place.offset[0];
                     *b += place.offset[1];
                 }
@@ -368,38 +353,15 @@ fn trace_chains(
 
 /// What a replica found in the patches of both sizes, and the rays it took.
 struct Sampled {
-    fine_lx: Vec<LinearLx>,
-    coarse_lx: Vec<LinearLx>,
+    means: [Vec<PatchMean>; 2],
     rays: u64,
 }
 
-/// Weighted samples of a patch: their weight, their sum and that of samples times offsets.
-#[derive(Clone, Copy, Debug, Default)]
-struct PatchMean {
-    weight: f64,
-    sums: [f64; 3],
-}
+/// A point of a patch, where rays leave it, and its normal.
+type PatchPoint = (Spot, Origin, DVec3);
 
-impl PatchMean {
-    fn add(&mut self, weight: f64, lx: f64, offset: [f64; 2]) {
-        self.weight += weight;
-        self.sums[0] += weight * lx;
-        self.sums[1] += weight * lx * offset[0];
-        self.sums[2] += weight * lx * offset[1];
-    }
-
-    fn value(&self, slopes: bool) -> LinearLx {
-        if self.weight > 0.0 { projected(self.sums, 1.0 / self.weight, slopes) } else { [0.0; 3] }
-    }
-}
-
-/// A random point of a patch: triangle, barycentric coordinates and side; where rays leave it, and its normal.
-fn point_of_patch(
-    context: &Context,
-    patches: &Patches,
-    patch: u32,
-    stream: &mut Stream,
-) -> ((u32, [f64; 2], Side), Origin, DVec3) {
+/// A random point of a patch.
+fn point_of_patch(context: &Context, patches: &Patches, patch: u32, stream: &mut Stream) -> PatchPoint {
     let choice = stream.fine_unit();
     let point = patches.point(patch, uniform_triangle(stream.pair()), choice);
     let (triangle, barycentric, side) = point;
@@ -407,13 +369,38 @@ fn point_of_patch(
     (point, origin, context.stage.normal(triangle, side))
 }
 
-/// Share of a patch that is not covered: nobody sees what is, and what is seen of the patch must not suffer from it.
-fn exposed_share(context: &Context, patches: &Patches, patch: u32) -> f64 {
-    let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32);
-    let exposed = (0..EXPOSURE_POINTS).filter(|number| {
-        stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), *number);
-        let (_, origin, normal) = point_of_patch(context, patches, patch, &mut stream);
-        !is_covered(context.stage, &origin, normal, &mut stream).0
-    });
-    exposed.count() as f64 / EXPOSURE_POINTS as f64
+/// Share of every patch that is not covered, and of every coarser one: nobody sees what is, and what is seen of the patch must
+/// not suffer from it.
+fn exposed_shares(context: &Context, fine: &Patches, coarse: &Patches) -> [Vec<f64>; 2] {
+    let point_number = |patch: u32, number: u64, stream: &mut Stream| {
+        stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
+        point_of_patch(context, fine, patch, stream)
+    };
+    let new_stream = || Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32);
+    let covered_points = |stream: &mut Stream, patch: u32| -> Vec<u64> {
+        let is_covered = |number: &u64| {
+            let (_, origin, normal) = point_number(patch, *number, stream);
+            is_covered(context.stage, &origin, normal, stream).0
+        };
+        (0..EXPOSURE_POINTS).filter(is_covered).collect()
+    };
+    let covered: Vec<Vec<u64>> = (0..fine.len() as u32)
+        .into_par_iter()
+        .map_init(new_stream, |stream, patch| covered_points(stream, patch))
+        .collect();
+    let mut coarse_covered_m2 = vec![0.0; coarse.len()];
+    let mut stream = new_stream();
+    for (patch, numbers) in covered.iter().enumerate() {
+        for number in numbers {
+            let ((triangle, barycentric, side), ..) = point_number(patch as u32, *number, &mut stream);
+            if let Some(place) = coarse.place(triangle, barycentric, side) {
+                coarse_covered_m2[place.patch as usize] += fine.area_m2(patch as u32) / EXPOSURE_POINTS as f64;
+            }
+        }
+    }
+    let shown = |(patch, covered_m2): (usize, &f64)| (1.0 - covered_m2 / coarse.area_m2(patch as u32)).max(0.0);
+    [
+        covered.iter().map(|numbers| 1.0 - numbers.len() as f64 / EXPOSURE_POINTS as f64).collect(),
+        coarse_covered_m2.iter().enumerate().map(shown).collect(),
+    ]
 }

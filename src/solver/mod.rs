@@ -15,6 +15,7 @@ mod run;
 mod solution;
 mod sparse;
 mod stages;
+mod survey;
 mod sweep;
 
 pub use glare::GlareRating;

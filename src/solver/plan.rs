@@ -44,7 +44,7 @@ const PATCHES_AT_ONE_PERCENT: f64 = 50.0;
 const FEWEST_PATCHES: f64 = 32.0;
 /// Edges of patches for an error of 1%, at most, over the median way of light between surfaces: what lies about a place must not
 /// be shared with what it does not see. In rooms that are not full of things patches are smaller by their number alone.
-const FREE_PATHS: f64 = 1.3;
+const FREE_PATHS: f64 = 1.0;
 const MOST_PATCHES: f64 = 400_000.0;
 
 /// What the pilot found out of one map; variances are those of one sample in one replica, weighted means over the entries.
@@ -218,9 +218,10 @@ fn sample_site(
 }
 
 impl GatherCosts {
-    /// The same where patches tell direct light and hardly any ray looks for it.
-    pub fn knowing_direct(&self) -> GatherCosts {
-        GatherCosts { rays_per_sample: (self.rays_per_sample - self.looks_per_sample).max(1.0), ..*self }
+    /// The same where patches tell direct light to so large a share of the rays that ask for it.
+    pub fn knowing_direct(&self, told_share: f64) -> GatherCosts {
+        let rays_per_sample = (self.rays_per_sample - told_share * self.looks_per_sample).max(1.0);
+        GatherCosts { rays_per_sample, ..*self }
     }
 
     /// Share of look-ups that is checked by a run to an error in lx: as many as bring the chance of the pooled checks down

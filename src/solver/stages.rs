@@ -7,6 +7,7 @@ use super::plan::{
     CHAINS_SHARE, ChainCosts, GatherCosts, GatherPlan, RAYS_OF_FORWARD, gather_costs, patch_edge_m, patches_for,
     pilot_chains,
 };
+use super::survey::Demand;
 use super::{Method, Settings};
 use crate::chain::median_distance_m;
 use crate::control::{GatherState, gather_need, margin};
@@ -27,10 +28,10 @@ const MORE_PATCHES: f64 = 4.0;
 const MOST_REFINEMENTS: u32 = 5;
 /// Chains over those from which on patches gather themselves, since the pilot counts their rays but roughly.
 const REFINING_MARGIN: f64 = 1.25;
+/// Deposits of a replica on a patch from which on what patches gather from each other gains little by more.
+const DEPOSITS_PER_PATCH: f64 = 1.0;
 /// Share of a run's rays that the forward stage may take for that.
 const MOST_FOR_REFINING: f64 = 0.25;
-/// Share of a run's rays that the fewest looks at patches' direct light may take.
-const MOST_FOR_DIRECT: f64 = 0.1;
 /// A map leaves gathering for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 2.0;
 /// Edges of elements that gather for those that adapt, over those of patches, before a look has told what they lose.
@@ -55,6 +56,8 @@ pub struct Stages {
     refinements: u32,
     /// For every job what gathering costs it, if it gathers.
     costs: Vec<Option<GatherCosts>>,
+    /// What rays ask of patches.
+    demand: Demand,
     /// Chains of each replica at the end of the present stage.
     pub goal_chains: u64,
 }
@@ -133,6 +136,7 @@ impl Stages {
             patches: patches_for(error),
             refinements: 0,
             costs,
+            demand: Demand::default(),
             goal_chains: 0,
         })
     }
@@ -199,12 +203,9 @@ impl Stages {
         let plans: Vec<Option<GatherPlan>> =
             jobs.iter().zip(&self.costs).map(|(job, costs)| open(job, costs).map(plan)).collect();
         let planned_rays: f64 = plans.iter().flatten().map(|plan| plan.rays).sum();
-        // Spots of luminaires that are close to surfaces are looked back from, which patches know nothing of; where nothing is
-        // checked nothing would take off what they have wrong.
-        let may_tell = context.stage.near_lights.is_none() && context.stage.paths_not_found.is_empty();
-        if may_tell && self.forward.rays_to_know_direct() <= MOST_FOR_DIRECT * planned_rays {
-            self.forward.tell_direct(self.aim);
-        }
+        let samples: Vec<f64> = plans.iter().map(|plan| plan.map_or(0.0, |plan| plan.samples)).collect();
+        self.demand = Demand::of(context, &mut self.forward, jobs, &samples);
+        self.share(context, &samples);
         for (index, plan) in plans.into_iter().enumerate() {
             if let (Some(plan), Some(costs)) = (plan, self.costs_of(index)) {
                 jobs[index].start_gathering(context, &costs, plan.samples, plan.checked_share);
@@ -213,13 +214,28 @@ impl Stages {
         // Patches that do not gather themselves show corners too flat: what is still missing to that is worth it.
         let to_refine = REFINING_MARGIN * self.forward.chains_to_refine(self.chain.rays);
         let rays_to_refine = to_refine * self.chain.rays * RAYS_OF_FORWARD * REPLICAS as f64;
-        let goal_chains = if rays_to_refine <= MOST_FOR_REFINING * planned_rays {
+        // Where they gather for all that ask them, what they find must not hang on whether a packet came by.
+        let dense = DEPOSITS_PER_PATCH * self.forward.patch_count() as f64 / self.chain.deposits;
+        let affordable = MOST_FOR_REFINING * planned_rays / (self.chain.rays * REPLICAS as f64);
+        let goal_chains = if self.forward.rays_to_share().is_some() {
+            chains.max(dense.min(affordable))
+        } else if rays_to_refine <= MOST_FOR_REFINING * planned_rays {
             chains.max(to_refine)
         } else {
             // Deposits alone take more chains.
             chains.max((chains / CHAINS_SHARE).min(to_refine))
         };
         self.goal_chains = (goal_chains.ceil() as u64).max(1);
+    }
+
+    /// Lets patches take samples for all rays where that pays, if maps take so many of every entry.
+    fn share(&mut self, context: &Context, samples: &[f64]) {
+        // Spots of luminaires that are close to surfaces are looked back from, which patches know nothing of; where nothing is
+        // checked nothing would take off what they have wrong.
+        let may_tell = context.stage.near_lights.is_none() && context.stage.paths_not_found.is_empty();
+        if let Some(sharing) = self.demand.sharing(samples) {
+            self.forward.share(sharing, may_tell.then_some(self.aim));
+        }
     }
 
     /// Goes on with a map whose elements were cut; its share of the plan stays what the chains are right for.
@@ -242,7 +258,7 @@ impl Stages {
     /// What gathering costs a map with patches as they are.
     fn costs_of(&self, index: usize) -> Option<GatherCosts> {
         let costs = self.costs[index]?;
-        Some(if self.forward.shall_tell_direct() { costs.knowing_direct() } else { costs })
+        Some(costs.knowing_direct(self.forward.told_share()))
     }
 
     /// Decides after a look how a map that gathers goes on to its target: with more rays, or with more chains and its
@@ -296,6 +312,7 @@ impl Stages {
             self.costs[index] = None;
             return;
         }
+        let planned_before = job.planned_samples;
         job.planned_samples = ((job.samples as f64 * need.samples).ceil() as u64).max(job.samples + 1);
         if need.chains == 1.0 {
             return;
@@ -305,6 +322,10 @@ impl Stages {
             return;
         }
         self.goal_chains = (self.forward.chains as f64 * need.chains).ceil() as u64;
+        // Patches take as many times more, whatever is planned now.
+        self.demand.times *= need.chains * planned_before as f64 / jobs[index].planned_samples as f64;
+        let samples: Vec<f64> = jobs.iter().map(|job| if job.met { 0.0 } else { job.planned_samples as f64 }).collect();
+        self.share(context, &samples);
         for (index, job) in jobs.iter_mut().enumerate() {
             if let Some(costs) = self.costs_of(index)
                 && !job.met
@@ -320,7 +341,12 @@ impl Stages {
     /// Chains of all replicas that the forward stage is still to trace, and the rays that this takes.
     pub fn left(&self) -> (f64, f64) {
         let chains = (self.goal_chains.saturating_sub(self.forward.chains) * REPLICAS as u64) as f64;
-        (chains, chains * self.chain.rays * RAYS_OF_FORWARD)
+        let rays = match self.forward.rays_to_share() {
+            _ if chains == 0.0 => 0.0,
+            Some(rays) => chains * self.chain.rays + rays,
+            None => chains * self.chain.rays * RAYS_OF_FORWARD,
+        };
+        (chains, rays)
     }
 
     /// Chains up to which the next slice traces, about so many rays long.

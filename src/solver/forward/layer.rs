@@ -8,6 +8,8 @@ use crate::scene::patches::{PatchPlace, Patches};
 
 /// Expected deposits of a replica on a patch from which on slopes are worth their noise.
 const DEPOSITS_FOR_SLOPES: f64 = 4.0;
+/// Standard errors by which the flux that patches gathered must differ from what chains brought.
+const SURELY: f64 = 4.0;
 /// Points of a patch that tell how much of it shows.
 pub const EXPOSURE_POINTS: u64 = 16;
 
@@ -56,9 +58,29 @@ pub fn mean_of(memories_lx: &[f64; HALF]) -> f64 {
     memories_lx.iter().sum::<f64>() / HALF as f64
 }
 
+/// Weighted samples of a patch: how many, their weight, their sum and that of samples times offsets.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PatchMean {
+    count: u64,
+    /// Area in m² that they stand for.
+    pub weight: f64,
+    sums: [f64; 3],
+}
+
+impl PatchMean {
+    /// Adds a sample in lx with a weight in m².
+    pub fn add(&mut self, weight: f64, lx: f64, offset: [f64; 2]) {
+        self.count += 1;
+        self.weight += weight;
+        self.sums[0] += weight * lx;
+        self.sums[1] += weight * lx * offset[0];
+        self.sums[2] += weight * lx * offset[1];
+    }
+}
+
 /// Mean and slopes of a linear function from the sums of samples and of samples times offsets: the inverse of the
 /// offsets' covariances, 1/18 each and −1/36 between them.
-pub fn projected([sum, a, b]: [f64; 3], unit: f64, slopes: bool) -> LinearLx {
+fn projected([sum, a, b]: [f64; 3], unit: f64, slopes: bool) -> LinearLx {
     let slope_unit = if slopes { unit } else { 0.0 };
     [sum * unit, (24.0 * a + 12.0 * b) * slope_unit, (12.0 * a + 24.0 * b) * slope_unit]
 }
@@ -92,6 +114,77 @@ impl<const KEPT: usize> Layer<KEPT> {
                 *value_lx = projected(*sum, flux_per_chain_lm / area_m2, slopes);
             }
         });
+    }
+
+    /// What samples tell of every patch, with slopes where so many of them were taken evenly; of patches of which they stand for
+    /// too small a share, what is known otherwise.
+    pub fn means_lx(
+        &self,
+        means: &[PatchMean],
+        for_slopes: u64,
+        enough: f64,
+        otherwise_lx: &[LinearLx],
+    ) -> Vec<LinearLx> {
+        let value_lx = |(patch, mean): (usize, &PatchMean)| {
+            if mean.weight > 0.0 && mean.weight >= enough * self.shown_m2(patch) {
+                let slopes = self.exposed[patch] == 1.0 && mean.count >= for_slopes;
+                projected(mean.sums, 1.0 / mean.weight, slopes)
+            } else {
+                otherwise_lx[patch]
+            }
+        };
+        means.iter().enumerate().map(value_lx).collect()
+    }
+
+    /// Gives what patches gathered the flux that chains brought to each face of a surface, where both surely differ: a ray that meets a
+    /// patch sees more of what is lit in it than lies in the shade, and looks up the mean. `gathered_lx` is what every replica gathered.
+    pub fn keep_flux(&self, gathered_lx: &mut [Vec<LinearLx>]) {
+        let flux_lm = |values_lx: &[LinearLx], others_lx: &[LinearLx]| {
+            let mut sums = vec![0.0; self.patches.faces()];
+            for (patch, (value_lx, other_lx)) in values_lx.iter().zip(others_lx).enumerate() {
+                if self.keeps_flux(patch, value_lx, other_lx) {
+                    sums[self.patches.face(patch)] += self.shown_m2(patch) * value_lx[0];
+                }
+            }
+            sums
+        };
+        let ratios: Vec<Vec<f64>> = gathered_lx
+            .par_iter()
+            .with_max_len(1)
+            .zip(&self.indirect_lx)
+            .map(|(gathered_lx, brought_lx)| {
+                let (gathered, brought) = (flux_lm(gathered_lx, brought_lx), flux_lm(brought_lx, gathered_lx));
+                let ratio = |(brought, gathered): (&f64, &f64)| if *gathered > 0.0 { brought / gathered } else { 1.0 };
+                brought.iter().zip(&gathered).map(ratio).collect()
+            })
+            .collect();
+        let differs = |face: usize| {
+            let count = REPLICAS as f64;
+            let mean = ratios.iter().map(|ratios| ratios[face]).sum::<f64>() / count;
+            let squares = ratios.iter().map(|ratios| (ratios[face] - mean).powi(2)).sum::<f64>();
+            (mean - 1.0).powi(2) > SURELY * SURELY * squares / (count * (count - 1.0))
+        };
+        let differs: Vec<bool> = (0..self.patches.faces()).map(differs).collect();
+        gathered_lx.par_iter_mut().with_max_len(1).zip(&self.indirect_lx).zip(&ratios).for_each(
+            |((gathered_lx, brought_lx), ratios)| {
+                for (patch, (value_lx, brought_lx)) in gathered_lx.iter_mut().zip(brought_lx).enumerate() {
+                    let face = self.patches.face(patch);
+                    if differs[face] && self.keeps_flux(patch, value_lx, brought_lx) {
+                        value_lx.iter_mut().for_each(|lx| *lx *= ratios[face]);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Whether a patch has gathered anything, and over all of its area: joined triangles tell of where they are asked.
+    fn keeps_flux(&self, patch: usize, gathered_lx: &LinearLx, brought_lx: &LinearLx) -> bool {
+        !self.patches.is_joined(patch as u32) && gathered_lx != brought_lx
+    }
+
+    /// Area of a patch that is not covered, in m².
+    pub fn shown_m2(&self, patch: usize) -> f64 {
+        self.exposed[patch] * self.patches.area_m2(patch as u32)
     }
 
     /// Makes the halves keep what the replicas know.

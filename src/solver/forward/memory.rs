@@ -34,8 +34,20 @@ impl Forward {
     /// What a ray is told that met a patch there.
     #[inline]
     fn light_at(&self, hit: &SurfaceHit, place: &PatchPlace) -> Light {
-        let tells_direct = self.tells_direct.get(place.patch as usize).is_some_and(|tells| *tells);
-        if tells_direct && hit.distance_m >= self.near_m { Light::Whole } else { Light::Indirect }
+        let tells_from_m = self.tells_direct_from_m.get(place.patch as usize);
+        if tells_from_m.is_some_and(|from_m| hit.distance_m >= *from_m) { Light::Whole } else { Light::Indirect }
+    }
+
+    /// What a coarse patch says of a place in lx beyond what the fine one says, which is so much; of indirect light alone where the
+    /// coarse one knows too little of the direct.
+    #[inline]
+    fn beyond_fine_lx(&self, light: Light, parity: usize, [fine, coarse]: [&PatchPlace; 2], fine_lx: f64) -> f64 {
+        if light == Light::Whole && !self.coarse_knows_direct[coarse.patch as usize] {
+            let [coarse_lx] = self.coarse.at(Light::Indirect, parity, coarse);
+            return coarse_lx - mean_of(&self.fine.at(Light::Indirect, parity, fine));
+        }
+        let [coarse_lx] = self.coarse.at(light, parity, coarse);
+        coarse_lx - fine_lx
     }
 }
 
@@ -107,8 +119,7 @@ impl Memory for Recollection<'_> {
         let weight = self.weight * reflectance;
         self.scores.columns_lx.iter_mut().zip(&known_lx).for_each(|(sum, lx)| *sum += weight * lx);
         if let Some(coarse) = forward.coarse.place(hit) {
-            let [coarse_lx] = forward.coarse.at(light, self.parity, &coarse);
-            self.scores.coarser_lx += weight * (coarse_lx - mean_lx);
+            self.scores.coarser_lx += weight * forward.beyond_fine_lx(light, self.parity, [&place, &coarse], mean_lx);
         }
         if self.is_pilot {
             self.noise += weight * weight * forward.variance(self.parity, &place);

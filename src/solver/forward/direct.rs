@@ -1,0 +1,86 @@
+//! Direct light of patches, by looks that all gathering rays share.
+
+use rayon::prelude::*;
+
+use super::{Context, ENOUGH_OF_COARSE, FEWEST_SAMPLES, FORWARD, Forward, Sampled, point_of_patch};
+use crate::estimators::direct::{Care, Receiver, one_look};
+use crate::maps::REPLICAS;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::sampling::reflection::Law;
+use crate::scene::Side;
+use crate::solver::survey::Sharing;
+
+/// A patch tells direct light to all rays if what coarser ones say of it is not surely off by more than so many roots of the error
+/// asked for, over all light there: a fourteenth for 1%. Otherwise it tells those from farther away: what it has wrong within itself
+/// matters with about the square of its edge over their length.
+const MOST_MISFIT: f64 = 0.7;
+const MISFIT_POINTS: u64 = 8;
+/// Lengths of rays, over those of the others, from which on patches tell that are off by that much.
+const FAR: f64 = 8.0;
+/// Squares of standard errors by which chance may make them differ.
+const SURE: f64 = 4.0;
+
+impl Forward {
+    /// Direct light by looks from points of every patch that is asked often.
+    pub(super) fn look_at_direct(&mut self, context: &Context, sharing: &Sharing, error: f64) {
+        let stage = context.stage;
+        let look = |_: usize, spot: (u32, Side), receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
+            if !matches!(stage.law(spot.0), Law::Diffuse(law) if law.reflectance > 0.0) {
+                return (0.0, 0);
+            }
+            let sight = one_look(stage, spot, receiver, Care::Glance, cut, stream);
+            sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1))
+        };
+        let found = self.sampled(context, Purpose::Direct, |patch| sharing.of_patch(patch), look);
+        let weight_of = |patch: usize, layer: usize| found.iter().map(move |found| found.means[layer][patch].weight);
+        let is_known = |patch: usize| weight_of(patch, 0).all(|weight_m2| weight_m2 > 0.0);
+        let is_known_coarsely = |patch: usize| {
+            let looked_m2 = weight_of(patch, 1).sum::<f64>() / REPLICAS as f64;
+            looked_m2 >= ENOUGH_OF_COARSE * self.coarse.shown_m2(patch)
+                && weight_of(patch, 1).all(|weight_m2| weight_m2 > 0.0)
+        };
+        let is_known: Vec<bool> = (0..self.fine.patches.len()).map(is_known).collect();
+        let coarse_knows = (0..self.coarse.patches.len()).map(is_known_coarsely).collect();
+        let dark = [self.fine.patches.len(), self.coarse.patches.len()].map(|patches| vec![[0.0; 3]; patches]);
+        let of_fine = |found: &Sampled| self.fine.means_lx(&found.means[0], FEWEST_SAMPLES, 0.0, &dark[0]);
+        let of_coarse = |found: &Sampled| self.coarse.means_lx(&found.means[1], FEWEST_SAMPLES, 0.0, &dark[1]);
+        let (fine_lx, coarse_lx) = (found.iter().map(of_fine).collect(), found.iter().map(of_coarse).collect());
+        let rays = found.iter().map(|found| found.rays).sum::<u64>();
+        self.rays += rays;
+        self.fine.direct_lx = fine_lx;
+        self.coarse.direct_lx = coarse_lx;
+        self.coarse_knows_direct = coarse_knows;
+        let from_m = |(patch, is_known): (usize, &bool)| {
+            if !is_known {
+                return f64::INFINITY;
+            }
+            let most_lx = MOST_MISFIT * error.sqrt() * self.fine.mean_lx(patch as u32);
+            let misfit_lx = self.misfit_lx2(context, patch as u32).max(0.0).sqrt();
+            if misfit_lx > most_lx { self.near_m * FAR * (misfit_lx / most_lx).sqrt() } else { self.near_m }
+        };
+        self.tells_direct_from_m = is_known.par_iter().enumerate().map(from_m).collect();
+    }
+
+    /// Mean square over a patch, in lx², of what coarser patches say of its direct light beyond it, what chance may have of
+    /// that taken off: near luminaires and at the edges of shadows a linear function does not show it.
+    fn misfit_lx2(&self, context: &Context, patch: u32) -> f64 {
+        let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32 + 1);
+        let (mut squares, mut chance_lx2) = (0.0, 0.0);
+        for number in 0..MISFIT_POINTS {
+            stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
+            let (point, ..) = point_of_patch(context, &self.fine.patches, patch, &mut stream);
+            let fine = self.fine.patches.place(point.0, point.1, point.2);
+            let coarse = self.coarse.patches.place(point.0, point.1, point.2);
+            if let (Some(fine), Some(coarse)) = (fine, coarse)
+                && self.coarse_knows_direct[coarse.patch as usize]
+            {
+                let (fine_lx, fine_lx2) = self.fine.mean_direct_lx(&fine);
+                let (coarse_lx, coarse_lx2) = self.coarse.mean_direct_lx(&coarse);
+                squares += (coarse_lx - fine_lx).powi(2);
+                chance_lx2 += SURE * (fine_lx2 + coarse_lx2);
+            }
+        }
+        (squares - chance_lx2) / MISFIT_POINTS as f64
+    }
+}
