@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::broad::{Broad, BroadLoss};
-use super::job::{Context, Shows};
+use super::job::{Context, Shows, TimeLeft};
 use super::sweep::stream_number;
 use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::DirectPass;
@@ -121,7 +121,7 @@ pub fn first_elements(
         let lost_lx2 =
             looks.iter().enumerate().map(|(index, looks)| looks.lost_lx2(is_sloped(&elements, index as u32, looks)));
         let cuts = cuts_of(context, &elements, lost_lx2, goal_lx2, MOST_PILOTED);
-        if round == PILOT_ROUNDS || cuts.iter().all(|cuts| *cuts == 0) || (context.is_urgent)() {
+        if round == PILOT_ROUNDS || cuts.iter().all(|cuts| *cuts == 0) || (context.time_left)() != TimeLeft::Enough {
             break;
         }
         let finer = elements.cut(|cell| cuts[cell as usize]);

@@ -185,19 +185,22 @@ impl Forward {
         let rays_per_sample = RAYS_PER_SAMPLE * self.fine.patches.len() as f64;
         let wanted_rays = REFINING_SHARE * self.rays_per_chain() * self.chains as f64;
         self.tells_direct_from_m.clear();
+        // So few rays as a run in haste gives them are worth it; else whoever has no time left has to do with deposits.
+        let is_over = || most_rays.is_infinite() && context.is_over();
         if let Some((sharing, tells_for)) = self.sharing.take() {
+            let samples_of = |patch| if is_over() { 0 } else { sharing.of_patch(patch) };
             // Where there is too little left for it, rays look themselves, and deposits have to do.
             if RAYS_PER_SHARED * sharing.sum() <= most_rays {
                 if let Some(error) = tells_for {
-                    self.look_at_direct(context, &sharing, error);
+                    self.look_at_direct(context, samples_of, error);
                 }
-                self.refine(context, |patch| sharing.of_patch(patch));
+                self.refine(context, samples_of);
             }
             self.sharing = Some((sharing, tells_for));
         } else {
             let samples = (wanted_rays.min(most_rays / REPLICAS as f64) / rays_per_sample) as u64;
             if samples >= FEWEST_SAMPLES {
-                self.refine(context, |_| samples);
+                self.refine(context, |_| if is_over() { 0 } else { samples });
             }
         }
         self.fine.tabulate();
@@ -378,6 +381,9 @@ fn exposed_shares(context: &Context, fine: &Patches, coarse: &Patches) -> [Vec<f
     };
     let new_stream = || Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32);
     let covered_points = |stream: &mut Stream, patch: u32| -> Vec<u64> {
+        if context.is_over() {
+            return Vec::new();
+        }
         let is_covered = |number: &u64| {
             let (_, origin, normal) = point_number(patch, *number, stream);
             is_covered(context.stage, &origin, normal, stream).0

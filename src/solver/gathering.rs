@@ -313,6 +313,7 @@ mod tests {
     use crate::maps::Unit;
     use crate::scene::{Elements, scene_from_json};
     use crate::solver::Method;
+    use crate::solver::job::TimeLeft;
 
     /// Points inside of a solid ask nothing: beside sixteen others they leave the pooled correction of these as it is, to the last bit,
     /// and it is not 0 (seed 4). Were they counted, it would be half of that.
@@ -330,7 +331,7 @@ mod tests {
             );
             let scene = scene_from_json(&text, None, Path::new(".")).expect("a valid scene");
             let stage = Stage::new(&scene);
-            let (method, is_urgent) = (Method::Gather, &|| false);
+            let (method, time_left) = (Method::Gather, &|| TimeLeft::Enough);
             let context = Context {
                 scene: &scene,
                 stage: &stage,
@@ -338,7 +339,7 @@ mod tests {
                 method,
                 target_error: 0.01,
                 adapt_to: None,
-                is_urgent,
+                time_left,
             };
             let mut forward = Forward::new(&context, 0.3);
             forward.trace_to(&context, 500);

@@ -58,8 +58,27 @@ pub struct Context<'a> {
     pub target_error: f64,
     /// Error that elements adapt to, if they do.
     pub adapt_to: Option<f64>,
-    /// Whether a limit leaves no more time for cutting elements before the run.
-    pub is_urgent: &'a (dyn Fn() -> bool + Sync),
+    /// What time it has left.
+    pub time_left: &'a (dyn Fn() -> TimeLeft + Sync),
+}
+
+/// What time a run has left, for work that takes long between two slices. Results hang on it only where a limit or the user ends
+/// the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TimeLeft {
+    /// None: a limit has passed, or the user wants to stop.
+    None,
+    /// Too little for cutting elements before the run.
+    Little,
+    /// Enough.
+    Enough,
+}
+
+impl Context<'_> {
+    /// Whether there is no time left.
+    pub fn is_over(&self) -> bool {
+        (self.time_left)() == TimeLeft::None
+    }
 }
 
 /// What estimates the indirect light of a map.

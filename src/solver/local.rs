@@ -212,6 +212,7 @@ mod tests {
     use crate::maps::{REPLICAS, Unit};
     use crate::scene::scene_from_json;
     use crate::solver::Method;
+    use crate::solver::job::TimeLeft;
 
     const CUBE: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
       "geometry": [ { "name": "cube", "type": "box", "min": [0,0,0], "max": [1,1,1], "facing": "inward", "material": "grey" } ],
@@ -233,7 +234,7 @@ mod tests {
             method: Method::Local,
             target_error: 0.01,
             adapt_to: None,
-            is_urgent: &|| false,
+            time_left: &|| TimeLeft::Enough,
         };
         let plan = LocalPlan::of(&context, 0, Kernel::Bounded);
         let done = |ranges: &[std::ops::Range<u64>]| {

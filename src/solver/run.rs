@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::choice;
 use super::finish::finish;
-use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement};
+use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement, TimeLeft};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
@@ -79,9 +79,15 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     let adapt_to = adapts.then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
     let (seed, method) = (settings.seed, settings.method);
     let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
-    let is_urgent = || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > CUTTING_SHARE * limit_s);
+    let is_later_than =
+        |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
+    let time_left = || match () {
+        _ if observer.is_interrupted() || is_later_than(1.0) => TimeLeft::None,
+        _ if is_later_than(CUTTING_SHARE) => TimeLeft::Little,
+        _ => TimeLeft::Enough,
+    };
     let context =
-        Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to, is_urgent: &is_urgent };
+        Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to, time_left: &time_left };
     let mut run = Run {
         context: &context,
         settings,
@@ -160,6 +166,13 @@ impl Run<'_> {
             job.next_judgement = job.first_samples();
         }
         loop {
+            // Where the end came while patches were laid, nothing may lie on them.
+            if self.observer.is_interrupted() {
+                return StopReason::Interrupted;
+            }
+            if self.settings.time_limit_s.is_some_and(|limit_s| self.observer.wall_s() >= limit_s) {
+                return StopReason::TimeLimit;
+            }
             if !self.trace_forward() {
                 let Some(index) = self.next_job() else {
                     return self.why_all_is_done();
@@ -167,12 +180,6 @@ impl Run<'_> {
                 self.slice(index);
             }
             self.observer.progress(&self.progress());
-            if self.observer.is_interrupted() {
-                return StopReason::Interrupted;
-            }
-            if self.settings.time_limit_s.is_some_and(|limit_s| self.observer.wall_s() >= limit_s) {
-                return StopReason::TimeLimit;
-            }
         }
     }
 

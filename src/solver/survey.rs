@@ -144,6 +144,9 @@ impl MapSurvey {
                 let Some(site) = gatherer.site(*entry) else {
                     continue;
                 };
+                if context.is_over() {
+                    break;
+                }
                 for number in 0..rays_per_site as u64 {
                     // Points that fill evenly would seldom meet a patch twice.
                     stream.seek(stream_index(*entry, number));
@@ -229,6 +232,7 @@ mod tests {
     use crate::chain::Stage;
     use crate::scene::scene_from_json;
     use crate::solver::Method;
+    use crate::solver::job::TimeLeft;
 
     /// 256 receivers side by side within a millimetre ask each patch alike: of A asks each has A/256, so that Q = A²/256 and the
     /// samples of all patches together are (all rays)/(16 √κ), within 3% (81,920 rays are planned, of which 4,096 are looked at; seed
@@ -242,9 +246,9 @@ mod tests {
                 "columns": 16, "rows": 16 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
-        let (method, is_urgent) = (Method::Gather, &|| false);
+        let (method, time_left) = (Method::Gather, &|| TimeLeft::Enough);
         let context =
-            Context { scene: &scene, stage: &stage, seed: 2, method, target_error: 0.01, adapt_to: None, is_urgent };
+            Context { scene: &scene, stage: &stage, seed: 2, method, target_error: 0.01, adapt_to: None, time_left };
         let mut forward = Forward::new(&context, 1.0);
         let mut jobs = [Job::receivers(&context, 0, true)];
         let samples = [20.0];

@@ -337,6 +337,7 @@ mod tests {
     use crate::chain::Stage;
     use crate::scene::scene_from_json;
     use crate::solver::Method;
+    use crate::solver::job::TimeLeft;
 
     #[test]
     fn choices_spread_evenly_and_stay_below_one() {
@@ -370,7 +371,7 @@ mod tests {
             method: Method::Collision,
             target_error: 0.01,
             adapt_to: None,
-            is_urgent: &|| false,
+            time_left: &|| TimeLeft::Enough,
         };
         let counts = |first: u64| -> Vec<f64> {
             let unit = Unit::Packets { luminous_flux_lm: 150.0, area_m2: vec![0.5; 12] };

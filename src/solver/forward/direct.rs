@@ -9,7 +9,6 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::Law;
 use crate::scene::Side;
-use crate::solver::survey::Sharing;
 
 /// A patch tells direct light to all rays if what coarser ones say of it is not surely off by more than so many roots of the error
 /// asked for, over all light there: a fourteenth for 1%. Otherwise it tells those from farther away: what it has wrong within itself
@@ -23,7 +22,7 @@ const SURE: f64 = 4.0;
 
 impl Forward {
     /// Direct light by looks from points of every patch that is asked often.
-    pub(super) fn look_at_direct(&mut self, context: &Context, sharing: &Sharing, error: f64) {
+    pub(super) fn look_at_direct(&mut self, context: &Context, samples_of: impl Fn(u32) -> u64 + Sync, error: f64) {
         let stage = context.stage;
         let look = |_: usize, spot: (u32, Side), receiver: &Receiver, cut: &mut Cut, stream: &mut Stream| {
             if !matches!(stage.law(spot.0), Law::Diffuse(law) if law.reflectance > 0.0) {
@@ -32,7 +31,7 @@ impl Forward {
             let sight = one_look(stage, spot, receiver, Care::Glance, cut, stream);
             sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1))
         };
-        let found = self.sampled(context, Purpose::Direct, |patch| sharing.of_patch(patch), look);
+        let found = self.sampled(context, Purpose::Direct, samples_of, look);
         let weight_of = |patch: usize, layer: usize| found.iter().map(move |found| found.means[layer][patch].weight);
         let is_known = |patch: usize| weight_of(patch, 0).all(|weight_m2| weight_m2 > 0.0);
         let is_known_coarsely = |patch: usize| {
@@ -52,7 +51,7 @@ impl Forward {
         self.coarse.direct_lx = coarse_lx;
         self.coarse_knows_direct = coarse_knows;
         let from_m = |(patch, is_known): (usize, &bool)| {
-            if !is_known {
+            if !is_known || context.is_over() {
                 return f64::INFINITY;
             }
             let most_lx = MOST_MISFIT * error.sqrt() * self.fine.mean_lx(patch as u32);
