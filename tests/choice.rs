@@ -22,7 +22,11 @@ const PLANES: &str = r#"{ "version": 1,
 
 /// The room of six reflectances with nine points, changed or as it is.
 fn room(change: impl Fn(&mut serde_json::Value)) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/room");
+    scene_of_case("room", change)
+}
+
+fn scene_of_case(name: &str, change: impl Fn(&mut serde_json::Value)) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation").join(name);
     let text = std::fs::read_to_string(folder.join("case.json")).expect("the case");
     let mut case: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     change(&mut case["scene"]);
@@ -85,6 +89,17 @@ fn the_office_is_gathered_and_gloss_is_not_connected() {
     let map = &run(&glossy, Method::Auto, 0, 0.01).maps[0];
     assert_ne!(map.method, "local");
     assert!(map.method_reason.contains("for diffuse surfaces only"), "{}", map.method_reason);
+}
+
+/// Every surface of the isothermal office shines: a look weighs 160 groups of them, and local estimation, whose chains choose none, is
+/// done first although it counts more rays (seed 0). Whoever weighs rays alone would have taken gathering.
+#[test]
+fn amid_many_luminaires_choosing_them_counts_as_work() {
+    let office = scene_of_case("isothermal", |scene| scene["receivers"].as_array_mut().expect("two sets").truncate(1));
+    let auto = run(&office, Method::Auto, 0, 0.02);
+    assert_eq!(auto.maps[0].method, "local", "{}", auto.maps[0].method_reason);
+    let gathering = run(&office, Method::Gather, 0, 0.02);
+    assert!(gathering.rays < auto.rays, "rays alone would tell: {} and {}", gathering.rays, auto.rays);
 }
 
 /// Chance of the pilots moves nothing: where auto takes local estimation, its map is that of the method itself.

@@ -125,6 +125,12 @@ impl Stage {
         self.sight_map.get_or_init(|| SightMap::of(self, planned_rays));
     }
 
+    /// Whether a run of about so many rays in a scene of so many m² would find that out for nearly all places: choosing luminaires
+    /// costs little then.
+    pub fn would_look_out(&self, scene_m2: f64, planned_rays: f64) -> bool {
+        sight_map::would_serve(self, scene_m2, planned_rays)
+    }
+
     /// What is in sight from where, if a run has found it out.
     #[inline]
     pub fn sight_map(&self) -> Option<&SightMap> {

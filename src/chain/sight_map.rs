@@ -19,6 +19,10 @@ use crate::sampling::reflection::Way;
 /// Emitters, at least and at most, for which cells are worth their room.
 const FEWEST_EMITTERS: usize = 4;
 const MOST_EMITTERS: usize = 8192;
+/// Emitters up to which there is room for nearly all cells that rays meet, and share of all surfaces that may shine: cells near
+/// those keep the choice point by point.
+const MOST_SERVED: usize = 512;
+const MOST_SHINING: f64 = 0.1;
 /// Numbers that all cells together hold, at most: 16 MB.
 const MOST_NUMBERS: usize = 4_000_000;
 /// Share of the unshadowed light that must be hidden, on average, for the looks to pay.
@@ -91,15 +95,28 @@ struct CellSights {
     rays: u64,
 }
 
+/// Whether in a run of about so many rays nearly all choices in a scene of so many m² would be by cells.
+pub fn would_serve(stage: &Stage, scene_m2: f64, planned_rays: f64) -> bool {
+    let emitters = stage.emitters.list();
+    let shining_m2 =
+        |emitter: &Emitter| emitter.exitance_lm_m2().map_or(0.0, |exitance| emitter.luminous_flux_lm / exitance);
+    emitters.len() <= MOST_SERVED
+        && emitters.iter().map(shining_m2).sum::<f64>() <= MOST_SHINING * scene_m2
+        && rays_to_find_out(stage, planned_rays).is_some()
+}
+
+/// Rays that finding out may take in a run of about so many rays; `None` where it would not pay.
+fn rays_to_find_out(stage: &Stage, planned_rays: f64) -> Option<f64> {
+    let rays = (SHARE_OF_RUN * planned_rays).min(MOST_RAYS);
+    let has_many = (FEWEST_EMITTERS..=MOST_EMITTERS).contains(&stage.emitters.list().len());
+    (has_many && rays >= LEAST_RAYS && stage.outlook.hidden_share() >= LEAST_HIDDEN).then_some(rays)
+}
+
 impl SightMap {
     /// Finds out what is in sight from where, for a run of about so many rays; `None` where that would not pay.
     pub fn of(stage: &Stage, planned_rays: f64) -> Option<SightMap> {
+        let rays = rays_to_find_out(stage, planned_rays)?;
         let emitters = stage.emitters.list().len();
-        let rays = (SHARE_OF_RUN * planned_rays).min(MOST_RAYS);
-        let has_many = (FEWEST_EMITTERS..=MOST_EMITTERS).contains(&emitters);
-        if !has_many || rays < LEAST_RAYS || stage.outlook.hidden_share() < LEAST_HIDDEN {
-            return None;
-        }
         let (mut met, chain_rays) = meetings(stage, (SHARE_OF_CHAINS * rays) as u64);
         let mut map = SightMap { emitters, ..SightMap::over(&met)? };
         for meeting in &mut met {

@@ -40,6 +40,8 @@ const ROUNDING: f64 = 1e-13;
 pub struct Cut {
     open: Vec<u32>,
     groups: Vec<Group>,
+    /// Groups and emitters that were weighed so far, for all choices that it served.
+    pub weighed: u64,
 }
 
 impl Cut {
@@ -216,6 +218,7 @@ impl EmitterTree {
         cut.open.push(self.nodes.len() as u32 - 1);
         let mut cumulative = 0.0;
         while let Some(index) = cut.open.pop() {
+            cut.weighed += 1;
             let node = &self.nodes[index as usize];
             if let Content::Children(left, right) = node.content
                 && node.beacon.spans(point_m, self.near)

@@ -1,5 +1,6 @@
-//! What `auto` weighs for a map: rays to the target by counts or walks, by gathering and by local estimation, as far as each
-//! can be expected to pay for its pilot.
+//! What `auto` weighs for a map: the work to the target by counts or walks, by gathering and by local estimation, as far as each
+//! can be expected to pay for its pilot. Work is counted, in rays: those of a method, and what choosing among luminaires
+//! takes beside them.
 
 use super::Method;
 use super::job::{Context, Job};
@@ -8,8 +9,8 @@ use crate::control::needed_work;
 use crate::maps::MapKind;
 use crate::scene::Quantity;
 
-/// Rays by walks below which local estimation is not weighed: its first looks take about as many.
-const LEAST_RAYS: f64 = 6e4;
+/// Work by walks below which local estimation is not weighed: its first looks take about as many.
+const LEAST_WORK: f64 = 6e4;
 /// Points up to which local estimation is weighed before gathering. Where there are more, gathering is the cheaper wherever
 /// it applies (docs/performance.md), and is asked first.
 const FEW_POINTS: usize = 256;
@@ -28,8 +29,8 @@ pub const USUAL_ERROR: f64 = 0.01;
 /// Local estimation as a map could have it.
 pub struct Offer {
     plan: LocalPlan,
-    /// Rays that it takes to the target.
-    pub rays: f64,
+    /// Work to the target: rays alone, since its chains begin at luminaires and choose none.
+    pub work: f64,
 }
 
 /// Local estimation, or why it was not weighed.
@@ -64,8 +65,8 @@ pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) 
         return Err("for diffuse surfaces only");
     }
     let error_lx = target * job.mean_without_gathering_lx();
-    if job.rays_without_gathering(context, error_lx) < LEAST_RAYS {
-        return Err("walks take fewer rays than its first looks");
+    if job.work_without_gathering(context, error_lx) < LEAST_WORK {
+        return Err("walks take less work than its first looks");
     }
     if turn == Turn::First && job.map.len() > FEW_POINTS {
         return Err(NOT_YET);
@@ -75,11 +76,11 @@ pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) 
     if !(LEAST_FOUND..=MOST_HIDDEN).contains(&plan.found) || plan.scatter(&job.weights) > MOST_SCATTER {
         return Err("its chains seldom reach the points");
     }
-    let rays = job.rays_by_connecting(&plan, error_lx);
-    Ok(Offer { plan, rays })
+    let work = job.rays_by_connecting(&plan, error_lx);
+    Ok(Offer { plan, work })
 }
 
-/// Rays to the target by gathering, or why that was not weighed.
+/// Work to the target by gathering, or why that was not weighed.
 type Gathering = Result<f64, &'static str>;
 
 /// Takes the cheapest way for a map and says what was weighed; whether it gathers. A method that was asked for stays.
@@ -94,17 +95,17 @@ pub fn settle(
         return gathering.is_ok();
     }
     let error = target.unwrap_or(USUAL_ERROR);
-    let without = job.rays_without_gathering(context, error * job.mean_without_gathering_lx());
-    if !gathering.is_ok_and(|rays| rays < without) && matches!(offered, Err(NOT_YET)) {
+    let without = job.work_without_gathering(context, error * job.mean_without_gathering_lx());
+    if !gathering.is_ok_and(|work| work < without) && matches!(offered, Err(NOT_YET)) {
         offered = offer(context, job, target, Turn::Last);
     }
     job.method_reason = reason(job.kind, error, gathering, without, &offered);
-    let at_best = offered.as_ref().map_or(without, |offer| offer.rays.min(without));
-    if gathering.is_ok_and(|rays| rays < at_best) {
+    let at_best = offered.as_ref().map_or(without, |offer| offer.work.min(without));
+    if gathering.is_ok_and(|work| work < at_best) {
         return true;
     }
     if let Ok(offer) = offered
-        && offer.rays < without
+        && offer.work < without
     {
         job.start_connecting(offer.plan);
     }
@@ -124,28 +125,28 @@ pub fn without_gathering(
     }
 }
 
-/// What was weighed for a map, in rays to the target.
+/// What was weighed for a map: work to the target.
 fn reason(kind: MapKind, error: f64, gathering: Gathering, without: f64, offered: &Offered) -> String {
-    let of = |rays: Result<f64, &str>, name: &str| match rays {
-        Ok(rays) => format!("{rays:.1e} by {name}"),
+    let of = |work: Result<f64, &str>, name: &str| match work {
+        Ok(work) => format!("{work:.1e} by {name}"),
         Err(why) => format!("{name} not weighed ({why})"),
     };
     let (target, gathering) = ((error * 1e4).round() / 100.0, of(gathering, "gathering"));
     if kind == MapKind::Elements {
-        return format!("by the pilot, rays to {target} %: {without:.1e} by counts, {gathering}");
+        return format!("by the pilot, work in rays to {target} %: {without:.1e} by counts, {gathering}");
     }
-    let local = of(offered.as_ref().map(|offer| offer.rays).map_err(|why| *why), "local estimation");
-    format!("by the pilot, rays to {target} %: {without:.1e} by walks, {local}, {gathering}")
+    let local = of(offered.as_ref().map(|offer| offer.work).map_err(|why| *why), "local estimation");
+    format!("by the pilot, work in rays to {target} %: {without:.1e} by walks, {local}, {gathering}")
 }
 
-/// After a look: leaves local estimation for walks, where these would be done with far fewer rays than it still takes.
+/// After a look: leaves local estimation for walks, where these would be done with far less work than it still takes.
 pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
     if !job.connects() || job.met || job.refused {
         return;
     }
     let needed = needed_work(target, &job.judgement, job.error_exponent());
     let more = (needed - 1.0).max(0.0) * job.rays as f64;
-    let walks = job.rays_without_gathering(context, target * job.judgement.mean_lx);
+    let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
     if more > LEAVING * walks {
         job.stop_connecting();
         job.method_reason =

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::forward::{Forward, Recollection};
 use super::gathering::Gatherer;
 use super::job::{Context, Job};
-use super::pilot::ENOUGH_RAYS;
+use super::pilot::{ENOUGH_RAYS, WEIGHED_PER_RAY};
 use super::sweep::stream_index;
 use crate::maps::{HALF, HalfChecks, HalfScores, REPLICAS};
 use crate::sampling::emitter_tree::Cut;
@@ -45,6 +45,8 @@ const FEWEST_PATCHES: f64 = 32.0;
 /// Edges of patches for an error of 1%, at most, over the median way of light between surfaces: what lies about a place must not
 /// be shared with what it does not see. In rooms that are not full of things patches are smaller by their number alone.
 const FREE_PATHS: f64 = 1.0;
+/// Share of the looks for luminaires that gathering rays make themselves although patches tell direct light, about.
+const OWN_LOOKS: f64 = 0.5;
 const MOST_PATCHES: f64 = 400_000.0;
 
 /// What the pilot found out of one map; variances are those of one sample in one replica, weighted means over the entries.
@@ -59,6 +61,8 @@ pub struct GatherCosts {
     pub check_variance: f64,
     /// Rays of one sample without its check.
     pub rays_per_sample: f64,
+    /// What it takes beside them to choose among luminaires, in rays.
+    pub choosing_per_sample: f64,
     /// Looks for luminaires where patches are looked up, in one sample.
     pub looks_per_sample: f64,
     /// Rays of one check.
@@ -126,7 +130,7 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
     let (elements, exposed) = (job.gathering_elements(), job.gathering_exposed());
     let gatherer = Gatherer { context, forward, elements, kind: job.kind, exposed, checked_share };
     let number = job.kind.number();
-    let halves: Vec<Vec<SiteSample>> = (0..2)
+    let halves: Vec<(Vec<SiteSample>, u64)> = (0..2)
         .into_par_iter()
         .with_max_len(1)
         .map(|parity| {
@@ -135,9 +139,11 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
             memory.is_pilot = true;
             let mut cut = Cut::default();
             let sample = |entry: &usize| sample_site(&gatherer, *entry, pairs, &mut memory, &mut cut, &mut stream);
-            sites.iter().map(sample).collect()
+            (sites.iter().map(sample).collect(), cut.weighed)
         })
         .collect();
+    let weighed = halves.iter().map(|(_, weighed)| *weighed as f64).sum::<f64>();
+    let halves: Vec<Vec<SiteSample>> = halves.into_iter().map(|(sites, _)| sites).collect();
 
     let weights: Vec<f64> = sites.iter().map(|entry| weights[*entry]).collect();
     let weight_sum = 2.0 * weights.iter().sum::<f64>();
@@ -156,6 +162,7 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
             / forward.patch_count() as f64,
         check_variance: mean(&|site| site.check_squared),
         rays_per_sample: ((total(&|site| site.rays) - total(&|site| site.check_rays)) / samples).max(1.0),
+        choosing_per_sample: weighed / WEIGHED_PER_RAY / samples,
         looks_per_sample: total(&|site| site.look_ups) / samples,
         rays_per_check: (total(&|site| site.check_rays) / total(&|site| site.checks).max(1.0)).max(1.0),
         mean_lx,
@@ -222,6 +229,11 @@ impl GatherCosts {
     pub fn knowing_direct(&self, told_share: f64) -> GatherCosts {
         let rays_per_sample = (self.rays_per_sample - told_share * self.looks_per_sample).max(1.0);
         GatherCosts { rays_per_sample, ..*self }
+    }
+
+    /// The same in work, where rays that look themselves choose among luminaires.
+    pub fn with_choosing(&self) -> GatherCosts {
+        GatherCosts { rays_per_sample: self.rays_per_sample + OWN_LOOKS * self.choosing_per_sample, ..*self }
     }
 
     /// Share of look-ups that is checked by a run to an error in lx: as many as bring the chance of the pooled checks down

@@ -75,9 +75,9 @@ impl Stages {
         let offers: Vec<Offered> = jobs.iter_mut().map(offer).collect();
         if auto && settings.target_error.is_some() {
             let bound = jobs.iter().zip(&offers).filter(|(job, _)| job.bound);
-            let without: f64 = bound.map(|(job, offered)| rays_without(context, job, offered, error)).sum();
+            let without: f64 = bound.map(|(job, offered)| worth_of_walks(context, job, offered, error)).sum();
             if without < RAYS_OF_A_PILOT {
-                let why = "all maps together take fewer rays than it takes to weigh it";
+                let why = "all maps together take less work than it takes to weigh it";
                 choice::without_gathering(context, jobs, offers, settings.target_error, why);
                 return None;
             }
@@ -113,9 +113,9 @@ impl Stages {
         for ((job, costs), offered) in jobs.iter_mut().zip(&mut costs).zip(offers) {
             let by_gathering = costs.as_ref().map(|costs| {
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
-                job.rays_by_gathering(costs, chain, error_lx, shared_chains)
+                job.work_by_gathering(context, costs, chain, error_lx, shared_chains)
             });
-            let gathering = by_gathering.map(|(rays, _)| rays).ok_or("it knows no luminances");
+            let gathering = by_gathering.map(|(work, _)| work).ok_or("it knows no luminances");
             if !choice::settle(context, job, offered, gathering, settings.target_error) {
                 *costs = None;
                 job.broad = None;
@@ -361,10 +361,12 @@ impl Stages {
     }
 }
 
-/// Rays that a map takes to a target without gathering, by what the pilots measured.
-fn rays_without(context: &Context, job: &Job, offered: &Offered, error: f64) -> f64 {
-    let without = job.rays_without_gathering(context, error * job.mean_without_gathering_lx());
-    offered.as_ref().map_or(without, |offer| offer.rays.min(without))
+/// Work of a map to a target without gathering, by what the pilots measured, in rays of walks: with as much choosing among
+/// luminaires as a pilot of gathering has.
+fn worth_of_walks(context: &Context, job: &Job, offered: &Offered, error: f64) -> f64 {
+    let error_lx = error * job.mean_without_gathering_lx();
+    let (rays, work) = (job.rays_without_gathering(context, error_lx), job.work_without_gathering(context, error_lx));
+    offered.as_ref().map_or(rays, |offer| rays * (offer.work / work).min(1.0))
 }
 
 /// Why one of two ways was taken: rays that each would take.

@@ -25,9 +25,21 @@ pub fn first_look(engine: Engine) -> u64 {
 impl Job {
     /// Rays that counting or walking takes to an error in lx, by what the pilot measured: at least those to its first look.
     pub fn rays_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
+        self.without_gathering(context, error_lx, self.indirect.rays)
+    }
+
+    /// The same in work: rays, and what choosing among luminaires takes beside them.
+    pub fn work_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
+        let rays = self.rays_without_gathering(context, error_lx);
+        let choosing =
+            if context.stage.would_look_out(context.scene.area_m2(), rays) { 0.0 } else { self.indirect.choosing };
+        self.without_gathering(context, error_lx, self.indirect.rays + choosing)
+    }
+
+    fn without_gathering(&self, context: &Context, error_lx: f64, rays_per_sample: f64) -> f64 {
         let to_first_look = first_look(Engine::unbiased(self.kind, context.method)) as f64;
-        let first_rays = to_first_look * self.indirect.rays * self.map.len() as f64 * REPLICAS as f64;
-        let alone = self.indirect.variance * self.indirect.rays * self.map.len() as f64 / (error_lx * error_lx);
+        let first_rays = to_first_look * rays_per_sample * self.map.len() as f64 * REPLICAS as f64;
+        let alone = self.indirect.variance * rays_per_sample * self.map.len() as f64 / (error_lx * error_lx);
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
     }
 
@@ -43,13 +55,23 @@ impl Job {
         self.map.direct_samples.complete as f64 * self.share.rays_per_pass * REPLICAS as f64
     }
 
-    /// Rays that gathering takes to an error in lx, by what the pilots measured, and the chains of a replica for it.
+    /// Work of gathering to an error in lx, by what the pilots measured, in rays, and the chains of a replica for it.
     ///
     /// `shared` chains are traced for other maps anyway. The first plan is a guess that looks mend, which costs few points
     /// most: chains are most of their rays, and of the few degrees of freedom that they have the stop rule asks more margin.
-    pub fn rays_by_gathering(&self, costs: &GatherCosts, chain: ChainCosts, error_lx: f64, shared: f64) -> (f64, f64) {
+    pub fn work_by_gathering(
+        &self,
+        context: &Context,
+        costs: &GatherCosts,
+        chain: ChainCosts,
+        error_lx: f64,
+        shared: f64,
+    ) -> (f64, f64) {
         let degrees = (DEGREES_OF_AN_ENTRY * costs.entries).min(USUAL_DEGREES);
-        let plan = costs.plan(chain, error_lx * margin(USUAL_DEGREES) / margin(degrees));
+        let safe_error_lx = error_lx * margin(USUAL_DEGREES) / margin(degrees);
+        let in_rays = costs.plan(chain, safe_error_lx);
+        let looks_out = context.stage.would_look_out(context.scene.area_m2(), in_rays.rays);
+        let plan = if looks_out { in_rays } else { costs.with_choosing().plan(chain, safe_error_lx) };
         let chains = CHAINS_OF_LOOKS * plan.chains;
         let more = (chains - shared).max(0.0) - plan.chains;
         (self.rays_with_direct(plan.rays + REPLICAS as f64 * more * chain.rays, error_lx), chains)

@@ -80,7 +80,7 @@ impl Job {
     /// Shares the rays out between direct light and gathering, which costs so much.
     pub fn share_out(&mut self, costs: &GatherCosts) {
         let rays = costs.rays_per_sample + self.checked_share * costs.rays_per_check;
-        let gathered = PartCost { variance: costs.ray_variance, rays, mean_lx: costs.mean_lx, pilot_rays: 0 };
+        let gathered = PartCost { variance: costs.ray_variance, rays, ..PartCost::default() };
         self.share = DirectShare::of(self.direct, gathered, [self.map.len(), self.gathered().len()]);
     }
 

@@ -14,13 +14,16 @@ use crate::validation::words::{percent, scientific, significant};
 const MOST_RATIO: f64 = 1.3;
 /// Seeds of every run.
 const SEEDS: u64 = 3;
+/// A run that is shorter than this is repeated so often, and its least time counts: others may want the processors.
+const SHORT_S: f64 = 0.3;
+const REPEATS: usize = 4;
 /// A fixed method is given up when it has taken so many times auto's rays, and no less than these.
 const PATIENCE: f64 = 3.0;
 const LEAST_RAYS: f64 = 1e6;
 /// Targets.
 const TARGETS: [f64; 3] = [0.05, 0.03, 0.01];
 
-const SETTING: &str = "Every map to the same targets by auto and by each fixed method that auto could have taken instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local). Means of three seeds. Rays are all that are counted, pilots and what was given up included. The ratio is auto's cost over the best of the others, in rays and in seconds, each by its own best. Gathering is no choice on Sobolev's planes, where its error bars do not hold (“–”). A method that has taken three times auto's rays is given up (“>”). Light meshes and radiosity, which auto never takes, stand in the case comparisons.";
+const SETTING: &str = "Every map to the same targets by auto and by each fixed method that auto could have taken instead: counting or walks (collision), gathering (gather) and, for receivers, local estimation (local). Means of three seeds. Rays are all that are counted, pilots and what was given up included. The ratio is auto's cost over the best of the others, in rays and in seconds, each by its own best. Auto weighs work: rays, and what choosing among luminaires takes beside them; so it may take more rays than another method and less time. Runs below 0.3 s are repeated four times, and the least time counts. Gathering is no choice on Sobolev's planes, where its error bars do not hold (“–”). A method that has taken three times auto's rays is given up (“>”). Light meshes and radiosity, which auto never takes, stand in the case comparisons.";
 
 const CUBE: &str = r#"{ "version": 1, "materials": { "paint": { "type": "diffuse", "reflectance": 0.8 } },
     "geometry": [ { "name": "cube", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward", "material": "paint"EDGE } ],
@@ -126,8 +129,15 @@ fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_r
             maps: subject.maps.clone(),
             ..Settings::default()
         };
-        let observer = Patience { started: Instant::now(), rays: Default::default(), most_rays };
-        runs.push(solve(&subject.scene, &settings, &observer));
+        let once = || {
+            let observer = Patience { started: Instant::now(), rays: Default::default(), most_rays };
+            solve(&subject.scene, &settings, &observer)
+        };
+        let mut run = once();
+        for _ in 0..if run.compute_s < SHORT_S { REPEATS } else { 0 } {
+            run.compute_s = run.compute_s.min(once().compute_s);
+        }
+        runs.push(run);
         if runs.iter().any(|run| run.stop_reason == StopReason::Interrupted) {
             break;
         }
@@ -200,7 +210,7 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
                 if times > worst[index].0 {
                     worst[index] = (times, place.clone());
                 }
-                if index == 0 && times > MOST_RATIO {
+                if index == 1 && times > MOST_RATIO {
                     worse.push(format!("{place} ({} times {best})", significant(times, 3)));
                 }
             }
@@ -208,19 +218,19 @@ pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
     }
     let [rays, seconds] = worst;
     found.results.push(format!(
-        "In rays auto takes at most {} times the best ({}); in seconds {} times ({}).",
-        significant(rays.0, 3),
-        rays.1,
+        "In seconds auto takes at most {} times the best ({}); in rays {} times ({}).",
         significant(seconds.0, 3),
-        seconds.1
+        seconds.1,
+        significant(rays.0, 3),
+        rays.1
     ));
     found.results.push(if worse.is_empty() {
-        format!("In rays it is nowhere above {MOST_RATIO} times.")
+        format!("In seconds it is nowhere above {MOST_RATIO} times.")
     } else {
-        format!("In rays it is above {MOST_RATIO} times for: {}.", worse.join("; "))
+        format!("In seconds it is above {MOST_RATIO} times for: {}.", worse.join("; "))
     });
     let header = vec!["map", "target", "auto", "collision", "gather", "local", "over the best", "auto took"];
-    for (caption, rows) in [("Rays", by_rays), ("Seconds of computing", by_seconds)] {
+    for (caption, rows) in [("Seconds of computing", by_seconds), ("Rays", by_rays)] {
         found.tables.push((caption.to_owned(), Table { header: header.clone(), text_columns: vec![0, 7], rows }));
     }
     Ok(found)
