@@ -235,6 +235,31 @@ fn a_time_limit_is_kept_and_a_black_room_traces_no_chains() {
 }
 
 #[test]
+fn a_dark_room_beside_a_lit_one_is_told_to_be_dark() {
+    let boxes = |side: &str, low: f64| {
+        format!(
+            r#"{{ "name": "{side}", "type": "box", "min": [{low},0,0], "max": [{},1,1], "facing": "inward", "material": "m" }}"#,
+            low + 1.0
+        )
+    };
+    let scene = scene_of(&format!(
+        r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {}, {} ],
+            "luminaires": [ {{ "name": "lamp", "type": "point", "position": [0.3,0.3,0.7], "luminous_flux_lm": 1000 }} ],
+            "receivers": [ {{ "name": "dark", "type": "grid", "origin": [2.2,0.2,0.5], "u": [0.6,0,0], "v": [0,0.6,0],
+                "columns": 6, "rows": 6 }} ] }}"#,
+        boxes("lit", 0.0),
+        boxes("unlit", 2.0)
+    ));
+    for method in [Method::Gather, Method::Auto] {
+        let settings = Settings { method, target_error: Some(0.05), maps: MapSelection::All, ..Settings::default() };
+        let solution = solve(&scene, &settings, &Silent);
+        let dark = solution.maps.iter().find(|map| map.name == "dark").expect("the receivers");
+        assert!(dark.values.illuminance_lx.iter().all(|lx| *lx == 0.0), "{:?}", dark.values.illuminance_lx);
+    }
+}
+
+#[test]
 fn the_program_does_not_choose_gathering_where_the_light_lies_in_few_patches() {
     // A point source between planes of 200 m at a distance of 1 m: what it lights is a spot within one or two patches.
     let scene = scene_of(

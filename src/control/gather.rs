@@ -45,6 +45,8 @@ pub struct GatherState {
     pub direct_ahead: f64,
     /// Rays spent on chains.
     pub chain_rays: f64,
+    /// Rays of the patches' samples, which are taken anew with more chains, and more of them.
+    pub patch_rays: f64,
 }
 
 impl GatherState {
@@ -115,7 +117,7 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     let with_more = (1..=STEPS).filter_map(|step| {
         let chains = STEP.powi(step);
         let samples = samples(chains)?;
-        let rays = state.chain_rays * (chains - 1.0) + state.rays_to(samples, 0.0);
+        let rays = state.chain_rays * (chains - 1.0) + state.patch_rays * chains + state.rays_to(samples, 0.0);
         Some(GatherNeed { chains, samples, rays })
     });
     // What was gathered so far is given up for more chains only where that surely pays.
@@ -123,7 +125,8 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     let best = with_more.min_by(|one, other| one.rays.total_cmp(&other.rays)).filter(worth).or(as_it_is);
     best.unwrap_or_else(|| {
         let chains = STEP.powi(STEPS);
-        GatherNeed { chains, samples: 1.0, rays: state.chain_rays * chains + state.rays_to(1.0, 0.0) }
+        let rays = (state.chain_rays + state.patch_rays) * chains + state.rays_to(1.0, 0.0);
+        GatherNeed { chains, samples: 1.0, rays }
     })
 }
 
@@ -197,6 +200,7 @@ mod tests {
             direct_done: 0.0,
             direct_ahead: 1.0,
             chain_rays: 1e6,
+            patch_rays: 0.0,
         };
         let need = gather_need(0.01, &judged(0.02), &state);
         assert!(need.chains == 1.0 && (2.4..2.7).contains(&need.samples), "{need:?}");
@@ -221,6 +225,7 @@ mod tests {
             direct_done: 7e4,
             direct_ahead: 1.0,
             chain_rays: 2.4e5,
+            patch_rays: 0.0,
         };
         let judgement = Judgement { degrees_of_freedom: 200.0, ..judged(5.2e-3) };
         let need = gather_need(0.003, &judgement, &state);
@@ -253,6 +258,7 @@ mod tests {
             direct_done: 0.0,
             direct_ahead: 1.0,
             chain_rays: 2e5,
+            patch_rays: 0.0,
         };
         let judgement = Judgement { degrees_of_freedom: 50.0, ..judged(5.2e-3) };
         let now = judgement.expected_error.powi(2);
@@ -278,6 +284,7 @@ mod tests {
             direct_done: 2e6,
             direct_ahead: 1.0,
             chain_rays: 2.5e4,
+            patch_rays: 0.0,
         };
         let need = gather_need(0.01, &judged(0.047), &state);
         let as_if_again =

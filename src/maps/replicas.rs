@@ -12,6 +12,8 @@ use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
 pub const REPLICAS: usize = 16;
 /// Standard error of tr C² by the products of all pairs of differences, as a share of it, about: √(2/28).
 const UNSURE_SQUARES: f64 = 0.27;
+/// Standard errors of the cells' own part that are not taken for the columns'.
+const SURE_OF_CELLS: f64 = 2.0;
 
 /// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
 ///
@@ -270,14 +272,16 @@ impl ReplicaMap {
         let mean = |sum: f64| sum.max(0.0) / weight_sum.max(f64::MIN_POSITIVE);
         // Of tr C² only what surely is not the cells' own, which is independent from entry to entry, is by the columns.
         let entries = 0.25 * weight_sum * weight_sum / weight_squares.max(f64::MIN_POSITIVE);
+        // At a first look cells are a hundred times what columns will turn out to be: what chance leaves of them is no column.
+        let cells = cells * (1.0 + SURE_OF_CELLS * (2.0 / products.degrees_of_freedom()).sqrt());
         let of_columns = (uncorrected - cells).max(0.0);
         let squares = (1.0 - UNSURE_SQUARES) * uncorrected * uncorrected / products.degrees_of_freedom();
         let squares = (squares - cells * cells / entries).max(of_columns * of_columns / entries);
         let degrees = of_columns * of_columns / squares.max(f64::MIN_POSITIVE);
         CrossedVariances {
-            rows: mean(rows - cells),
+            rows: mean(rows - found.cells),
             columns: mean(columns - cells),
-            cells: mean(cells.min(rows)),
+            cells: mean(found.cells.min(rows)),
             degrees_of_columns: degrees.max(1.0),
         }
     }

@@ -43,8 +43,9 @@ const NEAR: f64 = 0.25;
 pub const FEWEST_SAMPLES: u64 = 4;
 /// Rays of one that is shared: a look beside it.
 const RAYS_PER_SHARED: f64 = 3.0;
-/// Share of what shows of a coarse patch that samples must stand for, for it to be known by them.
-const ENOUGH_OF_COARSE: f64 = 0.75;
+/// Share of what shows of a coarse patch for which samples of fine ones must stand, for it to be known by them: all about, since its
+/// slopes, and its mean, are those of even samples. One of joined triangles tells of where it is asked.
+const ENOUGH_OF_COARSE: [f64; 2] = [0.95, 0.75];
 /// Points of a patch that are tried until one is not covered.
 const TRIES: usize = 16;
 
@@ -55,6 +56,8 @@ pub struct Forward {
     coarse: Layer<1>,
     /// Nearer than this, in m, gathering rays look no patch up, and patches that gather no direct light.
     near_m: f64,
+    /// Rays of the samples that patches took last.
+    patch_rays: u64,
     /// Samples that patches take for all rays, and the error that decides which of them tell direct light, where any shall.
     sharing: Option<(Sharing, Option<f64>)>,
     /// Distance in m from which on each of them does; empty before they know it.
@@ -81,9 +84,10 @@ impl Forward {
             rayon::join(|| Patches::of(context.scene, edge_m), || Patches::of(context.scene, 2.0 * edge_m));
         let [fine_exposed, coarse_exposed] = exposed_shares(context, &fine, &coarse);
         Forward {
-            fine: Layer::new(fine, fine_exposed),
-            coarse: Layer::new(coarse, coarse_exposed),
+            fine: Layer::new(fine, fine_exposed, [0.0; 2]),
+            coarse: Layer::new(coarse, coarse_exposed, ENOUGH_OF_COARSE),
             near_m: NEAR * edge_m,
+            patch_rays: 0,
             sharing: None,
             tells_direct_from_m: Vec::new(),
             coarse_knows_direct: Vec::new(),
@@ -104,6 +108,11 @@ impl Forward {
     /// Number of patches.
     pub fn patch_count(&self) -> usize {
         self.fine.patches.len()
+    }
+
+    /// Number of those that are made of joined triangles.
+    pub fn joined_count(&self) -> usize {
+        (0..self.patch_count() as u32).filter(|patch| self.fine.patches.is_joined(*patch)).count()
     }
 
     /// Patches over which the deposits are spread: (Σ n)²/Σ n², n those of a patch.
@@ -146,8 +155,8 @@ impl Forward {
 
     /// Lets patches take samples for all rays, from when chains are settled on: of indirect light, and of direct light too
     /// where they shall tell it as exactly as a relative error asks for.
-    pub fn share(&mut self, sharing: Sharing, tells_for: Option<f64>) {
-        self.sharing = Some((sharing, tells_for));
+    pub fn share(&mut self, sharing: Option<(Sharing, Option<f64>)>) {
+        self.sharing = sharing;
     }
 
     /// Rays, about, of the samples that patches take for all rays.
@@ -179,6 +188,7 @@ impl Forward {
             return;
         }
         self.settled_chains = self.chains;
+        let earlier_rays = self.rays;
         let flux_per_chain_lm = context.stage.emitters.luminous_flux_lm() / self.chains as f64;
         self.fine.value(flux_per_chain_lm);
         self.coarse.value(flux_per_chain_lm);
@@ -203,8 +213,19 @@ impl Forward {
                 self.refine(context, |_| if is_over() { 0 } else { samples });
             }
         }
+        self.patch_rays = self.rays - earlier_rays;
         self.fine.tabulate();
         self.coarse.tabulate();
+    }
+
+    /// Rays of the chains so far, all replicas.
+    pub fn chain_rays(&self) -> u64 {
+        self.chain_rays
+    }
+
+    /// Rays of the samples that patches took when chains were settled on last, all replicas.
+    pub fn patch_rays(&self) -> u64 {
+        self.patch_rays
     }
 
     /// Indirect light by gathering from points of every patch.
@@ -216,15 +237,17 @@ impl Forward {
         let found = self.sampled(context, Purpose::Gathering, samples_of, gather);
         // Where too little was gathered, deposits stay.
         let of_fine = |(found, deposits_lx): (&Sampled, &Vec<LinearLx>)| {
-            self.fine.means_lx(&found.means[0], FEWEST_SAMPLES, 0.0, deposits_lx)
+            self.fine.means_lx(&found.means[0], FEWEST_SAMPLES, deposits_lx)
         };
         let of_coarse = |(found, deposits_lx): (&Sampled, &Vec<LinearLx>)| {
-            self.coarse.means_lx(&found.means[1], FEWEST_SAMPLES, ENOUGH_OF_COARSE, deposits_lx)
+            self.coarse.means_lx(&found.means[1], FEWEST_SAMPLES, deposits_lx)
         };
         let mut fine_lx: Vec<Vec<LinearLx>> = found.iter().zip(&self.fine.indirect_lx).map(of_fine).collect();
         let mut coarse_lx: Vec<Vec<LinearLx>> = found.iter().zip(&self.coarse.indirect_lx).map(of_coarse).collect();
-        self.fine.keep_flux(&mut fine_lx);
-        self.coarse.keep_flux(&mut coarse_lx);
+        let flux_per_deposit_lm = context.stage.emitters.luminous_flux_lm() / self.chains as f64;
+        let ratios = self.fine.flux_ratios(&fine_lx, flux_per_deposit_lm);
+        self.fine.keep_flux(&mut fine_lx, &ratios);
+        self.coarse.keep_flux(&mut coarse_lx, &ratios);
         (self.fine.indirect_lx, self.coarse.indirect_lx) = (fine_lx, coarse_lx);
         self.rays += found.iter().map(|found| found.rays).sum::<u64>();
     }

@@ -89,6 +89,7 @@ impl DirectShare {
         let rays_ratio = indirect.rays * indirect_entries as f64 / (rays * direct_entries.max(1) as f64);
         let best = (direct.variance / indirect.variance * rays_ratio).sqrt();
         let best = if best.is_nan() { 0.0 } else { best };
+        let rays_ratio = if rays_ratio.is_nan() { 0.0 } else { rays_ratio };
         DirectShare {
             passes_per_sample: best.clamp(LEAST_RAY_SHARE * rays_ratio, MOST_RAY_SHARE * rays_ratio),
             rays_per_pass: rays * direct_entries as f64,

@@ -106,7 +106,8 @@ impl Stages {
             }
             let costs = counts.then(|| gather_costs(context, &forward, job))?;
             job.pilot_rays += costs.pilot_rays;
-            Some(costs)
+            // What its pilot finds no light for is left to walks: nothing tells how many rays it takes.
+            (costs.mean_lx > 0.0).then_some(costs)
         };
         let mut costs: Vec<Option<GatherCosts>> = jobs.iter_mut().map(measured).collect();
         let mut shared_chains = 0.0f64;
@@ -115,7 +116,8 @@ impl Stages {
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
                 job.work_by_gathering(context, costs, chain, error_lx, shared_chains)
             });
-            let gathering = by_gathering.map(|(work, _)| work).ok_or("it knows no luminances");
+            let gathering =
+                by_gathering.map(|(work, _)| work).ok_or("it knows no luminances, or its pilot found no light");
             if !choice::settle(context, job, offered, gathering, settings.target_error) {
                 *costs = None;
                 job.broad = None;
@@ -204,7 +206,7 @@ impl Stages {
             jobs.iter().zip(&self.costs).map(|(job, costs)| open(job, costs).map(plan)).collect();
         let planned_rays: f64 = plans.iter().flatten().map(|plan| plan.rays).sum();
         let samples: Vec<f64> = plans.iter().map(|plan| plan.map_or(0.0, |plan| plan.samples)).collect();
-        self.demand = Demand::of(context, &mut self.forward, jobs, &samples);
+        self.demand = Demand::of(context, &mut self.forward, jobs, &samples, self.demand.times);
         self.share(context, &samples);
         for (index, plan) in plans.into_iter().enumerate() {
             if let (Some(plan), Some(costs)) = (plan, self.costs_of(index)) {
@@ -233,9 +235,8 @@ impl Stages {
         // Spots of luminaires that are close to surfaces are looked back from, which patches know nothing of; where nothing is
         // checked nothing would take off what they have wrong.
         let may_tell = context.stage.near_lights.is_none() && context.stage.paths_not_found.is_empty();
-        if let Some(sharing) = self.demand.sharing(samples) {
-            self.forward.share(sharing, may_tell.then_some(self.aim));
-        }
+        let sharing = self.demand.sharing(samples);
+        self.forward.share(sharing.map(|sharing| (sharing, may_tell.then_some(self.aim))));
     }
 
     /// Goes on with a map whose elements were cut; its share of the plan stays what the chains are right for.
@@ -275,10 +276,12 @@ impl Stages {
         may_leave: bool,
         affordable_rays: f64,
     ) {
-        let finer = MORE_PATCHES * jobs[index].kept_rays() as f64 <= affordable_rays;
-        if jobs[index].judgement.least_bias > MOST_BIAS * target && self.refinements < MOST_REFINEMENTS && finer {
-            self.refinements += 1;
-            self.patches *= MORE_PATCHES;
+        // The bias falls about as the edge of patches.
+        let excess = jobs[index].judgement.least_bias / (MOST_BIAS * target);
+        let steps = (excess.powi(2).log(MORE_PATCHES).ceil().max(0.0) as u32).min(MOST_REFINEMENTS - self.refinements);
+        if steps > 0 && MORE_PATCHES * jobs[index].kept_rays() as f64 <= affordable_rays {
+            self.refinements += steps;
+            self.patches *= MORE_PATCHES.powi(steps as i32);
             let chains = self.goal_chains as f64;
             self.start(context, jobs, chains);
             return;
@@ -301,7 +304,8 @@ impl Stages {
             direct_rays,
             direct_done: job.direct_rays_done(),
             direct_ahead: job.direct_rays_done() / direct_rays.max(f64::MIN_POSITIVE),
-            chain_rays: self.forward.rays as f64,
+            chain_rays: self.forward.chain_rays() as f64,
+            patch_rays: self.forward.patch_rays() as f64,
         };
         let need = gather_need(target, &job.judgement, &state);
         let error_lx = target * job.judgement.mean_lx / margin(job.judgement.degrees_of_freedom);
@@ -324,7 +328,11 @@ impl Stages {
         self.goal_chains = (self.forward.chains as f64 * need.chains).ceil() as u64;
         // Patches take as many times more, whatever is planned now.
         self.demand.times *= need.chains * planned_before as f64 / jobs[index].planned_samples as f64;
-        let samples: Vec<f64> = jobs.iter().map(|job| if job.met { 0.0 } else { job.planned_samples as f64 }).collect();
+        let gathers = |job: &Job, costs: &Option<GatherCosts>| costs.is_some() && !job.met;
+        let samples_of = |(job, costs): (&Job, &Option<GatherCosts>)| {
+            if gathers(job, costs) { job.planned_samples as f64 } else { 0.0 }
+        };
+        let samples: Vec<f64> = jobs.iter().zip(&self.costs).map(samples_of).collect();
         self.share(context, &samples);
         for (index, job) in jobs.iter_mut().enumerate() {
             if let Some(costs) = self.costs_of(index)

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Context, ENOUGH_OF_COARSE, FEWEST_SAMPLES, FORWARD, Forward, Sampled, point_of_patch};
+use super::{Context, FEWEST_SAMPLES, FORWARD, Forward, Sampled, point_of_patch};
 use crate::estimators::direct::{Care, Receiver, one_look};
 use crate::maps::REPLICAS;
 use crate::sampling::emitter_tree::Cut;
@@ -32,18 +32,17 @@ impl Forward {
             sight.map_or((0.0, 0), |sight| (sight.direct_lx(), 1))
         };
         let found = self.sampled(context, Purpose::Direct, samples_of, look);
-        let weight_of = |patch: usize, layer: usize| found.iter().map(move |found| found.means[layer][patch].weight);
-        let is_known = |patch: usize| weight_of(patch, 0).all(|weight_m2| weight_m2 > 0.0);
-        let is_known_coarsely = |patch: usize| {
-            let looked_m2 = weight_of(patch, 1).sum::<f64>() / REPLICAS as f64;
-            looked_m2 >= ENOUGH_OF_COARSE * self.coarse.shown_m2(patch)
-                && weight_of(patch, 1).all(|weight_m2| weight_m2 > 0.0)
+        let is_told = |layer: usize, patch: usize| {
+            found.iter().all(|found| match layer {
+                0 => self.fine.is_told(patch, &found.means[0][patch]),
+                _ => self.coarse.is_told(patch, &found.means[1][patch]),
+            })
         };
-        let is_known: Vec<bool> = (0..self.fine.patches.len()).map(is_known).collect();
-        let coarse_knows = (0..self.coarse.patches.len()).map(is_known_coarsely).collect();
+        let is_known: Vec<bool> = (0..self.fine.patches.len()).map(|patch| is_told(0, patch)).collect();
+        let coarse_knows = (0..self.coarse.patches.len()).map(|patch| is_told(1, patch)).collect();
         let dark = [self.fine.patches.len(), self.coarse.patches.len()].map(|patches| vec![[0.0; 3]; patches]);
-        let of_fine = |found: &Sampled| self.fine.means_lx(&found.means[0], FEWEST_SAMPLES, 0.0, &dark[0]);
-        let of_coarse = |found: &Sampled| self.coarse.means_lx(&found.means[1], FEWEST_SAMPLES, 0.0, &dark[1]);
+        let of_fine = |found: &Sampled| self.fine.means_lx(&found.means[0], FEWEST_SAMPLES, &dark[0]);
+        let of_coarse = |found: &Sampled| self.coarse.means_lx(&found.means[1], FEWEST_SAMPLES, &dark[1]);
         let (fine_lx, coarse_lx) = (found.iter().map(of_fine).collect(), found.iter().map(of_coarse).collect());
         let rays = found.iter().map(|found| found.rays).sum::<u64>();
         self.rays += rays;
@@ -55,17 +54,21 @@ impl Forward {
                 return f64::INFINITY;
             }
             let most_lx = MOST_MISFIT * error.sqrt() * self.fine.mean_lx(patch as u32);
-            let misfit_lx = self.misfit_lx2(context, patch as u32).max(0.0).sqrt();
-            if misfit_lx > most_lx { self.near_m * FAR * (misfit_lx / most_lx).sqrt() } else { self.near_m }
+            match self.misfit_lx2(context, patch as u32) {
+                Some(misfit_lx2) if misfit_lx2.sqrt() <= most_lx => self.near_m,
+                Some(misfit_lx2) => self.near_m * FAR * (misfit_lx2.sqrt() / most_lx).sqrt(),
+                None => self.near_m * FAR,
+            }
         };
         self.tells_direct_from_m = is_known.par_iter().enumerate().map(from_m).collect();
     }
 
     /// Mean square over a patch, in lx², of what coarser patches say of its direct light beyond it, what chance may have of
-    /// that taken off: near luminaires and at the edges of shadows a linear function does not show it.
-    fn misfit_lx2(&self, context: &Context, patch: u32) -> f64 {
+    /// that taken off: near luminaires and at the edges of shadows a linear function does not show it. `None` where coarser
+    /// patches know nothing of it.
+    fn misfit_lx2(&self, context: &Context, patch: u32) -> Option<f64> {
         let mut stream = Stream::new(context.seed, Purpose::Pilot, FORWARD, REPLICAS as u32 + 1);
-        let (mut squares, mut chance_lx2) = (0.0, 0.0);
+        let (mut squares, mut chance_lx2, mut compared) = (0.0, 0.0, 0);
         for number in 0..MISFIT_POINTS {
             stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
             let (point, ..) = point_of_patch(context, &self.fine.patches, patch, &mut stream);
@@ -78,8 +81,9 @@ impl Forward {
                 let (coarse_lx, coarse_lx2) = self.coarse.mean_direct_lx(&coarse);
                 squares += (coarse_lx - fine_lx).powi(2);
                 chance_lx2 += SURE * (fine_lx2 + coarse_lx2);
+                compared += 1;
             }
         }
-        (squares - chance_lx2) / MISFIT_POINTS as f64
+        (compared > 0).then(|| ((squares - chance_lx2) / f64::from(compared)).max(0.0))
     }
 }

@@ -22,6 +22,8 @@ pub struct Layer<const KEPT: usize> {
     pub patches: Patches,
     /// Share of each patch that is not hidden inside of a solid that stands on it: all that rays can meet.
     pub exposed: Vec<f64>,
+    /// Share of what shows of a patch for which samples must stand, and of one of joined triangles.
+    enough: [f64; 2],
     /// Deposits of each replica on each patch: their number and the sums of their offsets.
     pub sums: Vec<Vec<[f64; 3]>>,
     /// Indirect light of each patch, replica by replica.
@@ -86,13 +88,14 @@ fn projected([sum, a, b]: [f64; 3], unit: f64, slopes: bool) -> LinearLx {
 }
 
 impl<const KEPT: usize> Layer<KEPT> {
-    /// Dark patches, of each of which a share is exposed.
-    pub fn new(patches: Patches, exposed: Vec<f64>) -> Layer<KEPT> {
+    /// Dark patches, of each of which a share is exposed; samples must stand for so much of one, and of one of joined triangles.
+    pub fn new(patches: Patches, exposed: Vec<f64>, enough: [f64; 2]) -> Layer<KEPT> {
         let sums = vec![vec![[0.0; 3]; patches.len()]; REPLICAS];
         let dark = vec![[[0.0; KEPT]; 3]; patches.len()];
         Layer {
             patches,
             exposed,
+            enough,
             indirect_lx: sums.clone(),
             direct_lx: Vec::new(),
             sums,
@@ -116,17 +119,11 @@ impl<const KEPT: usize> Layer<KEPT> {
         });
     }
 
-    /// What samples tell of every patch, with slopes where so many of them were taken evenly; of patches of which they stand for
-    /// too small a share, what is known otherwise.
-    pub fn means_lx(
-        &self,
-        means: &[PatchMean],
-        for_slopes: u64,
-        enough: f64,
-        otherwise_lx: &[LinearLx],
-    ) -> Vec<LinearLx> {
+    /// What samples tell of every patch, with slopes where so many of them were taken evenly; of patches that they do not stand for,
+    /// what is known otherwise.
+    pub fn means_lx(&self, means: &[PatchMean], for_slopes: u64, otherwise_lx: &[LinearLx]) -> Vec<LinearLx> {
         let value_lx = |(patch, mean): (usize, &PatchMean)| {
-            if mean.weight > 0.0 && mean.weight >= enough * self.shown_m2(patch) {
+            if self.is_told(patch, mean) {
                 let slopes = self.exposed[patch] == 1.0 && mean.count >= for_slopes;
                 projected(mean.sums, 1.0 / mean.weight, slopes)
             } else {
@@ -136,9 +133,16 @@ impl<const KEPT: usize> Layer<KEPT> {
         means.iter().enumerate().map(value_lx).collect()
     }
 
-    /// Gives what patches gathered the flux that chains brought to each face of a surface, where both surely differ: a ray that meets a
-    /// patch sees more of what is lit in it than lies in the shade, and looks up the mean. `gathered_lx` is what every replica gathered.
-    pub fn keep_flux(&self, gathered_lx: &mut [Vec<LinearLx>]) {
+    /// Whether samples stand for a patch, as far as it shows. Those of smaller patches may have been taken in some of these alone: then
+    /// they tell no mean, and slopes even less.
+    pub fn is_told(&self, patch: usize, mean: &PatchMean) -> bool {
+        let enough = self.enough[usize::from(self.patches.is_joined(patch as u32))];
+        mean.weight > 0.0 && mean.weight >= enough * self.shown_m2(patch)
+    }
+
+    /// Flux that chains brought to each face of a surface over what its patches gathered, replica by replica, where both surely
+    /// differ, and 1 elsewhere: a ray that meets a patch sees more of what is lit in it than lies in the shade, and looks up the mean.
+    pub fn flux_ratios(&self, gathered_lx: &[Vec<LinearLx>], flux_per_deposit_lm: f64) -> Vec<Vec<f64>> {
         let flux_lm = |values_lx: &[LinearLx], others_lx: &[LinearLx]| {
             let mut sums = vec![0.0; self.patches.faces()];
             for (patch, (value_lx, other_lx)) in values_lx.iter().zip(others_lx).enumerate() {
@@ -148,29 +152,36 @@ impl<const KEPT: usize> Layer<KEPT> {
             }
             sums
         };
-        let ratios: Vec<Vec<f64>> = gathered_lx
+        let fluxes_lm: Vec<[Vec<f64>; 2]> = gathered_lx
             .par_iter()
             .with_max_len(1)
             .zip(&self.indirect_lx)
-            .map(|(gathered_lx, brought_lx)| {
-                let (gathered, brought) = (flux_lm(gathered_lx, brought_lx), flux_lm(brought_lx, gathered_lx));
-                let ratio = |(brought, gathered): (&f64, &f64)| if *gathered > 0.0 { brought / gathered } else { 1.0 };
-                brought.iter().zip(&gathered).map(ratio).collect()
-            })
+            .map(|(gathered_lx, brought_lx)| [flux_lm(gathered_lx, brought_lx), flux_lm(brought_lx, gathered_lx)])
             .collect();
-        let differs = |face: usize| {
-            let count = REPLICAS as f64;
-            let mean = ratios.iter().map(|ratios| ratios[face]).sum::<f64>() / count;
-            let squares = ratios.iter().map(|ratios| (ratios[face] - mean).powi(2)).sum::<f64>();
-            (mean - 1.0).powi(2) > SURELY * SURELY * squares / (count * (count - 1.0))
+        let ratios_of = |face: usize| -> Vec<f64> {
+            let ratio = |[gathered, brought]: &[Vec<f64>; 2]| {
+                if gathered[face] > 0.0 { brought[face] / gathered[face] } else { 1.0 }
+            };
+            let ratios: Vec<f64> = fluxes_lm.iter().map(ratio).collect();
+            let count = ratios.len() as f64;
+            let mean = ratios.iter().sum::<f64>() / count;
+            let squares = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum::<f64>();
+            // Few deposits scatter among themselves by less than they should: by what was gathered there are so many.
+            let deposits = fluxes_lm.iter().map(|[gathered, _]| gathered[face]).sum::<f64>() / flux_per_deposit_lm;
+            let error2 = (squares / (count * (count - 1.0))).max(1.0 / deposits);
+            if (mean - 1.0).powi(2) > SURELY * SURELY * error2 { ratios } else { vec![1.0; ratios.len()] }
         };
-        let differs: Vec<bool> = (0..self.patches.faces()).map(differs).collect();
-        gathered_lx.par_iter_mut().with_max_len(1).zip(&self.indirect_lx).zip(&ratios).for_each(
+        let of_faces: Vec<Vec<f64>> = (0..self.patches.faces()).map(ratios_of).collect();
+        (0..fluxes_lm.len()).map(|replica| of_faces.iter().map(|ratios| ratios[replica]).collect()).collect()
+    }
+
+    /// Gives what the patches of every replica gathered these shares of it, face by face.
+    pub fn keep_flux(&self, gathered_lx: &mut [Vec<LinearLx>], ratios: &[Vec<f64>]) {
+        gathered_lx.par_iter_mut().with_max_len(1).zip(&self.indirect_lx).zip(ratios).for_each(
             |((gathered_lx, brought_lx), ratios)| {
                 for (patch, (value_lx, brought_lx)) in gathered_lx.iter_mut().zip(brought_lx).enumerate() {
-                    let face = self.patches.face(patch);
-                    if differs[face] && self.keeps_flux(patch, value_lx, brought_lx) {
-                        value_lx.iter_mut().for_each(|lx| *lx *= ratios[face]);
+                    if self.keeps_flux(patch, value_lx, brought_lx) {
+                        value_lx.iter_mut().for_each(|lx| *lx *= ratios[self.patches.face(patch)]);
                     }
                 }
             },
@@ -263,4 +274,46 @@ fn kept_of<const KEPT: usize>(known_lx: impl Fn(usize) -> LinearLx) -> Kept<KEPT
         let values: [f64; HALF] = memories.map(|memory| memory[coefficient]);
         std::array::from_fn(|kept| if KEPT == HALF { values[kept] } else { mean_of(&values) })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::{Side, scene_from_json};
+
+    /// Samples of 1 lx all over a patch but for one of its corners say of it what was known before: the mean of what they saw is none of
+    /// the patch, and its slopes are wild. Where nobody asks how much they stand for (planted) they are taken for them.
+    #[test]
+    fn samples_of_a_part_of_a_patch_do_not_tell_of_it() {
+        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [ { "name": "floor", "type": "rectangle", "origin": [0,0,0], "u": [1,0,0], "v": [0,1,0], "material": "m" } ],
+            "luminaires": [ { "name": "lamp", "type": "point", "position": [0,0,1], "luminous_flux_lm": 1 } ] }"#;
+        let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
+        let layer_of = |enough: [f64; 2]| Layer::<1>::new(Patches::of(&scene, 1.0), vec![1.0; 8], enough);
+        // The first of the four patches of a triangle; offsets reach from -1/3 to 2/3.
+        let means_of = |layer: &Layer<1>, reach: f64| {
+            let mut means = vec![PatchMean::default(); 8];
+            for u in 0..40 {
+                for v in 0..40 - u {
+                    let barycentric = [(f64::from(u) + 0.33) / 40.0, (f64::from(v) + 0.33) / 40.0];
+                    let place = layer.patches.place(0, barycentric, Side::Front).expect("a patch");
+                    if place.patch == 0 && place.offset[0] < reach {
+                        means[0].add(0.125 / 210.0, 1.0, place.offset);
+                    }
+                }
+            }
+            layer.means_lx(&means, 4, &[[7.0, 0.0, 0.0]; 8])[0]
+        };
+        let careful = layer_of([0.95, 0.75]);
+        assert_eq!(means_of(&careful, 0.2), [7.0, 0.0, 0.0]);
+        let [mean, along_a, along_b] = means_of(&careful, 1.0);
+        assert!(
+            (mean - 1.0).abs() < 1e-12 && along_a.abs() < 0.05 && along_b.abs() < 0.05,
+            "{mean} {along_a} {along_b}"
+        );
+        let [_, along_a, _] = means_of(&layer_of([0.0; 2]), 0.2);
+        assert!(along_a.abs() > 1.0, "the planted fault passed: {along_a}");
+    }
 }
