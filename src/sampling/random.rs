@@ -14,7 +14,7 @@ pub enum Purpose {
     Direct,
     /// Walks from the receivers back towards the luminaires.
     Walks,
-    /// Pilot runs, whose numbers enter no result.
+    /// Pilot runs and surveys: of their numbers none is summed into a result.
     Pilot,
     /// Gathering rays from receivers and elements.
     Gathering,
