@@ -18,6 +18,10 @@ const WORTH_ANEW: f64 = 0.8;
 /// More chains are tried in steps of this factor, up to so many steps.
 const STEP: f64 = 1.1;
 const STEPS: i32 = 60;
+/// Where chains have this share of the squared error, rays that were planned too few time and again are no longer believed to be what
+/// is missing; chains then grow by so many steps at least.
+const BY_CHAINS: f64 = 0.5;
+const LEAST_STEPS: i32 = 5;
 
 /// How a map that is gathered stands, all variances those of the map's mean over all replicas, as fractions of its mean
 /// squared.
@@ -37,6 +41,8 @@ pub struct GatherState {
     pub ray_exponent: f64,
     /// Rays spent on gathering.
     pub gather_rays: f64,
+    /// Of these, rays beyond those that were planned when it began.
+    pub unplanned_rays: f64,
     /// Rays of direct light that go with as many samples.
     pub direct_rays: f64,
     /// Rays spent on direct light, which stays where gathering begins anew.
@@ -114,15 +120,22 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
         samples: samples.max(1.0),
         rays: state.rays_to(samples.max(1.0), state.gather_rays),
     });
-    let with_more = (1..=STEPS).filter_map(|step| {
+    let with_more = |step: i32| {
         let chains = STEP.powi(step);
         let samples = samples(chains)?;
         let rays = state.chain_rays * (chains - 1.0) + state.patch_rays * chains + state.rays_to(samples, 0.0);
         Some(GatherNeed { chains, samples, rays })
-    });
-    // What was gathered so far is given up for more chains only where that surely pays.
+    };
+    let cheapest = |least_steps: i32| {
+        (least_steps..=STEPS).filter_map(with_more).min_by(|one, other| one.rays.total_cmp(&other.rays))
+    };
+    // What was gathered so far is given up for more chains only where that surely pays,
     let worth = |need: &GatherNeed| as_it_is.is_none_or(|as_it_is| need.rays <= WORTH_ANEW * as_it_is.rays);
-    let best = with_more.min_by(|one, other| one.rays.total_cmp(&other.rays)).filter(worth).or(as_it_is);
+    // or where it has taken as much more than was planned already.
+    let is_stuck = |need: &GatherNeed| {
+        state.columns > BY_CHAINS * judgement.expected_error.powi(2) && need.rays <= state.unplanned_rays
+    };
+    let best = cheapest(1).filter(worth).or_else(|| cheapest(LEAST_STEPS).filter(is_stuck)).or(as_it_is);
     best.unwrap_or_else(|| {
         let chains = STEP.powi(STEPS);
         let rays = (state.chain_rays + state.patch_rays) * chains + state.rays_to(1.0, 0.0);
@@ -130,27 +143,64 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
     })
 }
 
-/// Squared error by chance at which the map is accepted with so many times the chains: the target leaves it so much room,
-/// margin and all, beside what even and odd share. `rest` is what neither rays nor chains have of it.
+/// Squared error by chance at which the map is accepted with so many times the chains: the target leaves it so much room beside
+/// what even and odd share. `rest` is what neither rays nor chains have of it.
 ///
 /// The margin is that of the end: what is common to many entries by chance of the chains has few degrees of freedom, and more
-/// samples leave more and more of the error to it. With V the squared error and f its degrees of freedom, V²/f is about the sum
-/// of what its independent parts have of it.
+/// samples leave more and more of the error to it.
 fn allowed(room: f64, judgement: &Judgement, state: &GatherState, rest: f64, chains: f64) -> f64 {
-    let others = state.rows + state.cells + rest;
-    let all_degrees = judgement.degrees_of_freedom.max(1.0);
-    let of_columns = state.columns.powi(2) / state.degrees_of_columns.max(1.0);
-    let of_others = (state.columns + others).powi(2) / all_degrees - of_columns;
-    // What is independent from entry to entry has no fewer degrees than the whole.
-    let degrees_of_others = (others * others / of_others.max(f64::MIN_POSITIVE)).max(all_degrees);
-    let (mut allowed, mut degrees) = (room, all_degrees);
+    // Pooled corrections are all that is left beside direct light.
+    let pooled = (rest - state.direct).max(0.0);
+    let others = state.rows + state.cells + rest - pooled;
+    let degrees = Degrees::of(state.columns, others, pooled, judgement, state);
+    let (columns, share) = (state.columns / chains, pooled / (others + pooled).max(f64::MIN_POSITIVE));
+    let (mut allowed, mut at_end) = (room, judgement.degrees_of_freedom);
     for _ in 0..MARGIN_STEPS {
-        allowed = room / about_margin(degrees).powi(2);
-        let left = (allowed - state.columns / chains).max(0.0);
-        let spread = of_columns / (chains * chains) + left * left / degrees_of_others;
-        degrees = allowed * allowed / spread.max(f64::MIN_POSITIVE);
+        allowed = room / about_margin(at_end).powi(2);
+        let left = (allowed - columns).max(0.0);
+        let spread = degrees.spread(columns, (1.0 - share) * left, share * left);
+        at_end = allowed * allowed / spread.max(f64::MIN_POSITIVE);
     }
-    allowed
+    // Halves that happen to differ by more than they should are accepted without a margin. New chains draw anew.
+    let unlucky = (judgement.halves_error / judgement.expected_error.max(f64::MIN_POSITIVE)).powi(2) - 1.0;
+    allowed.min(room / (1.0 + unlucky.max(0.0) / chains))
+}
+
+/// Degrees of freedom of the parts of a squared error.
+///
+/// Of V = C + O + P, by the chains, by what is independent from entry to entry and by pooled corrections, which all entries have in
+/// common, with f degrees in all: V²/f = C²/f_C + (O² + 2 O (C + P))/f_O + (P² + 2 P C)/f_P. Kept are 1/f_C, 1/f_O and 1/f_P.
+struct Degrees {
+    of_columns: f64,
+    of_others: f64,
+    of_pooled: f64,
+}
+
+impl Degrees {
+    /// Those with which the parts have the degrees of the whole: O has no fewer than that, P has one at least, and what these do not
+    /// explain is by the columns, whatever they were found to have.
+    fn of(columns: f64, others: f64, pooled: f64, judgement: &Judgement, state: &GatherState) -> Degrees {
+        let of_all = 1.0 / judgement.degrees_of_freedom.max(1.0);
+        let whole = (columns + others + pooled).powi(2) * of_all;
+        let by_columns = columns * columns / state.degrees_of_columns.max(1.0);
+        let inverse = |spread: f64, part: f64| spread.max(0.0) / part.max(f64::MIN_POSITIVE);
+        let [by_others, by_pooled] = beside(columns, others, pooled);
+        let of_others = inverse(whole - by_columns, by_others + by_pooled).min(of_all);
+        let of_pooled = inverse(whole - by_columns - by_others * of_others, by_pooled).min(1.0);
+        let by_columns = by_columns.max(whole - by_others * of_others - by_pooled * of_pooled);
+        Degrees { of_columns: inverse(by_columns, columns * columns), of_others, of_pooled }
+    }
+
+    /// V²/f of other parts.
+    fn spread(&self, columns: f64, others: f64, pooled: f64) -> f64 {
+        let [by_others, by_pooled] = beside(columns, others, pooled);
+        columns * columns * self.of_columns + by_others * self.of_others + by_pooled * self.of_pooled
+    }
+}
+
+/// O² + 2 O (C + P) and P² + 2 P C.
+fn beside(columns: f64, others: f64, pooled: f64) -> [f64; 2] {
+    [others * (others + 2.0 * (columns + pooled)), pooled * (pooled + 2.0 * columns)]
 }
 
 /// Factor f on the samples for which rows/fᵅ + others/f + direct·min(ahead/f, 1) comes down to `left`.
@@ -167,6 +217,7 @@ fn samples_for(left: f64, state: &GatherState, others: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::stop::accepts;
     use super::*;
 
     fn judged(expected_error: f64) -> Judgement {
@@ -196,6 +247,7 @@ mod tests {
             degrees_of_columns: 1e6,
             ray_exponent: RAY_EXPONENT,
             gather_rays: 1e6,
+            unplanned_rays: 0.0,
             direct_rays: 0.0,
             direct_done: 0.0,
             direct_ahead: 1.0,
@@ -221,6 +273,7 @@ mod tests {
             degrees_of_columns: 5.0,
             ray_exponent: 1.25,
             gather_rays: 2.9e5,
+            unplanned_rays: 0.0,
             direct_rays: 3.5e4,
             direct_done: 7e4,
             direct_ahead: 1.0,
@@ -244,6 +297,42 @@ mod tests {
     }
 
     #[test]
+    fn a_map_that_is_refused_is_never_told_to_stay_as_it_is() {
+        // Corrections leave columns of 4.8 degrees with 2, and hardly anything but columns is left: samples alone would go on for ever.
+        let state = GatherState {
+            rows: 2.6e-7,
+            columns: 3e-5,
+            cells: 3.4e-8,
+            direct: 0.0,
+            degrees_of_columns: 4.8,
+            ray_exponent: 1.5,
+            gather_rays: 1e6,
+            unplanned_rays: 0.0,
+            direct_rays: 0.0,
+            direct_done: 0.0,
+            direct_ahead: 1.0,
+            chain_rays: 1e4,
+            patch_rays: 1e4,
+        };
+        let refused = Judgement { degrees_of_freedom: 2.0, ..judged(5.5e-3) };
+        assert!(!accepts(0.01, &refused));
+        let need = gather_need(0.01, &refused, &state);
+        assert!(need.chains > 1.2, "{need:?}");
+        // Few more samples would do by what is known; but as many were said to do before, and again.
+        let more = GatherState { columns: 2e-5, rows: 7e-6, degrees_of_columns: 100.0, gather_rays: 2e6, ..state };
+        let creeping = Judgement { degrees_of_freedom: 2.5, ..judged(5.8e-3) };
+        assert!(!accepts(0.01, &creeping));
+        assert_eq!(gather_need(0.01, &creeping, &more).chains, 1.0);
+        let need = gather_need(0.01, &creeping, &GatherState { unplanned_rays: 1.5e6, ..more });
+        assert!(need.chains > 1.6, "{need:?}");
+        // The same where only the halves are too far apart.
+        let unlucky = Judgement { halves_error: 0.0105, degrees_of_freedom: 100.0, ..judged(5.5e-3) };
+        assert!(!accepts(0.01, &unlucky) && accepts(0.01, &Judgement { halves_error: 0.0095, ..unlucky }));
+        let need = gather_need(0.01, &unlucky, &GatherState { degrees_of_columns: 100.0, ..state });
+        assert!(need.chains > 1.0, "{need:?}");
+    }
+
+    #[test]
     fn chance_that_makes_columns_of_more_than_all_asks_for_no_more_margin_than_they_do() {
         // Both are estimates: columns of 1.02 times the whole, or 0.99 times it with the degrees of either as good as alike.
         let state = |columns: f64| GatherState {
@@ -254,6 +343,7 @@ mod tests {
             degrees_of_columns: 60.0,
             ray_exponent: 1.25,
             gather_rays: 3e5,
+            unplanned_rays: 0.0,
             direct_rays: 0.0,
             direct_done: 0.0,
             direct_ahead: 1.0,
@@ -280,6 +370,7 @@ mod tests {
             degrees_of_columns: 1e6,
             ray_exponent: LEAST_RAY_EXPONENT,
             gather_rays: 2e5,
+            unplanned_rays: 0.0,
             direct_rays: 1e5,
             direct_done: 2e6,
             direct_ahead: 1.0,

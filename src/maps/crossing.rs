@@ -14,7 +14,6 @@
 //! leaves it out of the rows. It is rows that give way, since they are independent from entry to entry as e is, while what
 //! chains have wrong is common to many entries. Contrasts that neither rows nor columns move tell σ_e².
 
-use super::judge::PAIRS;
 use super::pieces::{Piece, on_pieces};
 use super::replicas::REPLICAS;
 use crate::sampling::random::SHARERS;
@@ -243,23 +242,7 @@ impl Crossing {
         rows_lx.iter().enumerate().map(square).sum()
     }
 
-    /// The same of columns, before corrections.
-    pub fn column_squared(&self, entry: usize) -> f64 {
-        let squares: f64 = self.columns.iter().map(|column| column[entry] * column[entry]).sum();
-        squares / (HALF * HALF * (HALF - 1)) as f64
-    }
-
-    /// Differences, for the sum over all samples, of columns of one half, two by two, before corrections: what a half has in
-    /// common is not in them.
-    pub fn pairs_of_columns(&self, entry: usize) -> [f64; PAIRS] {
-        std::array::from_fn(|pair| {
-            let (parity, memory) = (pair % 2, pair / 2 * 2);
-            let column = |memory: usize| self.columns[2 * memory + parity][entry];
-            column(memory + 1) - column(memory)
-        })
-    }
-
-    /// The part of both that is the cells' own: σ_e²/8 of either half.
+    /// The part of rows and of columns that is the cells' own, for the sum over all samples: σ_e²/8 of either half, in lx².
     pub fn cell_squared(&self, entry: usize) -> f64 {
         let mean_square = |half: &[Vec<f64>; CONTRASTS]| {
             half.iter().map(|lx| lx[entry] * lx[entry]).sum::<f64>() / (CONTRASTS * HALF * HALF * HALF) as f64
@@ -280,7 +263,13 @@ impl Crossing {
     #[inline]
     pub fn column_lx(&self, replica: usize, entry: usize, inverse_samples: f64) -> f64 {
         let pooled_lx = if entry < self.sites { self.pooled_lx[replica][1] } else { 0.0 };
-        self.columns[replica][entry] * inverse_samples / HALF as f64 + pooled_lx
+        self.found_column_lx(replica, entry, inverse_samples) + pooled_lx
+    }
+
+    /// The same before corrections.
+    #[inline]
+    pub fn found_column_lx(&self, replica: usize, entry: usize, inverse_samples: f64) -> f64 {
+        self.columns[replica][entry] * inverse_samples / HALF as f64
     }
 
     /// Mean correction in lx.

@@ -3,17 +3,12 @@
 use std::ops::Range;
 
 use super::basis::SLOPES;
-use super::judge::PairProducts;
 use super::lopsided::{Spread, widening};
 use super::pieces::{Piece, on_pieces};
-use super::{Crossing, HALF, Levels, MapValues, PartScores, ScoreEvidence};
+use super::{Crossing, Levels, MapValues, PartScores, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
-/// Standard error of tr C² by the products of all pairs of differences, as a share of it, about: √(2/28).
-const UNSURE_SQUARES: f64 = 0.27;
-/// Standard errors of the cells' own part that are not taken for the columns'.
-const SURE_OF_CELLS: f64 = 2.0;
 
 /// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
 ///
@@ -60,23 +55,10 @@ impl Tally {
         self.complete + u64::from(entry < self.ahead)
     }
 
-    fn inverse(self, entry: usize) -> f64 {
+    pub(super) fn inverse(self, entry: usize) -> f64 {
         let samples = self.of(entry);
         if samples == 0 { 0.0 } else { 1.0 / samples as f64 }
     }
-}
-
-/// Variances in lx² of a replica of a map that is gathered, weighted means over elements or points.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct CrossedVariances {
-    /// By chance of the gathering rays.
-    pub rows: f64,
-    /// By chance of the chains.
-    pub columns: f64,
-    /// By chance of which rays ask which chains: it falls with both.
-    pub cells: f64,
-    /// Degrees of freedom of the mean square that is by chance of the chains, before corrections.
-    pub degrees_of_columns: f64,
 }
 
 /// What one unit of an indirect sum is worth.
@@ -177,7 +159,7 @@ impl ReplicaMap {
 
     /// The element that an entry belongs to.
     #[inline]
-    fn site_of(&self, entry: usize) -> usize {
+    pub(super) fn site_of(&self, entry: usize) -> usize {
         if entry < self.sites { entry } else { (entry - self.sites) % self.sites }
     }
 
@@ -243,47 +225,6 @@ impl ReplicaMap {
     pub fn indirect_lx(&self, entry: usize) -> f64 {
         mean(self.indirect.iter().map(|slab| slab[entry])) * self.indirect_scale(entry)
             + self.crossing.as_ref().map_or(0.0, Crossing::correction_lx)
-    }
-
-    /// What holds up the error of a map that is gathered: variances of one replica.
-    pub fn crossed_variances(&self, weights: &[f64]) -> CrossedVariances {
-        let mut found = CrossedVariances::default();
-        let Some(crossing) = &self.crossing else {
-            return found;
-        };
-        let (mut weight_sum, mut uncorrected, mut weight_squares) = (0.0, 0.0, 0.0);
-        let mut products = PairProducts::default();
-        for (entry, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let inverse = self.indirect_samples.inverse(self.site_of(entry));
-            let column = |replica: usize| crossing.column_lx(replica, entry, inverse).powi(2) / (HALF - 1) as f64;
-            found.rows += weight * inverse * inverse * crossing.ray_squared(entry, &self.indirect);
-            found.cells += weight * inverse * inverse * crossing.cell_squared(entry);
-            found.columns += weight * (0..REPLICAS).map(column).sum::<f64>();
-            uncorrected += weight * inverse * inverse * crossing.column_squared(entry);
-            products.add(weight * inverse * inverse, &crossing.pairs_of_columns(entry));
-            if entry < self.sites {
-                weight_sum += 2.0 * weight;
-                weight_squares += weight * weight;
-            }
-        }
-        let CrossedVariances { rows, columns, cells, .. } = found;
-        // Corrections take off what chains have wrong everywhere, and bring the chance of their checks, which is not that of chains.
-        let columns = columns.min(uncorrected);
-        let mean = |sum: f64| sum.max(0.0) / weight_sum.max(f64::MIN_POSITIVE);
-        // Of tr C² only what surely is not the cells' own, which is independent from entry to entry, is by the columns.
-        let entries = 0.25 * weight_sum * weight_sum / weight_squares.max(f64::MIN_POSITIVE);
-        // At a first look cells are a hundred times what columns will turn out to be: what chance leaves of them is no column.
-        let cells = cells * (1.0 + SURE_OF_CELLS * (2.0 / products.degrees_of_freedom()).sqrt());
-        let of_columns = (uncorrected - cells).max(0.0);
-        let squares = (1.0 - UNSURE_SQUARES) * uncorrected * uncorrected / products.degrees_of_freedom();
-        let squares = (squares - cells * cells / entries).max(of_columns * of_columns / entries);
-        let degrees = of_columns * of_columns / squares.max(f64::MIN_POSITIVE);
-        CrossedVariances {
-            rows: mean(rows - found.cells),
-            columns: mean(columns - cells),
-            cells: mean(found.cells.min(rows)),
-            degrees_of_columns: degrees.max(1.0),
-        }
     }
 
     /// Variance in lx² of the direct light of a replica, weighted mean over elements or points.

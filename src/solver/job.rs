@@ -177,6 +177,8 @@ pub struct Job {
     pub rows: Rows,
     /// Gathering rays an entry that the plan gives it.
     pub planned_samples: u64,
+    /// Those that it gave it when gathering began, with the chains that there are.
+    first_plan: u64,
     /// What a count is worth, kept while the map gathers.
     counting_unit: Option<Unit>,
     judged_samples: u64,
@@ -282,6 +284,7 @@ impl Job {
             direct_variance: 0.0,
             rows: Rows::default(),
             planned_samples: 0,
+            first_plan: 0,
             judged_samples: 0,
             pace: ErrorHistory::default(),
             direct,

@@ -18,7 +18,7 @@ use crate::sampling::random::{Purpose, Stream};
 const COEFFICIENTS: f64 = 3.0;
 /// Chains that a run starts with, over those with which deposits alone would be right: the patches' own gathering takes
 /// most of their chance, and a look soon tells whether more are needed.
-pub const CHAINS_SHARE: f64 = 0.25;
+pub const CHAINS_SHARE: f64 = 0.5;
 /// Rays of the forward stage over those of its chains: the patches' own gathering takes as many again.
 pub const RAYS_OF_FORWARD: f64 = 2.0;
 /// Share of the squared error that chains and gathering rays have together, and steps in which it is shared out.

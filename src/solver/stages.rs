@@ -301,6 +301,7 @@ impl Stages {
             degrees_of_columns: job.variances.degrees_of_columns,
             ray_exponent: job.rows.exponent(),
             gather_rays,
+            unplanned_rays: gather_rays * (1.0 - job.first_plan() as f64 / job.samples as f64).max(0.0),
             direct_rays,
             direct_done: job.direct_rays_done(),
             direct_ahead: job.direct_rays_done() / direct_rays.max(f64::MIN_POSITIVE),

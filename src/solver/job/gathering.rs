@@ -55,6 +55,7 @@ impl Job {
     pub fn start_gathering(&mut self, context: &Context, costs: &GatherCosts, samples: f64, checked_share: f64) {
         self.checked_share = if context.stage.paths_not_found.is_empty() { checked_share } else { 0.0 };
         self.planned_samples = (samples.ceil() as u64).max(1);
+        self.first_plan = self.planned_samples;
         self.share_out(costs);
         self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
         self.map.indirect_samples = Tally::default();
@@ -75,6 +76,11 @@ impl Job {
         self.samples = 0;
         self.given_up_rays = self.rays;
         self.engine = Engine::Gathering;
+    }
+
+    /// Samples that were planned when gathering began, with the chains that there are.
+    pub fn first_plan(&self) -> u64 {
+        self.first_plan
     }
 
     /// Shares the rays out between direct light and gathering, which costs so much.
