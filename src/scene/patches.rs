@@ -14,6 +14,8 @@ use super::{Scene, Side};
 const SMALL: f64 = 0.5;
 /// Divisions of a triangle, at most: a needle's patches would else be as many as its length over its width.
 const MOST_DIVISIONS: f64 = 512.0;
+/// Places where rays asked a patch of joined triangles that are expected, were they even, on triangles of one weight, at least.
+const PLACES_TOGETHER: f64 = 1.0;
 /// Steps in which the components of normals are told apart when triangles are joined. No component that is usual, 1, 0.71, 0.58 or 0.5,
 /// lies at an edge of the rounding.
 const NORMAL_STEPS: f64 = 1.4;
@@ -129,7 +131,11 @@ impl Patches {
     /// Makes joined patches tell of where they are asked: at places where rays met them, and anywhere with the weight of one such place.
     ///
     /// What is told is then the mean over what is seen of such a patch, not over what lies hidden between things.
-    pub fn tell_of(&mut self, scene: &Scene, places: impl Iterator<Item = Spot>) {
+    pub fn tell_of(&mut self, places: impl Iterator<Item = Spot>) {
+        self.tell_of_places(places, PLACES_TOGETHER);
+    }
+
+    fn tell_of_places(&mut self, places: impl Iterator<Item = Spot>, together: f64) {
         self.asked = vec![Vec::new(); self.joined.len()];
         let mut asks = vec![[0.0; 2]; self.triangles.len()];
         for (triangle, barycentric, side) in places {
@@ -146,10 +152,21 @@ impl Patches {
             };
             let (area_m2, places) = (self.area_m2[patch], self.asked[list as usize].len() as f64);
             let side = usize::from(side == Side::Back);
-            for (triangle, _) in &self.joined[list as usize] {
-                let own_m2 = scene.triangle_area_m2(*triangle);
-                let weighted_m2 = (asks[*triangle as usize][side] * area_m2 + own_m2) / (places + 1.0);
-                self.triangles[*triangle as usize].weight[side] = weighted_m2 / own_m2;
+            // Which of far smaller triangles were asked is chance: those next to each other in the mesh have one weight.
+            let least_m2 = together * area_m2 / places;
+            let triangles = &self.joined[list as usize];
+            let (mut first, mut until_m2, mut asked) = (0, 0.0, 0.0);
+            for (number, (triangle, reached_m2)) in triangles.iter().enumerate() {
+                asked += asks[*triangle as usize][side];
+                let is_last = number + 1 == triangles.len();
+                if is_last || (reached_m2 - until_m2 >= least_m2 && area_m2 - reached_m2 >= least_m2) {
+                    let own_m2 = reached_m2 - until_m2;
+                    let weight = (asked * area_m2 + own_m2) / ((places + 1.0) * own_m2);
+                    for (triangle, _) in &triangles[first..=number] {
+                        self.triangles[*triangle as usize].weight[side] = weight;
+                    }
+                    (first, until_m2, asked) = (number + 1, *reached_m2, 0.0);
+                }
             }
         }
     }
@@ -325,5 +342,33 @@ mod tests {
         different.sort_unstable();
         different.dedup();
         assert!(ball.len() > 100 && different.len() < 60, "{} {}", ball.len(), different.len());
+    }
+
+    /// Twenty places on a ball of some hundred triangles in few patches: what arrives anywhere counts no more than some times as much as
+    /// elsewhere, and in all as before. Weights of single triangles (planted) make a few of them the whole patch.
+    #[test]
+    fn what_arrives_where_few_rays_asked_has_even_weights() {
+        let scene = room();
+        let patches = Patches::of(&scene, 1.0);
+        let ball = 12..scene.triangles.len() as u32;
+        // Squares in a ring of numbers lie as unevenly as chance would have them.
+        let places: Vec<Spot> =
+            (1..=20u32).map(|k| (ball.start + 37 * k * k % ball.len() as u32, [0.3, 0.3], Side::Front)).collect();
+        let told = |together: f64| {
+            let mut patches = patches.clone();
+            patches.tell_of_places(places.iter().copied(), together);
+            let mut sums_m2 = vec![0.0; patches.len()];
+            let weights: Vec<f64> = ball.clone().map(|triangle| patches.weight(triangle, Side::Front)).collect();
+            for (triangle, weight) in ball.clone().zip(&weights) {
+                let patch = patches.place(triangle, [0.3, 0.3], Side::Front).expect("a patch").patch;
+                sums_m2[patch as usize] += weight * scene.triangle_area_m2(triangle);
+            }
+            for (patch, sum_m2) in sums_m2.iter().enumerate().filter(|(_, sum_m2)| **sum_m2 > 0.0) {
+                assert!((sum_m2 / patches.area_m2(patch as u32) - 1.0).abs() < 1e-9);
+            }
+            weights.iter().copied().fold(0.0, f64::max)
+        };
+        let (even, planted) = (told(PLACES_TOGETHER), told(0.0));
+        assert!(even < 4.0 && planted > 2.0 * even, "{even} {planted}");
     }
 }

@@ -148,8 +148,8 @@ impl Forward {
 
     /// Makes patches of joined triangles tell of where rays asked them; before chains are traced.
     pub fn tell_of<'a>(&mut self, context: &Context, places: impl Iterator<Item = &'a Spot> + Clone) {
-        self.fine.patches.tell_of(context.scene, places.clone().copied());
-        self.coarse.patches.tell_of(context.scene, places.copied());
+        self.fine.patches.tell_of(places.clone().copied());
+        self.coarse.patches.tell_of(places.copied());
         [self.fine.exposed, self.coarse.exposed] = exposed_shares(context, &self.fine.patches, &self.coarse.patches);
     }
 
