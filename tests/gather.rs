@@ -363,3 +363,29 @@ fn a_gathered_run_knows_its_work_at_the_first_look() {
     assert_eq!(holds(forecasts.clone()), (true, true), "{forecasts:?}");
     assert_eq!(holds(ratios(&|row| row.rays as f64)), (false, false));
 }
+
+/// A grey floor in a black box, seen from under the ceiling: all light that is gathered was reflected once, and no chain leaves any on the
+/// floor, so that the pilot sees no chance of deposits. The run ends, soon, and its mean is that of walks within the target of both.
+#[test]
+fn surfaces_that_only_luminaires_light_are_gathered_without_chains() {
+    let scene = scene_of(
+        r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 }, "black": { "type": "diffuse", "reflectance": 0 } },
+            "geometry": [ { "name": "box", "type": "box", "min": [0,0,0], "max": [6,6,3], "facing": "inward", "material": "black" },
+                          { "name": "floor", "type": "rectangle", "origin": [0.5,0.5,0.1], "u": [5,0,0], "v": [0,5,0], "material": "grey" } ],
+            "luminaires": [ { "name": "one", "type": "point", "position": [3,1,2.5], "luminous_flux_lm": 1000 },
+                            { "name": "other", "type": "point", "position": [4,5,2], "luminous_flux_lm": 1000 } ],
+            "receivers": [ { "name": "ceiling", "type": "grid", "origin": [0.5,0.5,2.9], "u": [0,5,0], "v": [5,0,0], "columns": 20, "rows": 20 } ] }"#,
+    );
+    let run = |method: Method| {
+        let settings =
+            Settings { method, target_error: Some(0.02), maps: MapSelection::Receivers, ..Settings::default() };
+        solve(&scene, &settings, &Silent)
+    };
+    let (gathered, walked) = (run(Method::Gather), run(Method::Collision));
+    assert!(gathered.target_met == Some(true) && gathered.rays < 10 * walked.rays, "{}", gathered.rays);
+    let mean = |run: &Solution| {
+        let values = &run.maps[0].values.illuminance_lx;
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    assert!((mean(&gathered) / mean(&walked) - 1.0).abs() < 0.02, "{} {}", mean(&gathered), mean(&walked));
+}

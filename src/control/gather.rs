@@ -19,8 +19,9 @@ const WORTH_ANEW: f64 = 0.8;
 const STEP: f64 = 1.1;
 const STEPS: i32 = 60;
 /// Where chains have this share of the squared error, rays that were planned too few time and again are no longer believed to be what
-/// is missing; chains then grow by so many steps at least.
+/// is missing.
 const BY_CHAINS: f64 = 0.5;
+/// Chains then grow by so many steps at least.
 const LEAST_STEPS: i32 = 5;
 
 /// How a map that is gathered stands, all variances those of the map's mean over all replicas, as fractions of its mean
@@ -149,7 +150,7 @@ pub fn gather_need(target_error: f64, judgement: &Judgement, state: &GatherState
 /// The margin is that of the end: what is common to many entries by chance of the chains has few degrees of freedom, and more
 /// samples leave more and more of the error to it.
 fn allowed(room: f64, judgement: &Judgement, state: &GatherState, rest: f64, chains: f64) -> f64 {
-    // Pooled corrections are all that is left beside direct light.
+    // What is left beside direct light is taken for pooled corrections.
     let pooled = (rest - state.direct).max(0.0);
     let others = state.rows + state.cells + rest - pooled;
     let degrees = Degrees::of(state.columns, others, pooled, judgement, state);
@@ -177,7 +178,7 @@ struct Degrees {
 }
 
 impl Degrees {
-    /// Those with which the parts have the degrees of the whole: O has no fewer than that, P has one at least, and what these do not
+    /// Those with which the parts have the degrees of the whole at most: O has no fewer than that, P has one at least, and what these do not
     /// explain is by the columns, whatever they were found to have.
     fn of(columns: f64, others: f64, pooled: f64, judgement: &Judgement, state: &GatherState) -> Degrees {
         let of_all = 1.0 / judgement.degrees_of_freedom.max(1.0);
@@ -297,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_that_is_refused_is_never_told_to_stay_as_it_is() {
+    fn chains_are_bought_where_rays_alone_would_never_do() {
         // Corrections leave columns of 4.8 degrees with 2, and hardly anything but columns is left: samples alone would go on for ever.
         let state = GatherState {
             rows: 2.6e-7,

@@ -41,7 +41,7 @@ impl Judgement {
 }
 
 /// Pairs of replicas.
-pub const PAIRS: usize = REPLICAS / 2;
+const PAIRS: usize = REPLICAS / 2;
 
 /// Products of the differences of pairs of replicas, summed over a map.
 ///

@@ -46,6 +46,8 @@ const RAYS_PER_SHARED: f64 = 3.0;
 /// Share of what shows of a coarse patch for which samples of fine ones must stand, for it to be known by them: all about, since its
 /// slopes, and its mean, are those of even samples. One of joined triangles tells of where it is asked.
 const ENOUGH_OF_COARSE: [f64; 2] = [0.95, 0.75];
+/// Samples of a patch between two looks whether time is over.
+const SAMPLES_AT_ONCE: u64 = 1024;
 /// Points of a patch that are tried until one is not covered.
 const TRIES: usize = 16;
 
@@ -272,6 +274,10 @@ impl Forward {
                 let exposed = self.fine.exposed[patch as usize];
                 let weight = exposed * patches[0].area_m2(patch) / count as f64;
                 for number in 0..count {
+                    // None is wanted any more where the end came.
+                    if number > 0 && number % SAMPLES_AT_ONCE == 0 && count_of(patch) == 0 {
+                        break;
+                    }
                     stream.seek_quasi((u64::from(patch) << 32) | number, u64::from(patch), number);
                     let (point, cover_rays) = self.exposed_point(context, patch, &mut stream);
                     rays += cover_rays;

@@ -35,7 +35,7 @@ pub const RAYS_PER_SLICE: f64 = 400_000.0;
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
-/// A map that is dark after this many chains, over the target error, is left dark.
+/// A map that is dark after this many chains, or gathering rays, over the target error, is left dark.
 const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
 
 /// Chains of a replica at which local estimation is judged for the first time.
@@ -528,9 +528,13 @@ impl Job {
 
     /// Whether it is dark after so many chains that it no longer holds up a run.
     pub fn stays_dark(&self, target_error: f64) -> bool {
+        let looked = match self.engine {
+            Engine::Gathering => self.samples * self.map.len() as u64 * REPLICAS as u64,
+            _ => self.chains(),
+        };
         self.judged_samples > 0
             && self.judgement.dark
-            && (self.black || self.chains() as f64 * target_error > CHAINS_FOR_DARKNESS)
+            && (self.black || looked as f64 * target_error > CHAINS_FOR_DARKNESS)
     }
 }
 

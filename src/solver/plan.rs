@@ -37,6 +37,8 @@ const LEAST_CHECKED: f64 = 1.0 / 128.0;
 const CHECK_PRECISION: f64 = 16.0;
 /// Rays of the checks over those of gathering, at most.
 const CHECK_RAYS: f64 = 0.4;
+/// Variance by the chance of deposits over that by the chance of rays, at least: where rays met none they say nothing of it.
+const LEAST_NOISE: f64 = 1e-3;
 /// Patches of the pilot.
 const PATCHES_OF_PILOT: f64 = 96.0;
 /// Patches for an error of 1%; at least and at most.
@@ -153,7 +155,8 @@ pub fn gather_costs(context: &Context, forward: &Forward, job: &Job) -> GatherCo
         halves.iter().map(at_sites).sum::<f64>() / weight_sum
     };
     let total = |of: &dyn Fn(&SiteSample) -> f64| halves.iter().flatten().map(of).sum::<f64>();
-    let (ray_variance, noise) = (mean(&|site| site.variance), mean(&|site| site.noise));
+    let ray_variance = mean(&|site| site.variance);
+    let noise = mean(&|site| site.noise).max(LEAST_NOISE * ray_variance);
     let mean_lx = mean(&|site| site.mean_lx);
     GatherCosts {
         // Chance can make the rays' own part vanish; a tenth is always left.

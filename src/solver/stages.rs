@@ -287,6 +287,11 @@ impl Stages {
             return;
         }
         let job = &mut jobs[index];
+        if job.judgement.mean_lx <= 0.0 {
+            // Nothing was found yet, of which nothing follows.
+            job.planned_samples = 2 * job.samples;
+            return;
+        }
         let mean_squared = job.judgement.mean_lx.powi(2) * REPLICAS as f64;
         let crossed = job.variances;
         let [rows, columns, cells, direct] =
