@@ -13,8 +13,7 @@ use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
 use luxmc::estimators::local::{Anchors, BRANCHES, Connecting};
 use luxmc::estimators::reception::sample_reflected_lx;
-use luxmc::estimators::walk::{Memory, Recall, gather_indirect_lx, sample_indirect_lx};
-use luxmc::geometry::SurfaceHit;
+use luxmc::estimators::walk::{Memory, Met, Recall, gather_indirect_lx, sample_indirect_lx};
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::{Scene, scene_from_json};
@@ -87,7 +86,6 @@ fn show(name: &str, repetitions: u32, run: impl Fn(&mut Stream, bool, u64) -> Ve
 
 /// The exact indirect illuminance of Sobolev's planes, looked up in a fine table.
 struct Exact<'a> {
-    stage: &'a Stage,
     table_lx: &'a [f64],
 }
 
@@ -95,9 +93,8 @@ struct Exact<'a> {
 const STEPS: f64 = 100.0;
 
 impl Memory for Exact<'_> {
-    fn recall(&mut self, hit: &SurfaceHit, vertex: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
-        let _ = (self.stage, hit);
-        let place = vertex.point_m.truncate().length() * STEPS;
+    fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        let place = met.receiver.point_m.truncate().length() * STEPS;
         let index = place as usize;
         let lx = match self.table_lx.get(index..index + 2) {
             Some(both) => both[0] + (place - index as f64) * (both[1] - both[0]),
@@ -159,7 +156,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         sobolev_at_radii(&problem, SobolevPlane::One, &radii)?.iter().map(|value| value.reflected_lx).collect();
     show("gathering rays with a perfect memory, planes", repetitions, |stream, quasi, count| {
         over_points(stream, quasi, count, &|receiver, stream| {
-            let mut memory = Exact { stage: &stage, table_lx: &table_lx };
+            let mut memory = Exact { table_lx: &table_lx };
             gather_indirect_lx(&stage, receiver, &mut memory, &mut Cut::default(), stream).0
         })
     });

@@ -12,6 +12,8 @@ pub mod sampling;
 
 pub mod chain;
 
+pub mod caches;
+
 pub mod estimators;
 
 pub mod maps;

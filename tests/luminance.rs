@@ -8,7 +8,8 @@ use std::path::Path;
 use common::{Silent, scene, with_chains};
 use glam::DVec3;
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
-use luxmc::base::glare::{position_index, unified_glare_rating};
+use luxmc::base::glare::unified_glare_rating;
+use luxmc::base::position_index::position_index;
 use luxmc::chain::Stage;
 use luxmc::geometry::Meeting;
 use luxmc::sampling::random::{Purpose, Stream};
@@ -294,7 +295,7 @@ fn the_glare_of_the_office_is_that_of_a_quadrature() {
                             }
                             let offset = a + u * (b - a) + v * (c - a) - eye;
                             let towards = offset.normalize();
-                            let Some(p) = position_index(DVec3::X, towards) else { continue };
+                            let Ok(p) = position_index(DVec3::X, towards) else { continue };
                             let cosine = office.triangle_normal(triangle).dot(-towards).max(0.0);
                             let luminance = exitance_lm_m2 / PI;
                             sum += luminance * luminance * part_m2 * cosine / offset.length_squared() / (p * p);
@@ -305,7 +306,7 @@ fn the_glare_of_the_office_is_that_of_a_quadrature() {
             Emission::Photometric { position_m, frame, web, opening, scale } => {
                 let offset = *position_m - eye;
                 let towards = offset.normalize();
-                let Some(p) = position_index(DVec3::X, towards) else { continue };
+                let Ok(p) = position_index(DVec3::X, towards) else { continue };
                 let luxmc::scene::photometry::Opening::Disk { diameter_m } = *opening else { panic!("a disk") };
                 let area = PI / 4.0 * diameter_m * diameter_m * towards.z.abs();
                 let intensity = scale * web.intensity_towards_cd(frame, -towards);

@@ -6,6 +6,7 @@ pub mod glare;
 pub mod pane;
 pub mod pareto;
 pub mod polygon;
+pub mod position_index;
 pub mod quadrature;
 pub mod solid_angle;
 pub mod special;

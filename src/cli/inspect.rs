@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::inspect_photometric::{photometric_json, photometric_text};
@@ -47,7 +47,7 @@ pub fn run(arguments: &InspectArguments) -> Outcome {
             let stem = arguments.file.file_stem().unwrap_or_default().to_string_lossy();
             write_plots(directory, &[photometric_plot(&stem, &file.web)])?;
         }
-        if arguments.json { as_text(&photometric_json(&file)) } else { photometric_text(&file) }
+        if arguments.json { as_text(&photometric_json(&file))? } else { photometric_text(&file) }
     } else {
         let mut scene = read_scene(&arguments.file)?;
         warn_of_proportions(&mut scene);
@@ -55,7 +55,7 @@ pub fn run(arguments: &InspectArguments) -> Outcome {
             write_plots(directory, &scene_plots(&scene))?;
         }
         let inspection = inspect(&scene);
-        if arguments.json { as_text(&json!(inspection)) } else { scene_text(&inspection) }
+        if arguments.json { as_text(&inspection)? } else { scene_text(&inspection) }
     };
     console::result(&text)?;
     Ok(Exit::Done)
@@ -66,8 +66,10 @@ fn write_plots(directory: &Path, plots: &[Plot]) -> Result<(), Failure> {
     Ok(write_files(directory, &files)?)
 }
 
-fn as_text(value: &serde_json::Value) -> String {
-    format!("{value:#}\n")
+/// A tree of JSON values would take many times the memory of what it says.
+fn as_text(value: &impl Serialize) -> Result<String, Failure> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| Failure::StandardOutput(error.into()))?;
+    Ok(text + "\n")
 }
 
 fn is_photometric(path: &Path) -> bool {
@@ -127,8 +129,8 @@ fn mesh_text(mesh: &MeshFaults) -> String {
             names(&hole.surfaces)
         );
     }
-    if mesh.holes.len() > MOST_HOLES {
-        text += &format!("{} more holes (see --json)\n", mesh.holes.len() - MOST_HOLES);
+    if mesh.hole_count > MOST_HOLES {
+        text += &format!("and {} more holes (see --json)\n", mesh.hole_count - MOST_HOLES);
     }
     for (faults, what) in [
         (&mesh.duplicate_triangles, "triangles lie on others"),
@@ -139,7 +141,12 @@ fn mesh_text(mesh: &MeshFaults) -> String {
     ] {
         if let Some(first) = faults.places_m.first() {
             let (count, surfaces) = (faults.count, names(&faults.surfaces));
-            text += &format!("{count} {what}; the first at {} m, on {surfaces}\n", place(*first));
+            let more = if std::ptr::eq(faults, &mesh.overlapping_triangles) && !mesh.overlaps_looked_for {
+                "at least "
+            } else {
+                ""
+            };
+            text += &format!("{more}{count} {what}; the first at {} m, on {surfaces}\n", place(*first));
         }
     }
     if !mesh.t_junctions_looked_for {
@@ -158,8 +165,19 @@ fn names(surfaces: &[String]) -> String {
     format!("{}{more}", surfaces[..surfaces.len().min(MOST)].join(", "))
 }
 
+/// Rows of a table, and a line on how many more there are.
+fn table_of_first<T>(header: &[&str], left: &[usize], all: &[T], row: impl Fn(&T) -> Vec<String>) -> String {
+    /// Rows of a table that people read.
+    const MOST_ROWS: usize = 1000;
+    let mut text = text_table(header, left, all.iter().take(MOST_ROWS).map(row));
+    if all.len() > MOST_ROWS {
+        text += &format!("and {} more (see --json)\n", all.len() - MOST_ROWS);
+    }
+    text
+}
+
 fn surface_table(surfaces: &[InspectedSurface]) -> String {
-    let rows = surfaces.iter().map(|surface| {
+    let row = |surface: &InspectedSurface| {
         vec![
             surface.name.clone(),
             surface.material.clone(),
@@ -169,14 +187,14 @@ fn surface_table(surfaces: &[InspectedSurface]) -> String {
             surface.triangles.to_string(),
             surface.elements.to_string(),
         ]
-    });
+    };
     let header = ["name", "material", "sides", "reflectance", "area/m²", "triangles", "elements"];
-    text_table(&header, &[0, 1, 2], rows)
+    table_of_first(&header, &[0, 1, 2], surfaces, row)
 }
 
 fn luminaire_table(luminaires: &[InspectedLuminaire]) -> String {
     let maybe = |number: Option<f64>| number.map_or("-".to_owned(), |number| plain(number, 4));
-    let rows = luminaires.iter().map(|luminaire| {
+    let row = |luminaire: &InspectedLuminaire| {
         vec![
             luminaire.name.clone(),
             luminaire.kind.to_owned(),
@@ -189,10 +207,10 @@ fn luminaire_table(luminaires: &[InspectedLuminaire]) -> String {
             plain(luminaire.maintenance_factor, 3),
             maybe(luminaire.power_w),
         ]
-    });
+    };
     let header =
         ["name", "type", "position/m", "aim", "flux/lm", "I0/cd", "M/(lm/m²)", "dimming", "maintenance", "power/W"];
-    text_table(&header, &[0, 1, 2, 3], rows)
+    table_of_first(&header, &[0, 1, 2, 3], luminaires, row)
 }
 
 fn receiver_table(receivers: &[InspectedReceivers]) -> String {
@@ -201,7 +219,7 @@ fn receiver_table(receivers: &[InspectedReceivers]) -> String {
         _ => "-".to_owned(),
     };
     let spacing = |spacing_m: Option<f64>| spacing_m.map(|spacing_m| plain(spacing_m, 3));
-    let rows = receivers.iter().map(|set| {
+    let row = |set: &InspectedReceivers| {
         vec![
             set.name.clone(),
             set.kind.to_owned(),
@@ -211,7 +229,7 @@ fn receiver_table(receivers: &[InspectedReceivers]) -> String {
             set.inside.to_string(),
             set.area_m2.map_or("-".to_owned(), |area_m2| plain(area_m2, 4)),
         ]
-    });
+    };
     let header = ["name", "type", "columns x rows", "spacing/m", "points", "inside solids", "area/m²"];
-    text_table(&header, &[0, 1, 2, 3], rows)
+    table_of_first(&header, &[0, 1, 2, 3], receivers, row)
 }

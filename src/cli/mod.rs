@@ -15,6 +15,7 @@ mod new_hall;
 mod number_text;
 mod progress;
 mod proportions;
+mod proving_ground;
 mod result_table;
 mod schema;
 mod selection;

@@ -6,13 +6,17 @@ use clap::{Args, ValueEnum};
 
 use super::exit::{Exit, Failure};
 use super::new_hall::hall_obj;
-use super::{Outcome, console};
+use super::text_table::text_table;
+use super::{Outcome, console, values};
 use crate::output::{ResultFile, write_files};
+use crate::validation::proving_ground::rooms::{KINDS, SCENE_FILE, kind_of};
 
 const EXAMPLES: &str = "\
 Examples:
   luxmc new office --out my-office
   luxmc solve my-office/office.json --out my-office/results
+  luxmc new room --kind list                       kinds of made-up rooms
+  luxmc new room --kind attic --seed 3 --out attic one of them, to try things on
 
 Files that are there already are never overwritten.";
 
@@ -22,21 +26,29 @@ Files that are there already are never overwritten.";
 pub struct NewArguments {
     /// What to start from
     #[arg(value_enum)]
-    kind: Kind,
-    /// Directory for the project; made where missing
+    project: Project,
+    /// Directory for the project; made where missing [default for rooms: KIND-SEED]
     #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    out: Option<PathBuf>,
+    /// Kind of room, for rooms; "list" tells them all
+    #[arg(long, value_name = "KIND")]
+    kind: Option<String>,
+    /// Seed of the room, for rooms: another seed is another room of its kind [default: 0]
+    #[arg(long, value_name = "N", value_parser = values::seed)]
+    seed: Option<u64>,
 }
 
 /// The projects that there are.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Kind {
+enum Project {
     /// An open-plan office with desks, a partition, six troffers and two downlights
     Office,
     /// A corridor with a glass door, a polished floor and four wall washers
     Corridor,
     /// A storage hall with racks and 120 luminaires
     Hall,
+    /// A made-up room of the proving ground, by kind and seed
+    Room,
 }
 
 /// A file of a project: its path in the project's directory and its text.
@@ -61,25 +73,76 @@ const HALL: &[Template] = &[
 /// What every project's README ends with.
 const KEYS: &str = include_str!("projects/keys.txt");
 
+/// A file to be written: its path in the project's directory and its content.
+type ProjectFile = (String, Vec<u8>);
+
 /// Writes a project.
 pub fn run(arguments: &NewArguments) -> Outcome {
-    let templates = match arguments.kind {
-        Kind::Office => OFFICE,
-        Kind::Corridor => CORRIDOR,
-        Kind::Hall => HALL,
+    let templates = match arguments.project {
+        Project::Office => OFFICE,
+        Project::Corridor => CORRIDOR,
+        Project::Hall => HALL,
+        Project::Room => return run_room(arguments),
     };
-    let mut files: Vec<(&str, Vec<u8>)> = templates
+    if let Some(option) = arguments.kind.as_ref().map(|_| "--kind").or(arguments.seed.map(|_| "--seed")) {
+        return Err(Failure::Usage {
+            what: "kinds and seeds are for rooms alone".to_owned(),
+            got: option.to_owned(),
+            expected: "luxmc new room --kind KIND --seed N".to_owned(),
+            remedy: format!("leave out {option}, or make a room"),
+        });
+    }
+    let Some(out) = &arguments.out else {
+        return Err(Failure::Usage {
+            what: "a project needs a directory".to_owned(),
+            got: "no --out".to_owned(),
+            expected: "--out DIR".to_owned(),
+            remedy: "name a directory with --out; it is made where missing".to_owned(),
+        });
+    };
+    let mut files: Vec<ProjectFile> = templates
         .iter()
         .map(|(path, text)| {
             let text = if *path == "README.txt" { format!("{text}\n{KEYS}") } else { (*text).to_owned() };
-            (*path, text.into_bytes())
+            ((*path).to_owned(), text.into_bytes())
         })
         .collect();
-    if matches!(arguments.kind, Kind::Hall) {
-        files.push(("hall.obj", hall_obj().into_bytes()));
+    if matches!(arguments.project, Project::Hall) {
+        files.push(("hall.obj".to_owned(), hall_obj().into_bytes()));
     }
+    write_project(out, files)
+}
+
+/// The kind of room that stands for a list of all.
+const LIST: &str = "list";
+
+/// Writes a room of the proving ground, or lists its kinds.
+fn run_room(arguments: &NewArguments) -> Outcome {
+    let name = arguments.kind.as_deref().unwrap_or_default();
+    if name == LIST {
+        let rows = KINDS.iter().map(|kind| vec![kind.name.to_owned(), kind.what.to_owned()]);
+        console::result(&text_table(&["kind", "what"], &[0, 1], rows))?;
+        return Ok(Exit::Done);
+    }
+    let Some(kind) = kind_of(name) else {
+        return Err(Failure::Usage {
+            what: if name.is_empty() { "a room needs a kind" } else { "no such kind of room" }.to_owned(),
+            got: if name.is_empty() { "no --kind".to_owned() } else { format!("--kind {name}") },
+            expected: KINDS.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", "),
+            remedy: "name one of those; --kind list tells what they are".to_owned(),
+        });
+    };
+    let room = kind.room(arguments.seed.unwrap_or(0));
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(room.name()));
+    let mut files = vec![(SCENE_FILE.to_owned(), room.scene.into_bytes())];
+    files.extend(room.files.into_iter().map(|file| (file.name, file.text.into_bytes())));
+    write_project(&out, files)
+}
+
+/// Writes the files of a project, the scene first, where none of them stands yet.
+fn write_project(out: &Path, files: Vec<ProjectFile>) -> Outcome {
     for (path, _) in &files {
-        let target = arguments.out.join(path);
+        let target = out.join(path);
         if target.exists() {
             return Err(Failure::Usage {
                 what: "a file of the project is there already".to_owned(),
@@ -89,19 +152,19 @@ pub fn run(arguments: &NewArguments) -> Outcome {
             });
         }
     }
+    let scene = out.join(&files[0].0);
     for (path, bytes) in files {
-        let path = Path::new(path);
-        let folder = path.parent().map_or_else(|| arguments.out.clone(), |parent| arguments.out.join(parent));
+        let path = Path::new(&path);
+        let folder = path.parent().map_or_else(|| out.to_path_buf(), |parent| out.join(parent));
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         write_files(&folder, &[ResultFile { name, bytes }])?;
     }
-    let scene = arguments.out.join(templates[0].0);
     console::message(&format!(
         "made {}\nnext:\n  luxmc inspect {}\n  luxmc solve {} --out {}",
-        arguments.out.display(),
+        out.display(),
         scene.display(),
         scene.display(),
-        arguments.out.join("results").display()
+        out.join("results").display()
     ));
     Ok(Exit::Done)
 }

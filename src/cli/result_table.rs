@@ -37,6 +37,7 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
     if !solution.glare.is_empty() {
         let rows = solution.glare.iter().map(|rating| {
             let [ugr, error] = match rating.ugr {
+                _ if rating.is_low() => ["< 10".to_owned(), "–".to_owned()],
                 Some(ugr) => [format!("{:.2}", ugr.value), significant(ugr.standard_error, 2)],
                 None => ["–".to_owned(), "–".to_owned()],
             };

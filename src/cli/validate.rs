@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::mesh::MeshArguments;
+use super::proving_ground::{self, CommonArguments, PROVING_GROUND, ProvingGroundArguments};
 use super::values;
 use super::{Failure, Outcome, console};
 use crate::output::{ResultDirectory, ResultFile};
@@ -25,6 +26,8 @@ Examples:
   luxmc validate hard --out report                hard cases: rooms that break naive methods
   luxmc validate calibration --out report         60 runs a map: error bars, stop rule and forecast; some minutes
   luxmc validate calibration --seeds 300 --target-error 2% --out report   the full campaign
+  luxmc validate proving-ground --quick --out report   made-up rooms, a coarse look; under a minute
+  luxmc validate proving-ground --rooms 4 --seeds 20 --rival peer --out report   a campaign of hours
   luxmc validate my/case --out report             a case of your own: a folder with a case.json
 
 Exit code 1: a case failed; its name stands on standard error and in the report.";
@@ -33,7 +36,7 @@ Exit code 1: a case failed; its name stands on standard error and in the report.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ValidateArguments {
-    /// Cases, groups (all, quick, hard, calibration) or case folders [default: all]
+    /// Cases, groups (all, quick, hard, calibration, proving-ground) or case folders [default: all]
     #[arg(value_name = "CASE")]
     names: Vec<String>,
     /// Directory for the report; made where missing, other files in it stay
@@ -47,7 +50,7 @@ pub struct ValidateArguments {
     method: Option<String>,
     #[command(flatten)]
     mesh: MeshArguments,
-    /// Runs of every map, for the group calibration [default: 60]
+    /// Runs of every map, for the group calibration [default: 60]; of every room and target, for proving-ground [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
     seeds: Option<u64>,
     /// Target of every run, for the group calibration [default: 3%]
@@ -56,6 +59,8 @@ pub struct ValidateArguments {
     /// Leave out the maps by --method auto, for the group calibration
     #[arg(long)]
     collision_only: bool,
+    #[command(flatten)]
+    proving_ground: ProvingGroundArguments,
     /// No progress on standard error; failures stay
     #[arg(long)]
     quiet: bool,
@@ -64,6 +69,22 @@ pub struct ValidateArguments {
 /// Validates.
 pub fn run(arguments: &ValidateArguments, started: Instant) -> Outcome {
     let method = method_of(arguments)?;
+    if arguments.names.iter().any(|name| name == PROVING_GROUND) {
+        let common = CommonArguments {
+            is_alone: arguments.names.len() == 1
+                && arguments.cases.is_none()
+                && arguments.method.is_none()
+                && arguments.target_error.is_none()
+                && !arguments.collision_only,
+            out: &arguments.out,
+            seeds: arguments.seeds,
+            quiet: arguments.quiet,
+        };
+        return proving_ground::run(&arguments.proving_ground, &common);
+    }
+    if let Some(option) = arguments.proving_ground.named() {
+        return Err(proving_ground::refuse(option));
+    }
     let calibrates = arguments.names.iter().any(|name| name == CALIBRATION);
     if (calibrates && arguments.names.len() > 1)
         || (!calibrates && (arguments.seeds.is_some() || arguments.target_error.is_some() || arguments.collision_only))

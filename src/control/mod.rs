@@ -1,6 +1,7 @@
 //! Pure decisions: when a map is right enough, whether that can be believed, how much work that takes, and when to look again.
 
 mod adapt;
+mod cells;
 mod checks;
 mod exponent;
 mod gather;
@@ -8,6 +9,7 @@ mod schedule;
 mod stop;
 
 pub use adapt::{ElementLoss, cuts_for};
+pub use cells::{CellGrowth, CellParts, KINDS};
 pub use checks::statistical_checks;
 pub use exponent::{ErrorHistory, USUAL_EXPONENT};
 pub use gather::{GatherNeed, GatherState, Rows, gather_need};

@@ -1,26 +1,47 @@
 //! What luminaires add to the glare of an observer: Σ L²ω/p², each as far as it is seen.
 
-use crate::base::glare::position_index;
+use crate::base::position_index::{Outside, position_index};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::sampling::random::Stream;
 
-/// One unbiased sample of Σ L²ω/p² in cd²·sr/m⁴ for an eye that looks along its normal, and the rays it took.
+/// Adds one unbiased sample of L²ω/p² in cd²·sr/m⁴ of every luminaire to its place in `sums`, for an eye that looks along its
+/// normal; returns the rays it took.
 ///
-/// Every part of a luminaire counts if a point of it, drawn at random, is seen (through panes by what they let pass,
-/// squared as luminance is).
-pub fn sample_glare(stage: &Stage, eye: &Receiver, stream: &mut Stream) -> (f64, u64) {
-    let mut sum = 0.0;
+/// Every part of a luminaire counts if it has a position index and a point of it, drawn at random, is seen (through panes by
+/// what they let pass, squared as luminance is).
+pub fn sample_glare(stage: &Stage, eye: &Receiver, stream: &mut Stream, sums: &mut [f64]) -> u64 {
     let mut rays = 0;
     for emitter in stage.emitters.list() {
+        let sum = &mut sums[emitter.luminaire as usize];
         emitter.show_parts(eye.point_m, stream, |part| {
-            let Some(index) = position_index(eye.normal, part.towards) else {
+            let Ok(index) = position_index(eye.normal, part.towards) else {
                 return;
             };
             rays += 1;
             let transmittance = stage.transmittance(eye.origin, &stage.origin(&part.place));
-            sum += part.squared_luminance_sr * (transmittance / index).powi(2);
+            *sum += part.squared_luminance_sr * (transmittance / index).powi(2);
         });
     }
-    (sum, rays)
+    rays
+}
+
+/// Why luminaires that shine into the eye do not count: for each the first reason that a part of it in sight has; `None` for
+/// luminaires of which a part has an index, and for those that are out of sight.
+pub fn outside_of_table(stage: &Stage, eye: &Receiver, stream: &mut Stream, luminaires: usize) -> Vec<Option<Outside>> {
+    let mut reasons = vec![None; luminaires];
+    let mut counts = vec![false; luminaires];
+    for emitter in stage.emitters.list() {
+        let luminaire = emitter.luminaire as usize;
+        emitter.show_parts(eye.point_m, stream, |part| match position_index(eye.normal, part.towards) {
+            Ok(_) => counts[luminaire] = true,
+            Err(reason) if !counts[luminaire] && reasons[luminaire].is_none_or(|known| reason > known) => {
+                if stage.transmittance(eye.origin, &stage.origin(&part.place)) > 0.0 {
+                    reasons[luminaire] = Some(reason);
+                }
+            }
+            Err(_) => {}
+        });
+    }
+    reasons.into_iter().zip(counts).map(|(reason, counts)| reason.filter(|_| !counts)).collect()
 }

@@ -1,6 +1,7 @@
 //! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
 
 pub mod ahead;
+pub mod cells;
 pub mod cover;
 pub mod direct;
 pub mod element;

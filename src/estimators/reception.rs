@@ -35,7 +35,7 @@ pub fn sample_direct_lx(
         Quantity::Perpendicular => return pass.at_point(stage, receiver, stream),
         Quantity::Luminance => return sample_seen_cd_m2(stage, receiver, pass, stream),
         // What an observer sees of luminaires glares; it is no background.
-        Quantity::Glare => return (0.0, 0),
+        Quantity::Glare(_) => return (0.0, 0),
         Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {}
     }
     let shift = stream.unit();

@@ -55,17 +55,24 @@ pub enum Recall {
     Guide(f64),
 }
 
+/// A diffuse surface that a walk met.
+pub struct Met<'a> {
+    /// Where.
+    pub hit: &'a SurfaceHit,
+    /// The place on the side that the walk came from.
+    pub receiver: Receiver<'a>,
+    /// Unit direction of the walk's ray.
+    pub direction: DVec3,
+    /// Reflectance.
+    pub reflectance: f64,
+    /// Whether the walk has looked back from what near luminaires light, so that a look from here counts with a share.
+    pub looked_back: bool,
+}
+
 /// What is known already of the light in a scene: of indirect light, and of direct light where that is known too.
 pub trait Memory {
-    /// What is known at a vertex that sends a share of its light on, and the rays that asking took.
-    fn recall(
-        &mut self,
-        hit: &SurfaceHit,
-        vertex: &Receiver,
-        reflectance: f64,
-        cut: &mut Cut,
-        stream: &mut Stream,
-    ) -> (Recall, u64);
+    /// What is known at a diffuse surface, and the rays that asking took.
+    fn recall(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (Recall, u64);
 }
 
 /// No memory: walks go on until they are absorbed or leave.
@@ -73,7 +80,7 @@ struct Blank;
 
 impl Memory for Blank {
     #[inline]
-    fn recall(&mut self, _: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+    fn recall(&mut self, _: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
         (Recall::Nothing, 0)
     }
 }
@@ -214,7 +221,10 @@ fn follow_lm_m2(
         let vertex = Vertex { stage, hit: &hit, spot, direction, normal, origin: &origin, looked_back: from };
         let mut guided_lx = 0.0;
         if let Law::Diffuse(law) = law {
-            let (recall, recall_rays) = memory.recall(&hit, &vertex.receiver(), law.reflectance, cut, stream);
+            let receiver = vertex.receiver();
+            let looked_back = from.is_some();
+            let met = Met { hit: &hit, receiver, direction, reflectance: law.reflectance, looked_back };
+            let (recall, recall_rays) = memory.recall(&met, cut, stream);
             rays += recall_rays;
             match recall {
                 Recall::Nothing => {}

@@ -209,6 +209,11 @@ impl Tracer {
         position_accuracy_in_m(self.frame)
     }
 
+    /// Corners of a cube that holds the scene, in m.
+    pub fn bounds_m(&self) -> [DVec3; 2] {
+        [-1.0, 1.0].map(|corner| self.frame.to_metres(DVec3::splat(corner)))
+    }
+
     /// No two places of the scene are farther apart than this, in m.
     pub fn longest_m(&self) -> f64 {
         self.frame.metres(12f64.sqrt())

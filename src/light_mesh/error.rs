@@ -29,7 +29,7 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
         match set.quantity {
             Quantity::Perpendicular => {}
             Quantity::Luminance => refuse_lobes(scene, &got)?,
-            Quantity::Glare => {
+            Quantity::Glare(_) => {
                 return Err(NotForLightMesh {
                     what: "glare ratings".to_owned(),
                     got,

@@ -13,8 +13,8 @@ use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::estimators::images::look_into_mirrors;
 use crate::estimators::sight::MANY_MIRRORS;
-use crate::estimators::walk::{Memory, Recall, gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
-use crate::geometry::{Meeting, Origin, SurfaceHit};
+use crate::estimators::walk::{Memory, Met, Recall, gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
+use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::reflection::Law;
@@ -123,16 +123,10 @@ struct Vertex {
 }
 
 impl Memory for Halt<'_> {
-    fn recall(
-        &mut self,
-        _: &SurfaceHit,
-        vertex: &Receiver,
-        reflectance: f64,
-        cut: &mut Cut,
-        stream: &mut Stream,
-    ) -> (Recall, u64) {
-        self.at = Some(Vertex { origin: *vertex.origin, normal: vertex.normal, reflectance });
-        let (images_lx, rays) = look_at_images(self.around, vertex, cut, stream);
+    fn recall(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (Recall, u64) {
+        let receiver = &met.receiver;
+        self.at = Some(Vertex { origin: *receiver.origin, normal: receiver.normal, reflectance: met.reflectance });
+        let (images_lx, rays) = look_at_images(self.around, receiver, cut, stream);
         (Recall::End(images_lx), rays)
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::basis::SLOPES;
 use super::lopsided::{Spread, widening};
 use super::pieces::{Piece, on_pieces};
-use super::{Crossing, Levels, MapValues, PartScores, ScoreEvidence};
+use super::{Crossing, Levels, MapValues, PartScores, Residuals, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
@@ -32,6 +32,8 @@ pub struct ReplicaMap {
     pub indirect_unit_lx: Unit,
     /// What gathering adds to the replicas' rows; `None` for other samples.
     pub crossing: Option<Crossing>,
+    /// What walks say of light that cells told; `None` for other samples.
+    pub residuals: Option<Residuals>,
     /// Single scores of direct and of indirect light, all replicas together; packets that are counted are not among them.
     pub scores: [PartScores; 2],
     /// What these scores deviate from.
@@ -94,6 +96,7 @@ impl ReplicaMap {
             indirect_samples: Tally::default(),
             indirect_unit_lx,
             crossing: None,
+            residuals: None,
             scores: Default::default(),
             levels: Default::default(),
             sites,
@@ -191,6 +194,7 @@ impl ReplicaMap {
         self.direct[replica][entry] * self.direct_samples.inverse(site)
             + self.indirect[replica][entry] * self.indirect_scale(site)
             + crossed_lx
+            + self.residual_lx(replica, entry)
     }
 
     /// Direct and indirect light of an element, each as the coefficients in lx of what it shows.
@@ -225,6 +229,13 @@ impl ReplicaMap {
     pub fn indirect_lx(&self, entry: usize) -> f64 {
         mean(self.indirect.iter().map(|slab| slab[entry])) * self.indirect_scale(entry)
             + self.crossing.as_ref().map_or(0.0, Crossing::correction_lx)
+            + mean((0..REPLICAS).map(|replica| self.residual_lx(replica, entry)))
+    }
+
+    /// What walks add to an entry of a replica that asked cells, in lx.
+    #[inline]
+    fn residual_lx(&self, replica: usize, entry: usize) -> f64 {
+        self.residuals.as_ref().map_or(0.0, |residuals| residuals.correction_lx(replica, entry))
     }
 
     /// Variance in lx² of the direct light of a replica, weighted mean over elements or points.
@@ -242,6 +253,9 @@ impl ReplicaMap {
 
     /// Estimated bias in lx of look-ups, root mean square over weighted entries, and what it is at least.
     pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> [f64; 2] {
+        if let Some(residuals) = &self.residuals {
+            return [residuals.bias_lx(), 0.0];
+        }
         let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
         self.crossing.as_ref().map_or([0.0; 2], |crossing| crossing.bias_lx(entries, inverse))
     }
@@ -326,6 +340,10 @@ impl ReplicaMap {
         }
         if self.crossing.is_none() {
             self.widen_bars(&mut values);
+        }
+        if let Some(residuals) = &self.residuals {
+            let bias_lx = residuals.bias_lx();
+            values.standard_error_lx.iter_mut().for_each(|error_lx| *error_lx = error_lx.hypot(bias_lx));
         }
         values
     }

@@ -161,7 +161,7 @@ pub fn quantity_words(quantity: Quantity) -> &'static str {
         Quantity::Cylindrical => "Cylindrical illuminance",
         Quantity::SemiCylindrical { .. } => "Semi-cylindrical illuminance",
         Quantity::Luminance => "Luminance",
-        Quantity::Glare => "Indirect illuminance of the eye",
+        Quantity::Glare(_) => "Indirect illuminance of the eye",
     }
 }
 

@@ -3,7 +3,7 @@
 use super::sheet::{Field, Sheet};
 use super::{OutputError, ResultFile};
 use crate::maps::{MapKind, MapResult};
-use crate::scene::{Quantity, Scene};
+use crate::scene::{Observer, Quantity, Scene};
 use crate::solver::Solution;
 
 const LUMINANCE_COLUMNS: &[&str] =
@@ -56,17 +56,18 @@ pub(super) fn observer_files(scene: &Scene, solution: &Solution) -> Result<Vec<R
         let mut sheet = Sheet::new("ugr.csv", UGR_COLUMNS);
         for rating in &solution.glare {
             let set = &scene.receivers[rating.set];
-            let Some((point, ugr)) = set.points.first().zip(rating.ugr) else {
+            let (Quantity::Glare(observer), Some(ugr)) = (set.quantity, rating.ugr) else {
                 continue;
             };
+            let Observer { eye_m, view, .. } = observer;
             sheet.row(&[
                 Field::Text(&set.name),
-                Field::Number(point.position_m.x),
-                Field::Number(point.position_m.y),
-                Field::Number(point.position_m.z),
-                Field::Number(point.normal.x),
-                Field::Number(point.normal.y),
-                Field::Number(point.normal.z),
+                Field::Number(eye_m.x),
+                Field::Number(eye_m.y),
+                Field::Number(eye_m.z),
+                Field::Number(view.x),
+                Field::Number(view.y),
+                Field::Number(view.z),
                 Field::Number(ugr.value),
                 Field::Number(ugr.standard_error),
                 Field::Number(rating.background_cd_m2.value),

@@ -8,7 +8,8 @@ use super::axes::{Frame, Scale, TYPE};
 use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
 use super::picture::{Anchor, Pen, Picture, Spot, Words};
 use super::schedule::Schedule;
-use crate::scene::{Emission, ReceiverLayout, ReceiverSet, Scene};
+use crate::scene::{Emission, Quantity, ReceiverLayout, ReceiverSet, Scene};
+use crate::solver::GlareRating;
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [760.0, 620.0];
@@ -22,34 +23,46 @@ const SMOOTH_COSINE: f64 = 0.94;
 const SQUARE: f64 = 2.0;
 /// Symbols of more luminaires than this bear no letters.
 const MOST_LETTERS: usize = 200;
+/// Radius of a disk that stands for all of an observer's glare.
+const LARGEST_DISK: f64 = 40.0;
+/// Half the height of a cross.
+const CROSS: f64 = 3.5;
+/// So many luminaires bear their share of the glare, from this share on.
+const MOST_SHARES: usize = 12;
+const LEAST_SHARE: f64 = 0.02;
 /// Ink of edges.
 const EDGES: Ink = [120, 120, 120];
 
 /// The scene from above: x to the right, y up, in metres.
 pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
-    let [low_m, high_m] = bounds_m(scene);
-    let size_m = (high_m - low_m).max(DVec3::splat(1e-9));
-    let scale = (LARGEST[0] / size_m.x).min(LARGEST[1] / size_m.y);
-    let (width, height) = (size_m.x * scale, size_m.y * scale);
-    let frame = Frame {
-        left: LEFT,
-        top: TOP,
-        width,
-        height,
-        x: Scale::linear(low_m.x, high_m.x),
-        y: Scale::linear(low_m.y, high_m.y),
-    };
-    let mut picture = Picture::new(LEFT + width + 18.0, TOP + height + 50.0, "Plan of the scene from above");
-    frame.draw_plain(&mut picture, ["x / m", "y / m"]);
-    picture.area(
-        vec![[LEFT, TOP], [LEFT + width, TOP], [LEFT + width, TOP + height], [LEFT, TOP + height]],
-        WHITE,
-        0.75,
-    );
-    let plan = Plan { scene, frame };
-    plan.draw_geometry(&mut picture);
+    let (plan, mut picture) = Plan::begin(scene, "Plan of the scene from above");
     plan.draw_luminaires(&mut picture, schedule);
     plan.draw_receivers(&mut picture);
+    picture
+}
+
+/// The scene from above with what every luminaire adds to the glare of an observer: disks by their share of the sum, crosses
+/// for luminaires in sight that do not count.
+pub fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
+    let set = &scene.receivers[rating.set];
+    let (plan, mut picture) = Plan::begin(scene, format!("What every luminaire adds to the glare of {}", set.name));
+    for (luminaire, _) in &rating.outside {
+        let [x, y] = plan.spot(middle_m(scene, &scene.luminaires[*luminaire].emission));
+        for (i, j) in [(CROSS, CROSS), (CROSS, -CROSS)] {
+            picture.line(vec![[x - i, y - j], [x + i, y + j]], Pen::new(GREY, 1.4));
+        }
+    }
+    for (place, (luminaire, sum)) in rating.contributions.iter().enumerate() {
+        let share = sum / rating.glare_sum.value;
+        let [x, y] = plan.spot(middle_m(scene, &scene.luminaires[*luminaire].emission));
+        let radius = LARGEST_DISK * share.sqrt();
+        picture.disk([x, y], radius, AMBER);
+        picture.circle([x, y], radius, Pen::new(BLACK, 0.8));
+        if place < MOST_SHARES && share >= LEAST_SHARE {
+            picture.words(Words::new(format!("{:.0}%", 100.0 * share), [x, y + 4.0], TYPE).bold().rimmed(2.0));
+        }
+    }
+    plan.draw_observer(&mut picture, &mut Vec::new(), set);
     picture
 }
 
@@ -74,12 +87,45 @@ fn place_m(emission: &Emission) -> Option<DVec3> {
     }
 }
 
+/// The middle of a luminaire.
+fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
+    if let Emission::Area { surfaces, .. } = emission {
+        let triangles = surfaces.iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
+        let corners: Vec<DVec3> = triangles.flat_map(|triangle| scene.corners_m(triangle)).collect();
+        return corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
+    }
+    place_m(emission).unwrap_or(DVec3::ZERO)
+}
+
 struct Plan<'a> {
     scene: &'a Scene,
     frame: Frame,
 }
 
-impl Plan<'_> {
+impl<'a> Plan<'a> {
+    /// The frame and what stands in it.
+    fn begin(scene: &'a Scene, title: impl Into<String>) -> (Plan<'a>, Picture) {
+        let [low_m, high_m] = bounds_m(scene);
+        let size_m = (high_m - low_m).max(DVec3::splat(1e-9));
+        let scale = (LARGEST[0] / size_m.x).min(LARGEST[1] / size_m.y);
+        let (width, height) = (size_m.x * scale, size_m.y * scale);
+        let frame = Frame {
+            left: LEFT,
+            top: TOP,
+            width,
+            height,
+            x: Scale::linear(low_m.x, high_m.x),
+            y: Scale::linear(low_m.y, high_m.y),
+        };
+        let mut picture = Picture::new(LEFT + width + 18.0, TOP + height + 50.0, title);
+        frame.draw_plain(&mut picture, ["x / m", "y / m"]);
+        let ring = vec![[LEFT, TOP], [LEFT + width, TOP], [LEFT + width, TOP + height], [LEFT, TOP + height]];
+        picture.area(ring, WHITE, 0.75);
+        let plan = Plan { scene, frame };
+        plan.draw_geometry(&mut picture);
+        (plan, picture)
+    }
+
     fn spot(&self, point_m: DVec3) -> Spot {
         self.frame.spot(point_m.x, point_m.y)
     }
@@ -198,9 +244,14 @@ impl Plan<'_> {
     /// An eye with the first, the middle and the last of its directions.
     fn draw_observer(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {
         const SIGHT: f64 = 26.0;
-        let last = set.points.len().saturating_sub(1);
-        let Some(eye) = set.points.first().map(|point| self.spot(point.position_m)) else { return };
-        for direction in [0, last / 2, last].map(|index| set.points[index].normal) {
+        let Some(first) = set.points.first() else { return };
+        let last = set.points.len() - 1;
+        let (eye_m, views) = match set.quantity {
+            Quantity::Glare(observer) => (observer.eye_m, vec![observer.view]),
+            _ => (first.position_m, [0, last / 2, last].map(|index| set.points[index].normal).to_vec()),
+        };
+        let eye = self.spot(eye_m);
+        for direction in views {
             let end = [eye[0] + SIGHT * direction.x, eye[1] - SIGHT * direction.y];
             picture.line(vec![eye, end], Pen::new(BLUE, 1.2));
         }

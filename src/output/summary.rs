@@ -3,9 +3,9 @@
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
-use crate::base::glare::POSITION_INDEX;
+use crate::base::position_index::POSITION_INDEX;
 use crate::maps::{MapResult, StatisticalCheck, TableKind};
-use crate::scene::{Luminaire, Scene};
+use crate::scene::{Background, Luminaire, Quantity, Scene};
 use crate::solver::{GlareRating, Solution};
 
 /// Version of the scene file that this program reads.
@@ -142,6 +142,21 @@ fn luminance_entry(map: &MapResult) -> Value {
 }
 
 fn glare_entry(scene: &Scene, rating: &GlareRating) -> Value {
+    let background = match scene.receivers[rating.set].quantity {
+        Quantity::Glare(observer) => observer.background,
+        _ => Background::default(),
+    };
+    let name = |index: usize| &scene.luminaires[index].name;
+    let contributions: Vec<Value> = rating
+        .contributions
+        .iter()
+        .map(|(index, sum)| json!({ "luminaire": name(*index), "share": sum / rating.glare_sum.value }))
+        .collect();
+    let outside: Vec<Value> = rating
+        .outside
+        .iter()
+        .map(|(index, reason)| json!({ "luminaire": name(*index), "reason": reason.says() }))
+        .collect();
     json!({
         "name": scene.receivers[rating.set].name,
         "ugr": rating.ugr.map(|ugr| ugr.value),
@@ -149,7 +164,10 @@ fn glare_entry(scene: &Scene, rating: &GlareRating) -> Value {
         "background_luminance_cd_m2": rating.background_cd_m2.value,
         "background_standard_error_cd_m2": rating.background_cd_m2.standard_error,
         "glare_sum_cd2_sr_m4": rating.glare_sum.value,
+        "background": background.name(),
         "position_index": POSITION_INDEX,
+        "contributions": contributions,
+        "outside_position_index": outside,
     })
 }
 

@@ -20,6 +20,12 @@ pub enum Purpose {
     Gathering,
     /// Points of light meshes, and what they are checked against.
     LightMesh,
+    /// Samples of cells.
+    Cells,
+    /// Rays that ask cells.
+    CellRays,
+    /// Walks that measure what cells have wrong.
+    Residuals,
 }
 
 /// Replicas that may share quasi-random sequences: see [`Stream::sharing`].

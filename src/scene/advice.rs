@@ -7,9 +7,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::advice_openings::advise_on_openings;
+use super::insides::Solids;
 use super::model::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
 use super::names::listed;
-use super::shells::{Shell, bounds_m, is_inside_solid};
+use super::shells::{Shell, bounds_m};
 
 /// A lower maintenance factor is seldom meant: 0.67 to 0.8 are usual indoors, and 0.8 entered twice makes 0.64.
 const LOWEST_USUAL_MAINTENANCE: f64 = 0.65;
@@ -153,10 +154,19 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
         Emission::Sphere { center_m, .. } => Some(*center_m),
         Emission::Area { .. } => None,
     };
-    let is_buried = |luminaire: &&Luminaire| {
-        place_m(&luminaire.emission).is_some_and(|point_m| is_inside_solid(shells, point_m, size_m))
-    };
-    let buried: Vec<&Luminaire> = scene.luminaires.iter().filter(is_buried).collect();
+    let places: Vec<(&Luminaire, DVec3)> =
+        scene.luminaires.iter().filter_map(|luminaire| Some((luminaire, place_m(&luminaire.emission)?))).collect();
+    let places_m: Vec<DVec3> = places.iter().map(|(_, place_m)| *place_m).collect();
+    let (held, _) = Solids::of(shells, size_m).holding(&places_m);
+    if held.len() < places.len() {
+        advice.push(format!(
+            "{} of {} luminaires were not looked at, whether they stand inside of solids: there are too many solids about them",
+            places.len() - held.len(),
+            places.len()
+        ));
+    }
+    let buried: Vec<&Luminaire> =
+        places.iter().zip(held).filter(|(_, is_inside)| *is_inside).map(|((luminaire, _), _)| *luminaire).collect();
     if !buried.is_empty() {
         let count = buried.len();
         advice.push(format!(
@@ -166,7 +176,18 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
             if count == 1 { "it" } else { "them" }
         ));
     }
-    if scene.luminaires.len() * scene.triangles.len() > MOST_LOOKS || size_m < SMALLEST_WITH_OPENINGS_M {
+    let aims = |luminaire: &&Luminaire| {
+        matches!(luminaire.emission, Emission::Lambertian { .. } | Emission::Photometric { .. })
+    };
+    let aimed = scene.luminaires.iter().filter(aims).count();
+    if aimed * scene.triangles.len() > MOST_LOOKS {
+        advice.push(format!(
+            "{aimed} luminaires times {} triangles are too many to look where they aim and which surfaces cut their openings",
+            scene.triangles.len()
+        ));
+        return;
+    }
+    if size_m < SMALLEST_WITH_OPENINGS_M {
         return;
     }
     advise_on_openings(scene, advice);

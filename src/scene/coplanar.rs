@@ -1,8 +1,11 @@
 //! Triangles that lie in one plane and cover each other in part: which of them a ray meets there is chance.
 
+use std::collections::BinaryHeap;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::box_tree::{BoxTree, Budget};
 use super::model::Scene;
 use super::shells::size_m;
 
@@ -12,11 +15,11 @@ const SAME_PLANE: f64 = 1e-6;
 const NORMAL_STEPS: f64 = 1e4;
 /// An overlap of less than this share of the smaller triangle is rounding.
 const LEAST_SHARE: f64 = 1e-4;
-
-/// Cells of the grid over a plane's triangles are so many times as wide as these in the mean.
-const CELL: f64 = 1.5;
-/// Triangles wider than so many cells are not entered into the grid.
-const LARGE: f64 = 8.0;
+/// Looks that a pair of triangles whose boxes overlap costs, and one that no edge parts besides.
+const STEPS_A_PAIR: u64 = 8;
+const STEPS_A_CUT: u64 = 64;
+/// Pairs that are kept with their places; the others are counted.
+const MOST_KEPT: usize = 256;
 
 /// A triangle in the frame of its plane.
 struct Flat {
@@ -26,79 +29,82 @@ struct Flat {
     high_m: DVec2,
 }
 
-/// Pairs of triangles that overlap in one plane and face the same way (or both either way), each with a place in m in both;
-/// triangles with the same three corners are left to others. The flag says whether all pairs were looked at, no more than
-/// `most_pairs` of them.
-pub(super) fn coplanar_overlaps(scene: &Scene, vertex_of: &[u32], most_pairs: usize) -> (Vec<([u32; 2], DVec3)>, bool) {
+/// Pairs of triangles that overlap in one plane.
+#[derive(Debug, Default)]
+pub(super) struct CoplanarOverlaps {
+    /// How many were found.
+    pub count: usize,
+    /// Those of the lowest numbers, in order, each with a place in m that lies in both.
+    pub first: Vec<([u32; 2], DVec3)>,
+    /// Whether all pairs were looked at.
+    pub all_looked_at: bool,
+}
+
+/// Pairs of triangles that overlap in one plane and face the same way (or both either way).
+///
+/// Triangles with the same three corners are left to others, and stand for one another here. Planes of few triangles come
+/// first, so that one of very many keeps no other from being looked at.
+pub(super) fn coplanar_overlaps(scene: &Scene, vertex_of: &[u32], budget: &mut Budget) -> CoplanarOverlaps {
     let step_m = SAME_PLANE * size_m(scene);
     let mut planes: Vec<([i64; 4], u32)> = (0..scene.triangles.len() as u32)
         .into_par_iter()
         .map(|triangle| (plane_of(scene, triangle, step_m), triangle))
         .collect();
     planes.par_sort_unstable();
+    let mut planes: Vec<Vec<u32>> = planes
+        .chunk_by(|one, other| one.0 == other.0)
+        .filter(|same| same.len() > 1)
+        .map(|same| one_of_each(scene, vertex_of, same.iter().map(|(_, triangle)| *triangle)))
+        .collect();
+    planes.sort_by_key(Vec::len);
 
-    let mut found = Vec::new();
-    let mut pairs = 0;
-    for same in planes.chunk_by(|one, other| one.0 == other.0).filter(|same| same.len() > 1) {
-        let normal = scene.triangle_normal(same[0].1);
-        let flats: Vec<Flat> = same.iter().map(|(_, triangle)| flat(scene, *triangle, normal)).collect();
-        let all_seen = near_pairs(&flats, |one, other| {
-            pairs += 1;
+    let mut found = CoplanarOverlaps::default();
+    let mut first: BinaryHeap<([u32; 2], [u64; 3])> = BinaryHeap::new();
+    for same in &planes {
+        let normal = scene.triangle_normal(same[0]);
+        let flats: Vec<Flat> = same.iter().map(|triangle| flat(scene, *triangle, normal)).collect();
+        let tree = BoxTree::of(flats.iter().map(|flat| [flat.low_m.extend(0.0), flat.high_m.extend(f64::MAX)]));
+        tree.pairs(0.0, budget, |one, other, budget| {
+            let (one, other) = (&flats[one as usize], &flats[other as usize]);
+            budget.take(STEPS_A_PAIR);
+            if are_apart(one, other) || !budget.take(STEPS_A_CUT) {
+                return;
+            }
             if both_are_met(scene, one.triangle, other.triangle)
                 && !same_corners(scene, vertex_of, one.triangle, other.triangle)
                 && let Some(place) = common_place(one, other)
             {
+                found.count += 1;
+                let pair = [one.triangle.min(other.triangle), one.triangle.max(other.triangle)];
+                if first.len() == MOST_KEPT && first.peek().is_some_and(|last| last.0 < pair) {
+                    return;
+                }
                 let place_m = lifted(scene, one.triangle, normal, place);
-                found.push(([one.triangle.min(other.triangle), one.triangle.max(other.triangle)], place_m));
-            }
-            pairs < most_pairs
-        });
-        if !all_seen {
-            return (found, false);
-        }
-    }
-    found.sort_unstable_by_key(|(pair, _)| *pair);
-    (found, true)
-}
-
-/// Shows every pair of triangles whose boxes overlap once, until `show` wants no more; whether it saw all.
-///
-/// Triangles are entered into the cells of a grid that their boxes reach into; the few that reach into many meet all others.
-fn near_pairs(flats: &[Flat], mut show: impl FnMut(&Flat, &Flat) -> bool) -> bool {
-    let overlap = |one: &Flat, other: &Flat| one.low_m.cmplt(other.high_m).all() && other.low_m.cmplt(one.high_m).all();
-    let extent = |flat: &Flat| (flat.high_m - flat.low_m).max_element();
-    let cell_m = CELL * flats.iter().map(extent).sum::<f64>() / flats.len() as f64;
-    let low_m = flats.iter().fold(DVec2::INFINITY, |low, flat| low.min(flat.low_m));
-    let cell_of = |point_m: DVec2| ((point_m - low_m) / cell_m).floor().as_i64vec2();
-    let (large, small): (Vec<usize>, Vec<usize>) =
-        (0..flats.len()).partition(|number| extent(&flats[*number]) > LARGE * cell_m);
-    for (rank, number) in large.iter().enumerate() {
-        for other in large[rank + 1..].iter().chain(&small) {
-            if overlap(&flats[*number], &flats[*other]) && !show(&flats[*number], &flats[*other]) {
-                return false;
-            }
-        }
-    }
-    let mut entered: Vec<(i64, i64, usize)> = Vec::with_capacity(2 * small.len());
-    for number in small {
-        let (from, to) = (cell_of(flats[number].low_m), cell_of(flats[number].high_m));
-        entered.extend((from.x..=to.x).flat_map(|x| (from.y..=to.y).map(move |y| (x, y, number))));
-    }
-    entered.sort_unstable();
-    for cell in entered.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
-        for (rank, (x, y, number)) in cell.iter().enumerate() {
-            let one = &flats[*number];
-            for (_, _, other) in &cell[rank + 1..] {
-                let other = &flats[*other];
-                // A pair counts in the cell where what the boxes have in common begins.
-                let begins = cell_of(one.low_m.max(other.low_m));
-                if overlap(one, other) && (begins.x, begins.y) == (*x, *y) && !show(one, other) {
-                    return false;
+                first.push((pair, place_m.to_array().map(f64::to_bits)));
+                if first.len() > MOST_KEPT {
+                    first.pop();
                 }
             }
-        }
+        });
     }
-    true
+    found.all_looked_at = !budget.is_spent();
+    let first = first.into_sorted_vec().into_iter();
+    found.first = first.map(|(pair, place)| (pair, DVec3::from_array(place.map(f64::from_bits)))).collect();
+    found
+}
+
+/// Of triangles with the same corners that face the same way and are met alike, the first.
+fn one_of_each(scene: &Scene, vertex_of: &[u32], triangles: impl Iterator<Item = u32>) -> Vec<u32> {
+    let alike = |triangle: u32| {
+        let faces = scene.triangle_normal(triangle).to_array().map(|part| part > 0.0);
+        (sorted_corners(scene, vertex_of, triangle), faces, scene.surface_of(triangle).two_sided)
+    };
+    let mut keyed: Vec<_> = triangles.map(|triangle| (alike(triangle), triangle)).collect();
+    keyed.sort_unstable();
+    keyed.dedup_by(|one, other| one.0 == other.0);
+    let mut kept: Vec<u32> = keyed.into_iter().map(|(_, triangle)| triangle).collect();
+    kept.sort_unstable();
+    kept
 }
 
 /// Numbers that triangles of one plane share, whichever side they face.
@@ -137,17 +143,27 @@ fn both_are_met(scene: &Scene, one: u32, other: u32) -> bool {
 }
 
 fn same_corners(scene: &Scene, vertex_of: &[u32], one: u32, other: u32) -> bool {
-    let sorted = |triangle: u32| {
-        let mut corners = scene.triangles[triangle as usize].map(|vertex| vertex_of[vertex as usize]);
-        corners.sort_unstable();
-        corners
-    };
-    sorted(one) == sorted(other)
+    sorted_corners(scene, vertex_of, one) == sorted_corners(scene, vertex_of, other)
+}
+
+fn sorted_corners(scene: &Scene, vertex_of: &[u32], triangle: u32) -> [u32; 3] {
+    let mut corners = scene.triangles[triangle as usize].map(|vertex| vertex_of[vertex as usize]);
+    corners.sort_unstable();
+    corners
 }
 
 /// Twice the area of a polygon, above 0 where it turns to the left.
 fn twice_area(polygon: &[DVec2]) -> f64 {
     (0..polygon.len()).map(|i| polygon[i].perp_dot(polygon[(i + 1) % polygon.len()])).sum()
+}
+
+/// Whether an edge of the one parts it from the other.
+fn are_apart(one: &Flat, other: &Flat) -> bool {
+    let parts = |edge: usize| {
+        let (from, to) = (one.corners_m[edge], one.corners_m[(edge + 1) % 3]);
+        other.corners_m.iter().all(|corner| (to - from).perp_dot(*corner - from) <= 0.0)
+    };
+    (0..3).any(parts)
 }
 
 /// The middle of what two triangles have in common, if that is more than rounding.

@@ -3,19 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::advice::{advise, names};
 use super::error::SceneError;
+use super::insides::Solids;
 use super::mesh_faults::{MESH, warn_of_faults};
 use super::model::{Emission, Luminaire, Scene};
 use super::names::listed;
-use super::overlaps::overlaps;
+use super::overlaps::{overlaps, overlaps_budget};
 use super::reader::{Node, Source};
 use super::shells::{self, Shell, bounds_m, closed_shells_of_geometries};
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
-use super::whiteness::{LEAST_ABSORBED, absorbed_share};
+use super::walls::place_backgrounds;
+use super::whiteness::{LEAST_ABSORBED, least_loss};
 use super::{luminaires, materials, parse, receivers, surfaces};
 
 /// Keys of the file.
@@ -75,7 +76,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
         &fields.need("materials", "{ \"plaster\": { \"type\": \"diffuse\", \"reflectance\": 0.7 } }")?,
     )?;
     let geometry_node = fields.need("geometry", "[ … ]: the scene has no geometry")?;
-    let around = surfaces::Around { unit, base_dir, materials: &materials };
+    let around = surfaces::Around::of(unit, base_dir, &materials);
     let surfaces = Surfaces::read(&geometry_node, &around, &mut warnings)?;
     let luminaires_node = fields.need("luminaires", "[ … ]: the scene has no luminaire")?;
     let around = luminaires::Around { unit, base_dir, surfaces: &surfaces };
@@ -98,49 +99,87 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
         receivers,
         warnings,
     };
-    if let Some(absorbed) = absorbed_share(&scene).filter(|absorbed| *absorbed < LEAST_ABSORBED) {
+    let losses = least_loss(&scene);
+    if !losses.all_looked_at {
+        scene
+            .warnings
+            .push("too many white rooms to look which of them lose next to nothing of their light".to_owned());
+    }
+    if let Some(loss) = losses.least.filter(|loss| loss.share < LEAST_ABSORBED) {
+        let share = if loss.share > 0.0 { format!("{:.1e}", loss.share) } else { "nothing".to_owned() };
+        let (what, got) = if loss.openings_m2 > 0.0 {
+            (
+                "a room in which next to nothing absorbs, with openings that let next to nothing out",
+                format!(
+                    "what stands around a luminaire loses {share} of what falls on it, by absorption and through openings of {:.1e} m²: light meets some {:.0e} surfaces",
+                    loss.openings_m2,
+                    loss.share.recip()
+                ),
+            )
+        } else {
+            (
+                "a closed room in which next to nothing absorbs",
+                format!("what stands around a luminaire absorbs {share} of what falls on it, and no light can leave"),
+            )
+        };
         return Err(geometry_node.refuse_as(
-            "a closed room in which next to nothing absorbs",
+            what,
+            got,
             format!(
-                "what stands around a luminaire absorbs {} of what falls on it, and no light can leave",
-                if absorbed > 0.0 { format!("{absorbed:.1e}") } else { "nothing".to_owned() }
+                "surfaces that absorb {LEAST_ABSORBED:.0e} or more on average, or an opening of as much of their area"
             ),
-            format!("surfaces that absorb {LEAST_ABSORBED:.0e} or more on average, or an opening"),
             "lower a reflectance: the light would go on for ever, or nearly so; the whitest paints have 0.99",
         ));
     }
     let shells = closed_shells_of_geometries(&scene);
+    place_backgrounds(&mut scene, &shells);
     mark_inside_points(&mut scene, &shells);
     warn_of_proportions(&mut scene, unit);
     advise(&mut scene, &shells);
     warn_of_faults(&mut scene);
-    if let Some(found) = overlaps(&scene, &shells, shells::size_m(&scene)) {
-        let [one, other] = &found.first;
-        scene.warnings.push(format!(
-            "{MESH}{} pairs of solids stand in one another, first {one} and {other} at {} m; what lies inside is dark",
-            found.count, found.place_m
-        ));
-    }
+    warn_of_overlaps(&mut scene, &shells);
     Ok(scene)
 }
 
+fn warn_of_overlaps(scene: &mut Scene, shells: &[Shell]) {
+    let found = overlaps(scene, shells, shells::size_m(scene), &mut overlaps_budget(shells.len()));
+    if let Some(([one, other], place_m)) = &found.first {
+        let at_least = if found.all_looked_at { "" } else { "at least " };
+        scene.warnings.push(format!(
+            "{MESH}{at_least}{} pairs of solids stand in one another, first {one} and {other} at {place_m} m; what lies inside is dark",
+            found.count
+        ));
+    } else if !found.all_looked_at {
+        scene.warnings.push(format!("{MESH}too many solids about each other to look which stand in one another"));
+    }
+}
+
 fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
-    let size_m = shells::size_m(scene);
-    let mut receivers = std::mem::take(&mut scene.receivers);
-    for set in &mut receivers {
-        set.points.par_iter_mut().for_each(|point| {
-            point.inside = shells::is_inside_solid(shells, point.position_m, size_m);
-        });
+    let solids = Solids::of(shells, shells::size_m(scene));
+    let points_m: Vec<DVec3> =
+        scene.receivers.iter().flat_map(|set| &set.points).map(|point| point.position_m).collect();
+    let (held, _) = solids.holding(&points_m);
+    let mut warnings = Vec::new();
+    if held.len() < points_m.len() {
+        warnings.push(format!(
+            "{} of {} receiver points were not looked at, whether they lie inside of solids: there are too many solids about them; they count in tables and errors",
+            points_m.len() - held.len(),
+            points_m.len()
+        ));
+    }
+    let mut held = held.into_iter();
+    for set in &mut scene.receivers {
+        let all = set.points.len();
+        set.points.iter_mut().zip(held.by_ref()).for_each(|(point, is_inside)| point.inside = is_inside);
         let inside = set.points.iter().filter(|point| point.inside).count();
         if inside > 0 {
-            let all = set.points.len();
             let what = "lie inside of a closed solid; they are left out of tables and errors";
             let remedy =
                 if inside == all { "; if the solid is a room, let it have \"facing\": \"inward\"" } else { "" };
-            scene.warnings.push(format!("{}: {inside} of {all} points {what}{remedy}", set.name));
+            warnings.push(format!("{}: {inside} of {all} points {what}{remedy}", set.name));
         }
     }
-    scene.receivers = receivers;
+    scene.warnings.extend(warnings);
 }
 
 fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {

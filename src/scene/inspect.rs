@@ -5,9 +5,10 @@ use serde::Serialize;
 use crate::base::pane::pane_shares;
 
 use super::elements::{Elements, Side};
+use super::insides::Enclosures;
 use super::mesh_faults::{MeshFaults, mesh_faults};
 use super::model::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
-use super::shells::{Enclosures, bounds_m, one_vertex_a_place, shells_over};
+use super::shells::{bounds_m, one_vertex_a_place, shells_over};
 
 /// The plain facts of a scene; everything in SI and photometric units.
 #[derive(Clone, Debug, Serialize)]
@@ -199,7 +200,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
         units: InspectedUnits { length: "m", area: "m²", luminous_flux: "lm", intensity: "cd" },
         bounds_min_m: low_m.to_array(),
         bounds_max_m: high_m.to_array(),
-        closed: scene.luminaires.iter().all(|luminaire| enclosures.shut_in(&luminaire.emission)),
+        closed: enclosures.shut_in_all(),
         shells: inspected_shells,
         mesh: mesh_faults(scene, &shells, &vertex_of),
         totals: InspectedTotals {
@@ -321,7 +322,7 @@ fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
     };
     inspected.kind = match set.quantity {
         Quantity::Luminance => "luminance",
-        Quantity::Glare => "ugr",
+        Quantity::Glare(_) => "ugr",
         _ => inspected.kind,
     };
     if let ReceiverLayout::View { columns, rows, .. } = set.layout {

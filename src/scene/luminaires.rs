@@ -112,7 +112,7 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
 pub(super) fn unique_name(fields: &Fields, names: &mut HashMap<String, String>) -> Result<String, SceneError> {
     let node = fields.need("name", "\"…\"")?;
     let name = node.name()?;
-    if let Some(first) = names.insert(name.to_string(), node.json_path().to_string()) {
+    if let Some(first) = names.insert(name.to_string(), node.json_path()) {
         return Err(node.refuse_as(
             format!("the name {name:?} is given twice"),
             format!("{name:?} again; {first} has it already"),

@@ -1,37 +1,49 @@
 //! Faults of meshes as programs write them: holes, T-junctions, doubled and turned triangles, each with its place.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::HashMap;
 
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::box_tree::Budget;
 use super::coplanar::coplanar_overlaps;
 use super::model::Scene;
+use super::names::joined;
 use super::shells::{Shell, one_vertex_a_place, plain_shells_over, size_m, sorted_edges};
+use super::t_junctions::closed_at_t_junctions;
 
-/// Vertices nearer to an edge than this fraction of the scene's size lie on it: far above the rounding of
-/// coordinates, far below what a drawing means.
-const ON_EDGE: f64 = 1e-7;
 /// A piece of surface is flat where no corner leaves its plane by more than this fraction of its size.
 const FLAT: f64 = 1e-6;
 /// Places that are listed of each fault.
 const MOST_PLACES: usize = 8;
 /// Corners of a hole that are listed.
 const MOST_CORNERS: usize = 32;
-/// Beyond so many edges times vertices of rims it is not looked for T-junctions: some seconds' work for those who ask for
-/// it, a fraction of one when a scene is read.
-const MOST_LOOKS: usize = 1_000_000_000;
-const MOST_LOOKS_WHEN_READ: usize = 50_000_000;
-/// A pair of triangles in one plane costs so many of them.
-const LOOKS_A_PAIR: usize = 5;
+/// Holes that are listed.
+const MOST_HOLES: usize = 1000;
+/// Looks at boxes and triangles that each search may take: some seconds' work for those who ask for it, a fraction of one
+/// when a scene is read.
+const MOST_LOOKS: u64 = 100_000_000;
+const MOST_LOOKS_WHEN_READ: u64 = 20_000_000;
+/// Each triangle adds so many to them: sound meshes take some tens.
+const LOOKS_A_TRIANGLE: u64 = 200;
 
 /// What a scene's triangles do that closed rooms and solids don't.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MeshFaults {
     /// Rims of pieces of surface that are not flat, longest first: a room that should be closed has none. Rims that
-    /// meet along T-junctions are closed.
+    /// meet along T-junctions are closed. Of very many only the longest are here.
     pub holes: Vec<Hole>,
+    /// How many holes there are.
+    pub hole_count: usize,
+    /// How many of them are small, which was hardly meant.
+    pub small_hole_count: usize,
+    /// Area of all holes in m².
+    #[serde(skip)]
+    hole_area_m2: f64,
+    /// The longest of the small ones.
+    #[serde(skip)]
+    longest_small_hole: Option<Hole>,
     /// Vertices that lie in the middle of another triangle's edge. Light may not pass there, yet the triangles share no
     /// edge.
     pub t_junctions: Faults,
@@ -47,6 +59,9 @@ pub struct MeshFaults {
     pub t_junctions_looked_for: bool,
     /// Whether all pairs of triangles in one plane were looked at.
     pub overlaps_looked_for: bool,
+    /// Looks at boxes and triangles that both searches took.
+    #[serde(skip)]
+    pub(super) steps: u64,
 }
 
 /// How often a fault was found, and where.
@@ -94,7 +109,7 @@ impl MeshFaults {
 }
 
 impl Faults {
-    fn add(&mut self, place_m: DVec3, surface: &str) {
+    pub(super) fn add(&mut self, place_m: DVec3, surface: &str) {
         self.count += 1;
         if self.places_m.len() < MOST_PLACES {
             self.places_m.push(place_m.to_array());
@@ -111,9 +126,9 @@ impl Faults {
 
 /// An edge of the rim: its ends and the triangle that it belongs to.
 #[derive(Clone, Copy, Debug)]
-struct RimEdge {
-    ends: [u32; 2],
-    triangle: u32,
+pub(super) struct RimEdge {
+    pub ends: [u32; 2],
+    pub triangle: u32,
 }
 
 /// Looks at all triangles of a scene. `vertex_of` makes vertices at one place one; `shells` are those of the scene.
@@ -121,7 +136,8 @@ pub(super) fn mesh_faults(scene: &Scene, shells: &[Shell], vertex_of: &[u32]) ->
     faults_within(scene, shells, vertex_of, MOST_LOOKS)
 }
 
-fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks: usize) -> MeshFaults {
+fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks: u64) -> MeshFaults {
+    let budget = || Budget::of_steps(most_looks + LOOKS_A_TRIANGLE * scene.triangles.len() as u64);
     let mut faults = MeshFaults { t_junctions_looked_for: true, ..MeshFaults::default() };
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let name = |triangle: u32| scene.surface_of(triangle).name.as_str();
@@ -151,12 +167,15 @@ fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks:
         faults.duplicate_triangles.add((place_m(a) + place_m(b) + place_m(c)) / 3.0, name(*triangle));
     }
     drop(by_corners);
-    let (overlaps, all_looked_at) = coplanar_overlaps(scene, vertex_of, most_looks / LOOKS_A_PAIR);
-    faults.overlaps_looked_for = all_looked_at;
-    for ([one, other], place) in overlaps {
+    let mut overlaps_budget = budget();
+    let overlaps = coplanar_overlaps(scene, vertex_of, &mut overlaps_budget);
+    faults.steps = overlaps_budget.taken();
+    faults.overlaps_looked_for = overlaps.all_looked_at;
+    for ([one, other], place) in overlaps.first {
         faults.overlapping_triangles.add(place, name(one));
         faults.overlapping_triangles.name(name(other));
     }
+    faults.overlapping_triangles.count = overlaps.count;
     let single: Vec<u32> =
         (0..scene.triangles.len() as u32).filter(|triangle| doubled.binary_search(triangle).is_err()).collect();
     let edges = sorted_edges(&single, corners);
@@ -179,8 +198,8 @@ fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks:
     for shell in shells.iter().filter(|shell| !shell.closed && lies_in_a_plane(scene, shell)) {
         shell.triangles.iter().for_each(|triangle| is_flat[*triangle as usize] = true);
     }
-    let rim = closed_at_t_junctions(scene, rim, most_looks, &mut faults);
-    faults.holes = holes(scene, &rim, &is_flat);
+    let rim = closed_at_t_junctions(scene, rim, &mut budget(), &mut faults);
+    list_holes(scene, &rim.open, |triangle| is_flat[triangle as usize], &mut faults);
     faults
 }
 
@@ -192,67 +211,15 @@ fn lies_in_a_plane(scene: &Scene, shell: &Shell) -> bool {
     offsets().all(|offset_m| offset_m.dot(normal).abs() <= FLAT * reach_m)
 }
 
-/// Cuts the edges of rims where vertices of rims lie on them, and drops pieces that then lie on each other.
-fn closed_at_t_junctions(scene: &Scene, rim: Vec<RimEdge>, most_looks: usize, faults: &mut MeshFaults) -> Vec<RimEdge> {
-    let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
-    let mut vertices: Vec<u32> = rim.iter().flat_map(|edge| edge.ends).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    if vertices.len() * rim.len() > most_looks {
-        faults.t_junctions_looked_for = false;
-        return rim;
-    }
-    vertices.sort_by(|one, other| place_m(*one).x.total_cmp(&place_m(*other).x));
-    let tolerance_m = ON_EDGE * size_m(scene);
-
-    // Where a vertex lies at the end of an edge, it and the end are one: pieces then have the same ends.
-    let mut stands_for: HashMap<u32, u32> = HashMap::new();
-    for (index, vertex) in vertices.iter().enumerate() {
-        let near = vertices[..index]
-            .iter()
-            .rev()
-            .take_while(|other| place_m(*vertex).x - place_m(**other).x <= tolerance_m)
-            .find(|other| place_m(*vertex).distance(place_m(**other)) <= tolerance_m);
-        let first = near.map_or(*vertex, |other| stands_for[other]);
-        stands_for.insert(*vertex, first);
-    }
-    let mut told: HashSet<u32> = HashSet::new();
-    let mut pieces: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
-    for RimEdge { ends, triangle } in rim {
-        let [from, to] = ends.map(|end| stands_for[&end]);
-        let [a, b] = [place_m(from), place_m(to)];
-        let (low_x, high_x) = (a.x.min(b.x) - tolerance_m, a.x.max(b.x) + tolerance_m);
-        let start = vertices.partition_point(|vertex| place_m(*vertex).x < low_x);
-        let mut stops: Vec<(f64, u32)> = vertices[start..]
-            .iter()
-            .take_while(|vertex| place_m(**vertex).x <= high_x)
-            .filter(|vertex| stands_for[vertex] == **vertex && ![from, to].contains(vertex))
-            .filter_map(|vertex| {
-                let share = (place_m(*vertex) - a).dot(b - a) / a.distance_squared(b);
-                let is_on = (0.0..=1.0).contains(&share) && place_m(*vertex).distance(a.lerp(b, share)) <= tolerance_m;
-                is_on.then_some((share, *vertex))
-            })
-            .collect();
-        stops.sort_by(|one, other| one.0.total_cmp(&other.0));
-        for (_, vertex) in &stops {
-            if told.insert(*vertex) {
-                faults.t_junctions.add(place_m(*vertex), scene.surface_of(triangle).name.as_str());
-            }
-        }
-        let mut before = from;
-        for next in stops.into_iter().map(|(_, vertex)| vertex).chain([to]) {
-            if before != next {
-                pieces.entry([before.min(next), before.max(next)]).or_default().push(triangle);
-            }
-            before = next;
-        }
-    }
-    let open = pieces.into_iter().filter(|(_, triangles)| triangles.len() % 2 == 1);
-    open.map(|(ends, triangles)| RimEdge { ends, triangle: triangles[0] }).collect()
+/// Area in m² of what a rim goes around, each line of it as a plane sees it.
+pub(super) fn rim_area_m2(scene: &Scene, rim: &[RimEdge]) -> f64 {
+    let mut faults = MeshFaults::default();
+    list_holes(scene, rim, |_| false, &mut faults);
+    faults.hole_area_m2
 }
 
 /// Lines of edges, one after the other; lines of flat pieces alone are none.
-fn holes(scene: &Scene, rim: &[RimEdge], is_flat: &[bool]) -> Vec<Hole> {
+fn list_holes(scene: &Scene, rim: &[RimEdge], is_flat: impl Fn(u32) -> bool, faults: &mut MeshFaults) {
     let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
     let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::new();
     for (index, edge) in rim.iter().enumerate() {
@@ -281,7 +248,7 @@ fn holes(scene: &Scene, rim: &[RimEdge], is_flat: &[bool]) -> Vec<Hole> {
                 around.last().copied()
             });
         }
-        if line.iter().all(|index| is_flat[rim[*index].triangle as usize]) {
+        if line.iter().all(|index| is_flat(rim[*index].triangle)) {
             continue;
         }
         let mut surfaces: Vec<String> =
@@ -303,8 +270,14 @@ fn holes(scene: &Scene, rim: &[RimEdge], is_flat: &[bool]) -> Vec<Hole> {
             surfaces,
         });
     }
+    let small_m2 = SMALL_HOLE * size_m(scene).powi(2);
+    faults.hole_count = found.len();
+    faults.hole_area_m2 = found.iter().map(|hole| hole.area_m2).sum();
+    faults.small_hole_count = found.iter().filter(|hole| hole.area_m2 < small_m2).count();
     found.sort_by(|one, other| other.length_m.total_cmp(&one.length_m));
-    found
+    faults.longest_small_hole = found.iter().find(|hole| hole.area_m2 < small_m2).cloned();
+    found.truncate(MOST_HOLES);
+    faults.holes = found;
 }
 
 /// Area of a ring of places, by the sum of the triangles that its edges make with its first place.
@@ -334,7 +307,6 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
             "{MESH}too many triangles in one plane to look for all overlaps here; luxmc inspect looks longer"
         ));
     }
-    let square_m2 = size_m(scene).powi(2);
     let kinds = [
         (
             &found.duplicate_triangles,
@@ -357,16 +329,20 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
     for (faults, says) in kinds.into_iter().filter(|(faults, _)| faults.count > 0) {
         let place =
             faults.places_m.first().map_or(String::new(), |[x, y, z]| format!("; the first at ({x}, {y}, {z}) m"));
-        scene.warnings.push(format!("{MESH}{} {says} ({}{place})", faults.count, faults.surfaces.join(", ")));
+        let at_least = if found.overlaps_looked_for || !std::ptr::eq(faults, &found.overlapping_triangles) {
+            ""
+        } else {
+            "at least "
+        };
+        scene.warnings.push(format!("{MESH}{at_least}{} {says} ({}{place})", faults.count, joined(&faults.surfaces)));
     }
-    let small: Vec<&Hole> = found.holes.iter().filter(|hole| hole.area_m2 < SMALL_HOLE * square_m2).collect();
-    if let Some(hole) = small.first() {
+    if let Some(hole) = &found.longest_small_hole {
         let [x, y, z] = hole.min_m;
         scene.warnings.push(format!(
             "{MESH}{} small holes, the longest {:.3} m around at ({x}, {y}, {z}) m, along {}; light leaves there (luxmc inspect lists them)",
-            small.len(),
+            found.small_hole_count,
             hole.length_m,
-            hole.surfaces.join(", ")
+            joined(&hole.surfaces)
         ));
     }
 }

@@ -3,10 +3,12 @@
 mod advice;
 mod advice_openings;
 mod arrays;
+mod box_tree;
 mod coplanar;
 pub mod elements;
 mod error;
 mod file;
+mod insides;
 mod inspect;
 mod leaves;
 mod limits;
@@ -17,6 +19,7 @@ mod model;
 mod names;
 mod obj;
 mod observers;
+mod open_rooms;
 mod overlaps;
 mod parse;
 pub mod patches;
@@ -31,17 +34,22 @@ mod shapes;
 mod shells;
 mod surface_grid;
 mod surfaces;
+mod t_junctions;
 mod texts;
 mod units;
 mod vectors;
+mod walls;
 mod weld;
 mod whiteness;
 mod winding;
+#[cfg(test)]
+mod work_tests;
 
 pub(crate) use advice::first_met;
 pub use elements::{Cell, Elements, Side};
 pub use error::{Place, Refusal, SceneError};
 pub use file::{read_scene, scene_from_json};
+pub use insides::all_luminaires_are_shut_in;
 pub use inspect::{
     InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,
     Inspection, inspect,
@@ -49,5 +57,5 @@ pub use inspect::{
 pub use mesh_faults::{Faults, Hole, MeshFaults};
 pub use model::*;
 pub use schema::scene_schema;
-pub use shells::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene};
+pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};
 pub use texts::{Mesh, mesh_from_obj, receiver_points_from_csv};

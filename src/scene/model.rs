@@ -260,15 +260,46 @@ pub enum Quantity {
     /// Luminance in cd/m² that an eye at the point sees in the direction of its normal. What maps and tables call
     /// illuminance in lx is then this.
     Luminance,
-    /// Unified glare rating of an observer who looks along the point's normal. The map holds the indirect illuminance
-    /// of the eye in lx, π times the background luminance.
-    Glare,
+    /// Unified glare rating of an observer. The map holds indirect illuminances in lx, the mean of which is π times the
+    /// background luminance.
+    Glare(Observer),
+}
+
+/// An observer whose glare is rated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observer {
+    /// The eye in m.
+    pub eye_m: DVec3,
+    /// Unit vector along the line of sight.
+    pub view: DVec3,
+    /// Where the background luminance is taken; the set's points lie there.
+    pub background: Background,
+}
+
+/// Where the indirect illuminance is taken that tells the background luminance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Background {
+    /// At the eye, on the plane across the line of sight (CIE 117).
+    #[default]
+    Observer,
+    /// On the walls between eye and luminaires, in the mean (CIE 190).
+    Tabular,
+}
+
+impl Background {
+    /// Name as the scene file writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Background::Observer => "observer",
+            Background::Tabular => "tabular",
+        }
+    }
 }
 
 impl Quantity {
     /// Whether it is an illuminance of the points themselves.
     pub fn is_illuminance(self) -> bool {
-        !matches!(self, Quantity::Luminance | Quantity::Glare)
+        !matches!(self, Quantity::Luminance | Quantity::Glare(_))
     }
 
     /// Name as the scene file writes it.
@@ -278,7 +309,7 @@ impl Quantity {
             Quantity::Cylindrical => "cylindrical",
             Quantity::SemiCylindrical { .. } => "semi-cylindrical",
             Quantity::Luminance => "luminance",
-            Quantity::Glare => "ugr",
+            Quantity::Glare(_) => "ugr",
         }
     }
 }
@@ -326,7 +357,7 @@ pub enum ReceiverLayout {
 pub struct ReceiverPoint {
     /// Place in m.
     pub position_m: DVec3,
-    /// Unit normal of the receiving side; the direction of view where luminance or glare is asked for.
+    /// Unit normal of the receiving side; the direction of view where luminance is asked for.
     pub normal: DVec3,
     /// Weight in averages and errors (an area in m², or 1).
     pub weight: f64,

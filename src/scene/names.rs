@@ -4,12 +4,15 @@
 pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Longer names, in bytes, are no slips of the pen; the time for each pair grows with its square.
     const LONGEST: usize = 200;
+    /// Of longer lists only the beginning is looked at.
+    const MOST: usize = 10_000;
     if typed.len() > LONGEST {
         return None;
     }
     let lower = typed.to_lowercase();
     allowed
         .into_iter()
+        .take(MOST)
         .filter(|name| name.len() <= LONGEST)
         .map(|name| (edits(&lower, &name.to_lowercase()), name))
         .filter(|(edits, name)| *edits <= 1 + name.chars().count() / 3)
@@ -31,6 +34,14 @@ pub(super) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
         [only] => only.clone(),
         [first @ .., last] => format!("{} or {last}", first.join(", ")),
     }
+}
+
+/// `a, b, c`; of long lists the first few and how many more there are.
+pub(super) fn joined(names: &[String]) -> String {
+    /// Names that a sentence lists.
+    const MOST: usize = 8;
+    let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
+    format!("{}{more}", names[..names.len().min(MOST)].join(", "))
 }
 
 /// Levenshtein's distance: insertions, deletions and replacements of characters.

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::error::SceneError;
-use super::model::{Quantity, ReceiverLayout, ReceiverPoint};
+use super::model::{Background, Observer, Quantity, ReceiverLayout, ReceiverPoint};
 use super::reader::{Fields, Node};
 use super::receivers::refuse_too_many;
 use super::units::LengthUnit;
@@ -12,6 +12,9 @@ use super::units::LengthUnit;
 pub(super) const FAN_KEYS: [&str; 5] = ["direction", "axis", "from_deg", "to_deg", "count"];
 /// Keys of a picture.
 pub(super) const VIEW_KEYS: [&str; 5] = ["direction", "up", "field_deg", "columns", "rows"];
+
+/// Where the background of a glare rating is taken, as files name it.
+pub(super) const BACKGROUNDS: [&str; 2] = ["observer", "tabular"];
 
 /// A picture on a flat screen may not be wider than this: beyond it the cells at its rim see next to nothing.
 const WIDEST_FIELD_DEG: f64 = 170.0;
@@ -35,8 +38,14 @@ pub(super) fn read(
         directions.into_iter().map(point).collect()
     };
     if kind == "ugr" {
-        let direction = fields.need("view_direction", "[1, 0, 0]")?.direction()?;
-        return Ok(Some((Quantity::Glare, ReceiverLayout::Points, looking(vec![direction]))));
+        let view = fields.need("view_direction", "[1, 0, 0]")?.direction()?;
+        let background = match fields.get("background").map_or(Ok(0), |node| node.choice(&BACKGROUNDS))? {
+            0 => Background::Observer,
+            _ => Background::Tabular,
+        };
+        let observer = Observer { eye_m: position_m, view, background };
+        // Where the background is that of walls, the points move there once they are known.
+        return Ok(Some((Quantity::Glare(observer), ReceiverLayout::Points, looking(vec![view]))));
     }
     let given: Vec<&str> = ["directions", "fan", "view"].into_iter().filter(|key| fields.get(key).is_some()).collect();
     let (layout, directions) = match given[..] {

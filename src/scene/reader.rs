@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::Path;
+use std::rc::Rc;
 
 use glam::DVec3;
 use jsonc_parser::ast::{ObjectProp, Value};
@@ -44,7 +45,36 @@ impl Source<'_> {
 pub(super) struct Node<'a> {
     source: &'a Source<'a>,
     value: &'a Value<'a>,
-    json_path: String,
+    way: Way<'a>,
+}
+
+/// The keys and places that lead to a value, written out only where somebody asks: most files have no fault.
+#[derive(Clone, Default)]
+struct Way<'a>(Option<Rc<Step<'a>>>);
+
+struct Step<'a> {
+    before: Way<'a>,
+    last: Last<'a>,
+}
+
+enum Last<'a> {
+    Key(&'a str),
+    Place(usize),
+}
+
+impl<'a> Way<'a> {
+    fn to(&self, last: Last<'a>) -> Way<'a> {
+        Way(Some(Rc::new(Step { before: self.clone(), last })))
+    }
+
+    fn text(&self) -> String {
+        let Some(step) = &self.0 else { return String::new() };
+        let before = step.before.text();
+        match step.last {
+            Last::Key(key) => child(&before, key),
+            Last::Place(place) => format!("{before}[{place}]"),
+        }
+    }
 }
 
 /// The keys of an object, each given once.
@@ -66,19 +96,19 @@ pub(super) struct Entry<'a> {
 impl<'a> Node<'a> {
     /// The topmost value of a text.
     pub fn root(source: &'a Source<'a>, value: &'a Value<'a>) -> Node<'a> {
-        Node { source, value, json_path: String::new() }
+        Node { source, value, way: Way::default() }
     }
 
     /// The way to the value, such as `geometry[0].min`.
-    pub fn json_path(&self) -> &str {
-        &self.json_path
+    pub fn json_path(&self) -> String {
+        self.way.text()
     }
 
     /// `scene.json, line 3, column 9, at geometry[0].file`, for refusals of files that the scene names.
     pub fn as_namer(&self) -> String {
         let start = self.value.range().start;
         let Place { line, column, .. } = Place::of(self.source.text, start, start, "");
-        format!("{}, line {line}, column {column}, at {}", self.source.path.display(), self.json_path)
+        format!("{}, line {line}, column {column}, at {}", self.source.path.display(), self.json_path())
     }
 
     /// Refuses the value as it stands.
@@ -100,11 +130,12 @@ impl<'a> Node<'a> {
         remedy: impl Into<String>,
     ) -> SceneError {
         let range = self.value.range();
-        self.source.refuse(range.start..range.end, &self.json_path, what, got, expected, remedy)
+        self.source.refuse(range.start..range.end, &self.json_path(), what, got, expected, remedy)
     }
 
     fn refuse_type(&self, expected: &str, remedy: &str) -> SceneError {
-        let name = if self.json_path.is_empty() { "the file".to_string() } else { format!("\"{}\"", self.json_path) };
+        let path = self.json_path();
+        let name = if path.is_empty() { "the file".to_string() } else { format!("\"{path}\"") };
         self.refuse(format!("{name} has the wrong type"), expected, remedy)
     }
 
@@ -130,12 +161,13 @@ impl<'a> Node<'a> {
         };
         let fields = Fields { node: self.clone(), what: what.into(), properties: &object.properties };
         let mut seen = std::collections::HashMap::new();
-        for entry in fields.entries() {
-            if let Some(first_start) = seen.insert(entry.name, entry.key_range.start) {
+        for (property, name) in object.properties.iter().map(|property| (property, property.name.as_str())) {
+            if let Some(first_start) = seen.insert(name, property.name.range().start) {
+                let entry = fields.entry(property);
                 let first = Place::of(self.source.text, first_start, first_start, "");
                 return Err(self.source.refuse(
                     entry.key_range.clone(),
-                    entry.value.json_path(),
+                    &entry.value.json_path(),
                     format!("the key {:?} is given twice", shortened(entry.name)),
                     format!(
                         "{:?} again; it stands already in line {}, column {}",
@@ -160,11 +192,7 @@ impl<'a> Node<'a> {
             .elements
             .iter()
             .enumerate()
-            .map(|(index, value)| Node {
-                source: self.source,
-                value,
-                json_path: format!("{}[{index}]", self.json_path),
-            })
+            .map(|(index, value)| Node { source: self.source, value, way: self.way.to(Last::Place(index)) })
             .collect())
     }
 
@@ -190,7 +218,7 @@ impl<'a> Node<'a> {
         let text = self.text()?;
         allowed.iter().position(|name| *name == text).ok_or_else(|| {
             self.refuse(
-                format!("{:?} is none of the values that \"{}\" can have", shortened(text), self.json_path),
+                format!("{:?} is none of the values that \"{}\" can have", shortened(text), self.json_path()),
                 listed(allowed.iter().copied()),
                 meant(text, allowed.iter().copied()),
             )
@@ -280,7 +308,7 @@ impl<'a> Node<'a> {
             return Err(self.refuse_type(expected, "write [x, y, z]"));
         };
         if array.elements.len() != 3 {
-            let what = format!("\"{}\" has {} numbers", self.json_path, array.elements.len());
+            let what = format!("\"{}\" has {} numbers", self.json_path(), array.elements.len());
             return Err(self.refuse(what, expected, "give x, y and z"));
         }
         let numbers = self.items("numbers")?.iter().map(Node::number).collect::<Result<Vec<f64>, _>>()?;
@@ -293,7 +321,7 @@ impl<'a> Node<'a> {
         // Scaled to its largest component first, so that neither tiny nor huge directions lose their length.
         let largest = vector.abs().max_element();
         if largest == 0.0 {
-            let what = format!("\"{}\" has no direction", self.json_path);
+            let what = format!("\"{}\" has no direction", self.json_path());
             return Err(self.refuse_as(
                 what,
                 "a vector of length 0",
@@ -313,24 +341,24 @@ impl<'a> Fields<'a> {
 
     /// All keys in the order of the file.
     pub fn entries(&self) -> impl Iterator<Item = Entry<'a>> + '_ {
-        self.properties.iter().map(|property| {
-            let range = property.name.range();
-            Entry {
-                name: property.name.as_str(),
-                value: Node {
-                    source: self.node.source,
-                    value: &property.value,
-                    json_path: child(&self.node.json_path, property.name.as_str()),
-                },
-                key_range: range.start..range.end,
-            }
-        })
+        self.properties.iter().map(|property| self.entry(property))
+    }
+
+    fn entry(&self, property: &'a ObjectProp<'a>) -> Entry<'a> {
+        let range = property.name.range();
+        let way = self.node.way.to(Last::Key(property.name.as_str()));
+        Entry {
+            name: property.name.as_str(),
+            value: Node { source: self.node.source, value: &property.value, way },
+            key_range: range.start..range.end,
+        }
     }
 
     /// Refuses keys that are not in the list.
     pub fn only(&self, allowed: &[&str]) -> Result<(), SceneError> {
-        for entry in self.entries() {
-            if !allowed.contains(&entry.name) {
+        for property in self.properties {
+            if !allowed.contains(&property.name.as_str()) {
+                let entry = self.entry(property);
                 return Err(self.refuse_key(
                     &entry,
                     format!("{} has no key {:?}", self.what, shortened(entry.name)),
@@ -345,12 +373,13 @@ impl<'a> Fields<'a> {
     /// Refuses a key rather than its value.
     pub fn refuse_key(&self, entry: &Entry, what: String, expected: String, remedy: String) -> SceneError {
         let got = format!("the key {:?}", shortened(entry.name));
-        self.node.source.refuse(entry.key_range.clone(), entry.value.json_path(), what, got, expected, remedy)
+        self.node.source.refuse(entry.key_range.clone(), &entry.value.json_path(), what, got, expected, remedy)
     }
 
     /// The value of a key, where it is given.
     pub fn get(&self, key: &str) -> Option<Node<'a>> {
-        self.entries().find(|entry| entry.name == key).map(|entry| entry.value)
+        let property = self.properties.iter().find(|property| property.name.as_str() == key)?;
+        Some(self.entry(property).value)
     }
 
     /// The value of a key that must be given.

@@ -39,7 +39,7 @@ pub(super) const KEYS: [&[&str]; 4] = [
     ],
     &["name", "type", "file", "quantity", "direction"],
     &["name", "type", "position", "directions", "fan", "view"],
-    &["name", "type", "position", "view_direction"],
+    &["name", "type", "position", "view_direction", "background"],
 ];
 /// Keys of a grid by corners.
 const CORNER_KEYS: [&str; 9] = ["name", "type", "origin", "u", "v", "columns", "rows", "quantity", "direction"];

@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::model::{Emission, Scene};
+use super::box_tree::{Box3, Budget};
+use super::model::Scene;
 use super::winding::WindingTree;
 
 /// A connected piece of surface.
@@ -24,31 +25,35 @@ pub struct Shell {
     tree: Option<WindingTree>,
 }
 
-/// A point this near to a shell, as a fraction of the scene's size, lies on it and not inside: far above the rounding
-/// of coordinates, far below what a drawing means.
-const ON_SURFACE: f64 = 1e-9;
-
-/// How far in front of a surface its light is taken to begin, as a fraction of the scene's size.
-const IN_FRONT: f64 = 1e-6;
-
 impl Shell {
     /// Around how many times, and which way, the shell lies about a point: +1 inside of one that faces outward, −1 of
     /// one that faces inward, 0 outside. Only meaningful for a closed shell and off its surface.
     ///
     /// 0 of a shell with a boundary.
     pub fn winding(&self, point_m: DVec3) -> f64 {
+        self.winding_within(point_m, &mut Budget::of_steps(u64::MAX))
+    }
+
+    /// The same, as far as the budget goes.
+    pub(super) fn winding_within(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
         if point_m.cmplt(self.low_m).any() || point_m.cmpgt(self.high_m).any() {
             return 0.0;
         }
-        self.tree.as_ref().map_or(0.0, |tree| tree.solid_angle_sr(point_m) / (4.0 * PI))
+        self.tree.as_ref().map_or(0.0, |tree| tree.solid_angle_sr(point_m, budget) / (4.0 * PI))
     }
 
     /// Whether a point lies inside, and not on the surface within a tolerance.
-    pub(super) fn encloses(&self, point_m: DVec3, tolerance_m: f64) -> bool {
-        let is_near = |tree: &WindingTree| {
-            tree.any_near(point_m, tolerance_m, |triangle| distance_to_triangle(point_m, triangle))
-        };
-        self.winding(point_m).abs() > 0.5 && !self.tree.as_ref().is_some_and(is_near)
+    pub(super) fn encloses(&self, point_m: DVec3, tolerance_m: f64, budget: &mut Budget) -> bool {
+        if self.winding_within(point_m, budget).abs() <= 0.5 {
+            return false;
+        }
+        let distance_m = |triangle| distance_to_triangle(point_m, triangle);
+        !self.tree.as_ref().is_some_and(|tree| tree.any_near(point_m, tolerance_m, budget, distance_m))
+    }
+
+    /// Lowest and highest coordinates in m.
+    pub(super) fn bounds_m(&self) -> Box3 {
+        [self.low_m, self.high_m]
     }
 }
 
@@ -153,13 +158,6 @@ impl Shell {
             })
             .sum();
     }
-
-    /// Whether the boxes around two shells have more in common than a tolerance.
-    pub(super) fn boxes_overlap(&self, other: &Shell, tolerance_m: f64) -> bool {
-        let low_m = self.low_m.max(other.low_m);
-        let high_m = self.high_m.min(other.high_m);
-        (high_m - low_m).cmpgt(DVec3::splat(tolerance_m)).all()
-    }
 }
 
 /// The closed shells of every geometry by itself.
@@ -197,100 +195,6 @@ pub(super) fn shells_over(scene: &Scene, vertex_of: &[u32]) -> Vec<Shell> {
 /// The same without what tells insides: which triangles hang together, and whether they are closed.
 pub(super) fn plain_shells_over(scene: &Scene, vertex_of: &[u32]) -> Vec<Shell> {
     shells(scene, 0..scene.triangles.len() as u32, |vertex| vertex_of[vertex as usize], false)
-}
-
-/// Whether a point lies inside of a closed solid: the smallest closed shell around it faces outward.
-///
-/// So a point in a room is not inside, even where a larger solid stands around the room; one in a table is.
-pub(super) fn is_inside_solid(shells: &[Shell], point_m: DVec3, scene_size_m: f64) -> bool {
-    let tolerance_m = ON_SURFACE * scene_size_m;
-    let smallest = |outward: bool| {
-        shells
-            .iter()
-            .filter(|shell| (shell.volume_m3 > 0.0) == outward && shell.encloses(point_m, tolerance_m))
-            .map(|shell| shell.volume_m3.abs())
-            .min_by(f64::total_cmp)
-    };
-    match smallest(true) {
-        None => false,
-        Some(solid_m3) => smallest(false).is_none_or(|room_m3| solid_m3 < room_m3),
-    }
-}
-
-/// The closed shells of a scene that let no light out, looked for once for all its luminaires.
-pub(super) struct Enclosures<'s> {
-    scene: &'s Scene,
-    step_m: f64,
-    /// Closed shells through which no light passes, and whether they reflect on both sides.
-    shells: Vec<(&'s Shell, bool)>,
-}
-
-impl<'s> Enclosures<'s> {
-    /// Those among the shells of a scene.
-    pub fn of(scene: &'s Scene, shells: &'s [Shell]) -> Enclosures<'s> {
-        let tight = shells.iter().filter(|shell| shell.closed && !lets_light_through(scene, shell));
-        Enclosures {
-            scene,
-            step_m: IN_FRONT * size_m(scene),
-            shells: tight.map(|shell| (shell, reflects_on_both_sides(scene, shell))).collect(),
-        }
-    }
-
-    /// Whether no light of a luminaire can get out of the scene: a closed shell whose inside reflects lies around it.
-    pub fn shut_in(&self, emission: &Emission) -> bool {
-        self.starts_m(emission).iter().all(|start_m| {
-            self.shells.iter().any(|(shell, both_sides)| {
-                let winding = shell.winding(*start_m);
-                winding < -0.5 || winding > 0.5 && *both_sides
-            })
-        })
-    }
-
-    /// The closed shells that let no light out.
-    pub fn shells(&self) -> impl Iterator<Item = &'s Shell> {
-        self.shells.iter().map(|(shell, _)| *shell)
-    }
-
-    /// How far in front of a surface a place is taken to lie, in m.
-    pub fn step_m(&self) -> f64 {
-        self.step_m
-    }
-
-    /// Where a luminaire's light begins, a step in front of what emits it.
-    pub fn starts_m(&self, emission: &Emission) -> Vec<DVec3> {
-        let (scene, step_m) = (self.scene, self.step_m);
-        match emission {
-            Emission::Isotropic { position_m, .. } => vec![*position_m],
-            Emission::Lambertian { position_m, axis, .. } => vec![*position_m + step_m * *axis],
-            Emission::Photometric { position_m, frame, .. } => vec![*position_m + step_m * frame[2]],
-            Emission::Sphere { center_m, .. } => vec![*center_m],
-            Emission::Area { surfaces, front, back, .. } => surfaces
-                .iter()
-                .flat_map(|id| {
-                    let triangle = scene.surfaces[*id as usize].triangles.start;
-                    let middle_m = scene.corners_m(triangle).iter().sum::<DVec3>() / 3.0;
-                    let step = step_m * scene.triangle_normal(triangle);
-                    [front.then_some(middle_m + step), back.then_some(middle_m - step)]
-                })
-                .flatten()
-                .collect(),
-        }
-    }
-}
-
-/// Whether no light of any luminaire can get out of the scene.
-pub fn all_luminaires_are_shut_in(scene: &Scene) -> bool {
-    let shells = shells_of_scene(scene);
-    let enclosures = Enclosures::of(scene, &shells);
-    scene.luminaires.iter().all(|luminaire| enclosures.shut_in(&luminaire.emission))
-}
-
-/// Whether light passes any triangle of a shell.
-fn lets_light_through(scene: &Scene, shell: &Shell) -> bool {
-    shell.triangles.iter().any(|triangle| {
-        let material = scene.surface_of(*triangle).material;
-        scene.materials[material as usize].law.lets_through()
-    })
 }
 
 /// Whether every triangle of a shell reflects on both sides.

@@ -1,6 +1,7 @@
 //! Reads `geometry`: every kind becomes placed triangles in metres, part by part.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
@@ -52,6 +53,8 @@ pub(super) struct Surfaces {
     pub surfaces: Vec<Surface>,
     /// Names of geometries and parts, with the way to what gave them.
     names: HashMap<String, String>,
+    /// Surfaces by the name of their geometry or their own.
+    by_name: HashMap<String, Range<SurfaceId>>,
     cells: f64,
     /// Triangles of all spheres.
     sphere_triangles: f64,
@@ -62,6 +65,22 @@ pub(super) struct Around<'a> {
     pub unit: LengthUnit,
     pub base_dir: &'a Path,
     pub materials: &'a [Material],
+    by_name: HashMap<&'a str, MaterialId>,
+}
+
+impl<'a> Around<'a> {
+    /// Materials are found by their names.
+    pub fn of(unit: LengthUnit, base_dir: &'a Path, materials: &'a [Material]) -> Around<'a> {
+        let by_name = materials.iter().zip(0..).map(|(material, id)| (material.name.as_str(), id)).collect();
+        Around { unit, base_dir, materials, by_name }
+    }
+
+    fn material(&self, node: &Node) -> Result<MaterialId, SceneError> {
+        let name = node.text()?;
+        let names = || self.materials.iter().map(|material| material.name.as_str());
+        let refuse = || node.refuse(format!("there is no material {name:?}"), listed(names()), meant(name, names()));
+        self.by_name.get(name).copied().ok_or_else(refuse)
+    }
 }
 
 impl Surfaces {
@@ -82,19 +101,13 @@ impl Surfaces {
     /// The surfaces that a name stands for: a whole geometry or one part.
     pub fn named(&self, node: &Node) -> Result<Vec<SurfaceId>, SceneError> {
         let name = node.text()?;
-        let found: Vec<SurfaceId> = (0..self.surfaces.len() as SurfaceId)
-            .filter(|id| {
-                let surface = &self.surfaces[*id as usize];
-                surface.name == name || surface.geometry == name
-            })
-            .collect();
-        if found.is_empty() {
+        let Some(found) = self.by_name.get(name) else {
             let mut known: Vec<&str> = self.names.keys().map(String::as_str).collect();
             known.sort_unstable();
             let remedy = meant(name, known.iter().copied());
             return Err(node.refuse(format!("there is no surface {name:?}"), listed(known.iter().copied()), remedy));
-        }
-        Ok(found)
+        };
+        Ok(found.clone().collect())
     }
 
     /// Area of one side of a surface in m².
@@ -130,7 +143,7 @@ impl Surfaces {
             _ => self.read_sphere(&fields, name, &placing, longest_edge, warnings)?,
         };
         let part_names: Vec<Option<&str>> = shape.parts.iter().map(|part| part.name.as_deref()).collect();
-        let materials = part_materials(&fields, TYPES[kind], &part_names, around.materials)?;
+        let materials = part_materials(&fields, TYPES[kind], &part_names, around)?;
 
         // Its place in metres.
         let first_vertex = self.vertices_m.len();
@@ -149,6 +162,7 @@ impl Surfaces {
         }
         let longest_edge_m = longest_edge.map(|edge| around.unit.length_m(edge));
         let mut dropped: Vec<[u32; 3]> = Vec::new();
+        let first_surface = self.surfaces.len() as SurfaceId;
         for (part, material) in shape.parts.iter().zip(materials) {
             let surface_name = match &part.name {
                 Some(part) => format!("{name}/{part}"),
@@ -175,6 +189,8 @@ impl Surfaces {
                 warnings.push(format!("{surface_name}: left out, because none of its triangles has an area"));
                 continue;
             }
+            let id = self.surfaces.len() as SurfaceId;
+            self.by_name.insert(surface_name.clone(), id..id + 1);
             self.surfaces.push(Surface {
                 name: surface_name,
                 geometry: name.to_string(),
@@ -188,10 +204,12 @@ impl Surfaces {
             let (count, which) = (dropped.len(), if dropped.len() == 1 { "at" } else { "the first at" });
             warnings.push(format!("{name}: {count} triangles without an area were dropped ({which} {place_m} m)"));
         }
-        if self.surfaces.last().is_none_or(|surface| surface.geometry != name) {
+        let surfaces = first_surface..self.surfaces.len() as SurfaceId;
+        if surfaces.is_empty() {
             let expected = "at least one triangle with an area";
             return Err(node.refuse(format!("{name:?} has no area"), expected, "check its coordinates"));
         }
+        self.by_name.insert(name.to_string(), surfaces);
         Ok(())
     }
 
@@ -237,7 +255,7 @@ impl Surfaces {
     }
 
     fn claim(&mut self, node: &Node, name: &str) -> Result<(), SceneError> {
-        if let Some(first) = self.names.insert(name.to_string(), node.json_path().to_string()) {
+        if let Some(first) = self.names.insert(name.to_string(), node.json_path()) {
             return Err(node.refuse_as(
                 format!("the surface name {name:?} is given twice"),
                 format!("{name:?} again; {first} gives it already"),
@@ -335,22 +353,23 @@ fn part_materials(
     fields: &Fields,
     kind: &str,
     parts: &[Option<&str>],
-    materials: &[Material],
+    around: &Around,
 ) -> Result<Vec<MaterialId>, SceneError> {
-    let whole = fields.get("material").map(|node| material(&node, materials)).transpose()?;
+    let whole = fields.get("material").map(|node| around.material(&node)).transpose()?;
     let mut own: HashMap<&str, MaterialId> = HashMap::new();
     if let Some(node) = fields.get("materials") {
         let overrides = node.fields("materials of a geometry")?;
+        let known: HashSet<&str> = parts.iter().flatten().copied().collect();
         if kind == "box" {
             overrides.only(&BOX_MATERIALS)?;
         }
         for entry in overrides.entries() {
-            if kind == "mesh" && !parts.contains(&Some(entry.name)) {
+            if kind == "mesh" && !known.contains(entry.name) {
                 let names = || parts.iter().flatten().copied();
                 let what = format!("the mesh has no part {:?}", entry.name);
                 return Err(overrides.refuse_key(&entry, what, listed(names()), meant(entry.name, names())));
             }
-            own.insert(entry.name, material(&entry.value, materials)?);
+            own.insert(entry.name, around.material(&entry.value)?);
         }
     }
 
@@ -358,7 +377,7 @@ fn part_materials(
     let of_part = |part: Option<&str>| {
         let by_name = |name: &str| match kind {
             "box" if BOX_FACES[2..].contains(&name) => own.get("walls").copied(),
-            "mesh" => materials.iter().position(|material| material.name == name).map(|id| id as MaterialId),
+            "mesh" => around.by_name.get(name).copied(),
             _ => None,
         };
         part.and_then(|name| own.get(name).copied().or_else(|| by_name(name))).or(whole).ok_or_else(|| {
@@ -370,18 +389,9 @@ fn part_materials(
                 Some(part) => (format!("no material for the box's {part}"), "add \"material\": …".into()),
                 None => ("a geometry without a material".into(), "add \"material\": …".into()),
             };
-            let known = listed(materials.iter().map(|material| material.name.as_str()));
+            let known = listed(around.materials.iter().map(|material| material.name.as_str()));
             fields.node().refuse(what, format!("\"material\" with one of {known}"), remedy)
         })
     };
     parts.iter().map(|part| of_part(*part)).collect()
-}
-
-fn material(node: &Node, materials: &[Material]) -> Result<MaterialId, SceneError> {
-    let name = node.text()?;
-    let names = || materials.iter().map(|material| material.name.as_str());
-    names()
-        .position(|known| known == name)
-        .map(|id| id as MaterialId)
-        .ok_or_else(|| node.refuse(format!("there is no material {name:?}"), listed(names()), meant(name, names())))
 }

@@ -1,54 +1,159 @@
-//! How much a closed room absorbs of the light in it: where that is next to nothing, no chain ends in good time.
+//! How much a room absorbs of the light in it and lets out through openings: where that is next to nothing, no chain ends in
+//! good time.
 
+use std::collections::{BTreeMap, HashSet};
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::box_tree::{BoxTree, Budget};
+use super::insides::Enclosures;
 use super::model::{Emission, Scene, Surface};
-use super::shells::{Enclosures, Shell, shells_of_scene};
+use super::open_rooms::OpenRooms;
+use super::shells::{Shell, one_vertex_a_place, shells_over};
 
-/// Where surfaces absorb less than this share on average, a packet meets more than 10,000 of them, and not even pilots end in
+/// Where surfaces absorb, and openings let out, less than this share on average, a packet meets more than 10,000 of them, and not even pilots end in
 /// good time. A hair less than a ten-thousandth: sums over a room of ρ = 0.9999 round.
 pub(super) const LEAST_ABSORBED: f64 = 0.9999e-4;
 
-/// Mean share, by area, that is absorbed by what stands about a luminaire in a closed room which no light can leave: of all such
-/// rooms in which nearly white surfaces stand the least. `None` where there is none.
-pub(super) fn absorbed_share(scene: &Scene) -> Option<f64> {
+/// Looks at boxes and triangles in all, and what each triangle and luminaire adds: some seconds' work.
+const STEPS: u64 = 100_000_000;
+const STEPS_A_THING: u64 = 200;
+
+/// How little of the light in a room is lost.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Loss {
+    /// Mean share, by area, that surfaces absorb and openings let out.
+    pub share: f64,
+    /// Area of openings in m²; 0 of a closed room.
+    pub openings_m2: f64,
+}
+
+/// What was found of rooms in which nearly white surfaces stand.
+#[derive(Debug, Default)]
+pub(super) struct Losses {
+    /// Of all rooms about a luminaire the least loss.
+    pub least: Option<Loss>,
+    /// Whether all rooms were looked at.
+    pub all_looked_at: bool,
+}
+
+/// Looks for rooms, closed or with small openings, that lose next to nothing of the light in them.
+pub(super) fn least_loss(scene: &Scene) -> Losses {
     if scene.surfaces.iter().all(|surface| absorbed_by(scene, surface) >= LEAST_ABSORBED) {
-        return None;
+        return Losses { least: None, all_looked_at: true };
     }
-    let shells = shells_of_scene(scene);
-    let enclosures = Enclosures::of(scene, &shells);
-    let lit = || scene.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
-    let starts_m: Vec<DVec3> = lit().flat_map(|luminaire| enclosures.starts_m(&luminaire.emission)).collect();
-    let is_around = |room: &Shell, point_m: DVec3| room.winding(point_m).abs() > 0.5;
-    let smallest_around = |start_m: &DVec3| {
-        let around = enclosures.shells().filter(|room| is_around(room, *start_m));
-        around.min_by(|one, other| one.volume_m3.abs().total_cmp(&other.volume_m3.abs()))
+    let things = scene.triangles.len() + scene.luminaires.len();
+    let mut budget = Budget::of_steps(STEPS + STEPS_A_THING * things as u64);
+    let vertex_of = one_vertex_a_place(scene);
+    let shells = shells_over(scene, &vertex_of);
+    let mut search = Search {
+        scene,
+        shells: &shells,
+        boxes: BoxTree::of(shells.iter().map(Shell::bounds_m)),
+        step_m: 0.0,
+        open_rooms: OpenRooms::of(scene, &shells, &vertex_of, &mut budget),
+        budget,
     };
-    let mut rooms: Vec<&Shell> = Vec::new();
-    for room in starts_m.iter().filter_map(smallest_around) {
-        if !rooms.iter().any(|known| std::ptr::eq(*known, room)) {
-            rooms.push(room);
+    let least = search.least();
+    Losses { least, all_looked_at: !search.budget.is_spent() }
+}
+
+/// A room about a luminaire.
+#[derive(Clone, Copy)]
+enum Room<'s> {
+    Closed(&'s Shell),
+    /// With openings, and the least share of a luminaire's sky that it takes.
+    Open(u32, f64),
+}
+
+struct Search<'s> {
+    scene: &'s Scene,
+    shells: &'s [Shell],
+    boxes: BoxTree,
+    step_m: f64,
+    open_rooms: OpenRooms<'s>,
+    budget: Budget,
+}
+
+impl<'s> Search<'s> {
+    fn least(&mut self) -> Option<Loss> {
+        let enclosures = Enclosures::of(self.scene, self.shells);
+        self.step_m = enclosures.step_m();
+        let lit = self.scene.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
+        let mut closed: Vec<&Shell> = Vec::new();
+        let mut known: HashSet<*const Shell> = HashSet::new();
+        let mut open: BTreeMap<u32, f64> = BTreeMap::new();
+        for start_m in lit.flat_map(|luminaire| enclosures.starts_m(&luminaire.emission)) {
+            if let Some(room) = enclosures.smallest_around(start_m, &mut self.budget) {
+                if known.insert(room) {
+                    closed.push(room);
+                }
+            } else if let Some(room) = self.open_rooms.around(start_m, &mut self.budget) {
+                let sky_share = self.open_rooms.sky_share(room, start_m, &mut self.budget);
+                open.entry(room).and_modify(|least| *least = least.min(sky_share)).or_insert(sky_share);
+            }
+        }
+        let closed = closed.into_iter().map(Room::Closed);
+        let rooms = closed.chain(open.into_iter().map(|(room, sky_share)| Room::Open(room, sky_share)));
+        let mut least: Option<Loss> = None;
+        for room in rooms {
+            let loss = self.loss_in(room);
+            if self.budget.is_spent() {
+                break;
+            }
+            if least.is_none_or(|least| loss.share < least.share) {
+                least = Some(loss);
+            }
+        }
+        least
+    }
+
+    fn is_in(&mut self, room: Room, point_m: DVec3) -> bool {
+        match room {
+            Room::Closed(shell) => shell.winding_within(point_m, &mut self.budget).abs() > 0.5,
+            Room::Open(room, _) => self.open_rooms.sky_share(room, point_m, &mut self.budget) > 0.5,
         }
     }
-    let absorbed_in = |room: &Shell| {
+
+    fn loss_in(&mut self, room: Room) -> Loss {
+        let (bounds_m, openings_m2, sky_share) = match room {
+            Room::Closed(shell) => (shell.bounds_m(), 0.0, 1.0),
+            Room::Open(room, sky) => (self.open_rooms.bounds_m(room), self.open_rooms.openings_m2(room), sky),
+        };
+        let (scene, shells) = (self.scene, self.shells);
         let mut sums = Sums::default();
-        for shell in &shells {
-            let is_room = std::ptr::eq(shell, room);
-            let is_lit = |point_m| is_around(room, point_m) && (is_room || !is_around(shell, point_m));
-            sums.add_shell(scene, shell, enclosures.step_m(), is_lit);
+        sums.add(openings_m2, 1.0);
+        let mut near: Vec<u32> = Vec::new();
+        self.boxes.meeting(bounds_m, &mut self.budget, |number| near.push(number));
+        near.sort_unstable();
+        for number in near {
+            let shell = &shells[number as usize];
+            let is_of_room = match room {
+                Room::Closed(own) => std::ptr::eq(shell, own),
+                Room::Open(own, _) => self.open_rooms.has(own, number),
+            };
+            let step_m = self.step_m;
+            sums.add_shell(scene, shell, step_m, &mut |point_m| {
+                self.is_in(room, point_m)
+                    && (is_of_room || shell.winding_within(point_m, &mut self.budget).abs() <= 0.5)
+            });
+            if self.budget.is_spent() {
+                break;
+            }
         }
         for luminaire in &scene.luminaires {
             if let Emission::Sphere { center_m, radius_m, .. } = luminaire.emission
-                && is_around(room, center_m)
+                && self.budget.take(1)
+                && self.is_in(room, center_m)
             {
                 sums.add(4.0 * PI * radius_m * radius_m, 1.0);
             }
         }
-        sums.absorbed_m2 / sums.area_m2
-    };
-    rooms.into_iter().map(absorbed_in).min_by(f64::total_cmp)
+        // What is open to a luminaire's sky is lost at the least, however the rim of the opening was understood.
+        let share = (sums.absorbed_m2 / sums.area_m2).max(1.0 - sky_share);
+        Loss { share, openings_m2 }
+    }
 }
 
 /// Share of the light on a surface's front that it absorbs.
@@ -70,7 +175,7 @@ impl Sums {
     }
 
     /// Adds the sides of a shell that light of a room can reach.
-    fn add_shell(&mut self, scene: &Scene, shell: &Shell, step_m: f64, is_lit: impl Fn(DVec3) -> bool) {
+    fn add_shell(&mut self, scene: &Scene, shell: &Shell, step_m: f64, is_lit: &mut impl FnMut(DVec3) -> bool) {
         for triangle in &shell.triangles {
             let surface = scene.surface_of(*triangle);
             let middle_m = scene.corners_m(*triangle).iter().sum::<DVec3>() / 3.0;
@@ -119,6 +224,77 @@ mod tests {
         assert!(read(1.0, around).is_err());
         assert!(read(0.9999, around).is_ok());
         assert!(read(1.0, &chest([5.0, 5.0, 1.0], 1.0, "grey")).is_err());
+    }
+
+    /// A room of nine white rectangles, 2 m wide, with a square opening of so many m in the ceiling, and more in it.
+    fn with_opening(edge_m: f64, rest: &str) -> Result<(), String> {
+        let rectangle = |name: &str, origin: [f64; 3], u: [f64; 3], v: [f64; 3]| {
+            format!(
+                r#"{{ "name": "{name}", "type": "rectangle", "origin": {origin:?}, "u": {u:?}, "v": {v:?}, "material": "white" }}"#
+            )
+        };
+        let (from, to) = (1.0 - 0.5 * edge_m, 1.0 + 0.5 * edge_m);
+        let walls = [
+            rectangle("floor", [0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]),
+            rectangle("south", [0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [2.0, 0.0, 0.0]),
+            rectangle("north", [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]),
+            rectangle("west", [0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]),
+            rectangle("east", [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.0, 2.0, 0.0]),
+            rectangle("low x", [0.0, 0.0, 2.0], [0.0, 2.0, 0.0], [from, 0.0, 0.0]),
+            rectangle("high x", [to, 0.0, 2.0], [0.0, 2.0, 0.0], [2.0 - to, 0.0, 0.0]),
+            rectangle("low y", [from, 0.0, 2.0], [0.0, from, 0.0], [to - from, 0.0, 0.0]),
+            rectangle("high y", [from, to, 2.0], [0.0, 2.0 - to, 0.0], [to - from, 0.0, 0.0]),
+        ];
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 1 }}, "grey": {{ "type": "diffuse", "reflectance": 0.2 }} }},
+            "geometry": [ {} {rest} ],
+            "luminaires": [ {{ "name": "lamp", "type": "point", "position": [1.2,0.9,1], "luminous_flux_lm": 1000 }} ] }}"#,
+            walls.join(", ")
+        );
+        scene_from_json(&text, None, std::path::Path::new(".")).map(|_| ()).map_err(|error| error.to_string())
+    }
+
+    /// Of the 24 m² of a cube, an opening takes so many parts; walks end after the inverse of that.
+    #[test]
+    fn an_opening_counts_as_what_absorbs_all() {
+        for part in [1e-2, 1e-3, 2e-4] {
+            assert!(with_opening((24.0f64 * part).sqrt(), "").is_ok(), "{part}");
+        }
+        for part in [5e-5, 1e-5, 1e-6, 1e-9] {
+            let refused = with_opening((24.0f64 * part).sqrt(), "").expect_err("nearly closed");
+            assert!(refused.contains("openings") && refused.contains("nearly so"), "{refused}");
+        }
+        // What stands in the room counts as in a closed one: a grey chest of 1 dm is enough, one that is as white is not.
+        assert!(with_opening(1e-3, &chest([0.2, 0.2, 0.2], 0.1, "grey")).is_ok());
+        assert!(with_opening(1e-3, &chest([0.2, 0.2, 0.2], 0.1, "white")).is_err());
+        // A white sheet has a back, which absorbs; one with two white sides has not, and closes nothing.
+        let sheet = r#", { "name": "sheet", "type": "rectangle", "origin": [0.5,0.5,0.5], "u": [0.5,0,0], "v": [0,0.5,0], "material": "white" }"#;
+        assert!(with_opening(1e-3, sheet).is_ok());
+        assert!(with_opening(1e-3, &sheet.replace(r#""material""#, r#""two_sided": true, "material""#)).is_err());
+    }
+
+    /// White things about which light is free are none of its rooms.
+    #[test]
+    fn white_things_in_the_open_are_read() {
+        let read = |geometry: &str, height: f64| {
+            let text = format!(
+                r#"{{ "version": 1, "materials": {{ "white": {{ "type": "diffuse", "reflectance": 1 }} }}, "geometry": [ {geometry} ],
+                "luminaires": [ {{ "name": "lamp", "type": "point", "position": [0.1,0,{height}], "luminous_flux_lm": 1000 }} ] }}"#
+            );
+            scene_from_json(&text, None, std::path::Path::new(".")).map(|_| ()).map_err(|error| error.to_string())
+        };
+        let sheet = |z: f64, v: f64| {
+            format!(
+                r#"{{ "name": "sheet {z}", "type": "rectangle", "origin": [-9,{},{z}], "u": [18,0,0], "v": [0,{v},0], "material": "white" }}"#,
+                -0.5 * v
+            )
+        };
+        assert_eq!(read(&sheet(0.0, 18.0), 1.0), Ok(()));
+        assert_eq!(read(&format!("{}, {}", sheet(0.0, 18.0), sheet(1.0, -18.0)), 0.5), Ok(()));
+        assert_eq!(
+            read(r#"{ "name": "ball", "type": "sphere", "center": [0,0,0], "radius": 1, "material": "white" }"#, 2.0),
+            Ok(())
+        );
     }
 
     /// The back of a single sheet absorbs all that falls on it.

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::box_tree::Budget;
+
 /// Triangles that are looked at one by one.
 const LEAF: usize = 16;
 
@@ -85,14 +87,19 @@ impl WindingTree {
         rim
     }
 
-    /// The solid angle in sr, with its sign, that the shell makes at a point off its surface.
-    pub fn solid_angle_sr(&self, point_m: DVec3) -> f64 {
+    /// The solid angle in sr, with its sign, that the shell makes at a point off its surface; each triangle, edge and node that
+    /// is looked at is a step of the budget.
+    pub fn solid_angle_sr(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
         let mut sum_sr = 0.0;
         let mut open = vec![0];
         while let Some(number) = open.pop() {
             let node = &self.nodes[number];
             let outside = point_m.cmplt(node.low_m).any() || point_m.cmpgt(node.high_m).any();
-            if outside && (node.count == 0 || node.rim.len() < node.count) {
+            let by_rim = outside && (node.count == 0 || node.rim.len() < node.count);
+            if !budget.take(1 + if by_rim { node.rim.len() } else { node.count } as u64) {
+                break;
+            }
+            if by_rim {
                 let middle_m = 0.5 * (node.low_m + node.high_m);
                 sum_sr += node.rim.iter().map(|[a, b]| triangle_sr([middle_m, *a, *b], point_m)).sum::<f64>();
             } else if node.count > 0 {
@@ -106,10 +113,19 @@ impl WindingTree {
     }
 
     /// Whether a triangle comes as near to a point as `tolerance_m`, by the distance that is given.
-    pub fn any_near(&self, point_m: DVec3, tolerance_m: f64, distance_m: impl Fn([DVec3; 3]) -> f64) -> bool {
+    pub fn any_near(
+        &self,
+        point_m: DVec3,
+        tolerance_m: f64,
+        budget: &mut Budget,
+        distance_m: impl Fn([DVec3; 3]) -> f64,
+    ) -> bool {
         let mut open = vec![0];
         while let Some(number) = open.pop() {
             let node = &self.nodes[number];
+            if !budget.take(1 + node.count as u64) {
+                break;
+            }
             if point_m.cmplt(node.low_m - tolerance_m).any() || point_m.cmpgt(node.high_m + tolerance_m).any() {
                 continue;
             }
@@ -160,7 +176,7 @@ mod tests {
             let point =
                 DVec3::new(turn.sin(), (1.3 * turn).cos(), (0.37 * turn).sin()) * (0.2 + 0.004 * f64::from(step));
             let whole: f64 = triangles.iter().map(|triangle| triangle_sr(corners(*triangle), point)).sum();
-            let found = tree.solid_angle_sr(point);
+            let found = tree.solid_angle_sr(point, &mut Budget::of_steps(u64::MAX));
             assert!((found - whole).abs() < 1e-10, "{point}: {found} for {whole}");
         }
     }

@@ -58,7 +58,7 @@ pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) 
     let Some(target) = target.filter(|_| job.bound && context.method == Method::Auto) else {
         return Err("without a target");
     };
-    if matches!(context.scene.receivers[set].quantity, Quantity::Luminance | Quantity::Glare) {
+    if matches!(context.scene.receivers[set].quantity, Quantity::Luminance | Quantity::Glare(_)) {
         return Err("for illuminances only");
     }
     if !context.stage.is_diffuse() {

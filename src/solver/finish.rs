@@ -1,7 +1,7 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
 use super::forward::Forward;
-use super::glare::{GlareRating, rate};
+use super::glare::{GlareRating, rate, words_on_outside};
 use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
 use crate::maps::{
@@ -66,10 +66,12 @@ pub(super) fn finish(
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
     warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
     let glare: Vec<GlareRating> = jobs.iter().filter_map(|job| rate(context, job)).collect();
-    for rating in glare.iter().filter(|rating| rating.ugr.is_none()) {
-        let why =
-            if rating.glare_sum.value > 0.0 { "nothing lights the background" } else { "no luminaire is in view" };
-        warnings.push(format!("{}: no glare rating, since {why}", context.scene.receivers[rating.set].name));
+    for rating in &glare {
+        notes.extend(words_on_outside(context, rating));
+        if rating.background_cd_m2.value <= 0.0 {
+            let name = &context.scene.receivers[rating.set].name;
+            warnings.push(format!("{name}: no glare rating, since nothing lights the background"));
+        }
     }
     let bound_met = jobs.iter().filter(|job| job.bound).all(is_met);
     let elements = jobs.iter().find(|job| job.kind == MapKind::Elements).map(|job| job.elements.clone());
@@ -100,6 +102,7 @@ pub(super) fn finish(
             Method::Auto => "auto",
             Method::Collision => "collision",
             Method::Gather => "gather",
+            Method::Cells => "cells",
             Method::Local => "local",
             Method::LocalNaive => "local-naive",
         }
@@ -210,7 +213,7 @@ fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
     };
     let kind = match receivers.quantity {
         Quantity::Luminance => TableKind::Luminance,
-        Quantity::Glare => TableKind::Glare,
+        Quantity::Glare(_) => TableKind::Glare,
         _ => kind,
     };
     let subject =

@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::job::{Context, Job};
-use crate::base::glare::unified_glare_rating;
+use crate::base::glare::{LEAST_RATING, unified_glare_rating};
+use crate::base::position_index::Outside;
 use crate::estimators::direct::Receiver;
-use crate::estimators::glare::sample_glare;
+use crate::estimators::glare::{outside_of_table, sample_glare};
 use crate::maps::{Estimate, MapKind, REPLICAS, standard_error};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Quantity;
@@ -17,18 +18,32 @@ const RAYS: f64 = 1e6;
 /// Passes over the luminaires in a replica.
 const FEWEST_PASSES: u64 = 4;
 const MOST_PASSES: u64 = 512;
+/// Luminaires that a sentence names.
+const MOST_NAMES: usize = 3;
 
 /// The rating of one observer.
 #[derive(Clone, Debug)]
 pub struct GlareRating {
     /// The receiver's place among the scene's receiver sets.
     pub set: usize,
-    /// UGR with its standard error; `None` where no luminaire is in view or nothing lights the background.
+    /// UGR with its standard error; `None` where no luminaire in view has a position index or nothing lights the background.
     pub ugr: Option<Estimate>,
-    /// Background luminance in cd/m²: the indirect illuminance of the eye over π.
+    /// Background luminance in cd/m²: the mean indirect illuminance at the set's points over π.
     pub background_cd_m2: Estimate,
     /// Σ L²ω/p² of the luminaires in view in cd²·sr/m⁴.
     pub glare_sum: Estimate,
+    /// What every luminaire adds to that sum, by its place in the scene; the greatest first, none that adds nothing.
+    pub contributions: Vec<(usize, f64)>,
+    /// Luminaires that shine into the eye and do not count, with the reason.
+    pub outside: Vec<(usize, Outside)>,
+}
+
+impl GlareRating {
+    /// The rating as people read it: below 10 the scale has no values.
+    pub fn is_low(&self) -> bool {
+        let is_lit = self.background_cd_m2.value > 0.0;
+        self.ugr.map_or(is_lit && self.glare_sum.value <= 0.0, |ugr| ugr.value < LEAST_RATING)
+    }
 }
 
 /// Rates a finished job; `None` if it is not about glare.
@@ -39,27 +54,43 @@ pub(super) fn rate(context: &Context, job: &Job) -> Option<GlareRating> {
     let MapKind::Receivers(set) = job.kind else {
         return None;
     };
-    let receivers = &context.scene.receivers[set];
-    let point = receivers.points.first().filter(|_| receivers.quantity == Quantity::Glare)?;
-    let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
-    let eye = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
+    let Quantity::Glare(observer) = context.scene.receivers[set].quantity else {
+        return None;
+    };
+    let luminaires = context.scene.luminaires.len();
+    let origin = context.stage.tracer.side_origin(observer.eye_m, observer.view);
+    let eye = Receiver { point_m: observer.eye_m, normal: observer.view, origin: &origin };
     let mut trial = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 1);
-    let (_, rays) = sample_glare(context.stage, &eye, &mut trial);
+    let rays = sample_glare(context.stage, &eye, &mut trial, &mut vec![0.0; luminaires]);
+    let outside = outside_of_table(context.stage, &eye, &mut trial, luminaires);
     let passes = ((RAYS / (REPLICAS as f64 * rays.max(1) as f64)) as u64).clamp(FEWEST_PASSES, MOST_PASSES);
-    let sums: Vec<f64> = (0..REPLICAS as u32)
+    let by_replica: Vec<Vec<f64>> = (0..REPLICAS as u32)
         .into_par_iter()
         .with_max_len(1)
         .map(|replica| {
             let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Receivers(set).number(), replica);
-            let mut sum = 0.0;
+            let mut sums = vec![0.0; luminaires];
             for pass in 0..passes {
                 stream.seek(pass);
-                sum += sample_glare(context.stage, &eye, &mut stream).0;
+                sample_glare(context.stage, &eye, &mut stream, &mut sums);
             }
-            sum / passes as f64
+            sums.iter().map(|sum| sum / passes as f64).collect()
         })
         .collect();
-    let backgrounds: Vec<f64> = (0..REPLICAS).map(|replica| job.map.illuminance_lx(replica, 0) / PI).collect();
+    let mut contributions: Vec<(usize, f64)> = (0..luminaires)
+        .map(|index| (index, by_replica.iter().map(|sums| sums[index]).sum::<f64>() / REPLICAS as f64))
+        .filter(|(_, sum)| *sum > 0.0)
+        .collect();
+    contributions.sort_by(|one, other| other.1.total_cmp(&one.1));
+    let sums: Vec<f64> = by_replica.iter().map(|sums| sums.iter().sum()).collect();
+    let all_weights: f64 = job.weights.iter().sum();
+    let backgrounds: Vec<f64> = (0..REPLICAS)
+        .map(|replica| {
+            let weighed =
+                job.weights.iter().enumerate().map(|(site, weight)| weight * job.map.illuminance_lx(replica, site));
+            weighed.sum::<f64>() / all_weights / PI
+        })
+        .collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / REPLICAS as f64;
     let without =
         |values: &[f64], replica: usize| (mean(values) * REPLICAS as f64 - values[replica]) / (REPLICAS - 1) as f64;
@@ -74,5 +105,41 @@ pub(super) fn rate(context: &Context, job: &Job) -> Option<GlareRating> {
         // The jackknife's spread is (n − 1) times that of means.
         Estimate { value, standard_error: (REPLICAS - 1) as f64 * standard_error(|replica| leaves[replica]) }
     });
-    Some(GlareRating { set, ugr, background_cd_m2: estimate(&backgrounds), glare_sum: estimate(&sums) })
+    Some(GlareRating {
+        set,
+        ugr,
+        background_cd_m2: estimate(&backgrounds),
+        glare_sum: estimate(&sums),
+        contributions,
+        outside: outside.into_iter().enumerate().filter_map(|(index, reason)| Some((index, reason?))).collect(),
+    })
+}
+
+/// What a run tells about the luminaires that do not count, in a sentence.
+pub(super) fn words_on_outside(context: &Context, rating: &GlareRating) -> Option<String> {
+    let name = |index: usize| context.scene.luminaires[index].name.as_str();
+    let mut reasons: Vec<Outside> = rating.outside.iter().map(|(_, reason)| *reason).collect();
+    reasons.sort();
+    reasons.dedup();
+    let groups: Vec<String> = reasons
+        .iter()
+        .map(|reason| {
+            let members: Vec<&str> =
+                rating.outside.iter().filter(|(_, other)| other == reason).map(|(index, _)| name(*index)).collect();
+            let more = if members.len() > MOST_NAMES { ", …" } else { "" };
+            format!(
+                "{} {} ({}{more})",
+                members.len(),
+                reason.says(),
+                members[..members.len().min(MOST_NAMES)].join(", ")
+            )
+        })
+        .collect();
+    (!groups.is_empty()).then(|| {
+        format!(
+            "{}: luminaires in sight that have no position index in CIE 117 do not count: {}",
+            context.scene.receivers[rating.set].name,
+            groups.join("; ")
+        )
+    })
 }

@@ -1,28 +1,33 @@
 //! One map's work: what a sample is, and how sixteen replicas of it go forward together.
 
+mod cells;
 mod connecting;
 mod elements;
 mod ends;
+mod engine;
 mod expected;
 mod gathering;
 
 use std::ops::Range;
 
+pub use self::cells::{CellGoal, first_samples_of_cells};
 use self::connecting::first_rounds;
 use self::elements::numbers_per_site;
 pub use self::elements::{Refinement, Shows, element_map, element_weights};
 pub use self::ends::Ends;
+pub use self::engine::Engine;
 pub use self::expected::USUAL_DEGREES;
 use self::expected::first_look;
 use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
+use super::cells::{CellAsks, CellSets};
 use super::forward::Forward;
-use super::local::{Kernel, LocalPlan};
+use super::local::LocalPlan;
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::{ErrorHistory, Rows, USUAL_EXPONENT, statistical_checks};
+use crate::control::{CellGrowth, ErrorHistory, Rows, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
 use crate::maps::{
     CrossedVariances, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge,
@@ -78,42 +83,6 @@ impl Context<'_> {
     /// Whether there is no time left.
     pub fn is_over(&self) -> bool {
         (self.time_left)() == TimeLeft::None
-    }
-}
-
-/// What estimates the indirect light of a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Engine {
-    /// Packets of chains are counted on elements.
-    Counting,
-    /// Walks from receivers.
-    Walking,
-    /// Gathering rays that look up what the forward stage left.
-    Gathering,
-    /// Vertices of chains score at all receivers.
-    Connecting(Kernel),
-}
-
-impl Engine {
-    /// The unbiased one of a map.
-    fn unbiased(kind: MapKind, method: Method) -> Engine {
-        match (kind, method) {
-            (MapKind::Elements, _) => Engine::Counting,
-            (MapKind::Receivers(_), Method::Local) => Engine::Connecting(Kernel::Bounded),
-            (MapKind::Receivers(_), Method::LocalNaive) => Engine::Connecting(Kernel::Naive),
-            (MapKind::Receivers(_), _) => Engine::Walking,
-        }
-    }
-
-    /// Name as results tell it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Engine::Counting => "collision",
-            Engine::Walking => "walk",
-            Engine::Gathering => "gather",
-            Engine::Connecting(Kernel::Bounded) => "local",
-            Engine::Connecting(Kernel::Naive) => "local-naive",
-        }
     }
 }
 
@@ -179,6 +148,11 @@ pub struct Job {
     pub planned_samples: u64,
     /// Those that it gave it when gathering began, with the chains that there are.
     first_plan: u64,
+    /// What it has asked cells.
+    pub asks: Option<CellAsks>,
+    /// How far it is to go before the next look, and what it needs to the target by the latest, where it asks cells.
+    pub cell_goal: CellGoal,
+    pub cell_growth: Option<CellGrowth>,
     /// What a count is worth, kept while the map gathers.
     counting_unit: Option<Unit>,
     judged_samples: u64,
@@ -285,6 +259,9 @@ impl Job {
             rows: Rows::default(),
             planned_samples: 0,
             first_plan: 0,
+            asks: None,
+            cell_goal: CellGoal::default(),
+            cell_growth: None,
             judged_samples: 0,
             pace: ErrorHistory::default(),
             direct,
@@ -309,7 +286,7 @@ impl Job {
             Engine::Counting => 1,
             Engine::Walking => self.map.len() as u64,
             // The forward stage's chains serve all maps and are counted once.
-            Engine::Gathering => 0,
+            Engine::Gathering | Engine::Cells => 0,
             Engine::Connecting(_) => self.chains_per_round(),
         };
         if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
@@ -321,6 +298,7 @@ impl Job {
             Engine::Counting => REPLICAS as u64,
             Engine::Walking => (REPLICAS * self.map.len().max(1)) as u64,
             Engine::Gathering => return self.planned_samples,
+            Engine::Cells => return self.cell_goal.rays,
             Engine::Connecting(_) => REPLICAS as u64 * self.chains_per_round(),
         };
         if self.black { 1 } else { chains.div_ceil(per_sample).max(1) }
@@ -332,6 +310,7 @@ impl Job {
             _ if self.black => 1,
             Engine::Counting | Engine::Walking => first_look(self.engine),
             Engine::Gathering => self.planned_samples.div_ceil(2).min(4),
+            Engine::Cells => self.cell_goal.rays,
             Engine::Connecting(_) => first_rounds(self.chains_per_round(), self.share.rays_per_indirect),
         }
     }
@@ -349,6 +328,9 @@ impl Job {
 
     /// Rays that it still takes to a number of samples, by what the pilot counted.
     pub fn rays_to(&self, samples: u64) -> f64 {
+        if let Some(growth) = &self.cell_growth {
+            return growth.rays;
+        }
         let passes = self.passes_at(samples).saturating_sub(self.map.direct_samples.complete);
         let direct = passes as f64 * self.share.rays_per_pass;
         let samples = samples.saturating_sub(self.samples);
@@ -371,6 +353,9 @@ impl Job {
     }
 
     fn passes_at(&self, samples: u64) -> u64 {
+        if self.engine == Engine::Cells {
+            return self.cell_goal.direct;
+        }
         if self.black {
             return samples;
         }
@@ -382,8 +367,14 @@ impl Job {
     /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can
     /// end the run in the middle of it.
     ///
-    /// `forward` is what gathering rays look up; there is none where nothing gathers.
-    pub fn advance(&mut self, context: &Context, forward: Option<&Forward>, goal: u64) -> bool {
+    /// `forward` is what gathering rays look up, `sets` are the cells that rays ask; there are none where nothing does.
+    pub fn advance(
+        &mut self,
+        context: &Context,
+        forward: Option<&Forward>,
+        sets: Option<&mut CellSets>,
+        goal: u64,
+    ) -> bool {
         let passes = self.passes_at(goal);
         let elements = &self.elements;
         if self.map.direct_samples.complete < passes {
@@ -400,8 +391,13 @@ impl Job {
                 }
             };
             self.map.direct_samples = after_sweep(entries, times, self.map.len());
+        } else if self.engine == Engine::Cells {
+            return sets.is_none_or(|sets| self.ask_cells(context, sets));
         } else if !self.black {
             self.advance_indirect(context, forward, goal);
+        }
+        if self.engine == Engine::Cells {
+            return false;
         }
         let indirect = self.gathered().indirect_samples;
         self.samples = if self.black { self.map.direct_samples.complete } else { indirect.complete };
@@ -482,12 +478,16 @@ impl Job {
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
         self.pace.note(self.samples, &self.judgement);
-        if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
+        if self.judgement.unseen && !self.judgement.dark && !matches!(self.engine, Engine::Gathering | Engine::Cells) {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
             self.judgement.halves_error = self.judgement.halves_error.max(bound);
             self.judgement.expected_error = self.judgement.expected_error.max(bound);
             self.judgement.unseen = false;
+        }
+        if self.engine == Engine::Cells {
+            // Cells know more at every look: its samples are not those of the look before and some more.
+            self.history.clear();
         }
         self.history.add(Look {
             samples: self.samples,
@@ -529,7 +529,7 @@ impl Job {
     /// Whether it is dark after so many chains that it no longer holds up a run.
     pub fn stays_dark(&self, target_error: f64) -> bool {
         let looked = match self.engine {
-            Engine::Gathering => self.samples * self.map.len() as u64 * REPLICAS as u64,
+            Engine::Gathering | Engine::Cells => self.samples * self.map.len() as u64 * REPLICAS as u64,
             _ => self.chains(),
         };
         self.judged_samples > 0

@@ -2,6 +2,7 @@
 
 mod adapt;
 mod broad;
+mod cells;
 mod choice;
 mod finish;
 mod forward;

@@ -4,9 +4,10 @@ mod forecast;
 
 use std::time::Instant;
 
+use super::cells::CellSets;
 use super::choice;
 use super::finish::finish;
-use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement, TimeLeft};
+use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement, TimeLeft, first_samples_of_cells};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
@@ -74,8 +75,9 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         .target_error
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
     // No slope shows the spot of a luminaire that nearly touches a surface: elements stay means there.
-    let adapts =
-        settings.elements == ElementChoice::Adaptive && !stage.near_lights.as_ref().is_some_and(NearLights::touch);
+    let adapts = settings.elements == ElementChoice::Adaptive
+        && settings.method != Method::Cells
+        && !stage.near_lights.as_ref().is_some_and(NearLights::touch);
     let adapt_to = adapts.then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
     let (seed, method) = (settings.seed, settings.method);
     let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
@@ -94,6 +96,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         observer,
         jobs: choose_jobs(&context, &settings.maps),
         stages: None,
+        sets: None,
         goes_by_target: false,
         convergence: Vec::new(),
         started_wall_s: observer.wall_s(),
@@ -139,6 +142,8 @@ struct Run<'a> {
     jobs: Vec<Job>,
     /// The forward stage, if anything gathers.
     stages: Option<Stages>,
+    /// The cells that rays ask, if any do.
+    sets: Option<CellSets>,
     /// Whether what gathers is planned for the target: not where a time limit will come first, by all that the pilots tell.
     goes_by_target: bool,
     convergence: Vec<ConvergenceRow>,
@@ -149,6 +154,7 @@ struct Run<'a> {
 impl Run<'_> {
     fn work(&mut self) -> StopReason {
         self.stages = Stages::pilot(self.context, &mut self.jobs, self.settings);
+        self.start_asking();
         let affordable_rays = self.affordable_rays();
         if let Some(stages) = &mut self.stages {
             let target = self.target_error.filter(|target| stages.rays_to(&self.jobs, *target) <= affordable_rays);
@@ -179,6 +185,18 @@ impl Run<'_> {
                 self.slice(index);
             }
             self.observer.progress(&self.progress());
+        }
+    }
+
+    /// Lets the maps that can ask cells, where the user wants it.
+    fn start_asking(&mut self) {
+        if self.settings.method != Method::Cells || !self.context.stage.reflects() {
+            return;
+        }
+        let error = self.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
+        self.sets = Some(CellSets::new(self.context, first_samples_of_cells(error)));
+        for job in self.jobs.iter_mut().filter(|job| job.can_ask_cells(self.context)) {
+            job.start_asking(self.context, error, self.settings.chains);
         }
     }
 
@@ -283,6 +301,18 @@ impl Run<'_> {
         }
     }
 
+    /// What a map that asks cells needs next.
+    fn plan_cells(&mut self, index: usize) {
+        let job = &mut self.jobs[index];
+        if job.engine == Engine::Cells
+            && !job.met
+            && self.settings.chains.is_none()
+            && let Some(sets) = &mut self.sets
+        {
+            job.plan_cells(sets, self.target_error);
+        }
+    }
+
     /// The job to go on with: of those that still have work, the bound one with the fewest rays; an unbound one where
     /// its share allows. With fixed chains all maps are worked alike.
     fn next_job(&self) -> Option<usize> {
@@ -339,11 +369,13 @@ impl Run<'_> {
         let goal = self.goal(&self.jobs[index]);
         let job = &mut self.jobs[index];
         let started = Instant::now();
-        let arrived = job.advance(self.context, self.stages.as_ref().map(|stages| &stages.forward), goal);
+        let arrived =
+            job.advance(self.context, self.stages.as_ref().map(|stages| &stages.forward), self.sets.as_mut(), goal);
         job.seconds += started.elapsed().as_secs_f64();
         if !arrived || goal < job.next_judgement {
             return;
         }
+        job.settle_cells(self.sets.as_mut());
         let samples = job.samples;
         job.judge(self.context);
         let needed =
@@ -357,6 +389,7 @@ impl Run<'_> {
         let bound = job.bound;
         if !self.refine_elements(index) {
             self.extend_forward(index);
+            self.plan_cells(index);
             if let (Some(target), None, Method::Auto) = (self.target_error, self.settings.chains, self.settings.method)
             {
                 choice::reconsider(self.context, &mut self.jobs[index], target);
@@ -388,10 +421,15 @@ impl Run<'_> {
             stages.forward.settle(self.context, most_rays);
         }
         let forward = self.stages.as_ref().map(|stages| &stages.forward);
-        for job in self.jobs.iter_mut().filter(|job| !job.has_started() && !job.map.is_empty()) {
+        let starts = |job: &&mut Job| !job.has_started() || in_haste && !job.knows_its_bias();
+        for job in self.jobs.iter_mut().filter(starts).filter(|job| !job.map.is_empty()) {
             if job.engine == Engine::Gathering && forward.is_none_or(|forward| forward.chains == 0) {
                 // There is nothing to look up.
                 job.stop_gathering();
+            }
+            if in_haste && !job.knows_its_bias() {
+                job.stop_asking(self.context);
+                job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
             }
             match job.kind {
                 // A sample of every element may take far longer than the maps that were bound.
@@ -406,7 +444,7 @@ impl Run<'_> {
                     let chains = (most_rays / job.rays_per_sample()) as u64;
                     job.count_all_by_chains(self.context, chains);
                 }
-                _ => while !job.advance(self.context, forward, 1) {},
+                _ => while !job.advance(self.context, forward, self.sets.as_mut(), 1) {},
             }
         }
     }
@@ -416,6 +454,7 @@ impl Run<'_> {
             if !in_haste {
                 fill_sparse_elements(self.context, job);
             }
+            job.settle_cells(self.sets.as_mut());
             job.judge(self.context);
             if !job.met {
                 job.passes_checks(self.target_error);

@@ -12,9 +12,7 @@ use super::forward::{FEWEST_SAMPLES, Forward};
 use super::gathering::Gatherer;
 use super::job::{Context, Job};
 use super::sweep::stream_index;
-use crate::estimators::direct::Receiver;
-use crate::estimators::walk::{Memory, Recall, gather_indirect_lx};
-use crate::geometry::SurfaceHit;
+use crate::estimators::walk::{Memory, Met, Recall, gather_indirect_lx};
 use crate::maps::REPLICAS;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -78,7 +76,8 @@ struct Asking<'a> {
 }
 
 impl Memory for Asking<'_> {
-    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+    fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        let hit = met.hit;
         match self.forward.asked(hit) {
             Some((patch, is_joined)) => {
                 self.patches.push(patch);

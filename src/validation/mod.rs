@@ -18,6 +18,7 @@ mod measure;
 mod methods;
 mod outcome;
 mod plots;
+pub mod proving_ground;
 mod radiosity;
 mod reference;
 mod report;

@@ -169,6 +169,15 @@ enum QuantityName {
     SemiCylindrical,
 }
 
+/// Where the background luminance of a glare rating is taken.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[expect(dead_code, reason = "only its shape is used")]
+enum BackgroundName {
+    Observer,
+    Tabular,
+}
+
 /// Directions of view turned evenly about an axis, counter-clockwise seen from its tip.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
@@ -285,6 +294,9 @@ enum ReceiverKind {
         position: Vector,
         /// Line of sight.
         view_direction: Vector,
+        /// Where the background luminance is taken: at the eye ("observer", default), or on the walls between eye and
+        /// luminaires in the mean ("tabular", as UGR tables have it).
+        background: Option<BackgroundName>,
     },
 }
 

@@ -2,8 +2,8 @@
 
 use super::layer::{Light, mean_of};
 use super::{Context, Forward};
-use crate::estimators::direct::{Care, Receiver, one_look};
-use crate::estimators::walk::{Memory, Recall, gather_indirect_lx};
+use crate::estimators::direct::{Care, one_look};
+use crate::estimators::walk::{Memory, Met, Recall, gather_indirect_lx};
 use crate::geometry::SurfaceHit;
 use crate::maps::{HalfChecks, HalfScores};
 use crate::sampling::emitter_tree::Cut;
@@ -18,7 +18,8 @@ pub struct Deposits<'a> {
 
 impl Memory for Deposits<'_> {
     #[inline]
-    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+    fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        let hit = met.hit;
         let Some(place) = self.forward.fine.place(hit) else {
             return (Recall::Nothing, 0);
         };
@@ -98,14 +99,8 @@ impl<'a> Recollection<'a> {
 
 impl Memory for Recollection<'_> {
     #[inline]
-    fn recall(
-        &mut self,
-        hit: &SurfaceHit,
-        vertex: &Receiver,
-        reflectance: f64,
-        cut: &mut Cut,
-        stream: &mut Stream,
-    ) -> (Recall, u64) {
+    fn recall(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (Recall, u64) {
+        let Met { hit, receiver: vertex, reflectance, .. } = met;
         let forward = self.forward;
         let Some(place) = forward.fine.place(hit) else {
             return (Recall::Nothing, 0);
@@ -160,7 +155,8 @@ struct Guide<'a> {
 
 impl Memory for Guide<'_> {
     #[inline]
-    fn recall(&mut self, hit: &SurfaceHit, _: &Receiver, _: f64, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+    fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        let hit = met.hit;
         let fine = &self.forward.fine;
         let known_lx = fine.place(hit).map(|place| fine.at(Light::Indirect, self.parity, &place));
         (known_lx.map_or(Recall::Nothing, |lx| Recall::Guide(mean_of(&lx))), 0)

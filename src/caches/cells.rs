@@ -1,0 +1,249 @@
+//! Cells: places that share one value of illuminance for rays that ask from far enough away.
+//!
+//! A cell is a cube of a grid aligned to the world whose edge is a power of two in metres, together with one of some
+//! directions of surface normals and the octant from which it is looked at. The edge follows from the length of the ray that
+//! asks: a cell fills about the same solid angle for everyone who asks it. Nothing is meshed beforehand; twelve triangles and
+//! ten million are the same to it. The octant keeps the two sides of a thin wall apart.
+
+use glam::DVec3;
+
+/// Parts of either axis of the octahedral map of normals; odd, so that normals along an axis lie within a part.
+const NORMAL_PARTS: f64 = 7.0;
+/// The finest edge over the scene's longest way: 2 to this power.
+const FINEST: i32 = -13;
+/// Levels that a look-up goes up where a place has no cell of its own.
+const LEVELS_UP: i32 = 4;
+/// A free slot of the table.
+const FREE: u32 = u32::MAX;
+
+/// A place that a ray asks about.
+#[derive(Clone, Copy, Debug)]
+pub struct Lookup {
+    /// Place in m.
+    pub point_m: DVec3,
+    /// Unit normal of the lit side.
+    pub normal: DVec3,
+    /// Unit direction of the ray that asks.
+    pub direction: DVec3,
+    /// Length of the ray in m.
+    pub distance_m: f64,
+    /// Edge of the cell over that length, at most.
+    pub edge_share: f64,
+}
+
+/// Where a cell lies: enough to tell it from all others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct CellKey {
+    /// Numbers of its cube along the axes.
+    cube: [i32; 3],
+    /// Level of its edge, part of its normal and octant of the rays that ask.
+    kind: u32,
+}
+
+impl CellKey {
+    fn hash(&self) -> u64 {
+        let mut bits = u64::from(self.kind);
+        for number in self.cube {
+            bits = (bits ^ u64::from(number as u32)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+            bits ^= bits >> 29;
+        }
+        bits = bits.wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits ^ (bits >> 32)
+    }
+
+    /// The cell of twice the edge that holds this one.
+    fn parent(&self) -> CellKey {
+        CellKey { cube: self.cube.map(|number| number >> 1), kind: self.kind + (1 << LEVEL_BIT) }
+    }
+}
+
+/// Bit of a key's kind from which on the level is counted.
+const LEVEL_BIT: u32 = 12;
+
+/// The cells that were asked, in the order in which they were asked first.
+#[derive(Clone, Debug)]
+pub struct CellGrid {
+    /// Corner from which cubes are counted, in m.
+    origin_m: DVec3,
+    /// Power of two of the finest edge in m.
+    finest: i32,
+    /// Power of two of the coarsest edge over the finest.
+    coarsest: i32,
+    keys: Vec<CellKey>,
+    /// Open addressing; its length is a power of two.
+    table: Vec<u32>,
+}
+
+impl CellGrid {
+    /// No cells yet in a scene between these corners, in m, of a grid shifted by such shares of the scene's longest way.
+    ///
+    /// With a shift of its own for every replica, places of cells are chance, and what they have wrong is seen in the replicas' spread.
+    pub fn new([least_m, most_m]: [DVec3; 2], shift: [f64; 3]) -> CellGrid {
+        let longest_m = (most_m - least_m).length().max(f64::MIN_POSITIVE);
+        let finest = longest_m.log2().ceil() as i32 + FINEST;
+        CellGrid {
+            origin_m: least_m - longest_m * (0.01 + 0.5 * DVec3::from(shift)),
+            finest,
+            coarsest: -FINEST,
+            keys: Vec::new(),
+            table: vec![FREE; 1 << 10],
+        }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Whether nobody has asked yet.
+    pub fn is_empty(&self) -> bool {
+        self.keys.is_empty()
+    }
+
+    /// Bytes that the cells take.
+    pub fn bytes(&self) -> usize {
+        self.keys.capacity() * size_of::<CellKey>() + self.table.capacity() * size_of::<u32>()
+    }
+
+    /// The cell of a place; a new one if it is asked for the first time.
+    #[inline]
+    pub fn ask(&mut self, lookup: &Lookup) -> u32 {
+        let key = self.key(lookup);
+        self.insert(key)
+    }
+
+    /// The cell of a place, or the next larger one that exists; `None` where there is none within some levels.
+    #[inline]
+    pub fn find(&self, lookup: &Lookup) -> Option<u32> {
+        let mut key = self.key(lookup);
+        for _ in 0..=LEVELS_UP {
+            let found = self.table[self.slot(&key)];
+            if found != FREE {
+                return Some(found);
+            }
+            key = key.parent();
+        }
+        None
+    }
+
+    /// The cell above one, of twice its edge; a new one if need be. `None` at the top.
+    pub fn parent(&mut self, cell: u32) -> Option<u32> {
+        let key = self.keys[cell as usize];
+        if (key.kind >> LEVEL_BIT) as i32 >= self.coarsest { None } else { Some(self.insert(key.parent())) }
+    }
+
+    /// How many times its edge is doubled from the finest.
+    pub fn level(&self, cell: u32) -> u32 {
+        self.keys[cell as usize].kind >> LEVEL_BIT
+    }
+
+    #[inline]
+    fn key(&self, lookup: &Lookup) -> CellKey {
+        let edge_m = lookup.edge_share * lookup.distance_m;
+        // The exponent of a float is the power of two below it.
+        let power = ((edge_m.to_bits() >> 52) & 0x7FF) as i32 - 1023;
+        let level = (power - self.finest).clamp(0, self.coarsest);
+        let per_m = f64::from_bits(((1023 - self.finest - level) as u64) << 52);
+        let cube = (lookup.point_m - self.origin_m) * per_m;
+        let octant = u32::from(lookup.direction.x > 0.0)
+            | u32::from(lookup.direction.y > 0.0) << 1
+            | u32::from(lookup.direction.z > 0.0) << 2;
+        let kind = (level as u32) << LEVEL_BIT | part_of_normal(lookup.normal) << 3 | octant;
+        CellKey { cube: [cube.x as i32, cube.y as i32, cube.z as i32], kind }
+    }
+
+    fn insert(&mut self, key: CellKey) -> u32 {
+        let slot = self.slot(&key);
+        if self.table[slot] != FREE {
+            return self.table[slot];
+        }
+        let cell = self.keys.len() as u32;
+        self.keys.push(key);
+        self.table[slot] = cell;
+        if 2 * self.keys.len() > self.table.len() {
+            self.grow();
+        }
+        cell
+    }
+
+    /// The slot that holds a key, or the free one where it belongs.
+    #[inline]
+    fn slot(&self, key: &CellKey) -> usize {
+        let mask = self.table.len() - 1;
+        let mut slot = key.hash() as usize & mask;
+        while self.table[slot] != FREE && self.keys[self.table[slot] as usize] != *key {
+            slot = (slot + 1) & mask;
+        }
+        slot
+    }
+
+    fn grow(&mut self) {
+        self.table = vec![FREE; 2 * self.table.len()];
+        for cell in 0..self.keys.len() {
+            let slot = self.slot(&self.keys[cell]);
+            self.table[slot] = cell as u32;
+        }
+    }
+}
+
+/// Part of the octahedral map in which a unit normal lies.
+#[inline]
+fn part_of_normal(normal: DVec3) -> u32 {
+    let scale = 1.0 / (normal.x.abs() + normal.y.abs() + normal.z.abs());
+    let (mut u, mut v) = (normal.x * scale, normal.y * scale);
+    if normal.z < 0.0 {
+        (u, v) = ((1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v));
+    }
+    let part = |share: f64| ((0.5 + 0.499_999 * share) * NORMAL_PARTS) as u32;
+    part(u) | part(v) << 4
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lookup(point_m: DVec3, normal: DVec3, distance_m: f64) -> Lookup {
+        Lookup { point_m, normal, direction: -normal, distance_m, edge_share: 0.25 }
+    }
+
+    #[test]
+    fn cells_grow_with_the_length_of_the_ray_and_hold_their_children() {
+        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4]);
+        let near = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 0.5));
+        let far = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 4.0));
+        assert_eq!(grid.level(far), grid.level(near) + 3);
+        let above = (0..3).fold(near, |cell, _| grid.parent(cell).expect("not at the top"));
+        assert_eq!(above, far);
+    }
+
+    #[test]
+    fn sides_of_a_thin_wall_have_cells_of_their_own() {
+        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4]);
+        let [one, other] = [1e-6, -1e-6].map(|x| {
+            let (point_m, normal) = (DVec3::new(2.0 + x, 1.0, 0.0), DVec3::Z);
+            let direction = DVec3::new(-x.signum(), 0.1, -1.0).normalize();
+            grid.ask(&Lookup { point_m, normal, direction, distance_m: 2.0, edge_share: 0.25 })
+        });
+        assert_ne!(one, other);
+    }
+
+    #[test]
+    fn a_place_without_a_cell_is_told_by_a_larger_one() {
+        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4]);
+        let asked = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 2.1));
+        let finer = lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 0.6);
+        assert_eq!(grid.find(&finer), Some(asked));
+        assert_eq!(grid.find(&lookup(DVec3::new(1.0, 2.0, 0.0), -DVec3::Z, 0.6)), None);
+        assert_eq!(grid.len(), 1, "looking makes no cells");
+    }
+
+    #[test]
+    fn all_cells_are_found_again_as_the_table_grows() {
+        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4]);
+        let place =
+            |index: usize| lookup(DVec3::new((index % 60) as f64, (index / 60) as f64, 0.0) / 15.0, DVec3::Z, 0.1);
+        let asked: Vec<u32> = (0..3600).map(|index| grid.ask(&place(index))).collect();
+        assert!(grid.len() > 3000);
+        assert!((0..3600).all(|index| grid.find(&place(index)) == Some(asked[index])));
+    }
+}

@@ -1,0 +1,192 @@
+//! Gathering through cells: rays that ask cells, the samples that cells take, and walks that measure what cells have wrong.
+//!
+//! E_indirect = mean_k ρ_k H(y_k): ray k meets place y_k, whose illuminance H a cell tells. The first asks of a cell are its
+//! samples, taken at the very places that the rays met. All that a ray or a walk found is kept as numbers of cells with their
+//! factors, so that it can be summed up once the light of the cells is solved for.
+
+use glam::DVec3;
+
+use crate::caches::{CellLight, CellRef, CellSample, Lookup};
+use crate::chain::{Spot, Stage};
+use crate::estimators::direct::{Care, Receiver, one_look};
+use crate::estimators::walk::{Memory, Met, Recall, gather_indirect_lx};
+use crate::geometry::Origin;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::Stream;
+
+/// Edge of a cell over the length of the ray that asks: of entries' rays, and of rays that cells' own samples send.
+const EDGE_SHARE: f64 = 0.25;
+const EDGE_SHARE_OF_SAMPLES: f64 = 0.5;
+
+/// A factor by which the light of a cell counts.
+#[derive(Clone, Copy, Debug)]
+pub struct Term {
+    /// What is asked.
+    pub asked: CellRef,
+    /// The factor.
+    pub factor: f32,
+}
+
+impl Term {
+    /// Nothing was asked.
+    pub const NONE: Term = Term { asked: CellRef::NONE, factor: 0.0 };
+}
+
+/// A diffuse place that a ray met.
+#[derive(Clone, Copy)]
+struct Place {
+    spot: Spot,
+    point_m: DVec3,
+    normal: DVec3,
+    origin: Origin,
+}
+
+impl Place {
+    fn receiver(&self) -> Receiver<'_> {
+        Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
+    }
+}
+
+/// Notes where a ray met the first diffuse surface, and how it asks the cell there.
+struct Asking {
+    edge_share: f64,
+    found: Option<Asked>,
+}
+
+/// A place that a ray asks about.
+#[derive(Clone, Copy)]
+struct Asked {
+    place: Place,
+    lookup: Lookup,
+    reflectance: f64,
+    /// Whether the ray has looked for luminaires itself, and asks for indirect light alone.
+    indirect_alone: bool,
+}
+
+impl Memory for Asking {
+    #[inline]
+    fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
+        let Receiver { point_m, normal, origin } = met.receiver;
+        let indirect_alone = met.looked_back;
+        let distance_m = met.hit.distance_m;
+        self.found = Some(Asked {
+            place: Place { spot: (met.hit.triangle, met.hit.side), point_m, normal, origin: *origin },
+            lookup: Lookup { point_m, normal, direction: met.direction, distance_m, edge_share: self.edge_share },
+            reflectance: met.reflectance,
+            indirect_alone,
+        });
+        (if indirect_alone { Recall::End(0.0) } else { Recall::Whole(0.0) }, 0)
+    }
+}
+
+/// Cells of a replica while they learn.
+pub struct CellSampler<'a> {
+    /// The scene.
+    pub stage: &'a Stage,
+    /// The cells.
+    pub cells: &'a mut CellLight,
+    /// Samples that a cell takes at most.
+    pub most_samples: u16,
+    /// Stream of the samples.
+    pub stream: Stream,
+    /// Rays of the samples.
+    pub rays: u64,
+}
+
+impl CellSampler<'_> {
+    /// Sends a ray from a receiver with the asker's stream; returns what it found beside the cell's light in lx, the term of the
+    /// cell and the rays. The cell takes a sample if it wants more.
+    pub fn gather(&mut self, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Term, u64) {
+        let mut asking = Asking { edge_share: EDGE_SHARE, found: None };
+        let (plain_lx, rays) = gather_indirect_lx(self.stage, receiver, &mut asking, cut, stream);
+        let Some(asked) = asking.found else {
+            return (plain_lx, Term::NONE, rays);
+        };
+        let cell = self.cells.grid.ask(&asked.lookup);
+        if self.cells.count(cell) < self.most_samples {
+            self.sample(cell, asked.place, cut);
+        }
+        let term = Term { asked: CellRef::new(cell, asked.indirect_alone), factor: asked.reflectance as f32 };
+        (plain_lx, term, rays)
+    }
+
+    /// Takes a sample of a cell at a place in it, and goes on to the cells that this asks, as long as they want samples.
+    fn sample(&mut self, mut cell: u32, mut place: Place, cut: &mut Cut) {
+        loop {
+            let number = self.cells.book(cell);
+            let index = self.cells.sample_count() as u64;
+            self.stream.seek_quasi(index, u64::from(cell), u64::from(number));
+            let receiver = place.receiver();
+            let sight = one_look(self.stage, place.spot, &receiver, Care::Glance, cut, &mut self.stream);
+            let direct_lx = sight.as_ref().map_or(0.0, |sight| sight.direct_lx());
+            let mut asking = Asking { edge_share: EDGE_SHARE_OF_SAMPLES, found: None };
+            let (plain_lx, rays) = gather_indirect_lx(self.stage, &receiver, &mut asking, cut, &mut self.stream);
+            self.rays += rays + u64::from(sight.is_some());
+            let (direct_lx, plain_lx) = (direct_lx as f32, plain_lx as f32);
+            let Some(asked) = asking.found else {
+                let next = CellRef::NONE;
+                self.cells.add(CellSample { cell, direct_lx, plain_lx, reflectance: 0.0, next });
+                return;
+            };
+            let next_cell = self.cells.grid.ask(&asked.lookup);
+            let (next, reflectance) = (CellRef::new(next_cell, asked.indirect_alone), asked.reflectance as f32);
+            self.cells.add(CellSample { cell, direct_lx, plain_lx, reflectance, next });
+            // A cell without any sample needs one; further ones are worth the less, the less light goes on.
+            let count = self.cells.count(next_cell);
+            let goes_on = count == 0 || (count < self.most_samples && self.stream.happens(asked.reflectance));
+            if !goes_on {
+                return;
+            }
+            (cell, place) = (next_cell, asked.place);
+        }
+    }
+}
+
+/// A walk that measures how far the cells are off: the mean over walks of `plain_lx` and of the sum over all terms is the exact
+/// indirect illuminance less what cells tell of it, in lx.
+///
+/// Each place y of the walk, in cell c, scores δ = D + P + ρ H_z − H_c by a light sample and a ray to the next place z, and the walk
+/// goes on there with probability ρ. Returns `plain_lx` and the rays; terms are shown one by one.
+pub fn residual_walk(
+    stage: &Stage,
+    cells: &CellLight,
+    receiver: &Receiver,
+    weight: f64,
+    cut: &mut Cut,
+    stream: &mut Stream,
+    mut add: impl FnMut(Term),
+) -> (f64, u64) {
+    let mut asking = Asking { edge_share: EDGE_SHARE, found: None };
+    let (_, mut rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
+    let mut plain_lx = 0.0;
+    let Some(mut here) = asking.found else {
+        return (0.0, rays);
+    };
+    let weight = weight * here.reflectance;
+    loop {
+        let told = |asked: &Asked| {
+            let cell = cells.grid.find(&asked.lookup);
+            cell.map_or(CellRef::NONE, |cell| CellRef::new(cell, asked.indirect_alone))
+        };
+        add(Term { asked: told(&here), factor: -weight as f32 });
+        let receiver = here.place.receiver();
+        if !here.indirect_alone
+            && let Some(sight) = one_look(stage, here.place.spot, &receiver, Care::Glance, cut, stream)
+        {
+            plain_lx += weight * sight.direct_lx();
+            rays += 1;
+        }
+        let mut asking = Asking { edge_share: EDGE_SHARE_OF_SAMPLES, found: None };
+        let (beside_lx, more_rays) = gather_indirect_lx(stage, &receiver, &mut asking, cut, stream);
+        plain_lx += weight * beside_lx;
+        rays += more_rays;
+        let Some(next) = asking.found else {
+            return (plain_lx, rays);
+        };
+        add(Term { asked: told(&next), factor: (weight * next.reflectance) as f32 });
+        if !stream.happens(next.reflectance) {
+            return (plain_lx, rays);
+        }
+        here = next;
+    }
+}

@@ -1,0 +1,184 @@
+//! Meshes made to be hard: what the checks do on them is counted, in looks at boxes and triangles.
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::insides::Solids;
+use super::overlaps::{overlaps, overlaps_budget};
+use super::{Inspection, Scene, closed_shells_of_geometries, inspect, scene_from_json, shells};
+
+/// Looks that every search may take on whatever mesh, and what each triangle, solid or point may add.
+const MOST_STEPS: u64 = 250_000_000;
+const MOST_STEPS_EACH: u64 = 400;
+
+/// A scene of one mesh with a lamp above it.
+fn scene_of(obj: &str) -> Scene {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("mesh.obj"), obj).expect("written");
+    let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+        "geometry": [ { "name": "mesh", "type": "mesh", "file": "mesh.obj", "material": "m" } ],
+        "luminaires": [ { "name": "a", "type": "point", "position": [0,0,9], "intensity_cd": 1 } ] }"#;
+    scene_from_json(text, None, folder.path()).expect("a valid scene")
+}
+
+/// Triangles about one vertex, in one plane or on a wavy cone.
+fn fan(count: u32, height: f64) -> String {
+    let mut obj = String::from("v 0 0 0\n");
+    for number in 0..count {
+        let angle = TAU * f64::from(number) / f64::from(count);
+        writeln!(obj, "v {} {} {}", angle.cos(), angle.sin(), height * (20.0 * angle).sin()).expect("written");
+    }
+    for number in 0..count {
+        writeln!(obj, "f 1 {} {}", number + 2, (number + 1) % count + 2).expect("written");
+    }
+    obj
+}
+
+/// One triangle many times over, with vertices of its own each time or not.
+fn copies(count: u32, own_vertices: bool) -> String {
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    if !own_vertices {
+        return corners.to_owned() + &"f 1 2 3\n".repeat(count as usize);
+    }
+    format!("{corners}f -3 -2 -1\n").repeat(count as usize)
+}
+
+/// Tetrahedra about each other.
+fn shells_about_each_other(count: u32) -> String {
+    (0..count)
+        .map(|number| {
+            let r = 1.0 + 1e-4 * f64::from(number);
+            format!(
+                "v {r} {r} {r}\nv {r} -{r} -{r}\nv -{r} {r} -{r}\nv -{r} -{r} {r}\nf -4 -3 -2\nf -4 -1 -3\nf -4 -2 -1\nf -3 -1 -2\n"
+            )
+        })
+        .collect()
+}
+
+/// Rectangles that lie on each other, each a little further.
+fn layers(count: u32) -> String {
+    (0..count)
+        .map(|number| {
+            let (from, to) = (1e-4 * f64::from(number), 1.0 + 1e-4 * f64::from(number));
+            format!("v {from} 0 0\nv {to} 0 0\nv {to} 1 0\nv {from} 1 0\nf -4 -3 -2 -1\n")
+        })
+        .collect()
+}
+
+fn assert_bounded(found: &Inspection, triangles: usize) {
+    let most = MOST_STEPS + MOST_STEPS_EACH * triangles as u64;
+    assert!(found.mesh.steps <= most, "{} steps for {triangles} triangles", found.mesh.steps);
+    for faults in [&found.mesh.overlapping_triangles, &found.mesh.duplicate_triangles, &found.mesh.t_junctions] {
+        assert!(faults.places_m.len() <= 8 && faults.surfaces.len() <= 8);
+    }
+    assert!(found.mesh.holes.len() <= 1000);
+}
+
+#[test]
+fn a_fan_about_one_vertex_takes_few_looks_a_triangle_or_is_given_up() {
+    // Out of one plane every look ends; in one plane the boxes of most slivers overlap, and it is told that not all were seen.
+    let found = inspect(&scene_of(&fan(100_000, 0.3)));
+    assert!(found.mesh.overlaps_looked_for && found.mesh.t_junctions_looked_for);
+    assert!(found.mesh.steps < 1000 * 100_000, "{} steps", found.mesh.steps);
+    let scene = scene_of(&fan(100_000, 0.0));
+    let found = inspect(&scene);
+    assert!(!found.mesh.overlaps_looked_for && found.mesh.overlapping_triangles.count == 0);
+    assert!(scene.warnings.iter().any(|warning| warning.contains("too many triangles in one plane")));
+    assert_bounded(&found, 100_000);
+}
+
+#[test]
+fn copies_of_a_triangle_are_counted_without_a_look_at_their_pairs() {
+    for own_vertices in [true, false] {
+        let found = inspect(&scene_of(&copies(20_000, own_vertices)));
+        assert_eq!(found.mesh.duplicate_triangles.count, 19_999);
+        assert!(found.mesh.overlaps_looked_for);
+        assert!(found.mesh.steps < 1000, "{} steps", found.mesh.steps);
+    }
+}
+
+#[test]
+fn layers_in_one_plane_are_counted_as_far_as_it_is_looked() {
+    let scene = scene_of(&layers(5000));
+    let found = inspect(&scene);
+    assert!(!found.mesh.overlaps_looked_for && found.mesh.overlapping_triangles.count > 10_000);
+    assert!(scene.warnings.iter().any(|warning| warning.contains("at least") && warning.contains("cover each other")));
+    assert_bounded(&found, 10_000);
+    // Few layers are counted out: of the four pairs of two layers' triangles, one is parted by the diagonals.
+    let found = inspect(&scene_of(&layers(50)));
+    assert!(found.mesh.overlaps_looked_for);
+    assert_eq!(found.mesh.overlapping_triangles.count, 3 * 50 * 49 / 2);
+}
+
+#[test]
+fn shells_about_each_other_are_looked_at_as_far_as_a_budget_goes() {
+    let scene = scene_of(&shells_about_each_other(20_000));
+    assert!(
+        scene.warnings.iter().any(|warning| warning.contains("at least") && warning.contains("stand in one another"))
+    );
+    let shells = closed_shells_of_geometries(&scene);
+    assert_eq!(shells.len(), 20_000);
+    let size_m = shells::size_m(&scene);
+    let mut budget = overlaps_budget(shells.len());
+    let found = overlaps(&scene, &shells, size_m, &mut budget);
+    assert!(!found.all_looked_at && found.count > 1000);
+    assert!(budget.taken() <= MOST_STEPS + MOST_STEPS_EACH * 20_000, "{} steps", budget.taken());
+
+    // A point in all of them is told by the smallest; points in all boxes and in no shell take longer, and not for ever.
+    let solids = Solids::of(&shells, size_m);
+    let (inside, steps) = solids.holding(&[DVec3::ZERO]);
+    assert!(inside == [true] && steps < 50_000, "{inside:?}, {steps} steps");
+    let beside: Vec<DVec3> = (0..4000).map(|number| DVec3::splat(-1.0 - 1e-4 * f64::from(number))).collect();
+    let (inside, steps) = solids.holding(&beside);
+    assert!(inside.len() < beside.len() && !inside.contains(&true), "{} of {}", inside.len(), beside.len());
+    assert!(steps <= MOST_STEPS + MOST_STEPS_EACH * 4000, "{steps} steps");
+}
+
+#[test]
+fn a_mesh_that_twice_as_many_triangles_make_takes_hardly_more_than_twice_the_looks() {
+    // Rectangles apart from each other: a wall of tiles, of which every edge is open.
+    let tiles = |across: u32| -> String {
+        let tile = |number: u32| {
+            let (x, y) = (1.5 * f64::from(number % across), 1.5 * f64::from(number / across));
+            format!(
+                "v {x} {y} 0\nv {} {y} 0\nv {} {} 0\nv {x} {} 0\nf -4 -3 -2 -1\n",
+                x + 1.0,
+                x + 1.0,
+                y + 1.0,
+                y + 1.0
+            )
+        };
+        (0..across * across).map(tile).collect()
+    };
+    let steps = [60, 120].map(|across| inspect(&scene_of(&tiles(across))).mesh.steps as f64);
+    assert!(steps[1] < 5.5 * steps[0], "{steps:?} for four times as many tiles");
+}
+
+#[test]
+fn geometry_finds_its_names_at_once_however_many_there_are() {
+    // A name that is given twice or leads nowhere is told as before; of two thousand surfaces each lamp finds its own.
+    let rectangle = |number: u32| {
+        format!(
+            r#"{{ "name": "r{number}", "type": "rectangle", "origin": [{number},0,0], "u": [0.5,0,0], "v": [0,1,0], "material": "m{}" }}"#,
+            number % 100
+        )
+    };
+    let lamp = |number: u32| {
+        format!(r#"{{ "name": "l{number}", "type": "area", "surface": "r{number}", "exitance_lm_m2": 1 }}"#)
+    };
+    let material = |number: u32| format!(r#""m{number}": {{ "type": "diffuse", "reflectance": 0.5 }}"#);
+    let list = |count: u32, one: &dyn Fn(u32) -> String| (0..count).map(one).collect::<Vec<String>>().join(",");
+    let text = format!(
+        r#"{{ "version": 1, "materials": {{ {} }}, "geometry": [ {} ], "luminaires": [ {} ] }}"#,
+        list(100, &material),
+        list(2000, &rectangle),
+        list(2000, &lamp)
+    );
+    let scene = scene_from_json(&text, None, Path::new(".")).expect("a valid scene");
+    let found = inspect(&scene);
+    assert!((0..2000).all(|number| found.luminaires[number].surfaces == [format!("r{number}")]));
+    assert!((0..2000).all(|number| found.surfaces[number].material == format!("m{}", number % 100)));
+}

@@ -1,0 +1,44 @@
+//! What estimates the indirect light of a map.
+
+use crate::maps::MapKind;
+use crate::solver::Method;
+use crate::solver::local::Kernel;
+
+/// What estimates the indirect light of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// Packets of chains are counted on elements.
+    Counting,
+    /// Walks from receivers.
+    Walking,
+    /// Gathering rays that look up what the forward stage left.
+    Gathering,
+    /// Gathering rays that ask cells, and walks that measure what these have wrong.
+    Cells,
+    /// Vertices of chains score at all receivers.
+    Connecting(Kernel),
+}
+
+impl Engine {
+    /// The unbiased one of a map.
+    pub(super) fn unbiased(kind: MapKind, method: Method) -> Engine {
+        match (kind, method) {
+            (MapKind::Elements, _) => Engine::Counting,
+            (MapKind::Receivers(_), Method::Local) => Engine::Connecting(Kernel::Bounded),
+            (MapKind::Receivers(_), Method::LocalNaive) => Engine::Connecting(Kernel::Naive),
+            (MapKind::Receivers(_), _) => Engine::Walking,
+        }
+    }
+
+    /// Name as results tell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Engine::Counting => "collision",
+            Engine::Walking => "walk",
+            Engine::Gathering => "gather",
+            Engine::Cells => "cells",
+            Engine::Connecting(Kernel::Bounded) => "local",
+            Engine::Connecting(Kernel::Naive) => "local-naive",
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Runs every room at every target with many seeds.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::cpu::{ThreadClock, on_one_thread};
+use super::judgement::{Entry, Judgement, judge};
+use super::patient::Patient;
+use super::reference::{Cost, Reference, ReferenceSettings};
+use super::rival::{Rival, RivalRun, run_rival};
+use super::rooms::{Kind, Room};
+use super::scene_of;
+use crate::maps::{MapKind, MapResult};
+use crate::scene::Scene;
+use crate::solver::{MapSelection, Method, Settings, Solution, solve};
+use crate::validation::error::CaseError;
+
+/// What is to be proved.
+#[derive(Clone)]
+pub struct ProofSettings {
+    /// Kinds of rooms.
+    pub kinds: Vec<&'static Kind>,
+    /// Rooms of each kind, with seeds from 0.
+    pub rooms: u64,
+    /// Runs of each room and target, with seeds from 0.
+    pub seeds: u64,
+    /// Targets, as fractions.
+    pub targets: Vec<f64>,
+    /// How exact references are.
+    pub reference: ReferenceSettings,
+    /// Where they are kept.
+    pub references: PathBuf,
+    /// The rival, if there is one.
+    pub rival: Option<Rival>,
+    /// Processor seconds after which a run is given up.
+    pub patience_s: f64,
+    /// Rooms at a time, each on one thread.
+    pub threads: usize,
+}
+
+/// Everything that came out.
+#[derive(Clone, Debug, Default)]
+pub struct Proof {
+    /// Rooms by kind, then by seed.
+    pub rooms: Vec<RoomProof>,
+}
+
+/// What came out of a room.
+#[derive(Clone, Debug)]
+pub struct RoomProof {
+    /// Name of the kind.
+    pub kind: &'static str,
+    /// Seed of the room.
+    pub seed: u64,
+    /// Size of the scene.
+    pub triangles: usize,
+    /// Number of its luminaires.
+    pub luminaires: usize,
+    /// What the reference took.
+    pub reference: Cost,
+    /// What walks take to each target.
+    pub walks: Vec<Cost>,
+    /// What the rival takes to each target; else why it does not run here.
+    pub rival: Result<Vec<Cost>, String>,
+    /// Runs, target by target.
+    pub runs: Vec<RunProof>,
+}
+
+/// A run of `auto`.
+#[derive(Clone, Debug)]
+pub struct RunProof {
+    /// Target as a fraction.
+    pub target_error: f64,
+    /// Seed of the run.
+    pub seed: u64,
+    /// What it took.
+    pub cost: Cost,
+    /// Why it ended.
+    pub stop_reason: &'static str,
+    /// One entry a receiver set that has light.
+    pub maps: Vec<MapProof>,
+}
+
+/// A map of a run.
+#[derive(Clone, Debug)]
+pub struct MapProof {
+    /// Name of the receiver set.
+    pub name: String,
+    /// Estimator that gave it.
+    pub estimator: String,
+    /// Whether it said "target met".
+    pub said_met: bool,
+    /// Stated error.
+    pub stated_error: f64,
+    /// What it is beside the reference.
+    pub judgement: Judgement,
+}
+
+impl RoomProof {
+    /// Name of the room.
+    pub fn name(&self) -> String {
+        format!("{}-{}", self.kind, self.seed)
+    }
+
+    /// Whether methods may be tuned on it: rooms of even seeds. Those of odd seeds are for judging alone.
+    pub fn is_for_tuning(&self) -> bool {
+        self.seed.is_multiple_of(2)
+    }
+}
+
+/// Runs everything; `tell` hears of every room and run that begins.
+///
+/// # Errors
+///
+/// A room that cannot be read, a reference that cannot be kept.
+pub fn prove(settings: &ProofSettings, tell: &(dyn Fn(&str) + Sync)) -> Result<Proof, CaseError> {
+    let wanted: Vec<(&'static Kind, u64)> =
+        settings.kinds.iter().flat_map(|kind| (0..settings.rooms).map(|seed| (*kind, seed))).collect();
+    let next = AtomicUsize::new(0);
+    let done: Mutex<Vec<(usize, Result<RoomProof, CaseError>)>> = Mutex::new(Vec::new());
+    let work = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some((kind, seed)) = wanted.get(index) else { return };
+            let room = kind.room(*seed);
+            let tell_of = |what: &str| tell(&format!("{}/{} {}: {what}", index + 1, wanted.len(), room.name()));
+            let proof = prove_room(&room, settings, &tell_of);
+            done.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((index, proof));
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..settings.threads.max(1) {
+            scope.spawn(work);
+        }
+    });
+    let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    done.sort_by_key(|(index, _)| *index);
+    let rooms = done.into_iter().map(|(_, proof)| proof).collect::<Result<_, _>>()?;
+    Ok(Proof { rooms })
+}
+
+fn prove_room(room: &Room, settings: &ProofSettings, tell: &dyn Fn(&str)) -> Result<RoomProof, CaseError> {
+    let scene = scene_of(room)?;
+    let reference = Reference::of(room, &scene, &settings.references, &settings.reference, tell)?;
+    let own_errors: Vec<f64> = (0..scene.receivers.len()).map(|set| own_error(&scene, &reference, set)).collect();
+    let walks = settings.targets.iter().map(|target| reference.cost_to(*target, &own_errors)).collect();
+    let rival = match &settings.rival {
+        None => Err("no rival was named".to_owned()),
+        Some(rival) => {
+            tell("rival");
+            let run = run_rival(rival, &scene, &reference);
+            run.map(|run: RivalRun| settings.targets.iter().map(|target| run.cost_to(*target)).collect())
+        }
+    };
+    let mut runs = Vec::new();
+    for target_error in &settings.targets {
+        tell(&format!("auto to {}", crate::validation::words::percent(*target_error)));
+        for seed in 0..settings.seeds {
+            runs.push(run_once(&scene, &reference, *target_error, seed, settings.patience_s));
+        }
+    }
+    Ok(RoomProof {
+        kind: room.kind,
+        seed: room.seed,
+        triangles: scene.triangles.len(),
+        luminaires: scene.luminaires.len(),
+        reference: Cost { rays: reference.rays as f64, cpu_s: reference.cpu_s },
+        walks,
+        rival,
+        runs,
+    })
+}
+
+fn run_once(scene: &Scene, reference: &Reference, target_error: f64, seed: u64, patience_s: f64) -> RunProof {
+    let run = Settings {
+        method: Method::Auto,
+        seed,
+        target_error: Some(target_error),
+        maps: MapSelection::Receivers,
+        ..Settings::default()
+    };
+    let (solution, cpu_s) = solve_watched(scene, &run, patience_s);
+    let maps = solution.maps.iter().filter_map(|map| {
+        let judgement = judge_map(scene, reference, map, &solution)?;
+        Some(MapProof {
+            name: map.name.clone(),
+            estimator: map.method.clone(),
+            said_met: map.target_met == Some(true),
+            stated_error: map.error.estimated,
+            judgement,
+        })
+    });
+    RunProof {
+        target_error,
+        seed,
+        maps: maps.collect(),
+        cost: Cost { rays: solution.rays as f64, cpu_s },
+        stop_reason: solution.stop_reason.name(),
+    }
+}
+
+/// Solves a scene on one thread, for so many processor seconds at most; tells how many it took.
+pub(super) fn solve_watched(scene: &Scene, settings: &Settings, limit_s: f64) -> (Solution, f64) {
+    on_one_thread(|| {
+        let clock = ThreadClock::starting_now();
+        let solution = solve(scene, settings, &Patient::starting_now(limit_s));
+        (solution, clock.cpu_s())
+    })
+}
+
+fn judge_map(scene: &Scene, reference: &Reference, map: &MapResult, solution: &Solution) -> Option<Judgement> {
+    let MapKind::Receivers(set) = map.kind else { return None };
+    let truth = &reference.maps[set];
+    let points = &scene.receivers[set].points;
+    let entry = |index: usize| Entry {
+        value_lx: map.values.illuminance_lx[index],
+        standard_error_lx: map.values.standard_error_lx[index],
+        reference_lx: truth.illuminance_lx[index],
+        reference_error_lx: truth.standard_error_lx[index],
+        weight: if points[index].inside { 0.0 } else { points[index].weight },
+    };
+    let entries: Vec<Entry> = (0..points.len()).map(entry).collect();
+    judge(&entries, solution.replicas.saturating_sub(1) as f64)
+}
+
+/// The reference's own error of a set; 0 where it found no light.
+fn own_error(scene: &Scene, reference: &Reference, set: usize) -> f64 {
+    let truth = &reference.maps[set];
+    let points = &scene.receivers[set].points;
+    let entry = |index: usize| Entry {
+        value_lx: truth.illuminance_lx[index],
+        reference_lx: truth.illuminance_lx[index],
+        reference_error_lx: truth.standard_error_lx[index],
+        weight: if points[index].inside { 0.0 } else { points[index].weight },
+        ..Entry::default()
+    };
+    let entries: Vec<Entry> = (0..points.len()).map(entry).collect();
+    judge(&entries, 1.0).map_or(0.0, |judgement| judgement.reference_error)
+}

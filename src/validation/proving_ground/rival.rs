@@ -1,0 +1,91 @@
+//! A rival program in the same room, on the same receivers, beside the same reference.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use super::judgement::{Entry, judge};
+use super::reference::{Cost, Reference};
+use super::rival_scene::rival_scene;
+use crate::scene::Scene;
+
+/// Seed of its random numbers.
+const SEED: u32 = 1;
+
+/// The rival.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    /// The program.
+    pub program: PathBuf,
+    /// Paths that it traces from each receiver.
+    pub paths: u32,
+}
+
+/// What a run of the rival came to.
+#[derive(Clone, Debug)]
+pub struct RivalRun {
+    /// Rays and processor seconds.
+    pub cost: Cost,
+    /// Points and true error of every receiver set that has light.
+    pub sets: Vec<(usize, f64)>,
+}
+
+impl RivalRun {
+    /// What it takes to a target: of every set its share of the work, by cost ∝ 1/error². It knows the error it has, which no
+    /// user does.
+    pub fn cost_to(&self, target_error: f64) -> Cost {
+        let points: usize = self.sets.iter().map(|(points, _)| points).sum();
+        let times = |(set, error): &(usize, f64)| *set as f64 / points.max(1) as f64 * (error / target_error).powi(2);
+        let factor: f64 = self.sets.iter().map(times).sum();
+        Cost { rays: factor * self.cost.rays, cpu_s: factor * self.cost.cpu_s }
+    }
+}
+
+/// Runs the rival in a room.
+///
+/// # Errors
+///
+/// A room that it cannot have, a program that does not run: in words.
+pub fn run_rival(rival: &Rival, scene: &Scene, reference: &Reference) -> Result<RivalRun, String> {
+    let program = &rival.program;
+    let bytes = rival_scene(scene)?;
+    let words = |error: std::io::Error| format!("{}: {error}", program.display());
+    let folder = tempfile::tempdir().map_err(words)?;
+    let [input, output] = ["scene.bin", "out.bin"].map(|name| folder.path().join(name));
+    std::fs::write(&input, bytes).map_err(words)?;
+    // One thread, so many paths in one batch, and rays that are fast rather than watertight: as its own script runs it.
+    let numbers = [1, rival.paths, 1, SEED, 0].map(|number| number.to_string());
+    let ran = Command::new(program).arg("pt").args([&input, &output]).args(numbers).output().map_err(words)?;
+    let told = String::from_utf8_lossy(&ran.stdout);
+    if !ran.status.success() {
+        return Err(format!("{}: {}", program.display(), String::from_utf8_lossy(&ran.stderr).trim()));
+    }
+    let told: Vec<&str> = told.split_whitespace().collect();
+    let number = |name: &str| {
+        let at = told.iter().position(|word| *word == name);
+        let number = at.and_then(|at| told.get(at + 1)).and_then(|word| word.parse::<f64>().ok());
+        number.ok_or_else(|| format!("{}: it does not tell {name}", program.display()))
+    };
+    let cost = Cost { rays: number("rays")?, cpu_s: number("cpu_s")? };
+    let values = std::fs::read(&output).map_err(words)?;
+    let values_lx: Vec<f64> =
+        values.chunks_exact(16).map(|pair| f64::from_le_bytes(std::array::from_fn(|byte| pair[byte]))).collect();
+    Ok(RivalRun { cost, sets: sets(scene, reference, &values_lx) })
+}
+
+fn sets(scene: &Scene, reference: &Reference, values_lx: &[f64]) -> Vec<(usize, f64)> {
+    let mut first = 0;
+    let mut sets = Vec::new();
+    for (set, map) in scene.receivers.iter().zip(&reference.maps) {
+        let entry = |(index, point): (usize, &crate::scene::ReceiverPoint)| Entry {
+            value_lx: values_lx.get(first + index).copied().unwrap_or(0.0),
+            reference_lx: map.illuminance_lx[index],
+            reference_error_lx: map.standard_error_lx[index],
+            weight: if point.inside { 0.0 } else { point.weight },
+            ..Entry::default()
+        };
+        let entries: Vec<Entry> = set.points.iter().enumerate().map(entry).collect();
+        sets.extend(judge(&entries, 1.0).map(|judgement| (entries.len(), judgement.true_error)));
+        first += entries.len();
+    }
+    sets
+}
