@@ -11,8 +11,6 @@ use glam::DVec3;
 const NORMAL_PARTS: f64 = 7.0;
 /// The finest edge over the scene's longest way: 2 to this power.
 const FINEST: i32 = -13;
-/// Levels that a look-up goes up where a place has no cell of its own.
-const LEVELS_UP: i32 = 4;
 /// A free slot of the table.
 const FREE: u32 = u32::MAX;
 
@@ -27,13 +25,11 @@ pub struct Lookup {
     pub direction: DVec3,
     /// Length of the ray in m.
     pub distance_m: f64,
-    /// Edge of the cell over that length, at most.
-    pub edge_share: f64,
 }
 
 /// Where a cell lies: enough to tell it from all others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct CellKey {
+pub struct CellKey {
     /// Numbers of its cube along the axes.
     cube: [i32; 3],
     /// Level of its edge, part of its normal and octant of the rays that ask.
@@ -41,7 +37,8 @@ struct CellKey {
 }
 
 impl CellKey {
-    fn hash(&self) -> u64 {
+    /// 64 bits that stand for the key: of ten million cells any two are the same with a chance of 3 in a million.
+    fn fingerprint(&self) -> u64 {
         let mut bits = u64::from(self.kind);
         for number in self.cube {
             bits = (bits ^ u64::from(number as u32)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -65,28 +62,43 @@ const LEVEL_BIT: u32 = 12;
 pub struct CellGrid {
     /// Corner from which cubes are counted, in m.
     origin_m: DVec3,
+    /// Edge of a cell over the length of the ray that asks, at most.
+    edge_share: f64,
     /// Power of two of the finest edge in m.
     finest: i32,
     /// Power of two of the coarsest edge over the finest.
     coarsest: i32,
     keys: Vec<CellKey>,
     /// Open addressing; its length is a power of two.
-    table: Vec<u32>,
+    table: Vec<Slot>,
+}
+
+/// A slot of the table: all that a look-up reads lies in one line of memory.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    fingerprint: u64,
+    cell: u32,
+}
+
+impl Slot {
+    const FREE: Slot = Slot { fingerprint: 0, cell: FREE };
 }
 
 impl CellGrid {
-    /// No cells yet in a scene between these corners, in m, of a grid shifted by such shares of the scene's longest way.
+    /// No cells yet in a scene between these corners, in m, of a grid shifted by such shares of the scene's longest way; the edge of
+    /// a cell is at most such a share of the length of the ray that asks, and more than half of that.
     ///
     /// With a shift of its own for every replica, places of cells are chance, and what they have wrong is seen in the replicas' spread.
-    pub fn new([least_m, most_m]: [DVec3; 2], shift: [f64; 3]) -> CellGrid {
+    pub fn new([least_m, most_m]: [DVec3; 2], shift: [f64; 3], edge_share: f64) -> CellGrid {
         let longest_m = (most_m - least_m).length().max(f64::MIN_POSITIVE);
         let finest = longest_m.log2().ceil() as i32 + FINEST;
         CellGrid {
             origin_m: least_m - longest_m * (0.01 + 0.5 * DVec3::from(shift)),
+            edge_share,
             finest,
             coarsest: -FINEST,
             keys: Vec::new(),
-            table: vec![FREE; 1 << 10],
+            table: vec![Slot::FREE; 1 << 10],
         }
     }
 
@@ -102,34 +114,38 @@ impl CellGrid {
 
     /// Bytes that the cells take.
     pub fn bytes(&self) -> usize {
-        self.keys.capacity() * size_of::<CellKey>() + self.table.capacity() * size_of::<u32>()
+        self.keys.capacity() * size_of::<CellKey>() + self.table.capacity() * size_of::<Slot>()
     }
 
     /// The cell of a place; a new one if it is asked for the first time.
     #[inline]
     pub fn ask(&mut self, lookup: &Lookup) -> u32 {
         let key = self.key(lookup);
-        self.insert(key)
+        self.cell(key)
     }
 
-    /// The cell of a place, or the next larger one that exists; `None` where there is none within some levels.
-    #[inline]
-    pub fn find(&self, lookup: &Lookup) -> Option<u32> {
-        let mut key = self.key(lookup);
-        for _ in 0..=LEVELS_UP {
-            let found = self.table[self.slot(&key)];
+    /// The next larger cell that holds one and exists; `None` where there is none.
+    pub fn larger(&self, cell: u32) -> Option<u32> {
+        let mut key = self.keys[cell as usize];
+        while ((key.kind >> LEVEL_BIT) as i32) < self.coarsest {
+            key = key.parent();
+            let found = self.table[self.slot(key.fingerprint())].cell;
             if found != FREE {
                 return Some(found);
             }
-            key = key.parent();
         }
         None
+    }
+
+    /// Number of levels.
+    pub fn levels(&self) -> usize {
+        self.coarsest as usize + 1
     }
 
     /// The cell above one, of twice its edge; a new one if need be. `None` at the top.
     pub fn parent(&mut self, cell: u32) -> Option<u32> {
         let key = self.keys[cell as usize];
-        if (key.kind >> LEVEL_BIT) as i32 >= self.coarsest { None } else { Some(self.insert(key.parent())) }
+        if (key.kind >> LEVEL_BIT) as i32 >= self.coarsest { None } else { Some(self.cell(key.parent())) }
     }
 
     /// How many times its edge is doubled from the finest.
@@ -137,9 +153,10 @@ impl CellGrid {
         self.keys[cell as usize].kind >> LEVEL_BIT
     }
 
+    /// Where the cell of a place lies.
     #[inline]
-    fn key(&self, lookup: &Lookup) -> CellKey {
-        let edge_m = lookup.edge_share * lookup.distance_m;
+    pub fn key(&self, lookup: &Lookup) -> CellKey {
+        let edge_m = self.edge_share * lookup.distance_m;
         // The exponent of a float is the power of two below it.
         let power = ((edge_m.to_bits() >> 52) & 0x7FF) as i32 - 1023;
         let level = (power - self.finest).clamp(0, self.coarsest);
@@ -152,14 +169,17 @@ impl CellGrid {
         CellKey { cube: [cube.x as i32, cube.y as i32, cube.z as i32], kind }
     }
 
-    fn insert(&mut self, key: CellKey) -> u32 {
-        let slot = self.slot(&key);
-        if self.table[slot] != FREE {
-            return self.table[slot];
+    /// The cell that lies there; a new one if it is asked for the first time.
+    #[inline]
+    pub fn cell(&mut self, key: CellKey) -> u32 {
+        let fingerprint = key.fingerprint();
+        let slot = self.slot(fingerprint);
+        if self.table[slot].cell != FREE {
+            return self.table[slot].cell;
         }
         let cell = self.keys.len() as u32;
         self.keys.push(key);
-        self.table[slot] = cell;
+        self.table[slot] = Slot { fingerprint, cell };
         if 2 * self.keys.len() > self.table.len() {
             self.grow();
         }
@@ -168,20 +188,21 @@ impl CellGrid {
 
     /// The slot that holds a key, or the free one where it belongs.
     #[inline]
-    fn slot(&self, key: &CellKey) -> usize {
+    fn slot(&self, fingerprint: u64) -> usize {
         let mask = self.table.len() - 1;
-        let mut slot = key.hash() as usize & mask;
-        while self.table[slot] != FREE && self.keys[self.table[slot] as usize] != *key {
+        let mut slot = fingerprint as usize & mask;
+        while self.table[slot].cell != FREE && self.table[slot].fingerprint != fingerprint {
             slot = (slot + 1) & mask;
         }
         slot
     }
 
     fn grow(&mut self) {
-        self.table = vec![FREE; 2 * self.table.len()];
+        self.table = vec![Slot::FREE; 2 * self.table.len()];
         for cell in 0..self.keys.len() {
-            let slot = self.slot(&self.keys[cell]);
-            self.table[slot] = cell as u32;
+            let fingerprint = self.keys[cell].fingerprint();
+            let slot = self.slot(fingerprint);
+            self.table[slot] = Slot { fingerprint, cell: cell as u32 };
         }
     }
 }
@@ -203,12 +224,12 @@ mod tests {
     use super::*;
 
     fn lookup(point_m: DVec3, normal: DVec3, distance_m: f64) -> Lookup {
-        Lookup { point_m, normal, direction: -normal, distance_m, edge_share: 0.25 }
+        Lookup { point_m, normal, direction: -normal, distance_m }
     }
 
     #[test]
     fn cells_grow_with_the_length_of_the_ray_and_hold_their_children() {
-        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4]);
+        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4], 0.25);
         let near = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 0.5));
         let far = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 4.0));
         assert_eq!(grid.level(far), grid.level(near) + 3);
@@ -218,32 +239,22 @@ mod tests {
 
     #[test]
     fn sides_of_a_thin_wall_have_cells_of_their_own() {
-        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4]);
+        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4], 0.25);
         let [one, other] = [1e-6, -1e-6].map(|x| {
             let (point_m, normal) = (DVec3::new(2.0 + x, 1.0, 0.0), DVec3::Z);
             let direction = DVec3::new(-x.signum(), 0.1, -1.0).normalize();
-            grid.ask(&Lookup { point_m, normal, direction, distance_m: 2.0, edge_share: 0.25 })
+            grid.ask(&Lookup { point_m, normal, direction, distance_m: 2.0 })
         });
         assert_ne!(one, other);
     }
 
     #[test]
-    fn a_place_without_a_cell_is_told_by_a_larger_one() {
-        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4]);
-        let asked = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 2.1));
-        let finer = lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 0.6);
-        assert_eq!(grid.find(&finer), Some(asked));
-        assert_eq!(grid.find(&lookup(DVec3::new(1.0, 2.0, 0.0), -DVec3::Z, 0.6)), None);
-        assert_eq!(grid.len(), 1, "looking makes no cells");
-    }
-
-    #[test]
     fn all_cells_are_found_again_as_the_table_grows() {
-        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4]);
+        let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4], 0.25);
         let place =
             |index: usize| lookup(DVec3::new((index % 60) as f64, (index / 60) as f64, 0.0) / 15.0, DVec3::Z, 0.1);
         let asked: Vec<u32> = (0..3600).map(|index| grid.ask(&place(index))).collect();
         assert!(grid.len() > 3000);
-        assert!((0..3600).all(|index| grid.find(&place(index)) == Some(asked[index])));
+        assert!((0..3600).all(|index| grid.ask(&place(index)) == asked[index]));
     }
 }

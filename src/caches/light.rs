@@ -66,14 +66,15 @@ pub struct CellLight {
     counts: Vec<u16>,
     /// Illuminance in lx by the latest solution: all, and indirect alone.
     values_lx: Vec<[f32; 2]>,
-    /// Samples that the latest solution knows.
+    /// Samples and cells that the latest solution knows.
     solved: usize,
+    filled: usize,
 }
 
 impl CellLight {
     /// No cells yet.
     pub fn new(grid: CellGrid) -> CellLight {
-        CellLight { grid, samples: Vec::new(), counts: Vec::new(), values_lx: Vec::new(), solved: 0 }
+        CellLight { grid, samples: Vec::new(), counts: Vec::new(), values_lx: Vec::new(), solved: 0, filled: 0 }
     }
 
     /// Samples of a cell.
@@ -85,12 +86,6 @@ impl CellLight {
     /// Samples of all cells.
     pub fn sample_count(&self) -> usize {
         self.samples.len()
-    }
-
-    /// Samples in cells that have as many as they take at most, and all samples.
-    pub fn samples_in_full_cells(&self, most_samples: u16) -> [usize; 2] {
-        let full = self.counts.iter().filter(|count| **count >= most_samples);
-        [full.map(|count| usize::from(*count)).sum(), self.samples.len()]
     }
 
     /// Bytes that cells and samples take.
@@ -127,22 +122,23 @@ impl CellLight {
         self.values_lx.get(asked.cell() as usize).map_or(0.0, |lx| lx[usize::from(asked.is_indirect_alone())])
     }
 
-    /// Solves for the light of all cells, if there are samples that the latest solution does not know.
+    /// Solves for the light of all cells, if there are samples or cells that the latest solution does not know.
     pub fn solve(&mut self) {
-        if self.solved == self.samples.len() {
+        if (self.solved, self.filled) == (self.samples.len(), self.grid.len()) {
             return;
         }
-        self.solved = self.samples.len();
-        let asked = self.grid.len();
-        self.counts.resize(asked, 0);
-        self.values_lx.resize(asked, [0.0; 2]);
-        let by_cell = self.samples_by_cell();
-        for _ in 0..MOST_SWEEPS {
-            if self.sweep(&by_cell) {
-                break;
+        self.counts.resize(self.grid.len(), 0);
+        self.values_lx.resize(self.grid.len(), [0.0; 2]);
+        if self.solved < self.samples.len() {
+            self.solved = self.samples.len();
+            let by_cell = self.samples_by_cell();
+            for _ in 0..MOST_SWEEPS {
+                if self.sweep(&by_cell) {
+                    break;
+                }
             }
         }
-        self.fill_parents();
+        self.fill_unsampled();
     }
 
     /// Numbers of samples in the order of their cells, behind the first of every cell.
@@ -201,48 +197,59 @@ impl CellLight {
         f64::from(sample.reflectance) * f64::from(self.value_lx(sample.next))
     }
 
-    /// Gives larger cells, which nobody asked, the mean of the samples within them.
-    fn fill_parents(&mut self) {
-        let asked = self.counts.len();
-        let mut sums: Vec<[f64; 3]> = (0..asked)
-            .map(|cell| {
-                let count = f64::from(self.counts[cell]);
-                let [all, indirect] = self.values_lx[cell].map(|lx| count * f64::from(lx));
-                [all, indirect, count]
-            })
-            .collect();
-        for cell in 0..asked {
-            let own = sums[cell];
-            if self.counts[cell] == 0 {
-                continue;
-            }
-            let mut above = cell as u32;
-            for _ in 0..PARENTS {
-                let Some(parent) = self.grid.parent(above) else {
-                    break;
+    /// Gives cells without samples a value: the mean of the samples within them, else the value of the next larger cell.
+    fn fill_unsampled(&mut self) {
+        let held = |light: &CellLight, cell: usize| {
+            let count = f64::from(light.counts[cell]);
+            let [all, indirect] = light.values_lx[cell].map(|lx| count * f64::from(lx));
+            [all, indirect, count]
+        };
+        let mut sums: Vec<[f64; 3]> = (0..self.counts.len()).map(|cell| held(self, cell)).collect();
+        let mut by_level: Vec<Vec<u32>> = vec![Vec::new(); self.grid.levels()];
+        for cell in 0..sums.len() as u32 {
+            by_level[self.grid.level(cell) as usize].push(cell);
+        }
+        for level in 0..by_level.len() {
+            for cell in std::mem::take(&mut by_level[level]) {
+                let own = sums[cell as usize];
+                if own[2] == 0.0 {
+                    continue;
+                }
+                let Some(parent) = self.grid.parent(cell) else {
+                    continue;
                 };
-                above = parent;
-                if sums.len() <= above as usize {
-                    sums.resize(above as usize + 1, [0.0; 3]);
+                if sums.len() <= parent as usize {
+                    sums.resize(parent as usize + 1, [0.0; 3]);
+                    by_level[level + 1].push(parent);
                 }
-                // A cell that was asked itself tells by its own samples alone.
-                if self.count(above) == 0 {
-                    sums[above as usize].iter_mut().zip(own).for_each(|(sum, more)| *sum += more);
-                }
+                sums[parent as usize].iter_mut().zip(own).for_each(|(sum, more)| *sum += more);
             }
         }
-        self.values_lx.resize(self.grid.len(), [0.0; 2]);
-        self.counts.resize(self.grid.len(), 0);
-        for (cell, [all, indirect, count]) in sums.into_iter().enumerate() {
-            if self.counts[cell] == 0 && count > 0.0 {
-                self.values_lx[cell] = [(all / count) as f32, (indirect / count) as f32];
+        self.values_lx.resize(sums.len(), [0.0; 2]);
+        self.counts.resize(sums.len(), 0);
+        let mean = |[all, indirect, count]: [f64; 3]| [all, indirect].map(|lx| (lx / count.max(1.0)) as f32);
+        // Where no larger cell has samples either, all cells together tell what is usual.
+        let whole = (0..sums.len())
+            .map(|cell| held(self, cell))
+            .fold([0.0; 3], |sum: [f64; 3], own| std::array::from_fn(|part| sum[part] + own[part]));
+        for cell in 0..sums.len() {
+            if self.counts[cell] == 0 {
+                let mut teller = Some(cell as u32);
+                while let Some(larger) = teller
+                    && sums[larger as usize][2] == 0.0
+                {
+                    teller = self.grid.larger(larger);
+                }
+                let told = teller.map_or(whole, |teller| match self.counts[teller as usize] {
+                    0 => sums[teller as usize],
+                    _ => held(self, teller as usize),
+                });
+                self.values_lx[cell] = mean(told);
             }
         }
+        self.filled = self.grid.len();
     }
 }
-
-/// Levels of larger cells that are filled above each that was asked.
-const PARENTS: usize = 3;
 
 #[cfg(test)]
 mod tests {
@@ -252,10 +259,10 @@ mod tests {
     use super::*;
 
     fn cells(count: u32) -> CellLight {
-        let mut light = CellLight::new(CellGrid::new([DVec3::ZERO, DVec3::splat(8.0)], [0.2, 0.3, 0.4]));
+        let mut light = CellLight::new(CellGrid::new([DVec3::ZERO, DVec3::splat(8.0)], [0.2, 0.3, 0.4], 0.5));
         for cell in 0..count {
             let point_m = DVec3::new(f64::from(cell), 0.0, 0.0);
-            let lookup = Lookup { point_m, normal: DVec3::Z, direction: -DVec3::Z, distance_m: 1.0, edge_share: 0.5 };
+            let lookup = Lookup { point_m, normal: DVec3::Z, direction: -DVec3::Z, distance_m: 1.0 };
             assert_eq!(light.grid.ask(&lookup), cell);
         }
         light
@@ -292,7 +299,21 @@ mod tests {
         while above[0] != above[1] {
             above = above.map(|cell| light.grid.parent(cell).expect("cubes of a metre meet below the top"));
         }
-        let told = light.value_lx(CellRef::new(above[0], false));
-        assert!(told == 0.0 || (told - 30.0).abs() < 1e-4, "{told}");
+        assert!((light.value_lx(CellRef::new(above[0], false)) - 30.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn cells_without_samples_ask_larger_ones() {
+        let mut light = cells(1);
+        light.book(0);
+        light.add(CellSample { cell: 0, direct_lx: 10.0, plain_lx: 0.0, reflectance: 0.0, next: CellRef::NONE });
+        let ask = |light: &mut CellLight, normal: DVec3| {
+            let lookup = Lookup { point_m: DVec3::X, normal, direction: -DVec3::Z, distance_m: 0.05 };
+            light.grid.ask(&lookup)
+        };
+        let [finer, other] = [DVec3::Z, DVec3::X].map(|normal| ask(&mut light, normal));
+        light.solve();
+        // The other faces a way of which nothing is known.
+        assert_eq!([finer, other].map(|cell| light.value_lx(CellRef::new(cell, false))), [10.0; 2]);
     }
 }

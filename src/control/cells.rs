@@ -1,4 +1,4 @@
-//! What a map that asks cells needs next: rays, samples of cells, walks or passes over direct light.
+//! What a map that asks cells needs next: rays, fuller cells, walks or passes over direct light.
 //!
 //! Four variances and four costs are measured at every look. The next step is the growth of the four that is predicted to reach
 //! the target with the fewest rays.
@@ -6,7 +6,7 @@
 use super::margin;
 use crate::maps::ResidualState;
 
-/// Kinds of work: passes over direct light, gathering rays, samples of cells, residual walks.
+/// Kinds of work: passes over direct light, gathering rays, filling of cells, residual walks.
 pub const KINDS: usize = 4;
 
 /// What a look at a map that asks cells has shown.
@@ -16,8 +16,6 @@ pub struct CellParts {
     pub squared_lx2: [f64; KINDS],
     /// Rays so far of each.
     pub rays: [f64; KINDS],
-    /// Share of the samples that lie in cells which want no more.
-    pub full_share: f64,
     /// What walks say of the bias.
     pub residuals: ResidualState,
     /// Effective degrees of freedom of the map's error.
@@ -29,64 +27,53 @@ pub struct CellParts {
 pub struct CellGrowth {
     /// Of each kind: 1 or more.
     pub factors: [f64; KINDS],
+    /// Whether all entries are to walk, so many times as often as some do.
+    pub all_walk: bool,
     /// Rays that it takes, beyond those so far.
     pub rays: f64,
     /// Whether the target is predicted to be met then.
     pub reaches: bool,
 }
 
-/// Step and number of the factors that are tried.
-const STEP: f64 = 1.4;
-const STEPS: i32 = 17;
+/// Step and number of the growths of walks that are tried.
+const STEP: f64 = 1.15;
+const STEPS: i32 = 40;
 /// Share of the squared target that the prediction may fill: it is a prediction.
-const FILLED: f64 = 0.9;
+const FILLED: f64 = 0.95;
 
 impl CellParts {
-    /// Squared error in lx² that would be judged after such growth.
-    fn judged_lx2(&self, factors: [f64; KINDS], margin: f64) -> f64 {
-        let [direct, rays, cells, walks] = factors;
-        // Rays are quasi-random; samples of cells that are not full grow with the rays that ask.
-        let samples = (1.0 - self.full_share) * rays + self.full_share * cells;
-        let by = [direct, rays.powf(RAY_POWER), samples, walks];
-        let random: f64 = self.squared_lx2.iter().zip(by).map(|(squared, factor)| squared / factor).sum();
-        margin * margin * random + self.residuals.left_lx2(walks)
-    }
-
     /// Rays that such growth takes.
-    fn rays_for(&self, [direct, rays, cells, walks]: [f64; KINDS]) -> f64 {
-        let samples = (1.0 - self.full_share) * rays + self.full_share * cells.min(rays);
-        let more = [direct - 1.0, rays - 1.0, samples - 1.0, walks - 1.0];
-        self.rays.iter().zip(more).map(|(done, more)| done * more).sum()
+    fn rays_for(&self, factors: [f64; KINDS]) -> f64 {
+        self.rays.iter().zip(factors).map(|(done, factor)| done * (factor - 1.0)).sum()
     }
 
     /// The cheapest growth to a target in lx.
+    ///
+    /// Walks act on what is left of the bias too, so that some growths of theirs are tried. The rest is a sum of variances vᵢ that
+    /// fall as 1/fᵢ at cost cᵢ fᵢ: it is cheapest where every f is max(1, μ √(v/c)), with one μ for all.
     pub fn growth(&self, target_lx: f64) -> CellGrowth {
         let margin = margin(self.degrees_of_freedom);
         let goal_lx2 = FILLED * target_lx * target_lx;
-        let factors: Vec<f64> = (0..STEPS).map(|step| STEP.powi(step)).collect();
-        let mut best = CellGrowth { factors: [factors[factors.len() - 1]; KINDS], rays: f64::INFINITY, reaches: false };
-        for walks in &factors {
-            if self.residuals.left_lx2(*walks) > goal_lx2 {
+        let most = STEP.powi(STEPS - 1);
+        let silent = self.residuals.silent_share;
+        let mut best =
+            CellGrowth { factors: [most; KINDS], all_walk: silent > 0.0, rays: f64::INFINITY, reaches: false };
+        let growths = (0..STEPS).map(|step| (STEP.powi(step), false));
+        // Where some entries walk, all may, each as often as those did or more.
+        let over_all = growths.clone().map(|(walks, _)| (walks, true)).filter(|_| silent > 0.0);
+        for (walks, all_walk) in growths.chain(over_all) {
+            let residuals = if all_walk { self.residuals.over_all() } else { self.residuals };
+            let left_lx2 = goal_lx2 - residuals.left_lx2(walks);
+            let squared_lx2 = self.squared_lx2[WALKS] / walks;
+            let may_have_lx2 = left_lx2 / (margin * margin) - squared_lx2;
+            if left_lx2 <= 0.0 || may_have_lx2 <= 0.0 {
                 continue;
             }
-            for rays in &factors {
-                for cells in &factors {
-                    // Cells take samples where rays ask: they cannot grow faster.
-                    if cells > rays && self.full_share > 0.0 {
-                        break;
-                    }
-                    for direct in &factors {
-                        let tried = [*direct, *rays, *cells, *walks];
-                        if self.judged_lx2(tried, margin) > goal_lx2 {
-                            continue;
-                        }
-                        let cost = self.rays_for(tried);
-                        if cost < best.rays {
-                            best = CellGrowth { factors: tried, rays: cost, reaches: true };
-                        }
-                        break;
-                    }
-                }
+            let factors = self.cheapest(may_have_lx2, walks);
+            let of_others = if all_walk { self.rays[WALKS] * walks * silent / (1.0 - silent) } else { 0.0 };
+            let rays = self.rays_for(factors) + of_others;
+            if factors.iter().all(|factor| *factor <= most) && rays < best.rays {
+                best = CellGrowth { factors, all_walk, rays, reaches: true };
             }
         }
         if !best.reaches {
@@ -94,10 +81,36 @@ impl CellParts {
         }
         best
     }
+
+    /// The cheapest growths of all but walks to a sum of variances in lx².
+    fn cheapest(&self, may_have_lx2: f64, walks: f64) -> [f64; KINDS] {
+        let kinds = 0..WALKS;
+        let merit = |kind: usize| (self.squared_lx2[kind].max(0.0) / self.rays[kind]).sqrt();
+        // What does not grow keeps its variance; the more it is, the faster the others have to grow, and the fewer stay.
+        let mut grows = [true; WALKS];
+        loop {
+            let kept: f64 = kinds.clone().filter(|kind| !grows[*kind]).map(|kind| self.squared_lx2[kind]).sum();
+            let growing = kinds.clone().filter(|kind| grows[*kind] && self.squared_lx2[*kind] > 0.0);
+            let sum: f64 = growing.map(|kind| self.squared_lx2[kind] / merit(kind)).sum();
+            let scale = if may_have_lx2 > kept { sum / (may_have_lx2 - kept) } else { f64::INFINITY };
+            let too_slow = kinds.clone().find(|kind| grows[*kind] && !(scale * merit(*kind) > 1.0));
+            match too_slow {
+                Some(kind) => grows[kind] = false,
+                None => {
+                    let factor = |kind: usize| match (kind == WALKS, kind < WALKS && grows[kind]) {
+                        (true, _) => walks,
+                        (_, true) => scale * merit(kind),
+                        _ => 1.0,
+                    };
+                    return std::array::from_fn(factor);
+                }
+            }
+        }
+    }
 }
 
-/// Power of the number of rays with which the variance of quasi-random rays falls, about.
-const RAY_POWER: f64 = 1.2;
+/// The kind of work that walks are.
+const WALKS: usize = KINDS - 1;
 
 #[cfg(test)]
 mod tests {
@@ -108,7 +121,6 @@ mod tests {
         let parts = CellParts {
             squared_lx2: [0.01, 4.0, 0.01, 0.01],
             rays: [1e5; KINDS],
-            full_share: 1.0,
             degrees_of_freedom: 1000.0,
             ..CellParts::default()
         };
@@ -120,13 +132,7 @@ mod tests {
     #[test]
     fn ignorance_of_the_bias_asks_for_walks() {
         let residuals = ResidualState { standard_error: [0.0, 4.0], variance: [0.0, 1.0], ..ResidualState::default() };
-        let parts = CellParts {
-            squared_lx2: [0.01; KINDS],
-            rays: [1e5; KINDS],
-            full_share: 1.0,
-            residuals,
-            degrees_of_freedom: 1000.0,
-        };
+        let parts = CellParts { squared_lx2: [0.01; KINDS], rays: [1e5; KINDS], residuals, degrees_of_freedom: 1000.0 };
         let growth = parts.growth(1.0);
         assert!(growth.reaches && growth.factors[3] > 2.0 && growth.factors[1] == 1.0, "{growth:?}");
     }

@@ -1,22 +1,20 @@
 //! Gathering through cells: rays that ask cells, the samples that cells take, and walks that measure what cells have wrong.
 //!
-//! E_indirect = mean_k ρ_k H(y_k): ray k meets place y_k, whose illuminance H a cell tells. The first asks of a cell are its
-//! samples, taken at the very places that the rays met. All that a ray or a walk found is kept as numbers of cells with their
-//! factors, so that it can be summed up once the light of the cells is solved for.
+//! E_indirect = mean_k ρ_k H(y_k): ray k meets place y_k, whose illuminance H a cell tells. Rays of their own fill the cells: they
+//! start where the others do, and what they meet are the places of the samples, so that samples lie where they are asked for. No
+//! ray whose value counts fills a cell: what it reads would hang together with what it met, and walks would measure another bias
+//! than its own. All that a ray or a walk found is kept as numbers of cells with their factors, so that it can be summed up once
+//! the light of the cells is solved for.
 
 use glam::DVec3;
 
-use crate::caches::{CellLight, CellRef, CellSample, Lookup};
+use crate::caches::{CellGrid, CellKey, CellLight, CellRef, CellSample, Lookup};
 use crate::chain::{Spot, Stage};
 use crate::estimators::direct::{Care, Receiver, one_look};
-use crate::estimators::walk::{Memory, Met, Recall, gather_indirect_lx};
+use crate::estimators::walk::{Memory, Met, Recall, gather_along_lx, gather_indirect_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-
-/// Edge of a cell over the length of the ray that asks: of entries' rays, and of rays that cells' own samples send.
-const EDGE_SHARE: f64 = 0.25;
-const EDGE_SHARE_OF_SAMPLES: f64 = 0.5;
 
 /// A factor by which the light of a cell counts.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +46,8 @@ impl Place {
 }
 
 /// Notes where a ray met the first diffuse surface, and how it asks the cell there.
+#[derive(Default)]
 struct Asking {
-    edge_share: f64,
     found: Option<Asked>,
 }
 
@@ -71,12 +69,55 @@ impl Memory for Asking {
         let distance_m = met.hit.distance_m;
         self.found = Some(Asked {
             place: Place { spot: (met.hit.triangle, met.hit.side), point_m, normal, origin: *origin },
-            lookup: Lookup { point_m, normal, direction: met.direction, distance_m, edge_share: self.edge_share },
+            lookup: Lookup { point_m, normal, direction: met.direction, distance_m },
             reflectance: met.reflectance,
             indirect_alone,
         });
         (if indirect_alone { Recall::End(0.0) } else { Recall::Whole(0.0) }, 0)
     }
+}
+
+/// What a ray or a walk asks, before its cell is looked up.
+///
+/// Look-ups are done many at a time: each waits for memory, and many wait no longer than one.
+#[derive(Clone, Copy, Debug)]
+pub struct Question {
+    /// The cell.
+    pub key: CellKey,
+    /// Whether only its indirect light is asked for.
+    pub indirect_alone: bool,
+    /// The factor by which its light counts.
+    pub factor: f32,
+}
+
+impl Question {
+    /// The term, once the cell is looked up; a new cell if it is asked for the first time.
+    #[inline]
+    pub fn term(&self, grid: &mut CellGrid) -> Term {
+        Term { asked: CellRef::new(grid.cell(self.key), self.indirect_alone), factor: self.factor }
+    }
+}
+
+impl Asked {
+    #[inline]
+    fn question(&self, grid: &CellGrid, factor: f64) -> Question {
+        Question { key: grid.key(&self.lookup), indirect_alone: self.indirect_alone, factor: factor as f32 }
+    }
+}
+
+/// Sends a ray from a receiver along the direction that two variates make; returns what it found beside the cell's light in lx,
+/// what it asks, and the rays.
+pub fn gather(
+    stage: &Stage,
+    grid: &CellGrid,
+    receiver: &Receiver,
+    variates: [f64; 2],
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, Option<Question>, u64) {
+    let mut asking = Asking::default();
+    let (plain_lx, rays) = gather_along_lx(stage, receiver, variates, &mut asking, cut, stream);
+    (plain_lx, asking.found.map(|asked| asked.question(grid, asked.reflectance)), rays)
 }
 
 /// Cells of a replica while they learn.
@@ -89,25 +130,23 @@ pub struct CellSampler<'a> {
     pub most_samples: u16,
     /// Stream of the samples.
     pub stream: Stream,
-    /// Rays of the samples.
+    /// Rays so far.
     pub rays: u64,
 }
 
 impl CellSampler<'_> {
-    /// Sends a ray from a receiver with the asker's stream; returns what it found beside the cell's light in lx, the term of the
-    /// cell and the rays. The cell takes a sample if it wants more.
-    pub fn gather(&mut self, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Term, u64) {
-        let mut asking = Asking { edge_share: EDGE_SHARE, found: None };
-        let (plain_lx, rays) = gather_indirect_lx(self.stage, receiver, &mut asking, cut, stream);
+    /// Sends a ray from a receiver with a stream of its own; the cell that it asks takes a sample there if it wants more.
+    pub fn fill(&mut self, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) {
+        let mut asking = Asking::default();
+        let (_, rays) = gather_indirect_lx(self.stage, receiver, &mut asking, cut, stream);
+        self.rays += rays;
         let Some(asked) = asking.found else {
-            return (plain_lx, Term::NONE, rays);
+            return;
         };
         let cell = self.cells.grid.ask(&asked.lookup);
         if self.cells.count(cell) < self.most_samples {
             self.sample(cell, asked.place, cut);
         }
-        let term = Term { asked: CellRef::new(cell, asked.indirect_alone), factor: asked.reflectance as f32 };
-        (plain_lx, term, rays)
     }
 
     /// Takes a sample of a cell at a place in it, and goes on to the cells that this asks, as long as they want samples.
@@ -119,7 +158,7 @@ impl CellSampler<'_> {
             let receiver = place.receiver();
             let sight = one_look(self.stage, place.spot, &receiver, Care::Glance, cut, &mut self.stream);
             let direct_lx = sight.as_ref().map_or(0.0, |sight| sight.direct_lx());
-            let mut asking = Asking { edge_share: EDGE_SHARE_OF_SAMPLES, found: None };
+            let mut asking = Asking::default();
             let (plain_lx, rays) = gather_indirect_lx(self.stage, &receiver, &mut asking, cut, &mut self.stream);
             self.rays += rays + u64::from(sight.is_some());
             let (direct_lx, plain_lx) = (direct_lx as f32, plain_lx as f32);
@@ -146,17 +185,17 @@ impl CellSampler<'_> {
 /// indirect illuminance less what cells tell of it, in lx.
 ///
 /// Each place y of the walk, in cell c, scores δ = D + P + ρ H_z − H_c by a light sample and a ray to the next place z, and the walk
-/// goes on there with probability ρ. Returns `plain_lx` and the rays; terms are shown one by one.
+/// goes on there with probability ρ. Returns `plain_lx` and the rays; questions are shown one by one.
 pub fn residual_walk(
     stage: &Stage,
-    cells: &CellLight,
+    grid: &CellGrid,
     receiver: &Receiver,
     weight: f64,
     cut: &mut Cut,
     stream: &mut Stream,
-    mut add: impl FnMut(Term),
+    mut ask: impl FnMut(Question),
 ) -> (f64, u64) {
-    let mut asking = Asking { edge_share: EDGE_SHARE, found: None };
+    let mut asking = Asking::default();
     let (_, mut rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
     let mut plain_lx = 0.0;
     let Some(mut here) = asking.found else {
@@ -164,11 +203,7 @@ pub fn residual_walk(
     };
     let weight = weight * here.reflectance;
     loop {
-        let told = |asked: &Asked| {
-            let cell = cells.grid.find(&asked.lookup);
-            cell.map_or(CellRef::NONE, |cell| CellRef::new(cell, asked.indirect_alone))
-        };
-        add(Term { asked: told(&here), factor: -weight as f32 });
+        ask(here.question(grid, -weight));
         let receiver = here.place.receiver();
         if !here.indirect_alone
             && let Some(sight) = one_look(stage, here.place.spot, &receiver, Care::Glance, cut, stream)
@@ -176,14 +211,14 @@ pub fn residual_walk(
             plain_lx += weight * sight.direct_lx();
             rays += 1;
         }
-        let mut asking = Asking { edge_share: EDGE_SHARE_OF_SAMPLES, found: None };
+        let mut asking = Asking::default();
         let (beside_lx, more_rays) = gather_indirect_lx(stage, &receiver, &mut asking, cut, stream);
         plain_lx += weight * beside_lx;
         rays += more_rays;
         let Some(next) = asking.found else {
             return (plain_lx, rays);
         };
-        add(Term { asked: told(&next), factor: (weight * next.reflectance) as f32 });
+        ask(next.question(grid, weight * next.reflectance));
         if !stream.happens(next.reflectance) {
             return (plain_lx, rays);
         }

@@ -99,7 +99,21 @@ pub fn gather_indirect_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let direction = cosine_hemisphere(receiver.normal, stream.pair());
+    let variates = stream.pair();
+    gather_along_lx(stage, receiver, variates, memory, cut, stream)
+}
+
+/// The same along the direction that two variates in [0, 1) make.
+#[inline]
+pub fn gather_along_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    variates: [f64; 2],
+    memory: &mut impl Memory,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let direction = cosine_hemisphere(receiver.normal, variates);
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
     let (near_lx, near_rays) = from_near_lights_lx(stage, receiver, stream);
     let looked_back = stage.near_lights.as_ref().map(|_| (receiver.point_m, receiver.normal));

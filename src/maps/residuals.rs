@@ -17,11 +17,15 @@ const SURE: f64 = 0.5;
 pub struct Residuals {
     /// Walks of every entry that has walks, in every replica.
     pub walks: u64,
+    /// Which entries have walks.
+    pub walkers: Vec<bool>,
     /// One slab a replica: sums over the walks of an entry in lx.
     pub sums_lx: Vec<Vec<f64>>,
     /// Region of every entry.
     regions: Vec<u32>,
     region_count: usize,
+    /// Whether any entry of a region has walks.
+    region_walks: Vec<bool>,
     /// Of every replica, once settled: mean over the map and over every region, in lx.
     means_lx: Vec<f64>,
     region_means_lx: Vec<Vec<f64>>,
@@ -41,6 +45,8 @@ pub struct ResidualState {
     pub variance: [f64; 2],
     /// Variance of a replica's correction, mean over the entries.
     pub correction_variance: f64,
+    /// Share of the entries, by weight, without walks.
+    pub silent_share: f64,
 }
 
 impl ResidualState {
@@ -53,12 +59,27 @@ impl ResidualState {
 
     /// Squared bias in lx² that is left and stated, where walks are so many times as many.
     pub fn left_lx2(&self, walks: f64) -> f64 {
-        (0..2)
-            .map(|scale| {
-                let sure = self.squared_bias[scale].max(0.0) + SURE * self.standard_error[scale] / walks;
-                (1.0 - self.share(scale, walks)).powi(2) * sure
-            })
-            .sum()
+        let shares = [0, 1].map(|scale| self.share(scale, walks));
+        self.left_by_shares_lx2(shares, walks)
+    }
+
+    fn left_by_shares_lx2(&self, shares: [f64; 2], walks: f64) -> f64 {
+        let left = |scale: usize, silent: f64| {
+            let sure = self.squared_bias[scale].max(0.0) + SURE * self.standard_error[scale] / walks;
+            ((1.0 - silent) * (1.0 - shares[scale]).powi(2) + silent) * sure
+        };
+        left(0, 0.0) + left(1, self.silent_share)
+    }
+
+    /// The same if all entries had walks, each as many.
+    pub fn over_all(self) -> ResidualState {
+        let had = 1.0 - self.silent_share;
+        ResidualState {
+            standard_error: self.standard_error.map(|error| error * had.sqrt()),
+            variance: [self.variance[0] * had, self.variance[1]],
+            silent_share: 0.0,
+            ..self
+        }
     }
 }
 
@@ -68,14 +89,32 @@ impl Residuals {
         let region_count = regions.iter().max().map_or(0, |last| *last as usize + 1);
         Residuals {
             walks: 0,
+            walkers: vec![true; regions.len()],
             sums_lx: vec![vec![0.0; regions.len()]; REPLICAS],
             regions,
             region_count,
+            region_walks: Vec::new(),
             means_lx: vec![0.0; REPLICAS],
             region_means_lx: vec![Vec::new(); REPLICAS],
             shares: [[0.0; 2]; 2],
             state: ResidualState::default(),
         }
+    }
+
+    /// Region of every entry.
+    pub fn regions(&self) -> &[u32] {
+        &self.regions
+    }
+
+    /// Region of an entry.
+    #[inline]
+    pub fn region_of(&self, site: usize) -> u32 {
+        self.regions[site]
+    }
+
+    /// Number of regions.
+    pub fn region_count(&self) -> usize {
+        self.region_count
     }
 
     /// What walks say of the map's bias.
@@ -90,9 +129,16 @@ impl Residuals {
             return 0.0;
         }
         let [of_region, of_entry] = self.shares[replica % 2];
-        let (mean, region) = (self.means_lx[replica], self.region_means_lx[replica][self.regions[site] as usize]);
-        let own = self.sums_lx[replica][site] / self.walks as f64;
-        mean + of_region * (region - mean) + of_entry * (own - region)
+        let (mean, region) = (self.means_lx[replica], self.regions[site] as usize);
+        if !self.region_walks[region] {
+            return mean;
+        }
+        let region_mean = self.region_means_lx[replica][region];
+        let corrected = mean + of_region * (region_mean - mean);
+        if !self.walkers[site] {
+            return corrected;
+        }
+        corrected + of_entry * (self.sums_lx[replica][site] / self.walks as f64 - region_mean)
     }
 
     /// Makes ready what is taken off, for entries that count with these weights.
@@ -101,15 +147,19 @@ impl Residuals {
             return;
         }
         let inverse = 1.0 / self.walks as f64;
+        let all_weights = weights;
+        let weights: Vec<f64> =
+            weights.iter().zip(&self.walkers).map(|(weight, walks)| if *walks { *weight } else { 0.0 }).collect();
         let weight_sum: f64 = weights.iter().sum();
         let mut of_regions = vec![0.0; self.region_count];
-        for (region, weight) in self.regions.iter().zip(weights) {
+        for (region, weight) in self.regions.iter().zip(&weights) {
             of_regions[*region as usize] += weight;
         }
+        self.region_walks = of_regions.iter().map(|weight| *weight > 0.0).collect();
         for replica in 0..REPLICAS {
             let mut means = vec![0.0; self.region_count];
             let mut sum = 0.0;
-            for ((region, weight), lx) in self.regions.iter().zip(weights).zip(&self.sums_lx[replica]) {
+            for ((region, weight), lx) in self.regions.iter().zip(&weights).zip(&self.sums_lx[replica]) {
                 means[*region as usize] += weight * lx * inverse;
                 sum += weight * lx * inverse;
             }
@@ -121,7 +171,7 @@ impl Residuals {
             let regions = Scale::of(&of_regions, replicas, |replica, region| {
                 self.region_means_lx[replica][region] - self.means_lx[replica]
             });
-            let entries = Scale::of(weights, replicas, |replica, site| {
+            let entries = Scale::of(&weights, replicas, |replica, site| {
                 self.sums_lx[replica][site] * inverse - self.region_means_lx[replica][self.regions[site] as usize]
             });
             ResidualState {
@@ -129,6 +179,7 @@ impl Residuals {
                 standard_error: [regions.standard_error, entries.standard_error],
                 variance: [regions.variance, entries.variance],
                 correction_variance: 0.0,
+                silent_share: 1.0 - weight_sum / all_weights.iter().sum::<f64>().max(f64::MIN_POSITIVE),
             }
         };
         let halves: [ResidualState; 2] =
@@ -136,8 +187,9 @@ impl Residuals {
         self.shares = [1, 0].map(|other: usize| [0, 1].map(|scale| halves[other].share(scale, 1.0)));
         let mut state = state_of(&(0..REPLICAS).collect::<Vec<_>>());
         // The shares that are used are those of the halves; what is left is stated by the same.
-        let corrections =
-            Scale::of(weights, &(0..REPLICAS).collect::<Vec<_>>(), |replica, site| self.correction_lx(replica, site));
+        let corrections = Scale::of(all_weights, &(0..REPLICAS).collect::<Vec<_>>(), |replica, site| {
+            self.correction_lx(replica, site)
+        });
         state.correction_variance = corrections.variance;
         self.state = state;
     }
@@ -147,14 +199,7 @@ impl Residuals {
         if self.walks == 0 {
             return 0.0;
         }
-        let of_half = |shares: &[f64; 2]| -> f64 {
-            (0..2)
-                .map(|scale| {
-                    let sure = self.state.squared_bias[scale].max(0.0) + SURE * self.state.standard_error[scale];
-                    (1.0 - shares[scale]).powi(2) * sure
-                })
-                .sum()
-        };
+        let of_half = |shares: &[f64; 2]| self.state.left_by_shares_lx2(*shares, 1.0);
         self.shares.iter().map(of_half).sum::<f64>().max(0.0).sqrt() / 2f64.sqrt()
     }
 }

@@ -26,6 +26,8 @@ pub enum Purpose {
     CellRays,
     /// Walks that measure what cells have wrong.
     Residuals,
+    /// Rays that fill cells.
+    CellFills,
 }
 
 /// Replicas that may share quasi-random sequences: see [`Stream::sharing`].

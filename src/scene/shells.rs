@@ -51,6 +51,12 @@ impl Shell {
         !self.tree.as_ref().is_some_and(|tree| tree.any_near(point_m, tolerance_m, budget, distance_m))
     }
 
+    /// A distance in m from a point within which the shell does not lie.
+    pub(super) fn clear_m(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
+        let box_m = point_m.distance(point_m.clamp(self.low_m, self.high_m));
+        if box_m > 0.0 { box_m } else { self.tree.as_ref().map_or(0.0, |tree| tree.clear_m(point_m, budget)) }
+    }
+
     /// Lowest and highest coordinates in m.
     pub(super) fn bounds_m(&self) -> Box3 {
         [self.low_m, self.high_m]

@@ -112,6 +112,32 @@ impl WindingTree {
         sum_sr
     }
 
+    /// A distance in m from a point within which no triangle lies: that to the nearest box of a leaf.
+    pub fn clear_m(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
+        let distance_m = |node: &Node| point_m.distance(point_m.clamp(node.low_m, node.high_m));
+        let mut nearest_m = f64::INFINITY;
+        let mut open = vec![0];
+        while let Some(number) = open.pop() {
+            let node = &self.nodes[number];
+            if !budget.take(1) {
+                return 0.0;
+            }
+            let away_m = distance_m(node);
+            if away_m >= nearest_m {
+                continue;
+            }
+            if node.count > 0 {
+                nearest_m = away_m;
+                continue;
+            }
+            // The nearer child is looked at first.
+            let children = [number + 1, node.second];
+            let [one_m, other_m] = children.map(|child| distance_m(&self.nodes[child]));
+            open.extend(if one_m < other_m { [children[1], children[0]] } else { children });
+        }
+        nearest_m
+    }
+
     /// Whether a triangle comes as near to a point as `tolerance_m`, by the distance that is given.
     pub fn any_near(
         &self,
@@ -178,6 +204,13 @@ mod tests {
             let whole: f64 = triangles.iter().map(|triangle| triangle_sr(corners(*triangle), point)).sum();
             let found = tree.solid_angle_sr(point, &mut Budget::of_steps(u64::MAX));
             assert!((found - whole).abs() < 1e-10, "{point}: {found} for {whole}");
+            // Triangles lie a little within the sphere, and boxes of leaves reach further in.
+            let clear_m = tree.clear_m(point, &mut Budget::of_steps(u64::MAX));
+            let away_m = (point.distance(DVec3::new(0.3, 0.2, 0.1)) - 1.0).abs();
+            assert!(
+                clear_m <= away_m + 0.01 && (away_m < 0.3 || clear_m > 0.3 * away_m),
+                "{point}: {clear_m} of {away_m}"
+            );
         }
     }
 }

@@ -9,9 +9,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::job::Context;
+use super::order::{Order, WalkOrder};
 use super::sweep::stream_index;
-use crate::caches::{CellGrid, CellLight};
-use crate::estimators::cells::{CellSampler, Term, residual_walk};
+use crate::caches::{CellGrid, CellLight, DirectionControl, DirectionSums, bin_of};
+use crate::estimators::cells::{CellSampler, Question, Term, gather, residual_walk};
 use crate::estimators::direct::Receiver;
 use crate::estimators::element::Element;
 use crate::estimators::reception::one_plane;
@@ -23,43 +24,46 @@ use crate::scene::{Elements, Quantity};
 
 /// Entries of a region of neighbours, about.
 const ENTRIES_OF_A_REGION: usize = 24;
+/// Edge of a cell over the length of the ray that asks: so many times the error that maps go for, within bounds. What a cell is off
+/// by grows with its edge.
+const EDGES_AN_ERROR: f64 = 50.0;
+const LEAST_EDGE_SHARE: f64 = 0.05;
+const MOST_EDGE_SHARE: f64 = 1.0;
+/// Entries that walk at first: what a thousand of them know of the mean squared bias by as many walks is known half as well.
+const FIRST_WALKERS: usize = 256;
+/// Rays, or walks, whose cells are looked up together.
+const BLOCK: u64 = 64;
 
 /// The cells of all replicas, which serve all maps of a run.
 pub struct CellSets {
     cells: Vec<CellLight>,
     /// Samples that a cell takes at most.
     pub most_samples: u16,
-    /// Rays of the cells' samples.
-    pub rays: u64,
 }
 
 impl CellSets {
-    /// No cells yet.
-    pub fn new(context: &Context, most_samples: u16) -> CellSets {
+    /// No cells yet, for an error of the maps.
+    pub fn new(context: &Context, error: f64) -> CellSets {
+        let edge_share = (EDGES_AN_ERROR * error).clamp(LEAST_EDGE_SHARE, MOST_EDGE_SHARE);
         let bounds_m = context.stage.tracer.bounds_m();
         let cells = |replica: u32| {
             let mut stream = Stream::new(context.seed, Purpose::Cells, 1, replica);
             stream.seek(0);
-            CellLight::new(CellGrid::new(bounds_m, std::array::from_fn(|_| stream.fine_unit())))
+            CellLight::new(CellGrid::new(bounds_m, std::array::from_fn(|_| stream.fine_unit()), edge_share))
         };
-        CellSets { cells: (0..REPLICAS as u32).map(cells).collect(), most_samples, rays: 0 }
+        CellSets { cells: (0..REPLICAS as u32).map(cells).collect(), most_samples: 1 }
     }
 
     /// Solves for the light of all cells.
     fn solve(&mut self) {
         self.cells.par_iter_mut().with_max_len(1).for_each(CellLight::solve);
     }
+}
 
-    /// Share of the samples that lie in cells which want no more.
-    pub fn full_share(&self) -> f64 {
-        let most = self.most_samples;
-        let [full, all] = self
-            .cells
-            .par_iter()
-            .map(|cells| cells.samples_in_full_cells(most))
-            .reduce(|| [0; 2], |one, other| [one[0] + other[0], one[1] + other[1]]);
-        full as f64 / all.max(1) as f64
-    }
+/// A range in blocks.
+fn blocks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
+    let end = range.end;
+    range.step_by(BLOCK as usize).map(move |first| first..(first + BLOCK).min(end))
 }
 
 /// What the rays and walks of one replica of a map found.
@@ -67,6 +71,8 @@ impl CellSets {
 struct Records {
     /// Of every ray, pass by pass: the cell that it asked.
     terms: Vec<Term>,
+    /// Part of the hemisphere into which it went.
+    bins: Vec<u8>,
     /// What it found beside, in lx; empty where rays can find nothing else.
     plain_lx: Vec<f32>,
     /// Of every walk, pass by pass: what it found beside cells, in lx, and the number of terms up to its end.
@@ -74,52 +80,31 @@ struct Records {
     walk_terms: Vec<Term>,
 }
 
-/// The order in which the entries of a map ask: scattered, so that a cell's first samples come from all over the map.
-#[derive(Clone, Copy, Debug)]
-struct Order {
-    sites: usize,
-    stride: usize,
-}
-
-impl Order {
-    fn of(sites: usize) -> Order {
-        // The golden section scatters best; the stride must share no divisor with the number of entries.
-        let divides = |mut a: usize, mut b: usize| {
-            while b > 0 {
-                (a, b) = (b, a % b);
-            }
-            a > 1
-        };
-        let mut stride = ((sites as f64 * 0.618_034) as usize).max(1);
-        while divides(stride, sites) {
-            stride += 1;
-        }
-        Order { sites, stride }
-    }
-
-    /// The entry at a place of a pass.
-    #[inline]
-    fn entry(self, place: u64) -> usize {
-        ((u128::from(place) * self.stride as u128) % self.sites as u128) as usize
-    }
-
-    /// Pass and entry of the rays of a range.
-    fn entries(self, range: Range<u64>) -> impl Iterator<Item = (u64, usize)> {
-        let sites = self.sites as u64;
-        range.map(move |index| (index / sites, self.entry(index % sites)))
+impl Records {
+    /// What each of the first rays brought, by the light that cells have now, in lx.
+    fn told_lx(&self, cells: &CellLight, rays: usize) -> Vec<f32> {
+        let mut told: Vec<f32> =
+            self.terms[..rays].iter().map(|term| term.factor * cells.value_lx(term.asked)).collect();
+        told.iter_mut().zip(&self.plain_lx).for_each(|(told, plain_lx)| *told += plain_lx);
+        told
     }
 }
 
 /// What a map has gathered.
 pub struct CellAsks {
     records: Vec<Records>,
+    /// Whether an entry sends rays.
+    sees: Vec<bool>,
     order: Order,
-    /// Rays of each replica, and walks, so far: a pass may stand in the middle.
+    /// Rays that fill, and rays that ask, of each replica so far: a pass may stand in the middle.
+    filled: u64,
     asked: u64,
-    walked: u64,
+    walks: WalkOrder,
+    /// Numbers of the three kinds that the latest sums know.
+    settled: [u64; 3],
     /// Squared error in lx² of the mean over all replicas by chance of the rays alone, by the latest sums.
     pub ray_squared_lx2: f64,
-    /// Rays of gathering, of the samples of cells that it asked for, and of walks.
+    /// Rays of gathering, of filling cells, and of walks.
     pub rays: [u64; 3],
 }
 
@@ -135,94 +120,147 @@ pub struct Asker<'a> {
 
 impl CellAsks {
     /// Nothing yet of so many entries.
-    pub fn new(sites: usize) -> CellAsks {
+    pub fn new(asker: &Asker, sites: usize) -> CellAsks {
         CellAsks {
+            sees: (0..sites).map(|entry| asker.site(entry).is_some()).collect(),
             records: vec![Records::default(); REPLICAS],
             order: Order::of(sites),
+            filled: 0,
             asked: 0,
-            walked: 0,
+            walks: WalkOrder::new(Order::of(sites), FIRST_WALKERS),
+            settled: [0; 3],
             ray_squared_lx2: 0.0,
             rays: [0; 3],
         }
     }
 
-    /// Complete passes of rays.
-    pub fn passes(&self) -> u64 {
-        self.asked / self.order.sites.max(1) as u64
+    /// Complete passes of rays that fill, of rays that ask, and of walks.
+    pub fn passes(&self) -> [u64; 3] {
+        let sites = self.order.sites().max(1) as u64;
+        let (_, walks, _) = self.walks.complete();
+        [self.filled / sites, self.asked / sites, walks]
     }
 
-    /// Complete passes of walks.
-    pub fn walks(&self) -> u64 {
-        self.walked / self.order.sites.max(1) as u64
+    /// Whether so many passes of walks are done by all that are to walk.
+    pub fn has_walked(&self, passes: u64) -> bool {
+        let (walkers, walks, _) = self.walks.complete();
+        walkers == self.walks.walkers && walks >= passes
     }
 
-    /// Sends rays up to so many passes, of every replica at most so many; returns how many rays that took, those of samples too.
-    pub fn ask(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
-        let range = self.asked..(passes * self.order.sites as u64).min(self.asked + most.max(1));
+    /// Lets all entries walk.
+    pub fn walk_from_all(&mut self) {
+        self.walks.take_all();
+    }
+
+    /// The next rays, towards so many passes, at most so many.
+    fn next(&self, done: u64, passes: u64, most: u64) -> Range<u64> {
+        done..(passes * self.order.sites() as u64).min(done + most.max(1))
+    }
+
+    /// Fills cells by up to so many passes, in every replica by at most so many rays; returns how many all rays were.
+    pub fn fill(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
+        let range = self.next(self.filled, passes, most);
         let (order, most_samples) = (self.order, sets.most_samples);
+        let replicas = sets.cells.par_iter_mut().with_max_len(1).enumerate();
+        let traced = replicas
+            .map(|(replica, cells)| asker.fill(cells, most_samples, replica as u32, order.entries(range.clone())));
+        let rays = traced.sum();
+        self.filled = range.end;
+        self.rays[1] += rays;
+        rays
+    }
+
+    /// Sends rays up to so many passes, of every replica at most so many; returns how many rays that took.
+    pub fn ask(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
+        let range = self.next(self.asked, passes, most);
+        let order = self.order;
         let replicas = self.records.par_iter_mut().with_max_len(1).zip(&mut sets.cells).enumerate();
         let traced = replicas.map(|(replica, (records, cells))| {
-            asker.ask(records, cells, most_samples, replica as u32, order.entries(range.clone()))
-        });
-        let rays = traced.reduce(|| [0; 2], |one, other| [one[0] + other[0], one[1] + other[1]]);
-        self.asked = range.end;
-        self.rays[0] += rays[0];
-        self.rays[1] += rays[1];
-        sets.rays += rays[1];
-        rays[0] + rays[1]
-    }
-
-    /// Walks up to so many passes, of every replica at most so many; returns their rays. Cells must be solved.
-    pub fn walk(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
-        if self.walked.is_multiple_of(self.order.sites as u64) {
-            // Larger cells, which tell of places that nobody asked, come with the solution.
-            sets.solve();
-        }
-        let range = self.walked..(passes * self.order.sites as u64).min(self.walked + most.max(1));
-        let order = self.order;
-        let replicas = self.records.par_iter_mut().with_max_len(1).zip(&sets.cells).enumerate();
-        let traced = replicas.map(|(replica, (records, cells))| {
-            asker.walk(records, cells, replica as u32, order.entries(range.clone()))
+            asker.ask(records, &mut cells.grid, replica as u32, order, range.clone())
         });
         let rays = traced.sum();
-        self.walked = range.end;
+        self.asked = range.end;
+        self.rays[0] += rays;
+        rays
+    }
+
+    /// Walks up to so many passes, of every replica at most so many; returns their rays.
+    pub fn walk(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
+        let range = self.walks.next(passes, most);
+        let walks = &self.walks;
+        let replicas = self.records.par_iter_mut().with_max_len(1).zip(&mut sets.cells).enumerate();
+        let traced = replicas.map(|(replica, (records, cells))| {
+            asker.walk(records, &mut cells.grid, replica as u32, walks, range.clone())
+        });
+        let rays = traced.sum();
+        self.walks.done = range.end;
         self.rays[2] += rays;
         rays
     }
 
     /// Sums up all that complete passes found, by the light that cells have now.
     pub fn settle(&mut self, sets: &mut CellSets, map: &mut ReplicaMap, weights: &[f64]) {
+        let numbers = [self.filled, self.asked, self.walks.done];
+        if self.settled == numbers {
+            return;
+        }
+        self.settled = numbers;
         sets.solve();
-        let (sites, passes, walks) = (self.order.sites, self.passes(), self.walks());
+        let (sites, [_, passes, walks]) = (self.order.sites(), self.passes());
         let order = self.order;
         let Some(residuals) = &mut map.residuals else {
             return;
         };
+        let (walkers, _, walk_count) = self.walks.complete();
         residuals.walks = walks;
-        let replicas = self.records.par_iter().with_max_len(1).zip(&sets.cells).zip(&mut map.indirect);
-        let halves = replicas.zip(&mut residuals.sums_lx).map(|(((records, cells), rows), walked)| {
-            rows.fill(0.0);
-            // What the first half of the passes brought, and the second.
-            let mut by_half = vec![[0.0f64; 2]; sites];
-            for (index, (pass, entry)) in order.entries(0..passes * sites as u64).enumerate() {
-                let term = records.terms[index];
-                let told_lx = term.factor * cells.value_lx(term.asked);
-                let lx = f64::from(told_lx + records.plain_lx.get(index).copied().unwrap_or(0.0));
-                by_half[entry][usize::from(2 * pass >= passes)] += lx;
-                rows[entry] += lx;
-            }
+        residuals.walkers = vec![false; sites];
+        (0..walkers).for_each(|place| residuals.walkers[order.entry(place)] = true);
+        let replicas = self.records.par_iter().with_max_len(1).zip(&sets.cells);
+        let told: Vec<Vec<f32>> =
+            replicas.map(|(records, cells)| records.told_lx(cells, passes as usize * sites)).collect();
+        let controls: Vec<DirectionControl> = [0, 1]
+            .into_par_iter()
+            .map(|half| {
+                let mut sums = DirectionSums::new(residuals.region_count());
+                for replica in (half..REPLICAS).step_by(2) {
+                    let bins = &self.records[replica].bins;
+                    let rays = order.entries(0..told[replica].len() as u64).zip(bins).zip(&told[replica]);
+                    let rays = rays.filter(|(((_, entry), _), _)| self.sees[*entry]);
+                    rays.for_each(|(((_, entry), bin), lx)| sums.add(residuals.region_of(entry), *bin, *lx));
+                }
+                sums.control()
+            })
+            .collect();
+        let told = told.into_par_iter().with_max_len(1).zip(&self.records).zip(&mut map.indirect).enumerate();
+        let regions = residuals.regions();
+        let halves: Vec<Vec<[f64; 2]>> = told
+            .map(|(replica, ((told, records), rows))| {
+                rows.fill(0.0);
+                let control = &controls[1 - replica % 2];
+                // What the first half of the passes brought, and the second.
+                let mut by_half = vec![[0.0f64; 2]; sites];
+                let rays = order.entries(0..told.len() as u64).zip(&records.bins).zip(&told);
+                for (((pass, entry), bin), lx) in rays {
+                    let expected_lx = if self.sees[entry] { control.expected_lx(regions[entry], *bin) } else { 0.0 };
+                    let lx = f64::from(lx - expected_lx);
+                    by_half[entry][usize::from(pass >= passes / 2)] += lx;
+                    rows[entry] += lx;
+                }
+                by_half
+            })
+            .collect();
+        let replicas = self.records.par_iter().with_max_len(1).zip(&sets.cells).zip(&mut residuals.sums_lx);
+        replicas.for_each(|((records, cells), walked)| {
             walked.fill(0.0);
             let mut first = 0;
-            for ((plain_lx, end), (_, entry)) in records.walks.iter().zip(order.entries(0..walks * sites as u64)) {
+            for ((plain_lx, end), (_, entry)) in records.walks.iter().zip(self.walks.entries(0..walk_count)) {
                 let terms = &records.walk_terms[first as usize..*end as usize];
                 let told: f64 =
                     terms.iter().map(|term| f64::from(term.factor) * f64::from(cells.value_lx(term.asked))).sum();
                 walked[entry] += f64::from(*plain_lx) + told;
                 first = *end;
             }
-            by_half
         });
-        let halves: Vec<Vec<[f64; 2]>> = halves.collect();
         self.ray_squared_lx2 = ray_squared_lx2(&halves, weights, passes);
         map.indirect_samples.complete = passes;
         map.indirect_samples.ahead = 0;
@@ -290,65 +328,91 @@ fn divide(places: &[(DVec3, DVec3)], entries: &mut [u32], found: &mut impl FnMut
 }
 
 impl Asker<'_> {
-    /// Rays of one replica; returns those of gathering and those of samples.
-    fn ask(
+    /// Rays of one replica that fill its cells; returns the rays, those of samples too.
+    fn fill(
         &self,
-        records: &mut Records,
         cells: &mut CellLight,
         most_samples: u16,
         replica: u32,
         entries: impl Iterator<Item = (u64, usize)>,
-    ) -> [u64; 2] {
-        let stage = self.context.stage;
-        let mut stream = Stream::new(self.context.seed, Purpose::CellRays, self.kind.number(), replica);
+    ) -> u64 {
+        let mut stream = Stream::new(self.context.seed, Purpose::CellFills, self.kind.number(), replica);
         // Samples are numbered through all maps.
         let samples = Stream::new(self.context.seed, Purpose::Cells, 0, replica);
-        let mut sampler = CellSampler { stage, cells, most_samples, stream: samples, rays: 0 };
-        let finds_more = self.finds_more_than_cells();
+        let mut sampler = CellSampler { stage: self.context.stage, cells, most_samples, stream: samples, rays: 0 };
         let mut cut = Cut::default();
-        let mut rays = 0;
         for (pass, entry) in entries {
-            let (mut plain_lx, mut term) = (0.0, Term::NONE);
             if let Some(site) = self.site(entry) {
                 stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                 let start = self.start(&site, &mut stream);
-                let found = sampler.gather(&start.receiver(), &mut cut, &mut stream);
-                plain_lx = start.weight * found.0;
-                term = Term { factor: start.weight as f32 * found.1.factor, ..found.1 };
-                rays += found.2;
-            }
-            records.terms.push(term);
-            if finds_more {
-                records.plain_lx.push(plain_lx as f32);
+                sampler.fill(&start.receiver(), &mut cut, &mut stream);
             }
         }
-        [rays, sampler.rays]
+        sampler.rays
+    }
+
+    /// Rays of one replica whose values count; returns the rays.
+    fn ask(&self, records: &mut Records, grid: &mut CellGrid, replica: u32, order: Order, range: Range<u64>) -> u64 {
+        let stage = self.context.stage;
+        let mut stream = Stream::new(self.context.seed, Purpose::CellRays, self.kind.number(), replica);
+        let finds_more = self.finds_more_than_cells();
+        let mut cut = Cut::default();
+        let mut rays = 0;
+        let mut questions: Vec<Option<Question>> = Vec::with_capacity(BLOCK as usize);
+        for block in blocks(range) {
+            for (pass, entry) in order.entries(block) {
+                let (mut plain_lx, mut question, mut bin) = (0.0, None, 0);
+                if let Some(site) = self.site(entry) {
+                    stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
+                    let start = self.start(&site, &mut stream);
+                    let variates = stream.pair();
+                    let found = gather(stage, grid, &start.receiver(), variates, &mut cut, &mut stream);
+                    plain_lx = start.weight * found.0;
+                    question = found.1.map(|found| Question { factor: start.weight as f32 * found.factor, ..found });
+                    bin = bin_of(variates);
+                    rays += found.2;
+                }
+                questions.push(question);
+                records.bins.push(bin);
+                if finds_more {
+                    records.plain_lx.push(plain_lx as f32);
+                }
+            }
+            let terms = questions.drain(..).map(|question| question.map_or(Term::NONE, |asks| asks.term(grid)));
+            records.terms.extend(terms);
+        }
+        rays
     }
 
     /// Walks of one replica; returns their rays.
     fn walk(
         &self,
         records: &mut Records,
-        cells: &CellLight,
+        grid: &mut CellGrid,
         replica: u32,
-        entries: impl Iterator<Item = (u64, usize)>,
+        order: &WalkOrder,
+        range: Range<u64>,
     ) -> u64 {
         let stage = self.context.stage;
         let mut stream = Stream::new(self.context.seed, Purpose::Residuals, self.kind.number(), replica);
         let mut cut = Cut::default();
         let mut rays = 0;
-        for (pass, entry) in entries {
-            let mut plain_lx = 0.0;
-            if let Some(site) = self.site(entry) {
-                stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
-                let start = self.start(&site, &mut stream);
-                let (receiver, terms) = (start.receiver(), &mut records.walk_terms);
-                let add = |term: Term| terms.push(term);
-                let walked = residual_walk(stage, cells, &receiver, start.weight, &mut cut, &mut stream, add);
-                plain_lx = walked.0;
-                rays += walked.1;
+        let mut questions: Vec<Question> = Vec::new();
+        for block in blocks(range) {
+            for (pass, entry) in order.entries(block) {
+                let mut plain_lx = 0.0;
+                if let Some(site) = self.site(entry) {
+                    stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
+                    let start = self.start(&site, &mut stream);
+                    let ask = |question: Question| questions.push(question);
+                    let walked =
+                        residual_walk(stage, grid, &start.receiver(), start.weight, &mut cut, &mut stream, ask);
+                    plain_lx = walked.0;
+                    rays += walked.1;
+                }
+                records.walks.push((plain_lx as f32, (records.walk_terms.len() + questions.len()) as u32));
             }
-            records.walks.push((plain_lx as f32, records.walk_terms.len() as u32));
+            records.walk_terms.extend(questions.drain(..).map(|question| question.term(grid)));
         }
         rays
     }

@@ -10,7 +10,7 @@ mod gathering;
 
 use std::ops::Range;
 
-pub use self::cells::{CellGoal, first_samples_of_cells};
+pub use self::cells::CellGoal;
 use self::connecting::first_rounds;
 use self::elements::numbers_per_site;
 pub use self::elements::{Refinement, Shows, element_map, element_weights};

@@ -10,6 +10,7 @@ mod gathering;
 mod glare;
 mod job;
 mod local;
+mod order;
 mod pilot;
 mod plan;
 mod run;

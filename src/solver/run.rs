@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::cells::CellSets;
 use super::choice;
 use super::finish::finish;
-use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement, TimeLeft, first_samples_of_cells};
+use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement, TimeLeft};
 use super::sparse::fill_sparse_elements;
 use super::stages::Stages;
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
@@ -194,7 +194,7 @@ impl Run<'_> {
             return;
         }
         let error = self.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
-        self.sets = Some(CellSets::new(self.context, first_samples_of_cells(error)));
+        self.sets = Some(CellSets::new(self.context, error));
         for job in self.jobs.iter_mut().filter(|job| job.can_ask_cells(self.context)) {
             job.start_asking(self.context, error, self.settings.chains);
         }
@@ -304,12 +304,8 @@ impl Run<'_> {
     /// What a map that asks cells needs next.
     fn plan_cells(&mut self, index: usize) {
         let job = &mut self.jobs[index];
-        if job.engine == Engine::Cells
-            && !job.met
-            && self.settings.chains.is_none()
-            && let Some(sets) = &mut self.sets
-        {
-            job.plan_cells(sets, self.target_error);
+        if job.engine == Engine::Cells && !job.met && self.settings.chains.is_none() {
+            job.plan_cells(self.target_error);
         }
     }
 

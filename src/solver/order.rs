@@ -1,0 +1,180 @@
+//! In which order the entries of a map send rays and walks.
+
+use std::ops::Range;
+
+/// The order in which the entries of a map ask: scattered, so that the first ones come from all over the map.
+#[derive(Clone, Copy, Debug)]
+pub struct Order {
+    sites: usize,
+    stride: usize,
+}
+
+impl Order {
+    /// Of so many entries.
+    pub fn of(sites: usize) -> Order {
+        // The golden section scatters best; the stride must share no divisor with the number of entries.
+        let divides = |mut a: usize, mut b: usize| {
+            while b > 0 {
+                (a, b) = (b, a % b);
+            }
+            a > 1
+        };
+        let mut stride = ((sites as f64 * 0.618_034) as usize).max(1);
+        while divides(stride, sites) {
+            stride += 1;
+        }
+        Order { sites, stride }
+    }
+
+    /// Number of entries.
+    pub fn sites(self) -> usize {
+        self.sites
+    }
+
+    /// The entry at a place of a pass.
+    #[inline]
+    pub fn entry(self, place: u64) -> usize {
+        ((u128::from(place) * self.stride as u128) % self.sites as u128) as usize
+    }
+
+    /// Pass and entry of the rays of a range, pass after pass over all entries.
+    pub fn entries(self, range: Range<u64>) -> impl Iterator<Item = (u64, usize)> {
+        let sites = self.sites as u64;
+        range.map(move |index| (index / sites, self.entry(index % sites)))
+    }
+}
+
+/// Passes over some places of the order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Stretch {
+    places: Range<u64>,
+    passes: Range<u64>,
+}
+
+impl Stretch {
+    fn len(&self) -> u64 {
+        (self.places.end - self.places.start) * (self.passes.end - self.passes.start)
+    }
+}
+
+/// The walks of a map: of the first entries in the order only, at first, and later perhaps of all.
+#[derive(Clone, Debug)]
+pub struct WalkOrder {
+    order: Order,
+    /// One after another.
+    stretches: Vec<Stretch>,
+    /// Walks so far.
+    pub done: u64,
+    /// Entries that are to walk.
+    pub walkers: u64,
+}
+
+impl WalkOrder {
+    /// No walks yet, and then of so many entries at first.
+    pub fn new(order: Order, walkers: usize) -> WalkOrder {
+        let walkers = walkers.min(order.sites()) as u64;
+        WalkOrder { order, stretches: Vec::new(), done: 0, walkers }
+    }
+
+    /// Lets all entries walk: the others as often first as those have that walk already.
+    pub fn take_all(&mut self) {
+        self.walkers = self.order.sites() as u64;
+    }
+
+    /// Entries and passes that the first stretches make, if they are whole: of the last one as far as its passes are.
+    fn reach(&self, done: u64) -> (u64, u64, u64) {
+        let (mut entries, mut passes, mut used) = (0, 0, 0);
+        for stretch in &self.stretches {
+            let width = stretch.places.end - stretch.places.start;
+            if used + stretch.len() <= done {
+                (entries, passes) = (stretch.places.end, stretch.passes.end);
+                used += stretch.len();
+                continue;
+            }
+            if stretch.places.start == 0 && width > 0 {
+                let whole = (done - used) / width;
+                if whole > 0 {
+                    (entries, passes) = (stretch.places.end, stretch.passes.start + whole);
+                    used += whole * width;
+                }
+            }
+            break;
+        }
+        (entries, passes, used)
+    }
+
+    /// Entries that have walked, passes of all of these, and the number of walks that this makes.
+    pub fn complete(&self) -> (u64, u64, u64) {
+        self.reach(self.done)
+    }
+
+    /// The next walks, towards so many passes, at most so many.
+    pub fn next(&mut self, passes: u64, most: u64) -> Range<u64> {
+        let all = self.stretches.iter().map(Stretch::len).sum::<u64>();
+        let (entries, planned, _) = self.reach(all);
+        if entries > 0 && entries < self.walkers {
+            self.stretches.push(Stretch { places: entries..self.walkers, passes: 0..planned });
+        }
+        if planned < passes {
+            self.stretches.push(Stretch { places: 0..self.walkers, passes: planned..passes });
+        }
+        let all = self.stretches.iter().map(Stretch::len).sum::<u64>();
+        self.done..all.min(self.done + most.max(1))
+    }
+
+    /// Pass and entry of the walks of a range.
+    pub fn entries(&self, range: Range<u64>) -> impl Iterator<Item = (u64, usize)> {
+        let mut first = 0;
+        self.stretches.iter().flat_map(move |stretch| {
+            let own = first..first + stretch.len();
+            first = own.end;
+            let part = range.start.max(own.start)..range.end.min(own.end);
+            let width = (stretch.places.end - stretch.places.start).max(1);
+            part.map(move |index| {
+                let number = index - own.start;
+                let place = stretch.places.start + number % width;
+                (stretch.passes.start + number / width, self.order.entry(place))
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pass_meets_every_entry_once() {
+        for sites in [1, 2, 12, 97, 1000] {
+            let order = Order::of(sites);
+            let mut met = vec![0; sites];
+            order.entries(0..sites as u64).for_each(|(_, entry)| met[entry] += 1);
+            assert!(met.iter().all(|times| *times == 1), "{sites}");
+        }
+    }
+
+    #[test]
+    fn walks_of_all_take_in_those_of_the_first() {
+        let mut walks = WalkOrder::new(Order::of(10), 4);
+        walks.done = walks.next(3, 100).end;
+        assert_eq!((walks.done, walks.complete()), (12, (4, 3, 12)));
+        walks.take_all();
+        // The other six catch up before anything counts.
+        walks.done = walks.next(5, 17).end;
+        assert_eq!(walks.complete(), (4, 3, 12));
+        walks.done = walks.next(5, 8).end;
+        assert_eq!((walks.done, walks.complete()), (37, (10, 3, 30)));
+        walks.done = walks.next(5, 100).end;
+        assert_eq!(walks.complete(), (10, 5, 50));
+        let mut times = [0; 10];
+        let mut seen = std::collections::HashSet::new();
+        for (pass, entry) in walks.entries(0..50) {
+            times[entry] += 1;
+            assert!(pass < 5 && seen.insert((pass, entry)));
+        }
+        assert_eq!(times, [5; 10]);
+        // Ranges join.
+        let parts: Vec<_> = walks.entries(7..13).chain(walks.entries(13..33)).collect();
+        assert_eq!(parts, walks.entries(7..33).collect::<Vec<_>>());
+    }
+}
