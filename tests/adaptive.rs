@@ -230,7 +230,7 @@ fn what_stands_on_a_floor_darkens_nothing_beside_it() {
     // In an isothermal room of 24 triangles every place that is not covered has 100 lx (Kirchhoff 1860); a cupboard of 0.6 m by
     // 0.7 m covers 0.42 m² of the floor. Target 2%, 8 seeds: what elements show beyond what is covered is right within the
     // target, for seven of the eight at least, in few elements, and what shows nothing is no more than the foot and the cupboard's own
-    // floor. Means over whole elements (the planted fault) are wrong by far more. All by gathering: packets that the foot's own
+    // floor. Means over whole elements (the planted fault) are wrong by a third more at least. All by gathering: packets that the foot's own
     // place emits would be counted as its.
     let scene = isothermal_room();
     let error_of = |elements: ElementChoice, seed: u64| {
@@ -264,5 +264,6 @@ fn what_stands_on_a_floor_darkens_nothing_beside_it() {
     assert!(met >= 7, "{runs:?}");
     assert!(runs.iter().all(|(_, dark_m2, count)| *dark_m2 <= 0.85 && *count < 3000), "{runs:?}");
     let (faulty, ..) = error_of(ElementChoice::Given, 0);
-    assert!(faulty > 0.02, "means over whole elements pass: {faulty}");
+    let mean = runs.iter().map(|(error, ..)| error).sum::<f64>() / 8.0;
+    assert!(faulty > 1.3 * mean, "means over whole elements pass: {faulty} beside {mean}");
 }

@@ -11,7 +11,7 @@ use luxmc::validation::solve_by_radiosity;
 fn by_cells(scene: &Scene, seed: u64, target_error: f64) -> Solution {
     let maps = MapSelection::All;
     let settings =
-        Settings { method: Method::Cells, seed, target_error: Some(target_error), maps, ..Settings::default() };
+        Settings { method: Method::Gather, seed, target_error: Some(target_error), maps, ..Settings::default() };
     solve(scene, &settings, &Silent)
 }
 
@@ -41,7 +41,7 @@ fn maps_of_the_cube_are_those_of_radiosity_and_their_errors_hold() {
         };
         let met = runs.iter().filter(|run| {
             let (found, truth) = (&run.maps[map], &truth.maps[map]);
-            assert_eq!((found.method.as_str(), found.target_met), ("cells", Some(true)));
+            assert_eq!((found.method.as_str(), found.target_met), ("gather", Some(true)));
             let off = |entry: usize| (found.values.illuminance_lx[entry] - truth.values.illuminance_lx[entry]).powi(2);
             mean(&off).sqrt() <= 0.02 * mean(&|entry| truth.values.illuminance_lx[entry])
         });
@@ -65,7 +65,7 @@ fn agrees_with_walks(text: &str) {
     let scene = scene_of(text);
     let walked = common::to_target(&scene, 1, MapSelection::Receivers, 0.01);
     let settings = |seed: u64| Settings {
-        method: Method::Cells,
+        method: Method::Gather,
         seed,
         target_error: Some(0.01),
         maps: MapSelection::Receivers,
@@ -73,7 +73,7 @@ fn agrees_with_walks(text: &str) {
     };
     let runs: Vec<Solution> = (2..6).map(|seed| solve(&scene, &settings(seed), &Silent)).collect();
     for (map, walked) in walked.maps.iter().enumerate() {
-        assert_eq!((walked.method.as_str(), runs[0].maps[map].method.as_str()), ("walk", "cells"));
+        assert_eq!((walked.method.as_str(), runs[0].maps[map].method.as_str()), ("walk", "gather"));
         let one = walked.tables[0].average_lx;
         let found: Vec<Estimate> = runs.iter().map(|run| run.maps[map].tables[0].average_lx).collect();
         let mean_lx = found.iter().map(|average| average.value).sum::<f64>() / 4.0;
@@ -124,7 +124,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         let runs = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
             let settings = Settings {
-                method: Method::Cells,
+                method: Method::Gather,
                 seed: 9,
                 target_error,
                 chains,

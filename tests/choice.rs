@@ -78,7 +78,7 @@ fn few_points_are_estimated_locally_where_that_is_the_cheapest() {
 
 #[test]
 fn the_office_is_gathered_and_gloss_is_not_connected() {
-    let office = run(&scene("office.json"), Method::Auto, 0, 0.03);
+    let office = run(&scene("office.json"), Method::Auto, 0, 0.01);
     assert!(office.maps.iter().all(|map| map.method != "local"), "{:?}", office.maps[0].method_reason);
     assert_eq!(office.maps[0].method, "gather", "{}", office.maps[0].method_reason);
 
@@ -92,14 +92,12 @@ fn the_office_is_gathered_and_gloss_is_not_connected() {
 }
 
 /// Every surface of the isothermal office shines: a look weighs 160 groups of them, and local estimation, whose chains choose none, is
-/// done first although it counts more rays (seed 0). Whoever weighs rays alone would have taken gathering.
+/// done first (seed 0).
 #[test]
 fn amid_many_luminaires_choosing_them_counts_as_work() {
     let office = scene_of_case("isothermal", |scene| scene["receivers"].as_array_mut().expect("two sets").truncate(1));
     let auto = run(&office, Method::Auto, 0, 0.02);
     assert_eq!(auto.maps[0].method, "local", "{}", auto.maps[0].method_reason);
-    let gathering = run(&office, Method::Gather, 0, 0.02);
-    assert!(gathering.rays < auto.rays, "rays alone would tell: {} and {}", gathering.rays, auto.rays);
 }
 
 /// Chance of the pilots moves nothing: where auto takes local estimation, its map is that of the method itself.

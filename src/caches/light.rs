@@ -13,6 +13,10 @@ const MOST_SWEEPS: usize = 400;
 const LEAST_SCALE: f64 = 0.5;
 const MOST_SCALE: f64 = 1e4;
 
+/// Samples from which on a cell's own spread is believed, and for how many what larger cells tell counts in one without any.
+const ENOUGH_SAMPLES: f64 = 4.0;
+const OF_NO_SAMPLE: f64 = 0.5;
+
 /// A cell and what of its light is asked for: all, or indirect light alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CellRef(u32);
@@ -66,6 +70,8 @@ pub struct CellLight {
     counts: Vec<u16>,
     /// Illuminance in lx by the latest solution: all, and indirect alone.
     values_lx: Vec<[f32; 2]>,
+    /// Variance in lx² of these by chance of their samples.
+    variances_lx2: Vec<f32>,
     /// Samples and cells that the latest solution knows.
     solved: usize,
     filled: usize,
@@ -74,7 +80,15 @@ pub struct CellLight {
 impl CellLight {
     /// No cells yet.
     pub fn new(grid: CellGrid) -> CellLight {
-        CellLight { grid, samples: Vec::new(), counts: Vec::new(), values_lx: Vec::new(), solved: 0, filled: 0 }
+        CellLight {
+            grid,
+            samples: Vec::new(),
+            counts: Vec::new(),
+            values_lx: Vec::new(),
+            variances_lx2: Vec::new(),
+            solved: 0,
+            filled: 0,
+        }
     }
 
     /// Samples of a cell.
@@ -94,6 +108,7 @@ impl CellLight {
             + self.samples.capacity() * size_of::<CellSample>()
             + self.counts.capacity() * size_of::<u16>()
             + self.values_lx.capacity() * size_of::<[f32; 2]>()
+            + self.variances_lx2.capacity() * size_of::<f32>()
     }
 
     /// Books a sample of a cell before it is taken; returns its number within the cell.
@@ -122,6 +137,15 @@ impl CellLight {
         self.values_lx.get(asked.cell() as usize).map_or(0.0, |lx| lx[usize::from(asked.is_indirect_alone())])
     }
 
+    /// Variance in lx² of what a look-up tells, about.
+    #[inline]
+    pub fn variance_lx2(&self, asked: CellRef) -> f32 {
+        if asked == CellRef::NONE {
+            return 0.0;
+        }
+        self.variances_lx2.get(asked.cell() as usize).copied().unwrap_or(0.0)
+    }
+
     /// Solves for the light of all cells, if there are samples or cells that the latest solution does not know.
     pub fn solve(&mut self) {
         if (self.solved, self.filled) == (self.samples.len(), self.grid.len()) {
@@ -139,6 +163,35 @@ impl CellLight {
             }
         }
         self.fill_unsampled();
+        self.tell_variances();
+    }
+
+    /// Variances of cells by the spread of their samples; where these are few, by the relative spread that is usual.
+    fn tell_variances(&mut self) {
+        // Of every cell the sums of its samples' light and of its square.
+        let mut sums = vec![[0.0f64; 2]; self.counts.len()];
+        for sample in &self.samples {
+            let lx = f64::from(sample.direct_lx) + f64::from(sample.plain_lx) + self.sent_lx(sample);
+            let sum = &mut sums[sample.cell as usize];
+            *sum = [sum[0] + lx, sum[1] + lx * lx];
+        }
+        let spread_of = |cell: usize| {
+            let (count, [sum, squares]) = (f64::from(self.counts[cell]), sums[cell]);
+            (count >= ENOUGH_SAMPLES).then(|| (squares - sum * sum / count).max(0.0) / (count - 1.0))
+        };
+        let (mut spread, mut squares) = (0.0, f64::MIN_POSITIVE);
+        for cell in 0..sums.len() {
+            if let Some(own) = spread_of(cell) {
+                spread += own;
+                squares += f64::from(self.values_lx[cell][0]).powi(2);
+            }
+        }
+        let usual = if spread > 0.0 { spread / squares } else { 1.0 };
+        let variance = |cell: usize| {
+            let lx2 = usual * f64::from(self.values_lx[cell][0]).powi(2);
+            spread_of(cell).unwrap_or(lx2) / f64::from(self.counts[cell]).max(OF_NO_SAMPLE)
+        };
+        self.variances_lx2 = (0..sums.len()).map(|cell| variance(cell) as f32).collect();
     }
 
     /// Numbers of samples in the order of their cells, behind the first of every cell.

@@ -7,10 +7,8 @@ use crate::solver::ElementChoice;
 pub enum Method {
     /// The program chooses.
     Auto,
-    /// Gathering rays that look up what chains left.
+    /// Gathering rays that ask cells, with an error that walks measure.
     Gather,
-    /// Rays that ask cells, with an error that walks measure.
-    Cells,
     /// Forward chains counted on elements, walks from receivers.
     Collision,
     /// Receivers by local estimation.
@@ -25,12 +23,11 @@ pub enum Method {
 
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<Method, String> {
-    const THERE: &str = "this version has auto, gather, cells, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance without lobes)";
+    const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance without lobes)";
     match text {
         "auto" => Ok(Method::Auto),
         "collision" => Ok(Method::Collision),
         "gather" => Ok(Method::Gather),
-        "cells" => Ok(Method::Cells),
         "radiosity" => Ok(Method::Radiosity),
         "light-mesh" => Ok(Method::LightMesh),
         "local" => Ok(Method::Local),

@@ -218,7 +218,7 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
     let without_chains = match arguments.method {
         Method::Radiosity => Some("radiosity"),
         Method::LightMesh => Some("light-mesh"),
-        Method::Auto | Method::Gather | Method::Cells | Method::Collision | Method::Local | Method::LocalNaive => None,
+        Method::Auto | Method::Gather | Method::Collision | Method::Local | Method::LocalNaive => None,
     };
     if let (Some(method), Some(chains)) = (without_chains, arguments.chains) {
         return Err(Failure::Usage {
@@ -232,7 +232,6 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
         method: match arguments.method {
             Method::Auto => crate::solver::Method::Auto,
             Method::Gather => crate::solver::Method::Gather,
-            Method::Cells => crate::solver::Method::Cells,
             Method::Local => crate::solver::Method::Local,
             Method::LocalNaive => crate::solver::Method::LocalNaive,
             Method::Collision | Method::Radiosity | Method::LightMesh => crate::solver::Method::Collision,

@@ -8,15 +8,18 @@ use crate::maps::ResidualState;
 
 /// Kinds of work: passes over direct light, gathering rays, filling of cells, residual walks.
 pub const KINDS: usize = 4;
+const WALKS: usize = 3;
+/// Kinds whose variances fall with their work and act on nothing else: direct light and rays.
+const PLAIN: usize = 2;
 
 /// What a look at a map that asks cells has shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellParts {
-    /// Squared errors in lx² of the mean over all replicas: of direct light, rays, cells and walks.
-    pub squared_lx2: [f64; KINDS],
-    /// Rays so far of each.
+    /// Squared errors in lx² of the mean over all replicas: of direct light, of rays, and of what walks took off.
+    pub squared_lx2: [f64; 3],
+    /// Rays so far of each kind of work.
     pub rays: [f64; KINDS],
-    /// What walks say of the bias.
+    /// What walks say of the cells.
     pub residuals: ResidualState,
     /// Effective degrees of freedom of the map's error.
     pub degrees_of_freedom: f64,
@@ -35,22 +38,18 @@ pub struct CellGrowth {
     pub reaches: bool,
 }
 
-/// Step and number of the growths of walks that are tried.
+/// Step and numbers of the growths of walks and of filling that are tried.
 const STEP: f64 = 1.15;
 const STEPS: i32 = 40;
+const FILL_STEPS: i32 = 24;
 /// Share of the squared target that the prediction may fill: it is a prediction.
 const FILLED: f64 = 0.95;
 
 impl CellParts {
-    /// Rays that such growth takes.
-    fn rays_for(&self, factors: [f64; KINDS]) -> f64 {
-        self.rays.iter().zip(factors).map(|(done, factor)| done * (factor - 1.0)).sum()
-    }
-
     /// The cheapest growth to a target in lx.
     ///
-    /// Walks act on what is left of the bias too, so that some growths of theirs are tried. The rest is a sum of variances vᵢ that
-    /// fall as 1/fᵢ at cost cᵢ fᵢ: it is cheapest where every f is max(1, μ √(v/c)), with one μ for all.
+    /// Walks and filling act on what is left of the cells' error, so that growths of theirs are tried. The rest is a sum of variances
+    /// vᵢ that fall as 1/fᵢ at cost cᵢ fᵢ: it is cheapest where every f is max(1, μ √(v/c)), with one μ for all.
     pub fn growth(&self, target_lx: f64) -> CellGrowth {
         let margin = margin(self.degrees_of_freedom);
         let goal_lx2 = FILLED * target_lx * target_lx;
@@ -58,59 +57,53 @@ impl CellParts {
         let silent = self.residuals.silent_share;
         let mut best =
             CellGrowth { factors: [most; KINDS], all_walk: silent > 0.0, rays: f64::INFINITY, reaches: false };
-        let growths = (0..STEPS).map(|step| (STEP.powi(step), false));
+        let steps = |count: i32| (0..count).map(|step| STEP.powi(step));
         // Where some entries walk, all may, each as often as those did or more.
-        let over_all = growths.clone().map(|(walks, _)| (walks, true)).filter(|_| silent > 0.0);
-        for (walks, all_walk) in growths.chain(over_all) {
+        for all_walk in [false, true].into_iter().take(if silent > 0.0 { 2 } else { 1 }) {
             let residuals = if all_walk { self.residuals.over_all() } else { self.residuals };
-            let left_lx2 = goal_lx2 - residuals.left_lx2(walks);
-            let squared_lx2 = self.squared_lx2[WALKS] / walks;
-            let may_have_lx2 = left_lx2 / (margin * margin) - squared_lx2;
-            if left_lx2 <= 0.0 || may_have_lx2 <= 0.0 {
-                continue;
-            }
-            let factors = self.cheapest(may_have_lx2, walks);
-            let of_others = if all_walk { self.rays[WALKS] * walks * silent / (1.0 - silent) } else { 0.0 };
-            let rays = self.rays_for(factors) + of_others;
-            if factors.iter().all(|factor| *factor <= most) && rays < best.rays {
-                best = CellGrowth { factors, all_walk, rays, reaches: true };
+            let walkers = if all_walk { 1.0 / (1.0 - silent) } else { 1.0 };
+            for (walks, fills) in steps(STEPS).flat_map(|walks| steps(FILL_STEPS).map(move |fills| (walks, fills))) {
+                let left = residuals.left_lx2(walks, fills);
+                let of_chance_lx2 = (goal_lx2 - left.common) / (margin * margin);
+                let may_have_lx2 = of_chance_lx2 - left.chance - self.squared_lx2[PLAIN] / walks;
+                if may_have_lx2 <= 0.0 {
+                    continue;
+                }
+                let [direct, rays] = self.cheapest(may_have_lx2);
+                let factors = [direct, rays, fills, walks];
+                let more = |kind: usize| {
+                    let wider = if kind == WALKS { walkers } else { 1.0 };
+                    self.rays[kind] * (wider * factors[kind] - 1.0)
+                };
+                let more_rays = (0..KINDS).map(more).sum();
+                if factors.iter().all(|factor| *factor <= most) && more_rays < best.rays {
+                    best = CellGrowth { factors, all_walk, rays: more_rays, reaches: true };
+                }
             }
         }
         if !best.reaches {
-            best.rays = self.rays_for(best.factors);
+            best.rays = (0..KINDS).map(|kind| self.rays[kind] * (most - 1.0)).sum();
         }
         best
     }
 
-    /// The cheapest growths of all but walks to a sum of variances in lx².
-    fn cheapest(&self, may_have_lx2: f64, walks: f64) -> [f64; KINDS] {
-        let kinds = 0..WALKS;
+    /// The cheapest growths of direct light and rays to a sum of variances in lx².
+    fn cheapest(&self, may_have_lx2: f64) -> [f64; PLAIN] {
         let merit = |kind: usize| (self.squared_lx2[kind].max(0.0) / self.rays[kind]).sqrt();
-        // What does not grow keeps its variance; the more it is, the faster the others have to grow, and the fewer stay.
-        let mut grows = [true; WALKS];
+        // What does not grow keeps its variance; the more it is, the faster the other has to grow.
+        let mut grows = [true; PLAIN];
         loop {
-            let kept: f64 = kinds.clone().filter(|kind| !grows[*kind]).map(|kind| self.squared_lx2[kind]).sum();
-            let growing = kinds.clone().filter(|kind| grows[*kind] && self.squared_lx2[*kind] > 0.0);
+            let kept: f64 = (0..PLAIN).filter(|kind| !grows[*kind]).map(|kind| self.squared_lx2[kind]).sum();
+            let growing = (0..PLAIN).filter(|kind| grows[*kind] && self.squared_lx2[*kind] > 0.0);
             let sum: f64 = growing.map(|kind| self.squared_lx2[kind] / merit(kind)).sum();
             let scale = if may_have_lx2 > kept { sum / (may_have_lx2 - kept) } else { f64::INFINITY };
-            let too_slow = kinds.clone().find(|kind| grows[*kind] && !(scale * merit(*kind) > 1.0));
-            match too_slow {
+            match (0..PLAIN).find(|kind| grows[*kind] && (scale * merit(*kind)).total_cmp(&1.0).is_le()) {
                 Some(kind) => grows[kind] = false,
-                None => {
-                    let factor = |kind: usize| match (kind == WALKS, kind < WALKS && grows[kind]) {
-                        (true, _) => walks,
-                        (_, true) => scale * merit(kind),
-                        _ => 1.0,
-                    };
-                    return std::array::from_fn(factor);
-                }
+                None => return std::array::from_fn(|kind| if grows[kind] { scale * merit(kind) } else { 1.0 }),
             }
         }
     }
 }
-
-/// The kind of work that walks are.
-const WALKS: usize = KINDS - 1;
 
 #[cfg(test)]
 mod tests {
@@ -119,7 +112,7 @@ mod tests {
     #[test]
     fn what_leads_grows_and_what_is_right_stays() {
         let parts = CellParts {
-            squared_lx2: [0.01, 4.0, 0.01, 0.01],
+            squared_lx2: [0.01, 4.0, 0.01],
             rays: [1e5; KINDS],
             degrees_of_freedom: 1000.0,
             ..CellParts::default()
@@ -130,10 +123,16 @@ mod tests {
     }
 
     #[test]
-    fn ignorance_of_the_bias_asks_for_walks() {
-        let residuals = ResidualState { standard_error: [0.0, 4.0], variance: [0.0, 1.0], ..ResidualState::default() };
-        let parts = CellParts { squared_lx2: [0.01; KINDS], rays: [1e5; KINDS], residuals, degrees_of_freedom: 1000.0 };
-        let growth = parts.growth(1.0);
-        assert!(growth.reaches && growth.factors[3] > 2.0 && growth.factors[1] == 1.0, "{growth:?}");
+    fn ignorance_of_the_bias_asks_for_walks_and_chance_of_cells_for_samples() {
+        let growth = |residuals: ResidualState| {
+            let parts = CellParts { squared_lx2: [0.01; 3], rays: [1e5; KINDS], residuals, degrees_of_freedom: 1000.0 };
+            parts.growth(1.0)
+        };
+        let ignorant = ResidualState { standard_error: [0.0, 4.0], variance: [0.0, 1.0], ..ResidualState::default() };
+        let walking = growth(ignorant);
+        assert!(walking.reaches && walking.factors[WALKS] > 2.0 && walking.factors[2] == 1.0, "{walking:?}");
+        let unsure = ResidualState { chance: [0.0, 2.0], variance: [0.0, 1e4], ..ResidualState::default() };
+        let filling = growth(unsure);
+        assert!(filling.reaches && filling.factors[2] > 2.0 && filling.factors[WALKS] < 1.5, "{filling:?}");
     }
 }

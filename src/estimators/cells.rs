@@ -7,6 +7,7 @@
 //! the light of the cells is solved for.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::caches::{CellGrid, CellKey, CellLight, CellRef, CellSample, Lookup};
 use crate::chain::{Spot, Stage};
@@ -15,6 +16,9 @@ use crate::estimators::walk::{Memory, Met, Recall, gather_along_lx, gather_indir
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
+
+/// Samples that a thread takes at a time, at least.
+const SAMPLES_A_TASK: usize = 64;
 
 /// A factor by which the light of a cell counts.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +57,7 @@ struct Asking {
 
 /// A place that a ray asks about.
 #[derive(Clone, Copy)]
-struct Asked {
+pub struct Asked {
     place: Place,
     lookup: Lookup,
     reflectance: f64,
@@ -91,10 +95,10 @@ pub struct Question {
 }
 
 impl Question {
-    /// The term, once the cell is looked up; a new cell if it is asked for the first time.
+    /// The term, once the cell is known.
     #[inline]
-    pub fn term(&self, grid: &mut CellGrid) -> Term {
-        Term { asked: CellRef::new(grid.cell(self.key), self.indirect_alone), factor: self.factor }
+    pub fn term(&self, cell: u32) -> Term {
+        Term { asked: CellRef::new(cell, self.indirect_alone), factor: self.factor }
     }
 }
 
@@ -120,64 +124,101 @@ pub fn gather(
     (plain_lx, asking.found.map(|asked| asked.question(grid, asked.reflectance)), rays)
 }
 
-/// Cells of a replica while they learn.
-pub struct CellSampler<'a> {
-    /// The scene.
-    pub stage: &'a Stage,
-    /// The cells.
-    pub cells: &'a mut CellLight,
-    /// Samples that a cell takes at most.
-    pub most_samples: u16,
-    /// Stream of the samples.
-    pub stream: Stream,
-    /// Rays so far.
-    pub rays: u64,
+/// Sends a ray from a receiver with a stream of its own; returns the place that it asks about, if it met one, and the rays.
+pub fn look_for_place(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (Option<Asked>, u64) {
+    let mut asking = Asking::default();
+    let (_, rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
+    (asking.found, rays)
 }
 
-impl CellSampler<'_> {
-    /// Sends a ray from a receiver with a stream of its own; the cell that it asks takes a sample there if it wants more.
-    pub fn fill(&mut self, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) {
-        let mut asking = Asking::default();
-        let (_, rays) = gather_indirect_lx(self.stage, receiver, &mut asking, cut, stream);
-        self.rays += rays;
-        let Some(asked) = asking.found else {
-            return;
-        };
-        let cell = self.cells.grid.ask(&asked.lookup);
-        if self.cells.count(cell) < self.most_samples {
-            self.sample(cell, asked.place, cut);
+/// A sample that a cell is to take at a place in it.
+struct Booked {
+    cell: u32,
+    /// Its number within the cell.
+    number: u16,
+    place: Place,
+}
+
+/// What a sample found.
+struct Taken {
+    direct_lx: f32,
+    plain_lx: f32,
+    next: Option<Asked>,
+    /// Whether the cell that it asked may take a further sample there.
+    goes_on: bool,
+    rays: u64,
+}
+
+/// Lets the cells at some places take samples there if they want more, and goes on to the cells that these ask, as long as they
+/// want samples; returns the rays.
+///
+/// Wave after wave: samples of a wave are taken side by side, cells are booked in order. `stream` makes one for samples.
+pub fn fill_cells(
+    stage: &Stage,
+    cells: &mut CellLight,
+    most_samples: u16,
+    places: impl Iterator<Item = Asked>,
+    stream: impl Fn() -> Stream + Sync,
+) -> u64 {
+    let mut wave: Vec<Booked> = Vec::new();
+    let book = |cells: &mut CellLight, cell: u32, place: Place| Booked { cell, number: cells.book(cell), place };
+    for asked in places {
+        let cell = cells.grid.ask(&asked.lookup);
+        if cells.count(cell) < most_samples {
+            wave.push(book(cells, cell, asked.place));
         }
     }
-
-    /// Takes a sample of a cell at a place in it, and goes on to the cells that this asks, as long as they want samples.
-    fn sample(&mut self, mut cell: u32, mut place: Place, cut: &mut Cut) {
-        loop {
-            let number = self.cells.book(cell);
-            let index = self.cells.sample_count() as u64;
-            self.stream.seek_quasi(index, u64::from(cell), u64::from(number));
-            let receiver = place.receiver();
-            let sight = one_look(self.stage, place.spot, &receiver, Care::Glance, cut, &mut self.stream);
-            let direct_lx = sight.as_ref().map_or(0.0, |sight| sight.direct_lx());
-            let mut asking = Asking::default();
-            let (plain_lx, rays) = gather_indirect_lx(self.stage, &receiver, &mut asking, cut, &mut self.stream);
-            self.rays += rays + u64::from(sight.is_some());
-            let (direct_lx, plain_lx) = (direct_lx as f32, plain_lx as f32);
-            let Some(asked) = asking.found else {
-                let next = CellRef::NONE;
-                self.cells.add(CellSample { cell, direct_lx, plain_lx, reflectance: 0.0, next });
-                return;
+    let mut rays = 0;
+    while !wave.is_empty() {
+        let first = cells.sample_count();
+        let room = || (stream(), Cut::default());
+        let taken: Vec<Taken> = wave
+            .par_iter()
+            .enumerate()
+            .with_min_len(SAMPLES_A_TASK)
+            .map_init(room, |(stream, cut), (index, booked)| {
+                stream.seek_quasi((first + index) as u64, u64::from(booked.cell), u64::from(booked.number));
+                take(stage, &booked.place, cut, stream)
+            })
+            .collect();
+        let mut next_wave = Vec::new();
+        for (Booked { cell, .. }, Taken { direct_lx, plain_lx, next, goes_on, rays: more_rays }) in
+            wave.iter().zip(taken)
+        {
+            rays += more_rays;
+            let cell = *cell;
+            let Some(asked) = next else {
+                cells.add(CellSample { cell, direct_lx, plain_lx, reflectance: 0.0, next: CellRef::NONE });
+                continue;
             };
-            let next_cell = self.cells.grid.ask(&asked.lookup);
-            let (next, reflectance) = (CellRef::new(next_cell, asked.indirect_alone), asked.reflectance as f32);
-            self.cells.add(CellSample { cell, direct_lx, plain_lx, reflectance, next });
+            let next_cell = cells.grid.ask(&asked.lookup);
+            let next = CellRef::new(next_cell, asked.indirect_alone);
+            cells.add(CellSample { cell, direct_lx, plain_lx, reflectance: asked.reflectance as f32, next });
             // A cell without any sample needs one; further ones are worth the less, the less light goes on.
-            let count = self.cells.count(next_cell);
-            let goes_on = count == 0 || (count < self.most_samples && self.stream.happens(asked.reflectance));
-            if !goes_on {
-                return;
+            let count = cells.count(next_cell);
+            if count == 0 || (count < most_samples && goes_on) {
+                next_wave.push(book(cells, next_cell, asked.place));
             }
-            (cell, place) = (next_cell, asked.place);
         }
+        wave = next_wave;
+    }
+    rays
+}
+
+/// Takes a sample at a place: a light sample, and a ray on.
+fn take(stage: &Stage, place: &Place, cut: &mut Cut, stream: &mut Stream) -> Taken {
+    let receiver = place.receiver();
+    let sight = one_look(stage, place.spot, &receiver, Care::Glance, cut, stream);
+    let direct_lx = sight.as_ref().map_or(0.0, |sight| sight.direct_lx());
+    let mut asking = Asking::default();
+    let (plain_lx, rays) = gather_indirect_lx(stage, &receiver, &mut asking, cut, stream);
+    let goes_on = asking.found.is_some_and(|asked| stream.happens(asked.reflectance));
+    Taken {
+        direct_lx: direct_lx as f32,
+        plain_lx: plain_lx as f32,
+        next: asking.found,
+        goes_on,
+        rays: rays + u64::from(sight.is_some()),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The error of a map, judged from its replicas.
 
-use super::replicas::{REPLICAS, ReplicaMap};
+use super::replicas::{REPLICAS, ReplicaMap, squared_error_within_halves};
 
 /// What the replicas tell of a map's error; all errors are fractions of the map's mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -79,14 +79,23 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
     let mut means_lx = [0.0f64; REPLICAS];
     let mut dark = true;
     let mut unseen = map.indirect_samples.complete > 0;
+    let chance_of_cells = map.residuals.as_ref().map_or(0.0, |residuals| residuals.left().chance);
+    let shares_cells = map.residuals.is_some();
     let counted = entries.filter(|(_, weight)| *weight > 0.0);
     for (entry, weight) in counted.clone() {
         let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
         let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
         dark &= replicas.iter().all(|value| *value == 0.0);
         unseen &= map.indirect_sum(entry) == 0.0;
-        let pairs: [f64; PAIRS] = std::array::from_fn(|pair| replicas[2 * pair + 1] - replicas[2 * pair]);
+        let mut pairs: [f64; PAIRS] = std::array::from_fn(|pair| replicas[2 * pair + 1] - replicas[2 * pair]);
         let halves = pairs.iter().sum::<f64>() / PAIRS as f64;
+        if shares_cells {
+            // What the replicas of a half share is told by itself: pairs of one half.
+            pairs = std::array::from_fn(|pair| {
+                let first = 2 * pair - pair % 2;
+                replicas[first + 2] - replicas[first]
+            });
+        }
         // Coefficients of slopes add to the error, not to the mean.
         if entry < map.len() {
             weight_sum += weight;
@@ -94,7 +103,12 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
             means_lx.iter_mut().zip(&replicas).for_each(|(sum, value)| *sum += weight * value);
         }
         halves_sum += weight * halves * halves;
-        spread_sum += weight * replicas.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+        spread_sum += weight
+            * if shares_cells {
+                squared_error_within_halves(|replica| replicas[replica])
+            } else {
+                replicas.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (REPLICAS * (REPLICAS - 1)) as f64
+            };
         products.add(weight, &pairs);
     }
     if weight_sum <= 0.0 || illuminance_sum <= 0.0 {
@@ -105,7 +119,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
     Judgement {
         mean_lx,
         halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
-        expected_error: (spread_sum / weight_sum / (REPLICAS * (REPLICAS - 1)) as f64).sqrt() / mean_lx,
+        expected_error: (spread_sum / weight_sum + chance_of_cells).sqrt() / mean_lx,
         bias,
         least_bias,
         discretisation: 0.0,

@@ -21,7 +21,7 @@ pub use history::{History, Look};
 pub use judge::{Judgement, judge};
 pub use pieces::Piece;
 pub use replicas::{REPLICAS, ReplicaMap, Tally, Unit, standard_error};
-pub use residuals::{ResidualState, Residuals};
+pub use residuals::{Left, ResidualState, Residuals};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, stated_error, stated_row};

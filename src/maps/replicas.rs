@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::basis::SLOPES;
 use super::lopsided::{Spread, widening};
 use super::pieces::{Piece, on_pieces};
-use super::{Crossing, Levels, MapValues, PartScores, Residuals, ScoreEvidence};
+use super::{Crossing, HALF, Levels, MapValues, PartScores, Residuals, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
@@ -254,7 +254,7 @@ impl ReplicaMap {
     /// Estimated bias in lx of look-ups, root mean square over weighted entries, and what it is at least.
     pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> [f64; 2] {
         if let Some(residuals) = &self.residuals {
-            return [residuals.bias_lx(), 0.0];
+            return [residuals.left().common.sqrt(), 0.0];
         }
         let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
         self.crossing.as_ref().map_or([0.0; 2], |crossing| crossing.bias_lx(entries, inverse))
@@ -328,7 +328,12 @@ impl ReplicaMap {
         let mut values = MapValues::default();
         for entry in 0..self.len() {
             let (direct_lx, indirect_lx) = (self.direct_lx(entry), self.indirect_lx(entry));
-            let spread_lx = standard_error(|replica| self.illuminance_lx(replica, entry));
+            let value_lx = |replica: usize| self.illuminance_lx(replica, entry);
+            let spread_lx = if self.residuals.is_some() {
+                squared_error_within_halves(value_lx).sqrt()
+            } else {
+                standard_error(value_lx)
+            };
             let unseen = matches!(self.indirect_unit_lx, Unit::Packets { .. })
                 && self.indirect_samples.complete > 0
                 && self.indirect_sum(entry) == 0.0;
@@ -342,8 +347,8 @@ impl ReplicaMap {
             self.widen_bars(&mut values);
         }
         if let Some(residuals) = &self.residuals {
-            let bias_lx = residuals.bias_lx();
-            values.standard_error_lx.iter_mut().for_each(|error_lx| *error_lx = error_lx.hypot(bias_lx));
+            let errors_lx = values.standard_error_lx.iter_mut().enumerate();
+            errors_lx.for_each(|(site, error_lx)| *error_lx = error_lx.hypot(residuals.left_at_lx(site)));
         }
         values
     }
@@ -358,4 +363,17 @@ pub fn standard_error(value: impl Fn(usize) -> f64) -> f64 {
     let mean = (0..REPLICAS).map(&value).sum::<f64>() / REPLICAS as f64;
     let squares: f64 = (0..REPLICAS).map(|replica| (value(replica) - mean).powi(2)).sum();
     (squares / (REPLICAS * (REPLICAS - 1)) as f64).sqrt()
+}
+
+/// Squared standard error of the mean over the replicas where those of a half share something that is judged by itself: by
+/// their spread within the halves.
+pub fn squared_error_within_halves(value: impl Fn(usize) -> f64) -> f64 {
+    let squares: f64 = (0..2)
+        .map(|parity| {
+            let half = || (parity..REPLICAS).step_by(2);
+            let mean = half().map(&value).sum::<f64>() / HALF as f64;
+            half().map(|replica| (value(replica) - mean).powi(2)).sum::<f64>()
+        })
+        .sum();
+    squares / (4 * HALF * (HALF - 1)) as f64
 }

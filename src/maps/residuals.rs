@@ -1,16 +1,20 @@
 //! What walks say of gathered maps: how far the cells are off, taken off at three scales, and what is left of it.
 //!
-//! Replicas have cells and walks of their own. What walks of two replicas say of an entry has errors that know nothing of
-//! each other, so that the mean of their product is the squared bias that all replicas share. Means over the map, over regions of
-//! neighbours and over single entries are told apart: a mean over many entries is known well, a single entry's poorly. Each scale is
-//! taken off by the share λ = b²/(b² + σ²) that leaves the least, b² its squared bias and σ² the variance of a replica's
-//! walks there. The shares for one half come from the other, so that nothing weighs itself.
+//! The replicas of a half share cells, and have walks of their own. What walks of two replicas of a half say of an entry has errors
+//! that know nothing of each other, so that the mean of their product is the squared error of the half's cells; of replicas of
+//! different halves it is the part of it that both halves share: a bias. The rest is chance of the cells, which the difference of the
+//! halves shows. Means over the map, over regions of neighbours and over single entries are told apart: a mean over many entries is
+//! known well, a single entry's poorly. Each scale is taken off by the share λ = b²/(b² + σ²) that leaves the least, b² its squared
+//! error and σ² the variance of a half's walks there. The shares for one half come from the other, so that nothing weighs itself.
 
 use super::HALF;
 use super::replicas::REPLICAS;
 
 /// Standard errors of the squared bias that are added to it where it is stated.
 const SURE: f64 = 0.5;
+
+/// Least share of the mean squared error of cells that an entry is taken to have.
+const LEAST_UNSURE: f64 = 0.1;
 
 /// Residual walks of a map.
 #[derive(Clone, Debug)]
@@ -26,20 +30,24 @@ pub struct Residuals {
     region_count: usize,
     /// Whether any entry of a region has walks.
     region_walks: Vec<bool>,
-    /// Of every replica, once settled: mean over the map and over every region, in lx.
-    means_lx: Vec<f64>,
-    region_means_lx: Vec<Vec<f64>>,
+    /// Of every replica, once settled: mean over the map and over every region, in lx where the profile is 1.
+    means: Vec<f64>,
+    region_means: Vec<Vec<f64>>,
+    /// Error by which the cells are unsure that each entry asks, over its root mean square in the map.
+    profile: Vec<f64>,
     /// Shares of regions and of entries that the even and the odd half take off.
     shares: [[f64; 2]; 2],
     state: ResidualState,
 }
 
-/// What walks say of a map's bias; all in lx².
+/// What walks say of a map's cells; all in lx², of regions and of entries, mean over the map.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ResidualState {
-    /// Of regions and of entries: squared bias, mean over the map; may be below 0 by chance.
-    pub squared_bias: [f64; 2],
-    /// Standard error of that.
+    /// Squared bias that both halves share; may be below 0 by chance.
+    pub common: [f64; 2],
+    /// Squared error by chance of the cells, of the mean of both halves; likewise.
+    pub chance: [f64; 2],
+    /// Standard error of both together.
     pub standard_error: [f64; 2],
     /// Variance of what one replica's walks say.
     pub variance: [f64; 2],
@@ -49,26 +57,54 @@ pub struct ResidualState {
     pub silent_share: f64,
 }
 
+/// What is left of the cells' squared error, in lx².
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Left {
+    /// Of what both halves share, and of what is not known: to be stated.
+    pub common: f64,
+    /// By chance, which the halves' difference shows.
+    pub chance: f64,
+}
+
 impl ResidualState {
+    /// Squared error of a scale: what both halves share, and what is chance of the cells. Either may come out negative by chance where
+    /// their sum does not.
+    fn squared(&self, scale: usize) -> [f64; 2] {
+        let both = (self.common[scale] + self.chance[scale]).max(0.0);
+        let chance = self.chance[scale].clamp(0.0, both);
+        [both - chance, chance]
+    }
+
     /// Share of a scale that is taken off, where walks are so many times as many.
-    pub fn share(&self, scale: usize, walks: f64) -> f64 {
-        let squared = self.squared_bias[scale].max(0.0);
+    fn share(&self, scale: usize, walks: f64) -> f64 {
+        let squared = self.squared(scale).iter().sum::<f64>();
         let all = squared + self.variance[scale] / (walks * REPLICAS as f64);
         if all > 0.0 { squared / all } else { 0.0 }
     }
 
-    /// Squared bias in lx² that is left and stated, where walks are so many times as many.
-    pub fn left_lx2(&self, walks: f64) -> f64 {
-        let shares = [0, 1].map(|scale| self.share(scale, walks));
-        self.left_by_shares_lx2(shares, walks)
+    /// The same where cells have so many times the samples: their chance falls.
+    fn with_samples(self, times: f64) -> ResidualState {
+        let squared = [0, 1].map(|scale| self.squared(scale));
+        ResidualState { common: squared.map(|of| of[0]), chance: squared.map(|of| of[1] / times), ..self }
     }
 
-    fn left_by_shares_lx2(&self, shares: [f64; 2], walks: f64) -> f64 {
-        let left = |scale: usize, silent: f64| {
-            let sure = self.squared_bias[scale].max(0.0) + SURE * self.standard_error[scale] / walks;
-            ((1.0 - silent) * (1.0 - shares[scale]).powi(2) + silent) * sure
+    /// What is left where walks and samples are so many times as many.
+    pub fn left_lx2(&self, walks: f64, samples: f64) -> Left {
+        let state = self.with_samples(samples);
+        state.left_by([0, 1].map(|scale| state.share(scale, walks)), walks)
+    }
+
+    /// What is left after such shares are taken off, where walks are so many times as many.
+    fn left_by(&self, shares: [f64; 2], walks: f64) -> Left {
+        let kept = |scale: usize| {
+            let silent = if scale == 0 { 0.0 } else { self.silent_share };
+            (1.0 - silent) * (1.0 - shares[scale]).powi(2) + silent
         };
-        left(0, 0.0) + left(1, self.silent_share)
+        let sum = |of: &dyn Fn(usize) -> f64| kept(0) * of(0) + kept(1) * of(1);
+        Left {
+            common: sum(&|scale| self.squared(scale)[0] + SURE * self.standard_error[scale] / walks),
+            chance: sum(&|scale| self.squared(scale)[1]),
+        }
     }
 
     /// The same if all entries had walks, each as many.
@@ -90,12 +126,13 @@ impl Residuals {
         Residuals {
             walks: 0,
             walkers: vec![true; regions.len()],
+            profile: vec![1.0; regions.len()],
             sums_lx: vec![vec![0.0; regions.len()]; REPLICAS],
             regions,
             region_count,
             region_walks: Vec::new(),
-            means_lx: vec![0.0; REPLICAS],
-            region_means_lx: vec![Vec::new(); REPLICAS],
+            means: vec![0.0; REPLICAS],
+            region_means: vec![Vec::new(); REPLICAS],
             shares: [[0.0; 2]; 2],
             state: ResidualState::default(),
         }
@@ -129,16 +166,16 @@ impl Residuals {
             return 0.0;
         }
         let [of_region, of_entry] = self.shares[replica % 2];
-        let (mean, region) = (self.means_lx[replica], self.regions[site] as usize);
+        let (mean, region, unsure) = (self.means[replica], self.regions[site] as usize, self.profile[site]);
         if !self.region_walks[region] {
-            return mean;
+            return unsure * mean;
         }
-        let region_mean = self.region_means_lx[replica][region];
-        let corrected = mean + of_region * (region_mean - mean);
+        let region_mean = self.region_means[replica][region];
+        let corrected_lx = unsure * (mean + of_region * (region_mean - mean));
         if !self.walkers[site] {
-            return corrected;
+            return corrected_lx;
         }
-        corrected + of_entry * (self.sums_lx[replica][site] / self.walks as f64 - region_mean)
+        corrected_lx + of_entry * (self.sums_lx[replica][site] / self.walks as f64 - unsure * region_mean)
     }
 
     /// Makes ready what is taken off, for entries that count with these weights.
@@ -151,88 +188,135 @@ impl Residuals {
         let weights: Vec<f64> =
             weights.iter().zip(&self.walkers).map(|(weight, walks)| if *walks { *weight } else { 0.0 }).collect();
         let weight_sum: f64 = weights.iter().sum();
-        let mut of_regions = vec![0.0; self.region_count];
-        for (region, weight) in self.regions.iter().zip(&weights) {
-            of_regions[*region as usize] += weight;
+        // What entries of a region, or of the map, have in common is told in units of how unsure their cells are; a mean counts so that
+        // the mean over the entries is that of the walks.
+        let (mut of_regions, mut squares_of_regions) = (vec![0.0; self.region_count], vec![0.0; self.region_count]);
+        for ((region, weight), unsure) in self.regions.iter().zip(&weights).zip(&self.profile) {
+            of_regions[*region as usize] += weight * unsure;
+            squares_of_regions[*region as usize] += weight * unsure * unsure;
         }
+        let of_all: f64 = of_regions.iter().sum();
         self.region_walks = of_regions.iter().map(|weight| *weight > 0.0).collect();
         for replica in 0..REPLICAS {
             let mut means = vec![0.0; self.region_count];
-            let mut sum = 0.0;
             for ((region, weight), lx) in self.regions.iter().zip(&weights).zip(&self.sums_lx[replica]) {
                 means[*region as usize] += weight * lx * inverse;
-                sum += weight * lx * inverse;
             }
+            self.means[replica] = means.iter().sum::<f64>() / of_all.max(f64::MIN_POSITIVE);
             means.iter_mut().zip(&of_regions).for_each(|(mean, weight)| *mean /= weight.max(f64::MIN_POSITIVE));
-            self.means_lx[replica] = sum / weight_sum.max(f64::MIN_POSITIVE);
-            self.region_means_lx[replica] = means;
+            self.region_means[replica] = means;
         }
-        let state_of = |replicas: &[usize]| {
-            let regions = Scale::of(&of_regions, replicas, |replica, region| {
-                self.region_means_lx[replica][region] - self.means_lx[replica]
-            });
-            let entries = Scale::of(&weights, replicas, |replica, site| {
-                self.sums_lx[replica][site] * inverse - self.region_means_lx[replica][self.regions[site] as usize]
-            });
-            ResidualState {
-                squared_bias: [regions.squared_bias, entries.squared_bias],
-                standard_error: [regions.standard_error, entries.standard_error],
-                variance: [regions.variance, entries.variance],
-                correction_variance: 0.0,
-                silent_share: 1.0 - weight_sum / all_weights.iter().sum::<f64>().max(f64::MIN_POSITIVE),
-            }
-        };
-        let halves: [ResidualState; 2] =
-            [0, 1].map(|parity| state_of(&(0..HALF).map(|row| 2 * row + parity).collect::<Vec<_>>()));
-        self.shares = [1, 0].map(|other: usize| [0, 1].map(|scale| halves[other].share(scale, 1.0)));
-        let mut state = state_of(&(0..REPLICAS).collect::<Vec<_>>());
-        // The shares that are used are those of the halves; what is left is stated by the same.
-        let corrections = Scale::of(all_weights, &(0..REPLICAS).collect::<Vec<_>>(), |replica, site| {
-            self.correction_lx(replica, site)
+        let regions =
+            Scale::of(&squares_of_regions, |replica, region| self.region_means[replica][region] - self.means[replica]);
+        let entries = Scale::of(&weights, |replica, site| {
+            let of_region = self.region_means[replica][self.regions[site] as usize];
+            self.sums_lx[replica][site] * inverse - self.profile[site] * of_region
         });
-        state.correction_variance = corrections.variance;
-        self.state = state;
+        let scales = [&regions, &entries];
+        self.shares = [1, 0].map(|other: usize| scales.map(|scale| scale.share_by(other)));
+        let corrections = Scale::of(all_weights, |replica, site| self.correction_lx(replica, site));
+        self.state = ResidualState {
+            common: scales.map(|scale| scale.across),
+            chance: scales.map(|scale| 0.5 * (scale.within() - scale.across)),
+            standard_error: scales.map(|scale| scale.standard_error),
+            variance: scales.map(|scale| scale.variance),
+            correction_variance: corrections.variance,
+            silent_share: 1.0 - weight_sum / all_weights.iter().sum::<f64>().max(f64::MIN_POSITIVE),
+        };
     }
 
-    /// Stated bias in lx: what is left of the squared bias at both scales, with its chance.
-    pub fn bias_lx(&self) -> f64 {
-        if self.walks == 0 {
-            return 0.0;
+    /// Shares the cells' error out among the entries by how unsure the cells are that each asks: its size is what walks measure.
+    pub fn share_out(&mut self, unsure_lx2: &[f64], weights: &[f64]) {
+        let (mut sum, mut weight_sum) = (0.0, 0.0);
+        for (unsure, weight) in unsure_lx2.iter().zip(weights) {
+            sum += weight * unsure;
+            weight_sum += weight;
         }
-        let of_half = |shares: &[f64; 2]| self.state.left_by_shares_lx2(*shares, 1.0);
-        self.shares.iter().map(of_half).sum::<f64>().max(0.0).sqrt() / 2f64.sqrt()
+        let mean = sum / f64::max(weight_sum, f64::MIN_POSITIVE);
+        if mean > 0.0 {
+            self.profile = unsure_lx2.iter().map(|unsure| (unsure / mean).max(LEAST_UNSURE).sqrt()).collect();
+        }
+    }
+
+    /// What is left of the cells' error at an entry in lx, of which the error bars of entries tell.
+    pub fn left_at_lx(&self, site: usize) -> f64 {
+        let Left { common, chance } = self.left();
+        (common + chance).sqrt() * self.profile[site]
+    }
+
+    /// What is left of the cells' error at both scales: squared bias that both halves share, with its chance, and squared chance of
+    /// the cells, in lx².
+    pub fn left(&self) -> Left {
+        if self.walks == 0 {
+            return Left::default();
+        }
+        let [one, other] = self.shares.map(|shares| self.state.left_by(shares, 1.0));
+        Left { common: 0.5 * (one.common + other.common), chance: 0.5 * (one.chance + other.chance) }
     }
 }
 
-/// What replicas say of one scale.
+/// What replicas say of one scale, in lx².
 struct Scale {
-    squared_bias: f64,
+    /// Mean product of two replicas of the even half, and of the odd half.
+    of_halves: [f64; 2],
+    /// Of one of each.
+    across: f64,
+    /// Standard error of the mean of what halves say and of what they share.
     standard_error: f64,
+    /// Variance of a replica.
     variance: f64,
 }
 
 impl Scale {
     /// Weighted means over places of the product of two replicas' values, and of their variance.
-    fn of(weights: &[f64], replicas: &[usize], value: impl Fn(usize, usize) -> f64) -> Scale {
-        let n = replicas.len() as f64;
-        let (mut weight_sum, mut products, mut variances, mut noise) = (0.0, 0.0, 0.0, 0.0);
+    fn of(weights: &[f64], value: impl Fn(usize, usize) -> f64) -> Scale {
+        let n = HALF as f64;
+        let mut scale = Scale { of_halves: [0.0; 2], across: 0.0, standard_error: 0.0, variance: 0.0 };
+        let (mut weight_sum, mut noise) = (0.0, 0.0);
         for (place, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for replica in replicas {
-                let value = value(*replica, place);
-                sum += value;
-                squares += value * value;
-            }
-            let product = (sum * sum - squares) / (n * (n - 1.0));
-            let variance = (squares - sum * sum / n).max(0.0) / (n - 1.0);
+            let halves = [0, 1].map(|parity| {
+                let (mut sum, mut squares) = (0.0, 0.0);
+                for replica in (parity..REPLICAS).step_by(2) {
+                    let value = value(replica, place);
+                    sum += value;
+                    squares += value * value;
+                }
+                (sum / n, (sum * sum - squares) / (n * (n - 1.0)), (squares - sum * sum / n).max(0.0) / (n - 1.0))
+            });
+            let across = halves[0].0 * halves[1].0;
             weight_sum += weight;
-            products += weight * product;
-            variances += weight * variance;
-            noise +=
-                weight * weight * (2.0 * variance * variance / (n * (n - 1.0)) + 4.0 * product.max(0.0) * variance / n);
+            scale.across += weight * across;
+            let of_within = halves.map(|(_, product, variance)| {
+                2.0 * variance * variance / (n * (n - 1.0)) + 4.0 * product.max(0.0) * variance / n
+            });
+            let variances = halves.map(|half| half.2);
+            let of_across = variances[0] * variances[1] / (n * n) + across.max(0.0) * (variances[0] + variances[1]) / n;
+            // Of ½ (½ (even + odd) + across).
+            noise += weight * weight * 0.25 * (0.25 * (of_within[0] + of_within[1]) + of_across);
+            scale.variance += weight * 0.5 * (variances[0] + variances[1]);
+            for (sum, half) in scale.of_halves.iter_mut().zip(halves) {
+                *sum += weight * half.1;
+            }
         }
-        let scale = 1.0 / f64::max(weight_sum, f64::MIN_POSITIVE);
-        Scale { squared_bias: products * scale, standard_error: noise.sqrt() * scale, variance: variances * scale }
+        let inverse = 1.0 / f64::max(weight_sum, f64::MIN_POSITIVE);
+        Scale {
+            of_halves: scale.of_halves.map(|sum| sum * inverse),
+            across: scale.across * inverse,
+            standard_error: noise.sqrt() * inverse,
+            variance: scale.variance * inverse,
+        }
+    }
+
+    /// Squared error of a half's cells.
+    fn within(&self) -> f64 {
+        0.5 * (self.of_halves[0] + self.of_halves[1])
+    }
+
+    /// The share that is best taken off, by what a half says.
+    fn share_by(&self, half: usize) -> f64 {
+        let squared = self.of_halves[half].max(0.0);
+        let all = squared + self.variance / HALF as f64;
+        if all > 0.0 { squared / all } else { 0.0 }
     }
 }
 
@@ -263,7 +347,7 @@ mod tests {
     fn the_squared_bias_is_the_one_put_in() {
         // 40 seeds: within 4 standard errors of the mean; a bias 5% larger (the planted fault) is told from it.
         let runs: Vec<ResidualState> = (0..40).map(|seed| walked(seed, 3.0, 10.0).state()).collect();
-        let mean = runs.iter().map(|state| state.squared_bias[1]).sum::<f64>() / 40.0;
+        let mean = runs.iter().map(|state| state.common[1]).sum::<f64>() / 40.0;
         let error = runs.iter().map(|state| state.standard_error[1]).sum::<f64>() / 40.0 / 40f64.sqrt();
         // Differences from the mean of a region of 16 have 15/16 of the variance, and no less of the alternating bias.
         assert!((mean - 9.0).abs() < 4.0 * error, "{mean} ± {error}");
@@ -277,6 +361,6 @@ mod tests {
         assert!(off < 3.0 && known.shares[0][1] > 0.9, "{off} {:?}", known.shares);
         let chance = walked(3, 0.0, 10.0);
         assert!(chance.shares[0][1] < 0.2, "{:?}", chance.shares);
-        assert!(known.bias_lx() < 1.0 && walked(3, 3.0, 100.0).bias_lx() > 2.0);
+        assert!(known.left().common < 1.0 && walked(3, 3.0, 100.0).left().common > 4.0);
     }
 }

@@ -1,7 +1,7 @@
-//! Gathering in a run: the cells of every replica, what maps have asked them, and the sums that follow.
+//! Gathering in a run: the cells of both halves, what maps have asked them, and the sums that follow.
 //!
-//! A replica is a task. It has cells, samples, rays and walks of its own, so that replicas know nothing of each other: their spread
-//! holds all chance there is, and what they share is the bias that walks measure.
+//! Even and odd half have cells of their own, so that they know nothing of each other: their difference holds all chance there is.
+//! Replicas of a half ask the same cells by rays and walks of their own; what their cells have wrong is what walks measure.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use super::job::Context;
 use super::order::{Order, WalkOrder};
 use super::sweep::stream_index;
 use crate::caches::{CellGrid, CellLight, DirectionControl, DirectionSums, bin_of};
-use crate::estimators::cells::{CellSampler, Question, Term, gather, residual_walk};
+use crate::estimators::cells::{Asked, Question, Term, fill_cells, gather, look_for_place, residual_walk};
 use crate::estimators::direct::Receiver;
 use crate::estimators::element::Element;
 use crate::estimators::reception::one_plane;
@@ -28,15 +28,13 @@ const ENTRIES_OF_A_REGION: usize = 24;
 /// by grows with its edge.
 const EDGES_AN_ERROR: f64 = 50.0;
 const LEAST_EDGE_SHARE: f64 = 0.05;
-const MOST_EDGE_SHARE: f64 = 1.0;
-/// Entries that walk at first: what a thousand of them know of the mean squared bias by as many walks is known half as well.
-const FIRST_WALKERS: usize = 256;
+const MOST_EDGE_SHARE: f64 = 0.5;
 /// Rays, or walks, whose cells are looked up together.
 const BLOCK: u64 = 64;
 
-/// The cells of all replicas, which serve all maps of a run.
+/// The cells of both halves, which serve all maps of a run.
 pub struct CellSets {
-    cells: Vec<CellLight>,
+    halves: [CellLight; 2],
     /// Samples that a cell takes at most.
     pub most_samples: u16,
 }
@@ -46,17 +44,22 @@ impl CellSets {
     pub fn new(context: &Context, error: f64) -> CellSets {
         let edge_share = (EDGES_AN_ERROR * error).clamp(LEAST_EDGE_SHARE, MOST_EDGE_SHARE);
         let bounds_m = context.stage.tracer.bounds_m();
-        let cells = |replica: u32| {
-            let mut stream = Stream::new(context.seed, Purpose::Cells, 1, replica);
+        let cells = |half: u32| {
+            let mut stream = Stream::new(context.seed, Purpose::Cells, 1, half);
             stream.seek(0);
             CellLight::new(CellGrid::new(bounds_m, std::array::from_fn(|_| stream.fine_unit()), edge_share))
         };
-        CellSets { cells: (0..REPLICAS as u32).map(cells).collect(), most_samples: 1 }
+        CellSets { halves: [cells(0), cells(1)], most_samples: 1 }
+    }
+
+    /// Cells of a replica's half.
+    fn of(&self, replica: usize) -> &CellLight {
+        &self.halves[replica % 2]
     }
 
     /// Solves for the light of all cells.
     fn solve(&mut self) {
-        self.cells.par_iter_mut().with_max_len(1).for_each(CellLight::solve);
+        self.halves.par_iter_mut().with_max_len(1).for_each(CellLight::solve);
     }
 }
 
@@ -78,9 +81,19 @@ struct Records {
     /// Of every walk, pass by pass: what it found beside cells, in lx, and the number of terms up to its end.
     walks: Vec<(f32, u32)>,
     walk_terms: Vec<Term>,
+    /// Places among the terms of rays, and of walks, whose cells are new.
+    new: Vec<(u32, Question)>,
+    new_of_walks: Vec<(u32, Question)>,
 }
 
 impl Records {
+    /// Makes the cells that were asked for the first time.
+    fn make_cells(&mut self, grid: &mut CellGrid) {
+        self.new.drain(..).for_each(|(place, asks)| self.terms[place as usize] = asks.term(grid.cell(asks.key)));
+        let of_walks = self.new_of_walks.drain(..);
+        of_walks.for_each(|(place, asks)| self.walk_terms[place as usize] = asks.term(grid.cell(asks.key)));
+    }
+
     /// What each of the first rays brought, by the light that cells have now, in lx.
     fn told_lx(&self, cells: &CellLight, rays: usize) -> Vec<f32> {
         let mut told: Vec<f32> =
@@ -96,7 +109,7 @@ pub struct CellAsks {
     /// Whether an entry sends rays.
     sees: Vec<bool>,
     order: Order,
-    /// Rays that fill, and rays that ask, of each replica so far: a pass may stand in the middle.
+    /// Rays that fill of either half, and rays that ask of each replica so far: a pass may stand in the middle.
     filled: u64,
     asked: u64,
     walks: WalkOrder,
@@ -119,26 +132,34 @@ pub struct Asker<'a> {
 }
 
 impl CellAsks {
-    /// Nothing yet of so many entries.
-    pub fn new(asker: &Asker, sites: usize) -> CellAsks {
+    /// Nothing yet of so many entries, of which some walk at first.
+    pub fn new(asker: &Asker, sites: usize, walkers: usize) -> CellAsks {
         CellAsks {
             sees: (0..sites).map(|entry| asker.site(entry).is_some()).collect(),
             records: vec![Records::default(); REPLICAS],
             order: Order::of(sites),
             filled: 0,
             asked: 0,
-            walks: WalkOrder::new(Order::of(sites), FIRST_WALKERS),
+            walks: WalkOrder::new(Order::of(sites), walkers),
             settled: [0; 3],
             ray_squared_lx2: 0.0,
             rays: [0; 3],
         }
     }
 
-    /// Complete passes of rays that fill, of rays that ask, and of walks.
-    pub fn passes(&self) -> [u64; 3] {
-        let sites = self.order.sites().max(1) as u64;
-        let (_, walks, _) = self.walks.complete();
-        [self.filled / sites, self.asked / sites, walks]
+    /// Complete passes of rays that ask.
+    pub fn passes(&self) -> u64 {
+        self.asked / self.order.sites().max(1) as u64
+    }
+
+    /// Rays of a half that have filled cells.
+    pub fn filled(&self) -> u64 {
+        self.filled
+    }
+
+    /// Whether walks have told anything yet.
+    pub fn knows_its_bias(&self) -> bool {
+        self.walks.complete().1 > 0
     }
 
     /// Whether so many passes of walks are done by all that are to walk.
@@ -152,18 +173,12 @@ impl CellAsks {
         self.walks.take_all();
     }
 
-    /// The next rays, towards so many passes, at most so many.
-    fn next(&self, done: u64, passes: u64, most: u64) -> Range<u64> {
-        done..(passes * self.order.sites() as u64).min(done + most.max(1))
-    }
-
-    /// Fills cells by up to so many passes, in every replica by at most so many rays; returns how many all rays were.
-    pub fn fill(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
-        let range = self.next(self.filled, passes, most);
+    /// Fills cells up to a number of rays of either half, by at most so many; returns how many all rays were.
+    pub fn fill(&mut self, asker: &Asker, sets: &mut CellSets, rays: u64, most: u64) -> u64 {
+        let range = self.filled..rays.min(self.filled + most.max(1));
         let (order, most_samples) = (self.order, sets.most_samples);
-        let replicas = sets.cells.par_iter_mut().with_max_len(1).enumerate();
-        let traced = replicas
-            .map(|(replica, cells)| asker.fill(cells, most_samples, replica as u32, order.entries(range.clone())));
+        let halves = sets.halves.par_iter_mut().with_max_len(1).enumerate();
+        let traced = halves.map(|(half, cells)| asker.fill(cells, most_samples, half as u32, order, range.clone()));
         let rays = traced.sum();
         self.filled = range.end;
         self.rays[1] += rays;
@@ -172,13 +187,13 @@ impl CellAsks {
 
     /// Sends rays up to so many passes, of every replica at most so many; returns how many rays that took.
     pub fn ask(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
-        let range = self.next(self.asked, passes, most);
+        let range = self.asked..(passes * self.order.sites() as u64).min(self.asked + most.max(1));
         let order = self.order;
-        let replicas = self.records.par_iter_mut().with_max_len(1).zip(&mut sets.cells).enumerate();
-        let traced = replicas.map(|(replica, (records, cells))| {
-            asker.ask(records, &mut cells.grid, replica as u32, order, range.clone())
-        });
+        let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
+        let traced = replicas
+            .map(|(replica, records)| asker.ask(records, &sets.of(replica).grid, replica as u32, order, range.clone()));
         let rays = traced.sum();
+        self.make_cells(sets);
         self.asked = range.end;
         self.rays[0] += rays;
         rays
@@ -188,14 +203,27 @@ impl CellAsks {
     pub fn walk(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
         let range = self.walks.next(passes, most);
         let walks = &self.walks;
-        let replicas = self.records.par_iter_mut().with_max_len(1).zip(&mut sets.cells).enumerate();
-        let traced = replicas.map(|(replica, (records, cells))| {
-            asker.walk(records, &mut cells.grid, replica as u32, walks, range.clone())
+        let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
+        let traced = replicas.map(|(replica, records)| {
+            asker.walk(records, &sets.of(replica).grid, replica as u32, walks, range.clone())
         });
         let rays = traced.sum();
+        self.make_cells(sets);
         self.walks.done = range.end;
         self.rays[2] += rays;
         rays
+    }
+
+    /// Makes the cells that the replicas asked for the first time, in their order.
+    fn make_cells(&mut self, sets: &mut CellSets) {
+        let (mut even, mut odd) = (Vec::new(), Vec::new());
+        for (replica, records) in self.records.iter_mut().enumerate() {
+            if replica % 2 == 0 { even.push(records) } else { odd.push(records) }
+        }
+        let halves = [even, odd].into_par_iter().with_max_len(1).zip(&mut sets.halves);
+        halves.for_each(|(records, cells)| {
+            records.into_iter().for_each(|records| records.make_cells(&mut cells.grid));
+        });
     }
 
     /// Sums up all that complete passes found, by the light that cells have now.
@@ -206,18 +234,19 @@ impl CellAsks {
         }
         self.settled = numbers;
         sets.solve();
-        let (sites, [_, passes, walks]) = (self.order.sites(), self.passes());
+        let (sites, passes) = (self.order.sites(), self.passes());
         let order = self.order;
         let Some(residuals) = &mut map.residuals else {
             return;
         };
-        let (walkers, _, walk_count) = self.walks.complete();
+        let (walkers, walks, walk_count) = self.walks.complete();
         residuals.walks = walks;
         residuals.walkers = vec![false; sites];
         (0..walkers).for_each(|place| residuals.walkers[order.entry(place)] = true);
-        let replicas = self.records.par_iter().with_max_len(1).zip(&sets.cells);
-        let told: Vec<Vec<f32>> =
-            replicas.map(|(records, cells)| records.told_lx(cells, passes as usize * sites)).collect();
+        let sets = &*sets;
+        let replicas = self.records.par_iter().with_max_len(1).enumerate();
+        let rays = passes as usize * sites;
+        let told: Vec<Vec<f32>> = replicas.map(|(replica, records)| records.told_lx(sets.of(replica), rays)).collect();
         let controls: Vec<DirectionControl> = [0, 1]
             .into_par_iter()
             .map(|half| {
@@ -249,8 +278,9 @@ impl CellAsks {
                 by_half
             })
             .collect();
-        let replicas = self.records.par_iter().with_max_len(1).zip(&sets.cells).zip(&mut residuals.sums_lx);
-        replicas.for_each(|((records, cells), walked)| {
+        let replicas = self.records.par_iter().with_max_len(1).zip(&mut residuals.sums_lx).enumerate();
+        replicas.for_each(|(replica, (records, walked))| {
+            let cells = sets.of(replica);
             walked.fill(0.0);
             let mut first = 0;
             for ((plain_lx, end), (_, entry)) in records.walks.iter().zip(self.walks.entries(0..walk_count)) {
@@ -261,6 +291,15 @@ impl CellAsks {
                 first = *end;
             }
         });
+        // How sure the cells are that an entry asks, by the rays of two replicas.
+        let mut unsure_lx2 = vec![0.0; sites];
+        for (replica, records) in self.records.iter().enumerate().take(2) {
+            let cells = sets.of(replica);
+            for ((_, entry), term) in order.entries(0..rays as u64).zip(&records.terms) {
+                unsure_lx2[entry] += f64::from(term.factor * term.factor * cells.variance_lx2(term.asked));
+            }
+        }
+        residuals.share_out(&unsure_lx2, weights);
         self.ray_squared_lx2 = ray_squared_lx2(&halves, weights, passes);
         map.indirect_samples.complete = passes;
         map.indirect_samples.ahead = 0;
@@ -279,6 +318,16 @@ impl CellAsks {
         });
         regions
     }
+}
+
+/// Adds the term of a question, or notes that its cell is new.
+#[inline]
+fn look_up(grid: &CellGrid, question: Option<Question>, terms: &mut Vec<Term>, new: &mut Vec<(u32, Question)>) {
+    let cell = question.and_then(|question| grid.find(question.key));
+    if let (Some(question), None) = (question, cell) {
+        new.push((terms.len() as u32, question));
+    }
+    terms.push(question.zip(cell).map_or(Term::NONE, |(question, cell)| question.term(cell)));
 }
 
 /// Squared error in lx² of the mean over all replicas that rays have by chance: halves of a replica's passes ask the same cells.
@@ -328,31 +377,31 @@ fn divide(places: &[(DVec3, DVec3)], entries: &mut [u32], found: &mut impl FnMut
 }
 
 impl Asker<'_> {
-    /// Rays of one replica that fill its cells; returns the rays, those of samples too.
-    fn fill(
-        &self,
-        cells: &mut CellLight,
-        most_samples: u16,
-        replica: u32,
-        entries: impl Iterator<Item = (u64, usize)>,
-    ) -> u64 {
-        let mut stream = Stream::new(self.context.seed, Purpose::CellFills, self.kind.number(), replica);
-        // Samples are numbered through all maps.
-        let samples = Stream::new(self.context.seed, Purpose::Cells, 0, replica);
-        let mut sampler = CellSampler { stage: self.context.stage, cells, most_samples, stream: samples, rays: 0 };
-        let mut cut = Cut::default();
-        for (pass, entry) in entries {
-            if let Some(site) = self.site(entry) {
+    /// Rays that fill the cells of a half; returns the rays, those of samples too.
+    fn fill(&self, cells: &mut CellLight, most_samples: u16, half: u32, order: Order, range: Range<u64>) -> u64 {
+        let stage = self.context.stage;
+        let room = || (Stream::new(self.context.seed, Purpose::CellFills, self.kind.number(), half), Cut::default());
+        let numbers = (0..(range.end - range.start) as usize).into_par_iter().with_min_len(BLOCK as usize);
+        let found: Vec<(Option<Asked>, u64)> = numbers
+            .map_init(room, |(stream, cut), number| {
+                let (pass, entry) = order.at(range.start + number as u64);
+                let Some(site) = self.site(entry) else {
+                    return (None, 0);
+                };
                 stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
-                let start = self.start(&site, &mut stream);
-                sampler.fill(&start.receiver(), &mut cut, &mut stream);
-            }
-        }
-        sampler.rays
+                let start = self.start(&site, stream);
+                look_for_place(stage, &start.receiver(), cut, stream)
+            })
+            .collect();
+        let rays = found.iter().map(|(_, rays)| rays).sum::<u64>();
+        let places = found.into_iter().filter_map(|(asked, _)| asked);
+        // Samples are numbered through all maps.
+        let stream = || Stream::new(self.context.seed, Purpose::Cells, 0, half);
+        rays + fill_cells(stage, cells, most_samples, places, stream)
     }
 
     /// Rays of one replica whose values count; returns the rays.
-    fn ask(&self, records: &mut Records, grid: &mut CellGrid, replica: u32, order: Order, range: Range<u64>) -> u64 {
+    fn ask(&self, records: &mut Records, grid: &CellGrid, replica: u32, order: Order, range: Range<u64>) -> u64 {
         let stage = self.context.stage;
         let mut stream = Stream::new(self.context.seed, Purpose::CellRays, self.kind.number(), replica);
         let finds_more = self.finds_more_than_cells();
@@ -378,21 +427,14 @@ impl Asker<'_> {
                     records.plain_lx.push(plain_lx as f32);
                 }
             }
-            let terms = questions.drain(..).map(|question| question.map_or(Term::NONE, |asks| asks.term(grid)));
-            records.terms.extend(terms);
+            let asked = questions.drain(..);
+            asked.for_each(|question| look_up(grid, question, &mut records.terms, &mut records.new));
         }
         rays
     }
 
     /// Walks of one replica; returns their rays.
-    fn walk(
-        &self,
-        records: &mut Records,
-        grid: &mut CellGrid,
-        replica: u32,
-        order: &WalkOrder,
-        range: Range<u64>,
-    ) -> u64 {
+    fn walk(&self, records: &mut Records, grid: &CellGrid, replica: u32, order: &WalkOrder, range: Range<u64>) -> u64 {
         let stage = self.context.stage;
         let mut stream = Stream::new(self.context.seed, Purpose::Residuals, self.kind.number(), replica);
         let mut cut = Cut::default();
@@ -412,7 +454,8 @@ impl Asker<'_> {
                 }
                 records.walks.push((plain_lx as f32, (records.walk_terms.len() + questions.len()) as u32));
             }
-            records.walk_terms.extend(questions.drain(..).map(|question| question.term(grid)));
+            let asked = questions.drain(..).map(Some);
+            asked.for_each(|question| look_up(grid, question, &mut records.walk_terms, &mut records.new_of_walks));
         }
         rays
     }

@@ -120,7 +120,7 @@ pub fn without_gathering(
     target: Option<f64>,
     why: &'static str,
 ) {
-    for (job, offered) in jobs.iter_mut().zip(offers) {
+    for (job, offered) in jobs.iter_mut().zip(offers).filter(|(job, _)| job.adaptive.is_some()) {
         settle(context, job, offered, Err(why), target);
     }
 }
@@ -139,8 +139,18 @@ fn reason(kind: MapKind, error: f64, gathering: Gathering, without: f64, offered
     format!("by the pilot, work in rays to {target} %: {without:.1e} by walks, {local}, {gathering}")
 }
 
-/// After a look: leaves local estimation for walks, where these would be done with far less work than it still takes.
+/// After a look: leaves local estimation, or cells, for walks, where these would be done with far less work than it still takes.
 pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
+    if let Some(more) = job.rays_to_ask().filter(|_| !job.met && !job.refused) {
+        let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
+        if more > LEAVING * walks {
+            job.stop_asking(context);
+            job.method_reason =
+                format!("by a look in the run, {more:.1e} rays more by gathering and {walks:.1e} by walks or counts");
+            job.next_judgement = job.first_samples();
+        }
+        return;
+    }
     if !job.connects() || job.met || job.refused {
         return;
     }

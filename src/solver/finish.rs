@@ -102,7 +102,6 @@ pub(super) fn finish(
             Method::Auto => "auto",
             Method::Collision => "collision",
             Method::Gather => "gather",
-            Method::Cells => "cells",
             Method::Local => "local",
             Method::LocalNaive => "local-naive",
         }

@@ -152,7 +152,7 @@ pub struct Job {
     pub asks: Option<CellAsks>,
     /// How far it is to go before the next look, and what it needs to the target by the latest, where it asks cells.
     pub cell_goal: CellGoal,
-    pub cell_growth: Option<CellGrowth>,
+    pub cell_growth: Option<(CellGrowth, u64)>,
     /// What a count is worth, kept while the map gathers.
     counting_unit: Option<Unit>,
     judged_samples: u64,
@@ -328,8 +328,8 @@ impl Job {
 
     /// Rays that it still takes to a number of samples, by what the pilot counted.
     pub fn rays_to(&self, samples: u64) -> f64 {
-        if let Some(growth) = &self.cell_growth {
-            return growth.rays;
+        if let Some(rays) = self.rays_to_ask() {
+            return rays;
         }
         let passes = self.passes_at(samples).saturating_sub(self.map.direct_samples.complete);
         let direct = passes as f64 * self.share.rays_per_pass;

@@ -37,10 +37,15 @@ impl Order {
         ((u128::from(place) * self.stride as u128) % self.sites as u128) as usize
     }
 
+    /// Pass and entry of a ray.
+    #[inline]
+    pub fn at(self, index: u64) -> (u64, usize) {
+        (index / self.sites as u64, self.entry(index % self.sites as u64))
+    }
+
     /// Pass and entry of the rays of a range, pass after pass over all entries.
     pub fn entries(self, range: Range<u64>) -> impl Iterator<Item = (u64, usize)> {
-        let sites = self.sites as u64;
-        range.map(move |index| (index / sites, self.entry(index % sites)))
+        range.map(move |index| self.at(index))
     }
 }
 

@@ -5,11 +5,11 @@ mod forecast;
 use std::time::Instant;
 
 use super::cells::CellSets;
-use super::choice;
+use super::choice::{self, Turn};
 use super::finish::finish;
 use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement, TimeLeft};
 use super::sparse::fill_sparse_elements;
-use super::stages::Stages;
+use super::stages::{AIM_STEP, LEAST_AIM, Stages};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
@@ -75,9 +75,8 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         .target_error
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
     // No slope shows the spot of a luminaire that nearly touches a surface: elements stay means there.
-    let adapts = settings.elements == ElementChoice::Adaptive
-        && settings.method != Method::Cells
-        && !stage.near_lights.as_ref().is_some_and(NearLights::touch);
+    let adapts =
+        settings.elements == ElementChoice::Adaptive && !stage.near_lights.as_ref().is_some_and(NearLights::touch);
     let adapt_to = adapts.then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
     let (seed, method) = (settings.seed, settings.method);
     let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
@@ -153,8 +152,8 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn work(&mut self) -> StopReason {
-        self.stages = Stages::pilot(self.context, &mut self.jobs, self.settings);
         self.start_asking();
+        self.stages = Stages::pilot(self.context, &mut self.jobs, self.settings);
         let affordable_rays = self.affordable_rays();
         if let Some(stages) = &mut self.stages {
             let target = self.target_error.filter(|target| stages.rays_to(&self.jobs, *target) <= affordable_rays);
@@ -188,16 +187,46 @@ impl Run<'_> {
         }
     }
 
-    /// Lets the maps that can ask cells, where the user wants it.
+    /// Lets the maps ask cells that can, where that is asked for or pays.
     fn start_asking(&mut self) {
-        if self.settings.method != Method::Cells || !self.context.stage.reflects() {
+        let gathers = matches!(self.settings.method, Method::Auto | Method::Gather);
+        if !gathers || !self.context.stage.reflects() {
             return;
         }
-        let error = self.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
-        self.sets = Some(CellSets::new(self.context, error));
-        for job in self.jobs.iter_mut().filter(|job| job.can_ask_cells(self.context)) {
-            job.start_asking(self.context, error, self.settings.chains);
+        let error = self.error_to_plan_for();
+        let target = self.settings.target_error;
+        for job in self.jobs.iter_mut().filter(|job| job.adaptive.is_none()) {
+            let offered = choice::offer(self.context, job, target, Turn::First);
+            let mean_lx = job.mean_without_gathering_lx();
+            let by_cells = match job.can_ask_cells(self.context) {
+                true if mean_lx > 0.0 => Ok(job.work_by_cells(self.context, error * mean_lx)),
+                true => Err("its pilot found no light"),
+                false => Err("it knows no luminances, nor light that only chains find"),
+            };
+            if choice::settle(self.context, job, offered, by_cells, target) {
+                job.start_asking(self.context, error, self.settings.chains);
+            }
         }
+        if self.jobs.iter().any(|job| job.engine == Engine::Cells) {
+            self.sets = Some(CellSets::new(self.context, error));
+        }
+    }
+
+    /// The target, or the error that a time limit affords, about.
+    fn error_to_plan_for(&self) -> f64 {
+        if let Some(target) = self.target_error {
+            return target;
+        }
+        let affordable_rays = self.affordable_rays();
+        let work = |error: f64| -> f64 {
+            let cells = self.jobs.iter().filter(|job| job.bound && job.can_ask_cells(self.context));
+            cells.map(|job| job.work_by_cells(self.context, error * job.mean_without_gathering_lx())).sum()
+        };
+        let mut error = LEAST_AIM;
+        while error < DEFAULT_TARGET_ERROR && work(error) > affordable_rays {
+            error *= AIM_STEP;
+        }
+        if affordable_rays.is_finite() { error.min(DEFAULT_TARGET_ERROR) } else { DEFAULT_TARGET_ERROR }
     }
 
     /// Rays that fit into half of the time that a limit leaves, at the rate of the run so far; without a limit all do.

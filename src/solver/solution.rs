@@ -12,10 +12,9 @@ pub enum Method {
     Auto,
     /// Elements by counting the packets of chains, receivers by walks: unbiased.
     Collision,
-    /// Both by gathering rays that look up what chains left in patches.
+    /// Both by gathering rays that ask cells, with an error that independent walks measure; elements that adapt by rays that look
+    /// up what chains left in patches.
     Gather,
-    /// Both by gathering rays that ask cells, with an error that independent walks measure.
-    Cells,
     /// Receivers by local estimation: the vertices of chains score at all of them. Elements are counted.
     Local,
     /// The same with the plain kernel, whose variance has no bound in corners: to show just that.

@@ -1,6 +1,6 @@
 //! What gathering adds to a run: the choice of the maps that gather, and the chains of the forward stage.
 
-use super::choice::{self, Offered, Turn, USUAL_ERROR};
+use super::choice::{self, Offered, USUAL_ERROR};
 use super::forward::Forward;
 use super::job::{Context, Engine, Job, Refinement, USUAL_DEGREES};
 use super::plan::{
@@ -19,9 +19,9 @@ const GROWTH: f64 = 4.0;
 const LAST_SHARE: f64 = 1.6;
 const LEAST_GROWTH: f64 = 2.0;
 /// Errors between which such a run looks for one that it can reach.
-const LEAST_AIM: f64 = 1e-4;
+pub const LEAST_AIM: f64 = 1e-4;
 const MOST_AIM: f64 = 0.1;
-const AIM_STEP: f64 = 1.2;
+pub const AIM_STEP: f64 = 1.2;
 /// Share of the target, for the bias of look-ups, surely above which patches are made smaller, by how much, and how often at most.
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
@@ -66,15 +66,16 @@ impl Stages {
     /// Pilots a run, and lets maps go over to local estimation where that is the cheapest; `None` where nothing gathers.
     pub fn pilot(context: &Context, jobs: &mut [Job], settings: &Settings) -> Option<Stages> {
         let gathers = matches!(settings.method, Method::Auto | Method::Gather);
-        if !gathers || !context.stage.reflects() {
+        // All others ask cells.
+        let adapts = |job: &Job| job.adaptive.is_some();
+        if !gathers || !context.stage.reflects() || !jobs.iter().any(adapts) {
             return None;
         }
         let error = settings.target_error.unwrap_or(USUAL_ERROR);
         let auto = settings.method == Method::Auto;
-        let offer = |job: &mut Job| choice::offer(context, job, settings.target_error, Turn::First);
-        let offers: Vec<Offered> = jobs.iter_mut().map(offer).collect();
+        let offers: Vec<Offered> = jobs.iter().map(|_| Err("for points only")).collect();
         if auto && settings.target_error.is_some() {
-            let bound = jobs.iter().zip(&offers).filter(|(job, _)| job.bound);
+            let bound = jobs.iter().zip(&offers).filter(|(job, _)| job.bound && adapts(job));
             let without: f64 = bound.map(|(job, offered)| worth_of_walks(context, job, offered, error)).sum();
             if without < RAYS_OF_A_PILOT {
                 let why = "all maps together take less work than it takes to weigh it";
@@ -100,7 +101,7 @@ impl Stages {
         }
         let edge_m = BROAD_EDGES * patch_edge_m(context, patches_for(error), f64::INFINITY);
         let measured = |job: &mut Job| {
-            let counts = job.weights.iter().any(|weight| *weight > 0.0) && !job.is_luminance(context);
+            let counts = job.weights.iter().any(|weight| *weight > 0.0) && adapts(job);
             if counts {
                 job.prepare_gathering(context, edge_m);
             }
@@ -111,7 +112,7 @@ impl Stages {
         };
         let mut costs: Vec<Option<GatherCosts>> = jobs.iter_mut().map(measured).collect();
         let mut shared_chains = 0.0f64;
-        for ((job, costs), offered) in jobs.iter_mut().zip(&mut costs).zip(offers) {
+        for ((job, costs), offered) in jobs.iter_mut().zip(&mut costs).zip(offers).filter(|((job, _), _)| adapts(job)) {
             let by_gathering = costs.as_ref().map(|costs| {
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
                 job.work_by_gathering(context, costs, chain, error_lx, shared_chains)

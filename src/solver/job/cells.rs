@@ -5,31 +5,40 @@ use crate::control::{CellGrowth, CellParts};
 use crate::maps::{MapKind, REPLICAS, Residuals, Unit};
 use crate::solver::cells::{Asker, CellAsks, CellSets};
 
-/// Rays of an entry in each replica, walks, and rays that fill, with which a map begins that goes for an error of 1%.
-const FIRST_PASSES: f64 = 6.0;
-const FIRST_WALKS: f64 = 4.0;
-const FIRST_FILLS: f64 = 2.0;
+/// Rays of all replicas before the first look, and passes over the entries that they make at least and at most.
+const FIRST_RAYS: u64 = 400_000;
+const LEAST_PASSES: u64 = 2;
+const MOST_PASSES: u64 = 6;
+/// Rays that fill of every entry before the first look, and in a half at most; walks of each entry that walks.
+const FIRST_FILLS: u64 = 16;
+const MOST_FILLS: u64 = 65_536;
+const FIRST_WALKS: u64 = 4;
+/// Entries that walk at first, of more: a thousand of them would know the mean square half as well by as many walks. Fewer where walks are
+/// so long that these would take more rays than all else.
+const FIRST_WALKERS: f64 = 256.0;
+const LEAST_WALKERS: f64 = 16.0;
+/// Walks of one entry that know its bias well enough, over those that know its illuminance; and rays of all kinds for every gathering
+/// ray. Measured in six rooms of the proving ground.
+const WALKS_OF_AN_ENTRY: f64 = 0.8;
+const RAYS_OF_A_RAY: f64 = 1.5;
 /// Rays, about, that a ray takes which fills cells, and that a walk takes.
 const RAYS_OF_A_FILL: f64 = 5.0;
 const RAYS_OF_A_WALK: f64 = 5.0;
-/// Samples that a cell takes at most, over the passes that fill cells.
+/// Samples that a cell takes at most, over the rays of an entry that fill cells.
 const SAMPLES_OF_A_FILL: u64 = 4;
 const MOST_SAMPLES: u64 = 4096;
-/// Share of the squared error that direct light may have at the first look, and its passes until then, at most.
+/// Share of the squared error that direct light may have at the first look, if few passes make it so.
 const DIRECT_SHARE: f64 = 0.3;
-const MOST_DIRECT: u64 = 64;
 /// A kind of work grows by this factor at most from one look to the next, and by this one at least where it grows at all.
 const MOST_GROWTH: f64 = 4.0;
 const LEAST_GROWTH: f64 = 1.1;
-/// Share of the squared error that cells have at least.
-const LEAST_CELLS: f64 = 0.05;
 
 /// How far a map whose rays ask cells is to go before it is judged, in passes over its entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CellGoal {
     /// Of direct light.
     pub direct: u64,
-    /// Of rays that fill cells.
+    /// Rays of a half that fill cells: of these the number, since a part of the entries may do.
     pub fills: u64,
     /// Of rays that ask cells.
     pub rays: u64,
@@ -49,27 +58,62 @@ impl Job {
         finds_all && counts && self.adaptive.is_none() && !self.black && !self.is_luminance(context)
     }
 
+    /// Work by cells to an error in lx, in rays, by what the pilot measured of walks.
+    ///
+    /// A ray has about the chance of a walk; filling cells and looking back take twice as many again. Walks must measure the bias to a share of the
+    /// squared error: over K entries they know the mean square by √(2K) of what one entry takes.
+    /// What choosing luminaires takes beside rays counts as it does for walks.
+    pub fn work_by_cells(&self, context: &Context, error_lx: f64) -> f64 {
+        let entries = self.map.len() as f64;
+        let first = self.first_goal();
+        let replicas = REPLICAS as f64;
+        let filled = 2.0 * first.fills as f64 * RAYS_OF_A_FILL;
+        let walkers = self.first_walkers() as f64;
+        let to_first_look =
+            filled + replicas * (first.rays as f64 * entries + first.walks as f64 * walkers * self.indirect.rays);
+        let of_one = self.indirect.variance / (error_lx * error_lx);
+        let walks = WALKS_OF_AN_ENTRY * self.indirect.rays * (2.0 * entries).sqrt();
+        let rays = to_first_look.max(RAYS_OF_A_RAY * of_one * (entries + walks));
+        let looks_out = context.stage.would_look_out(context.scene.area_m2(), rays);
+        let choosing = if looks_out { 0.0 } else { self.indirect.choosing / self.indirect.rays.max(1.0) };
+        self.rays_with_direct(rays * (1.0 + choosing), error_lx)
+    }
+
+    /// Rays that asking cells still takes by the latest plan; `None` where there is none yet.
+    pub fn rays_to_ask(&self) -> Option<f64> {
+        self.cell_growth.as_ref().map(|(growth, planned_at)| (growth.rays - (self.rays - planned_at) as f64).max(0.0))
+    }
+
+    /// What a map does before its first look.
+    fn first_goal(&self) -> CellGoal {
+        let entries = self.map.len().max(1) as u64;
+        let passes = (FIRST_RAYS / (entries * REPLICAS as u64)).clamp(LEAST_PASSES, MOST_PASSES);
+        CellGoal { direct: 1, fills: (FIRST_FILLS * entries).min(MOST_FILLS), rays: passes, walks: FIRST_WALKS }
+    }
+
+    /// Entries that walk before the first look.
+    fn first_walkers(&self) -> usize {
+        let affordable = FIRST_RAYS as f64 / ((FIRST_WALKS * REPLICAS as u64) as f64 * self.indirect.rays.max(1.0));
+        affordable.clamp(LEAST_WALKERS, FIRST_WALKERS).min(self.map.len() as f64) as usize
+    }
+
     /// Begins to ask cells, for an error or with as many rays as a number of chains.
     pub fn start_asking(&mut self, context: &Context, error: f64, chains: Option<u64>) {
-        let finer = (0.01 / error).sqrt();
         let mean_lx = self.mean_without_gathering_lx();
         let squared_lx2 = DIRECT_SHARE * (error * mean_lx).powi(2) * REPLICAS as f64;
         let direct = (self.direct.variance / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
-        let (fills, rays, walks) = match chains {
-            Some(chains) => {
-                let rays = chains.div_ceil((REPLICAS * self.map.len().max(1)) as u64).max(1);
-                (rays.div_ceil(8), rays, rays.div_ceil(4))
-            }
-            None => {
-                let passes = |usual: f64, most: f64| (usual * finer).round().clamp(1.0, most) as u64;
-                (passes(FIRST_FILLS, 16.0), passes(FIRST_PASSES, 64.0).max(2), passes(FIRST_WALKS, 16.0))
-            }
-        };
-        self.cell_goal = CellGoal { direct: direct.clamp(1, MOST_DIRECT), fills, rays, walks };
+        let most_direct = (FIRST_RAYS as f64 / self.rays_of_a_pass().max(1.0)) as u64;
+        let mut goal = self.first_goal();
+        if let Some(chains) = chains {
+            let entries = self.map.len().max(1) as u64;
+            let rays = chains.div_ceil(REPLICAS as u64 * entries).max(1);
+            goal = CellGoal { direct: 1, fills: rays * entries, rays, walks: rays.div_ceil(4) };
+        }
+        self.cell_goal = CellGoal { direct: direct.clamp(1, most_direct.max(1)), ..goal };
         self.map.indirect_unit_lx = Unit::Lux;
         let asker = asker_of(context, self.kind, &self.elements);
         self.map.residuals = Some(Residuals::new(CellAsks::regions_of(&asker, self.map.len())));
-        self.asks = Some(CellAsks::new(&asker, self.map.len()));
+        self.asks = Some(CellAsks::new(&asker, self.map.len(), self.first_walkers()));
         self.engine = Engine::Cells;
     }
 
@@ -81,10 +125,11 @@ impl Job {
             return true;
         };
         let per_replica = |rays: f64| (RAYS_PER_SLICE / (rays * REPLICAS as f64)) as u64;
-        let [fills, rays, _] = asks.passes();
-        sets.most_samples = sets.most_samples.max((SAMPLES_OF_A_FILL * goal.fills).min(MOST_SAMPLES) as u16);
+        let (fills, rays) = (asks.filled(), asks.passes());
+        let most_samples = SAMPLES_OF_A_FILL * goal.fills.div_ceil(self.map.len().max(1) as u64);
+        sets.most_samples = sets.most_samples.max(most_samples.min(MOST_SAMPLES) as u16);
         self.rays += if fills < goal.fills {
-            asks.fill(&asker, sets, goal.fills, per_replica(RAYS_OF_A_FILL))
+            asks.fill(&asker, sets, goal.fills, (RAYS_PER_SLICE / (2.0 * RAYS_OF_A_FILL)) as u64)
         } else if rays < goal.rays {
             asks.ask(&asker, sets, goal.rays, per_replica(1.0))
         } else if !asks.has_walked(goal.walks) {
@@ -92,13 +137,12 @@ impl Job {
         } else {
             0
         };
-        let [fills, rays, _] = asks.passes();
-        fills >= goal.fills && rays >= goal.rays && asks.has_walked(goal.walks)
+        asks.filled() >= goal.fills && asks.passes() >= goal.rays && asks.has_walked(goal.walks)
     }
 
     /// Whether walks have passed over all entries at least once, so that the map's bias is known.
     pub fn knows_its_bias(&self) -> bool {
-        self.asks.as_ref().is_none_or(|asks| asks.passes().iter().all(|passes| *passes > 0))
+        self.asks.as_ref().is_none_or(|asks| asks.passes() > 0 && asks.knows_its_bias())
     }
 
     /// Goes over to walks or counting; direct light stays as far as it is.
@@ -116,24 +160,21 @@ impl Job {
     pub fn settle_cells(&mut self, sets: Option<&mut CellSets>) {
         if let (Some(sets), Some(asks)) = (sets, &mut self.asks) {
             asks.settle(sets, &mut self.map, &self.weights);
-            self.samples = asks.passes()[1];
+            self.samples = asks.passes();
         }
     }
 
     /// What the latest look has shown of a map that asks cells.
     fn cell_parts(&self) -> Option<CellParts> {
         let asks = self.asks.as_ref()?;
-        let mean_lx = self.judgement.mean_lx;
         let residuals = self.map.residuals.as_ref()?.state();
-        let all_lx2 = (self.judgement.expected_error * mean_lx).powi(2);
         let direct_lx2 = self.direct_variance / REPLICAS as f64;
         let walks_lx2 = residuals.correction_variance / REPLICAS as f64;
         let rays_lx2 = asks.ray_squared_lx2;
-        let cells_lx2 = (all_lx2 - direct_lx2 - walks_lx2 - rays_lx2).max(LEAST_CELLS * all_lx2);
         let [rays, fills, walks] = asks.rays.map(|rays| rays as f64);
         let direct = self.rays as f64 - (rays + fills + walks);
         Some(CellParts {
-            squared_lx2: [direct_lx2, rays_lx2, cells_lx2, walks_lx2],
+            squared_lx2: [direct_lx2, rays_lx2, walks_lx2],
             rays: [direct.max(1.0), rays, fills, walks],
             residuals,
             degrees_of_freedom: self.judgement.degrees_of_freedom,
@@ -149,7 +190,7 @@ impl Job {
             Some(target) => parts.growth(target * self.judgement.mean_lx),
             None => CellGrowth { factors: [2.0; 4], all_walk: true, rays: parts.rays.iter().sum(), reaches: false },
         };
-        self.cell_growth = Some(growth);
+        self.cell_growth = Some((growth, self.rays));
         let more = |now: u64, factor: f64| {
             let factor = factor.min(MOST_GROWTH);
             if factor < LEAST_GROWTH { now } else { ((now as f64 * factor).ceil() as u64).max(now + 1) }

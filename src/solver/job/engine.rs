@@ -11,7 +11,7 @@ pub enum Engine {
     Counting,
     /// Walks from receivers.
     Walking,
-    /// Gathering rays that look up what the forward stage left.
+    /// Gathering rays that look up what the forward stage left: for elements that adapt.
     Gathering,
     /// Gathering rays that ask cells, and walks that measure what these have wrong.
     Cells,
@@ -35,8 +35,7 @@ impl Engine {
         match self {
             Engine::Counting => "collision",
             Engine::Walking => "walk",
-            Engine::Gathering => "gather",
-            Engine::Cells => "cells",
+            Engine::Gathering | Engine::Cells => "gather",
             Engine::Connecting(Kernel::Bounded) => "local",
             Engine::Connecting(Kernel::Naive) => "local-naive",
         }

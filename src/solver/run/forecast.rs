@@ -53,7 +53,8 @@ impl Run<'_> {
         let work_fraction = rays as f64 / (rays as f64 + left.rays).max(1.0);
         // What gathers has a plan before its first look.
         let is_judged = |job: &Job| job.judged_samples() > 0;
-        let is_known = |job: &Job| is_judged(job) || job.map.is_empty() || job.engine == Engine::Gathering;
+        let has_plan = |job: &Job| matches!(job.engine, Engine::Gathering | Engine::Cells);
+        let is_known = |job: &Job| is_judged(job) || job.map.is_empty() || has_plan(job);
         let bound = || self.jobs.iter().filter(|job| job.bound);
         let known = bound().all(is_known)
             && bound().any(is_judged)
@@ -80,6 +81,9 @@ impl Run<'_> {
                 gathers = true;
                 let rays = job.rays_to(job.planned_samples);
                 left.add(0.0, rays, rays / rays_per_s);
+            } else if job.engine == Engine::Cells {
+                let rays = self.rays_to_ask(job);
+                left.add(0.0, rays, rays / rays_per_s);
             } else if job.samples > 0 {
                 let more = self.more_samples(job);
                 let share = more / job.samples as f64;
@@ -94,6 +98,18 @@ impl Run<'_> {
             left.add(chains, rays, rays / rays_per_s);
         }
         left
+    }
+
+    /// Rays that a map which asks cells still takes: by its latest plan, before its first look by its pilot.
+    fn rays_to_ask(&self, job: &Job) -> f64 {
+        match (job.rays_to_ask(), self.target_error) {
+            (Some(rays), _) => rays,
+            (None, Some(target)) if self.settings.chains.is_none() => {
+                let error_lx = target * job.mean_without_gathering_lx();
+                (job.work_by_cells(self.context, error_lx) - job.rays as f64).max(0.0)
+            }
+            _ => 0.0,
+        }
     }
 
     /// Samples that a bound job which has not met the target still needs, by its own latest judgement or by the chains asked for.
