@@ -88,7 +88,7 @@ impl CellGrid {
     /// No cells yet in a scene between these corners, in m, of a grid shifted by such shares of the scene's longest way; the edge of
     /// a cell is at most such a share of the length of the ray that asks, and more than half of that.
     ///
-    /// With a shift of its own for every replica, places of cells are chance, and what they have wrong is seen in the replicas' spread.
+    /// With a shift of its own for either half, places of cells are chance, which the halves' difference shows.
     pub fn new([least_m, most_m]: [DVec3; 2], shift: [f64; 3], edge_share: f64) -> CellGrid {
         let longest_m = (most_m - least_m).length().max(f64::MIN_POSITIVE);
         let finest = longest_m.log2().ceil() as i32 + FINEST;

@@ -113,7 +113,7 @@ mod tests {
         let lx = |u: f64, v: f64| (100.0 * u + 30.0 * (v - 0.5).powi(2)) as f32;
         let mut sums = DirectionSums::new(2);
         let middle = |part: usize| (part as f64 + 0.5) / PARTS as f64;
-        for (bin, _) in std::iter::repeat_n((), BINS).enumerate() {
+        for bin in 0..BINS {
             let [u, v] = [middle(bin / PARTS), middle(bin % PARTS)];
             assert_eq!(usize::from(bin_of([u, v])), bin);
             (0..400).for_each(|_| sums.add(1, bin as u8, lx(u, v)));

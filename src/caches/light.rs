@@ -59,7 +59,7 @@ pub struct CellSample {
     pub next: CellRef,
 }
 
-/// Cells of one replica and their light.
+/// Cells of one half and their light.
 #[derive(Clone, Debug)]
 pub struct CellLight {
     /// Where they lie.

@@ -124,11 +124,17 @@ pub fn gather(
     (plain_lx, asking.found.map(|asked| asked.question(grid, asked.reflectance)), rays)
 }
 
-/// Sends a ray from a receiver with a stream of its own; returns the place that it asks about, if it met one, and the rays.
-pub fn look_for_place(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (Option<Asked>, u64) {
+/// Sends a ray from a receiver; returns what it found beside the light of the place that it asks about in lx, that place, if it met
+/// one, and the rays.
+pub fn look_for_place(
+    stage: &Stage,
+    receiver: &Receiver,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, Option<Asked>, u64) {
     let mut asking = Asking::default();
-    let (_, rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
-    (asking.found, rays)
+    let (plain_lx, rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
+    (plain_lx, asking.found, rays)
 }
 
 /// A sample that a cell is to take at a place in it.
@@ -210,13 +216,12 @@ fn take(stage: &Stage, place: &Place, cut: &mut Cut, stream: &mut Stream) -> Tak
     let receiver = place.receiver();
     let sight = one_look(stage, place.spot, &receiver, Care::Glance, cut, stream);
     let direct_lx = sight.as_ref().map_or(0.0, |sight| sight.direct_lx());
-    let mut asking = Asking::default();
-    let (plain_lx, rays) = gather_indirect_lx(stage, &receiver, &mut asking, cut, stream);
-    let goes_on = asking.found.is_some_and(|asked| stream.happens(asked.reflectance));
+    let (plain_lx, next, rays) = look_for_place(stage, &receiver, cut, stream);
+    let goes_on = next.is_some_and(|asked| stream.happens(asked.reflectance));
     Taken {
         direct_lx: direct_lx as f32,
         plain_lx: plain_lx as f32,
-        next: asking.found,
+        next,
         goes_on,
         rays: rays + u64::from(sight.is_some()),
     }
@@ -236,10 +241,9 @@ pub fn residual_walk(
     stream: &mut Stream,
     mut ask: impl FnMut(Question),
 ) -> (f64, u64) {
-    let mut asking = Asking::default();
-    let (_, mut rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
+    let (_, met, mut rays) = look_for_place(stage, receiver, cut, stream);
     let mut plain_lx = 0.0;
-    let Some(mut here) = asking.found else {
+    let Some(mut here) = met else {
         return (0.0, rays);
     };
     let weight = weight * here.reflectance;
@@ -252,11 +256,10 @@ pub fn residual_walk(
             plain_lx += weight * sight.direct_lx();
             rays += 1;
         }
-        let mut asking = Asking::default();
-        let (beside_lx, more_rays) = gather_indirect_lx(stage, &receiver, &mut asking, cut, stream);
+        let (beside_lx, met, more_rays) = look_for_place(stage, &receiver, cut, stream);
         plain_lx += weight * beside_lx;
         rays += more_rays;
-        let Some(next) = asking.found else {
+        let Some(next) = met else {
             return (plain_lx, rays);
         };
         ask(next.question(grid, weight * next.reflectance));

@@ -1,6 +1,6 @@
 //! The error of a map, judged from its replicas.
 
-use super::replicas::{REPLICAS, ReplicaMap, squared_error_within_halves};
+use super::replicas::{REPLICAS, ReplicaMap};
 
 /// What the replicas tell of a map's error; all errors are fractions of the map's mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -103,12 +103,7 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
             means_lx.iter_mut().zip(&replicas).for_each(|(sum, value)| *sum += weight * value);
         }
         halves_sum += weight * halves * halves;
-        spread_sum += weight
-            * if shares_cells {
-                squared_error_within_halves(|replica| replicas[replica])
-            } else {
-                replicas.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (REPLICAS * (REPLICAS - 1)) as f64
-            };
+        spread_sum += weight * map.squared_error(|replica| replicas[replica]);
         products.add(weight, &pairs);
     }
     if weight_sum <= 0.0 || illuminance_sum <= 0.0 {

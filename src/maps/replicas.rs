@@ -251,6 +251,12 @@ impl ReplicaMap {
         REPLICAS as f64 * sum / weight_sum.max(f64::MIN_POSITIVE)
     }
 
+    /// Squared standard error of the mean over the replicas of a quantity given replica by replica. What the replicas of a half share
+    /// through their cells is not in it: that is judged by itself.
+    pub fn squared_error(&self, value: impl Fn(usize) -> f64) -> f64 {
+        if self.residuals.is_some() { squared_error_within_halves(value) } else { squared_error(value) }
+    }
+
     /// Estimated bias in lx of look-ups, root mean square over weighted entries, and what it is at least.
     pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> [f64; 2] {
         if let Some(residuals) = &self.residuals {
@@ -329,11 +335,7 @@ impl ReplicaMap {
         for entry in 0..self.len() {
             let (direct_lx, indirect_lx) = (self.direct_lx(entry), self.indirect_lx(entry));
             let value_lx = |replica: usize| self.illuminance_lx(replica, entry);
-            let spread_lx = if self.residuals.is_some() {
-                squared_error_within_halves(value_lx).sqrt()
-            } else {
-                standard_error(value_lx)
-            };
+            let spread_lx = self.squared_error(value_lx).sqrt();
             let unseen = matches!(self.indirect_unit_lx, Unit::Packets { .. })
                 && self.indirect_samples.complete > 0
                 && self.indirect_sum(entry) == 0.0;
@@ -347,8 +349,8 @@ impl ReplicaMap {
             self.widen_bars(&mut values);
         }
         if let Some(residuals) = &self.residuals {
-            let errors_lx = values.standard_error_lx.iter_mut().enumerate();
-            errors_lx.for_each(|(site, error_lx)| *error_lx = error_lx.hypot(residuals.left_at_lx(site)));
+            let errors_lx = values.standard_error_lx.iter_mut().zip(residuals.left_by_entry_lx());
+            errors_lx.for_each(|(error_lx, left_lx)| *error_lx = error_lx.hypot(left_lx));
         }
         values
     }
@@ -360,14 +362,17 @@ fn mean(numbers: impl Iterator<Item = f64>) -> f64 {
 
 /// Standard error of the mean over the replicas of a quantity given replica by replica.
 pub fn standard_error(value: impl Fn(usize) -> f64) -> f64 {
-    let mean = (0..REPLICAS).map(&value).sum::<f64>() / REPLICAS as f64;
-    let squares: f64 = (0..REPLICAS).map(|replica| (value(replica) - mean).powi(2)).sum();
-    (squares / (REPLICAS * (REPLICAS - 1)) as f64).sqrt()
+    squared_error(value).sqrt()
 }
 
-/// Squared standard error of the mean over the replicas where those of a half share something that is judged by itself: by
-/// their spread within the halves.
-pub fn squared_error_within_halves(value: impl Fn(usize) -> f64) -> f64 {
+fn squared_error(value: impl Fn(usize) -> f64) -> f64 {
+    let mean = (0..REPLICAS).map(&value).sum::<f64>() / REPLICAS as f64;
+    let squares: f64 = (0..REPLICAS).map(|replica| (value(replica) - mean).powi(2)).sum();
+    squares / (REPLICAS * (REPLICAS - 1)) as f64
+}
+
+/// The same square by the spread within the halves.
+fn squared_error_within_halves(value: impl Fn(usize) -> f64) -> f64 {
     let squares: f64 = (0..2)
         .map(|parity| {
             let half = || (parity..REPLICAS).step_by(2);

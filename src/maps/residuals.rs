@@ -143,12 +143,6 @@ impl Residuals {
         &self.regions
     }
 
-    /// Region of an entry.
-    #[inline]
-    pub fn region_of(&self, site: usize) -> u32 {
-        self.regions[site]
-    }
-
     /// Number of regions.
     pub fn region_count(&self) -> usize {
         self.region_count
@@ -238,10 +232,11 @@ impl Residuals {
         }
     }
 
-    /// What is left of the cells' error at an entry in lx, of which the error bars of entries tell.
-    pub fn left_at_lx(&self, site: usize) -> f64 {
+    /// What is left of the cells' error at every entry in lx, of which the error bars of entries tell.
+    pub fn left_by_entry_lx(&self) -> impl Iterator<Item = f64> {
         let Left { common, chance } = self.left();
-        (common + chance).sqrt() * self.profile[site]
+        let left_lx = (common + chance).sqrt();
+        self.profile.iter().map(move |unsure| left_lx * unsure)
     }
 
     /// What is left of the cells' error at both scales: squared bias that both halves share, with its chance, and squared chance of

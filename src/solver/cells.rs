@@ -134,13 +134,14 @@ pub struct Asker<'a> {
 impl CellAsks {
     /// Nothing yet of so many entries, of which some walk at first.
     pub fn new(asker: &Asker, sites: usize, walkers: usize) -> CellAsks {
+        let order = Order::of(sites);
         CellAsks {
             sees: (0..sites).map(|entry| asker.site(entry).is_some()).collect(),
             records: vec![Records::default(); REPLICAS],
-            order: Order::of(sites),
+            order,
             filled: 0,
             asked: 0,
-            walks: WalkOrder::new(Order::of(sites), walkers),
+            walks: WalkOrder::new(order, walkers),
             settled: [0; 3],
             ray_squared_lx2: 0.0,
             rays: [0; 3],
@@ -243,7 +244,7 @@ impl CellAsks {
         residuals.walks = walks;
         residuals.walkers = vec![false; sites];
         (0..walkers).for_each(|place| residuals.walkers[order.entry(place)] = true);
-        let sets = &*sets;
+        let (sets, regions) = (&*sets, residuals.regions());
         let replicas = self.records.par_iter().with_max_len(1).enumerate();
         let rays = passes as usize * sites;
         let told: Vec<Vec<f32>> = replicas.map(|(replica, records)| records.told_lx(sets.of(replica), rays)).collect();
@@ -255,13 +256,12 @@ impl CellAsks {
                     let bins = &self.records[replica].bins;
                     let rays = order.entries(0..told[replica].len() as u64).zip(bins).zip(&told[replica]);
                     let rays = rays.filter(|(((_, entry), _), _)| self.sees[*entry]);
-                    rays.for_each(|(((_, entry), bin), lx)| sums.add(residuals.region_of(entry), *bin, *lx));
+                    rays.for_each(|(((_, entry), bin), lx)| sums.add(regions[entry], *bin, *lx));
                 }
                 sums.control()
             })
             .collect();
         let told = told.into_par_iter().with_max_len(1).zip(&self.records).zip(&mut map.indirect).enumerate();
-        let regions = residuals.regions();
         let halves: Vec<Vec<[f64; 2]>> = told
             .map(|(replica, ((told, records), rows))| {
                 rows.fill(0.0);
@@ -390,7 +390,8 @@ impl Asker<'_> {
                 };
                 stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                 let start = self.start(&site, stream);
-                look_for_place(stage, &start.receiver(), cut, stream)
+                let (_, asked, rays) = look_for_place(stage, &start.receiver(), cut, stream);
+                (asked, rays)
             })
             .collect();
         let rays = found.iter().map(|(_, rays)| rays).sum::<u64>();

@@ -36,6 +36,9 @@ pub struct Offer {
 /// Local estimation, or why it was not weighed.
 pub type Offered = Result<Offer, &'static str>;
 
+/// Elements are not connected to chains.
+pub const POINTS_ONLY: Offered = Err("for points only");
+
 /// When a map is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
@@ -53,7 +56,7 @@ const NOT_YET: &str = "dearer than gathering for so many points";
 /// Without a target nothing tells how far a run will go, and it is not weighed.
 pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) -> Offered {
     let MapKind::Receivers(set) = job.kind else {
-        return Err("for points only");
+        return POINTS_ONLY;
     };
     let Some(target) = target.filter(|_| job.bound && context.method == Method::Auto) else {
         return Err("without a target");
@@ -112,16 +115,10 @@ pub fn settle(
     false
 }
 
-/// The same for all maps of a run where gathering was not weighed.
-pub fn without_gathering(
-    context: &Context,
-    jobs: &mut [Job],
-    offers: Vec<Offered>,
-    target: Option<f64>,
-    why: &'static str,
-) {
-    for (job, offered) in jobs.iter_mut().zip(offers).filter(|(job, _)| job.adaptive.is_some()) {
-        settle(context, job, offered, Err(why), target);
+/// The same for all elements of a run that adapt, where gathering was not weighed.
+pub fn without_gathering(context: &Context, jobs: &mut [Job], target: Option<f64>, why: &'static str) {
+    for job in jobs.iter_mut().filter(|job| job.adaptive.is_some()) {
+        settle(context, job, POINTS_ONLY, Err(why), target);
     }
 }
 
@@ -141,26 +138,25 @@ fn reason(kind: MapKind, error: f64, gathering: Gathering, without: f64, offered
 
 /// After a look: leaves local estimation, or cells, for walks, where these would be done with far less work than it still takes.
 pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
-    if let Some(more) = job.rays_to_ask().filter(|_| !job.met && !job.refused) {
-        let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
+    if job.met || job.refused {
+        return;
+    }
+    let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
+    if let Some(more) = job.rays_to_ask() {
         if more > LEAVING * walks {
             job.stop_asking(context);
             job.method_reason =
                 format!("by a look in the run, {more:.1e} rays more by gathering and {walks:.1e} by walks or counts");
             job.next_judgement = job.first_samples();
         }
-        return;
-    }
-    if !job.connects() || job.met || job.refused {
-        return;
-    }
-    let needed = needed_work(target, &job.judgement, job.error_exponent());
-    let more = (needed - 1.0).max(0.0) * job.rays as f64;
-    let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
-    if more > LEAVING * walks {
-        job.stop_connecting();
-        job.method_reason =
-            format!("by a look in the run, {more:.1e} rays more by local estimation and {walks:.1e} by walks");
-        job.next_judgement = job.first_samples();
+    } else if job.connects() {
+        let needed = needed_work(target, &job.judgement, job.error_exponent());
+        let more = (needed - 1.0).max(0.0) * job.rays as f64;
+        if more > LEAVING * walks {
+            job.stop_connecting();
+            job.method_reason =
+                format!("by a look in the run, {more:.1e} rays more by local estimation and {walks:.1e} by walks");
+            job.next_judgement = job.first_samples();
+        }
     }
 }

@@ -9,7 +9,7 @@ use super::choice::{self, Turn};
 use super::finish::finish;
 use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement, TimeLeft};
 use super::sparse::fill_sparse_elements;
-use super::stages::{AIM_STEP, LEAST_AIM, Stages};
+use super::stages::{Stages, least_affordable};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
@@ -217,16 +217,14 @@ impl Run<'_> {
         if let Some(target) = self.target_error {
             return target;
         }
-        let affordable_rays = self.affordable_rays();
+        if self.settings.time_limit_s.is_none() {
+            return DEFAULT_TARGET_ERROR;
+        }
         let work = |error: f64| -> f64 {
             let cells = self.jobs.iter().filter(|job| job.bound && job.can_ask_cells(self.context));
             cells.map(|job| job.work_by_cells(self.context, error * job.mean_without_gathering_lx())).sum()
         };
-        let mut error = LEAST_AIM;
-        while error < DEFAULT_TARGET_ERROR && work(error) > affordable_rays {
-            error *= AIM_STEP;
-        }
-        if affordable_rays.is_finite() { error.min(DEFAULT_TARGET_ERROR) } else { DEFAULT_TARGET_ERROR }
+        least_affordable(DEFAULT_TARGET_ERROR, self.affordable_rays(), work).min(DEFAULT_TARGET_ERROR)
     }
 
     /// Rays that fit into half of the time that a limit leaves, at the rate of the run so far; without a limit all do.

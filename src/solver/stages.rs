@@ -1,6 +1,6 @@
 //! What gathering adds to a run: the choice of the maps that gather, and the chains of the forward stage.
 
-use super::choice::{self, Offered, USUAL_ERROR};
+use super::choice::{self, USUAL_ERROR};
 use super::forward::Forward;
 use super::job::{Context, Engine, Job, Refinement, USUAL_DEGREES};
 use super::plan::{
@@ -19,9 +19,9 @@ const GROWTH: f64 = 4.0;
 const LAST_SHARE: f64 = 1.6;
 const LEAST_GROWTH: f64 = 2.0;
 /// Errors between which such a run looks for one that it can reach.
-pub const LEAST_AIM: f64 = 1e-4;
+const LEAST_AIM: f64 = 1e-4;
 const MOST_AIM: f64 = 0.1;
-pub const AIM_STEP: f64 = 1.2;
+const AIM_STEP: f64 = 1.2;
 /// Share of the target, for the bias of look-ups, surely above which patches are made smaller, by how much, and how often at most.
 const MOST_BIAS: f64 = 0.5;
 const MORE_PATCHES: f64 = 4.0;
@@ -73,13 +73,13 @@ impl Stages {
         }
         let error = settings.target_error.unwrap_or(USUAL_ERROR);
         let auto = settings.method == Method::Auto;
-        let offers: Vec<Offered> = jobs.iter().map(|_| Err("for points only")).collect();
         if auto && settings.target_error.is_some() {
-            let bound = jobs.iter().zip(&offers).filter(|(job, _)| job.bound && adapts(job));
-            let without: f64 = bound.map(|(job, offered)| worth_of_walks(context, job, offered, error)).sum();
+            let bound = jobs.iter().filter(|job| job.bound && adapts(job));
+            let rays_of = |job: &Job| job.rays_without_gathering(context, error * job.mean_without_gathering_lx());
+            let without: f64 = bound.map(rays_of).sum();
             if without < RAYS_OF_A_PILOT {
                 let why = "all maps together take less work than it takes to weigh it";
-                choice::without_gathering(context, jobs, offers, settings.target_error, why);
+                choice::without_gathering(context, jobs, settings.target_error, why);
                 return None;
             }
         }
@@ -93,7 +93,7 @@ impl Stages {
         let lies_in_few = chain.deposits == 0.0 || forward.lit_patches() < FEWEST_LIT_PATCHES;
         if auto && lies_in_few {
             let why = "the light lies in few patches, where looking it up would not be exact";
-            choice::without_gathering(context, jobs, offers, settings.target_error, why);
+            choice::without_gathering(context, jobs, settings.target_error, why);
             return None;
         }
         if chain.deposits == 0.0 {
@@ -112,14 +112,14 @@ impl Stages {
         };
         let mut costs: Vec<Option<GatherCosts>> = jobs.iter_mut().map(measured).collect();
         let mut shared_chains = 0.0f64;
-        for ((job, costs), offered) in jobs.iter_mut().zip(&mut costs).zip(offers).filter(|((job, _), _)| adapts(job)) {
+        for (job, costs) in jobs.iter_mut().zip(&mut costs).filter(|(job, _)| adapts(job)) {
             let by_gathering = costs.as_ref().map(|costs| {
                 let error_lx = error * (costs.mean_lx + job.direct_mean_lx());
                 job.work_by_gathering(context, costs, chain, error_lx, shared_chains)
             });
             let gathering =
                 by_gathering.map(|(work, _)| work).ok_or("it knows no luminances, or its pilot found no light");
-            if !choice::settle(context, job, offered, gathering, settings.target_error) {
+            if !choice::settle(context, job, choice::POINTS_ONLY, gathering, settings.target_error) {
                 *costs = None;
                 job.broad = None;
             } else if let Some((_, chains)) = by_gathering {
@@ -174,10 +174,7 @@ impl Stages {
 
     /// The least error, about, that is affordable, for a run that only a limit ends; patches become as fine as it asks for.
     pub fn aim_within(&mut self, jobs: &[Job], affordable_rays: f64) -> f64 {
-        let mut error = LEAST_AIM;
-        while error < MOST_AIM && self.rays_to(jobs, error) > affordable_rays {
-            error *= AIM_STEP;
-        }
+        let error = least_affordable(MOST_AIM, affordable_rays, |error| self.rays_to(jobs, error));
         self.aim = error;
         self.patches = patches_for(error);
         error
@@ -376,12 +373,13 @@ impl Stages {
     }
 }
 
-/// Work of a map to a target without gathering, by what the pilots measured, in rays of walks: with as much choosing among
-/// luminaires as a pilot of gathering has.
-fn worth_of_walks(context: &Context, job: &Job, offered: &Offered, error: f64) -> f64 {
-    let error_lx = error * job.mean_without_gathering_lx();
-    let (rays, work) = (job.rays_without_gathering(context, error_lx), job.work_without_gathering(context, error_lx));
-    offered.as_ref().map_or(rays, |offer| rays * (offer.work / work).min(1.0))
+/// The least error up to about `most` that takes no more than the affordable rays, for a run that only a limit ends.
+pub fn least_affordable(most: f64, affordable_rays: f64, rays_to: impl Fn(f64) -> f64) -> f64 {
+    let mut error = LEAST_AIM;
+    while error < most && rays_to(error) > affordable_rays {
+        error *= AIM_STEP;
+    }
+    error
 }
 
 /// Why one of two ways was taken: rays that each would take.

@@ -60,9 +60,9 @@ impl Job {
 
     /// Work by cells to an error in lx, in rays, by what the pilot measured of walks.
     ///
-    /// A ray has about the chance of a walk; filling cells and looking back take twice as many again. Walks must measure the bias to a share of the
-    /// squared error: over K entries they know the mean square by √(2K) of what one entry takes.
-    /// What choosing luminaires takes beside rays counts as it does for walks.
+    /// A ray has about the chance of a walk; filling cells takes half as many again. Walks must measure the bias to a share of the
+    /// squared error: over K entries they know the mean square by √(2K) of what one entry takes. What choosing luminaires takes
+    /// beside rays counts as it does for walks.
     pub fn work_by_cells(&self, context: &Context, error_lx: f64) -> f64 {
         let entries = self.map.len() as f64;
         let first = self.first_goal();
@@ -140,7 +140,7 @@ impl Job {
         asks.filled() >= goal.fills && asks.passes() >= goal.rays && asks.has_walked(goal.walks)
     }
 
-    /// Whether walks have passed over all entries at least once, so that the map's bias is known.
+    /// Whether walks have passed over those entries at least once that are to walk, so that the map's bias is known.
     pub fn knows_its_bias(&self) -> bool {
         self.asks.as_ref().is_none_or(|asks| asks.passes() > 0 && asks.knows_its_bias())
     }
