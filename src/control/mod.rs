@@ -4,7 +4,6 @@ mod adapt;
 mod cells;
 mod checks;
 mod exponent;
-mod gather;
 mod schedule;
 mod stop;
 
@@ -12,6 +11,5 @@ pub use adapt::{ElementLoss, cuts_for};
 pub use cells::{CellGrowth, CellParts, KINDS};
 pub use checks::statistical_checks;
 pub use exponent::{ErrorHistory, USUAL_EXPONENT};
-pub use gather::{GatherNeed, GatherState, Rows, gather_need};
 pub use schedule::{after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};

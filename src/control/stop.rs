@@ -1,7 +1,5 @@
 //! The stop rule and the forecast.
 
-use std::sync::OnceLock;
-
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::maps::{Judgement, REPLICAS};
@@ -11,8 +9,6 @@ pub const CONFIDENCE: f64 = 0.95;
 
 /// Above this many degrees of freedom the margin is within 0.2% of 1 and no longer changes.
 const MOST_DEGREES: f64 = 1e6;
-/// Powers of two up to that, and one more.
-const POWERS: usize = 21;
 
 /// By how much the expected error must lie under the target for the true one to be under it with [`CONFIDENCE`].
 ///
@@ -25,17 +21,6 @@ pub fn margin(degrees_of_freedom: f64) -> f64 {
         Ok(f) => quantile(&f, CONFIDENCE).sqrt(),
         Err(_) => f64::INFINITY,
     }
-}
-
-/// The same within 1%, from a table: plans try many degrees of freedom.
-pub(super) fn about_margin(degrees_of_freedom: f64) -> f64 {
-    static OF_POWERS: OnceLock<[f64; POWERS]> = OnceLock::new();
-    let of_powers = OF_POWERS.get_or_init(|| std::array::from_fn(|power| margin(2f64.powi(power as i32))));
-    let at = degrees_of_freedom.clamp(1.0, MOST_DEGREES).log2();
-    let power = (at as usize).min(POWERS - 2);
-    // Its excess over 1 falls about as a power of the degrees.
-    let [one, next] = [of_powers[power], of_powers[power + 1]].map(|margin| (margin - 1.0).ln());
-    1.0 + (one + (next - one) * (at - power as f64)).exp()
 }
 
 /// Quantile by bisection of the distribution function: 60 halvings leave no doubt in the digits that matter here.
@@ -85,15 +70,6 @@ mod tests {
             assert!((margin(k).powi(2) - f).abs() < 2e-3, "{k}: {}", margin(k).powi(2));
         }
         assert!(margin(2400.0) < 1.03 && margin(2400.0) > 1.0);
-    }
-
-    #[test]
-    fn the_table_of_margins_is_good_to_a_percent() {
-        for step in 0..60 {
-            let degrees = 0.7 * 1.3f64.powi(step);
-            let (exact, told) = (margin(degrees), about_margin(degrees));
-            assert!((told / exact - 1.0).abs() < 0.01, "{degrees}: {told} instead of {exact}");
-        }
     }
 
     #[test]

@@ -144,11 +144,16 @@ pub struct IndirectDetail {
 impl IndirectDetail {
     /// Nothing seen yet of so many elements.
     pub fn new(sites: usize) -> IndirectDetail {
-        let with_parts = if sites <= MOST_WITH_PARTS { sites } else { 0 };
+        let with_parts = IndirectDetail::with_parts(sites);
         IndirectDetail {
             bends_lx: vec![vec![[0.0; BENDS]; sites]; REPLICAS],
             parts_lx: vec![vec![[0.0; PARTS]; with_parts]; REPLICAS],
         }
+    }
+
+    /// Elements of so many whose parts are told apart: all or none.
+    pub fn with_parts(sites: usize) -> usize {
+        if sites <= MOST_WITH_PARTS { sites } else { 0 }
     }
 
     /// How the light varies within an element of so many samples a replica, whose reference has these slopes.

@@ -13,8 +13,6 @@ pub struct Judgement {
     pub expected_error: f64,
     /// Estimated bias that even and odd share; 0 for an unbiased estimator.
     pub bias: f64,
-    /// What that bias is at least, by the chance of its estimate.
-    pub least_bias: f64,
     /// Estimated discretisation error: what elements cannot show of the illuminance within them; 0 for points and for
     /// elements that stand for nothing but their means.
     pub discretisation: f64,
@@ -48,11 +46,11 @@ const PAIRS: usize = REPLICAS / 2;
 /// With y_j the difference of pair j, weighted by √A, the y_j are independent with covariance 2C: tr C² follows from products
 /// of different pairs, which no outlier in one pair can inflate alone.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct PairProducts([[f64; PAIRS]; PAIRS]);
+struct PairProducts([[f64; PAIRS]; PAIRS]);
 
 impl PairProducts {
     /// Adds an entry with its weight.
-    pub fn add(&mut self, weight: f64, pairs: &[f64; PAIRS]) {
+    fn add(&mut self, weight: f64, pairs: &[f64; PAIRS]) {
         for i in 0..PAIRS {
             for j in 0..=i {
                 self.0[i][j] += weight * pairs[i] * pairs[j];
@@ -61,7 +59,7 @@ impl PairProducts {
     }
 
     /// Degrees of freedom of the mean square over the map, (tr C)²/tr C²: 1 at least.
-    pub fn degrees_of_freedom(&self) -> f64 {
+    fn degrees_of_freedom(&self) -> f64 {
         let different = || (0..PAIRS).flat_map(|i| (0..i).map(move |j| (i, j)));
         let of_traces: f64 = different().map(|(i, j)| self.0[i][i] * self.0[j][j]).sum();
         let of_squares: f64 = different().map(|(i, j)| self.0[i][j] * self.0[i][j]).sum();
@@ -70,7 +68,7 @@ impl PairProducts {
 }
 
 /// Judges the given entries of a map with their weights (areas; 0 leaves an entry out). Replicas 2j are even, 2j + 1 odd.
-pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clone) -> Judgement {
+pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)>) -> Judgement {
     let mut weight_sum = 0.0;
     let mut illuminance_sum = 0.0;
     let mut halves_sum = 0.0;
@@ -79,10 +77,10 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
     let mut means_lx = [0.0f64; REPLICAS];
     let mut dark = true;
     let mut unseen = map.indirect_samples.complete > 0;
-    let chance_of_cells = map.residuals.as_ref().map_or(0.0, |residuals| residuals.left().chance);
-    let shares_cells = map.residuals.is_some();
-    let counted = entries.filter(|(_, weight)| *weight > 0.0);
-    for (entry, weight) in counted.clone() {
+    let left = map.cells_error.as_ref().map(|error| error.left);
+    let shares_cells = left.is_some();
+    let left = left.unwrap_or_default();
+    for (entry, weight) in entries.filter(|(_, weight)| *weight > 0.0) {
         let replicas: [f64; REPLICAS] = std::array::from_fn(|replica| map.illuminance_lx(replica, entry));
         let mean = replicas.iter().sum::<f64>() / REPLICAS as f64;
         dark &= replicas.iter().all(|value| *value == 0.0);
@@ -110,13 +108,11 @@ pub fn judge(map: &ReplicaMap, entries: impl Iterator<Item = (usize, f64)> + Clo
         return Judgement { dark, unseen, degrees_of_freedom: 1.0, ..Judgement::default() };
     }
     let mean_lx = illuminance_sum / weight_sum;
-    let [bias, least_bias] = map.look_up_bias_lx(counted).map(|bias_lx| bias_lx / mean_lx);
     Judgement {
         mean_lx,
         halves_error: 0.5 * (halves_sum / weight_sum).sqrt() / mean_lx,
-        expected_error: (spread_sum / weight_sum + chance_of_cells).sqrt() / mean_lx,
-        bias,
-        least_bias,
+        expected_error: (spread_sum / weight_sum + left.chance).sqrt() / mean_lx,
+        bias: left.common.sqrt() / mean_lx,
         discretisation: 0.0,
         means_lx: means_lx.map(|sum| sum / weight_sum),
         degrees_of_freedom: products.degrees_of_freedom(),

@@ -1,7 +1,6 @@
 //! Even and odd halves of independent replicas, merged into maps with their errors.
 
 pub mod basis;
-mod crossing;
 mod detail;
 mod history;
 mod judge;
@@ -13,17 +12,14 @@ mod result;
 mod scores;
 mod stated;
 mod tables;
-mod variances;
 
-pub use crossing::{Crossing, ENTRIES_PER_BLOCK, HALF, HalfChecks, HalfScores};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use history::{History, Look};
 pub use judge::{Judgement, judge};
 pub use pieces::Piece;
-pub use replicas::{REPLICAS, ReplicaMap, Tally, Unit, standard_error};
-pub use residuals::{Left, ResidualState, Residuals};
+pub use replicas::{HALF, REPLICAS, ReplicaMap, Tally, Unit, standard_error};
+pub use residuals::{CellsError, Left, ResidualState, Residuals};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, stated_error, stated_row};
 pub use tables::{TableSubject, table_row};
-pub use variances::CrossedVariances;

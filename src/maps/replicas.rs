@@ -5,10 +5,12 @@ use std::ops::Range;
 use super::basis::SLOPES;
 use super::lopsided::{Spread, widening};
 use super::pieces::{Piece, on_pieces};
-use super::{Crossing, HALF, Levels, MapValues, PartScores, Residuals, ScoreEvidence};
+use super::{CellsError, Levels, MapValues, PartScores, Residuals, ScoreEvidence};
 
 /// Independent replicas of every map: eight even and eight odd.
 pub const REPLICAS: usize = 16;
+/// Replicas of a half.
+pub const HALF: usize = REPLICAS / 2;
 
 /// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
 ///
@@ -30,10 +32,10 @@ pub struct ReplicaMap {
     pub indirect_samples: Tally,
     /// What one unit of the indirect sum is worth at entry `i` for a single sample (1 for lx; Φ/A for packets).
     pub indirect_unit_lx: Unit,
-    /// What gathering adds to the replicas' rows; `None` for other samples.
-    pub crossing: Option<Crossing>,
     /// What walks say of light that cells told; `None` for other samples.
     pub residuals: Option<Residuals>,
+    /// What is left of the cells' error in the indirect sums; `None` for other samples.
+    pub cells_error: Option<CellsError>,
     /// Single scores of direct and of indirect light, all replicas together; packets that are counted are not among them.
     pub scores: [PartScores; 2],
     /// What these scores deviate from.
@@ -95,8 +97,8 @@ impl ReplicaMap {
             direct_samples: Tally::default(),
             indirect_samples: Tally::default(),
             indirect_unit_lx,
-            crossing: None,
             residuals: None,
+            cells_error: None,
             scores: Default::default(),
             levels: Default::default(),
             sites,
@@ -188,13 +190,8 @@ impl ReplicaMap {
     #[inline]
     pub fn illuminance_lx(&self, replica: usize, entry: usize) -> f64 {
         let site = self.site_of(entry);
-        let inverse = self.indirect_samples.inverse(site);
-        let row_lx = self.indirect[replica][entry];
-        let crossed_lx = self.crossing.as_ref().map_or(0.0, |crossing| crossing.lx(replica, entry, row_lx, inverse));
         self.direct[replica][entry] * self.direct_samples.inverse(site)
             + self.indirect[replica][entry] * self.indirect_scale(site)
-            + crossed_lx
-            + self.residual_lx(replica, entry)
     }
 
     /// Direct and indirect light of an element, each as the coefficients in lx of what it shows.
@@ -228,14 +225,6 @@ impl ReplicaMap {
     /// Indirect illuminance of one entry, mean over the replicas, in lx.
     pub fn indirect_lx(&self, entry: usize) -> f64 {
         mean(self.indirect.iter().map(|slab| slab[entry])) * self.indirect_scale(entry)
-            + self.crossing.as_ref().map_or(0.0, Crossing::correction_lx)
-            + mean((0..REPLICAS).map(|replica| self.residual_lx(replica, entry)))
-    }
-
-    /// What walks add to an entry of a replica that asked cells, in lx.
-    #[inline]
-    fn residual_lx(&self, replica: usize, entry: usize) -> f64 {
-        self.residuals.as_ref().map_or(0.0, |residuals| residuals.correction_lx(replica, entry))
     }
 
     /// Variance in lx² of the direct light of a replica, weighted mean over elements or points.
@@ -254,43 +243,44 @@ impl ReplicaMap {
     /// Squared standard error of the mean over the replicas of a quantity given replica by replica. What the replicas of a half share
     /// through their cells is not in it: that is judged by itself.
     pub fn squared_error(&self, value: impl Fn(usize) -> f64) -> f64 {
-        if self.residuals.is_some() { squared_error_within_halves(value) } else { squared_error(value) }
+        if self.cells_error.is_some() { squared_error_within_halves(value) } else { squared_error(value) }
     }
 
-    /// Estimated bias in lx of look-ups, root mean square over weighted entries, and what it is at least.
-    pub fn look_up_bias_lx(&self, entries: impl Iterator<Item = (usize, f64)>) -> [f64; 2] {
-        if let Some(residuals) = &self.residuals {
-            return [residuals.left().common.sqrt(), 0.0];
-        }
-        let inverse = 1.0 / self.indirect_samples.complete.max(1) as f64;
-        self.crossing.as_ref().map_or([0.0; 2], |crossing| crossing.bias_lx(entries, inverse))
-    }
-
-    /// Takes the indirect light of broader elements, settled, of which this map's are pieces.
-    pub fn take_indirect(&mut self, broad: &ReplicaMap, sloped: &[bool], pieces: &[Piece]) {
-        let Tally { complete, ahead } = broad.indirect_samples;
-        // Pieces stand in the order of what they are pieces of.
-        let ahead = pieces.partition_point(|piece| (piece.above as usize) < ahead);
-        self.indirect_samples = Tally { complete, ahead };
-        let rows_of = |(replica, slab): (usize, &Vec<f64>)| match &broad.crossing {
-            Some(crossing) => on_pieces(&crossing.kept_rows(replica, slab), sloped, pieces),
-            None => on_pieces(slab, sloped, pieces),
+    /// Takes off what walks know of the cells' error, for entries that count with these weights; to be called once the sums are those of
+    /// cells alone.
+    pub fn take_residuals(&mut self, weights: &[f64]) {
+        let Some(residuals) = &mut self.residuals else {
+            return;
         };
-        self.indirect = broad.indirect.iter().enumerate().map(rows_of).collect();
-        self.crossing = broad.crossing.as_ref().map(|crossing| crossing.on_pieces(sloped, pieces));
-    }
-
-    /// Makes room for what gathering adds, to entries that count with these weights.
-    pub fn cross(&mut self, weights: &[f64]) {
-        let counted = weights.iter().take(self.sites).filter(|weight| **weight > 0.0).count();
-        self.crossing = Some(Crossing::new(self.entries(), self.sites, counted));
-    }
-
-    /// Makes ready what gathering adds, for entries that count with these weights; to be called before values are read.
-    pub fn settle(&mut self, weights: &[f64]) {
-        if let Some(crossing) = &mut self.crossing {
-            crossing.settle(&self.indirect, weights);
+        residuals.settle(weights);
+        for (replica, slab) in self.indirect.iter_mut().enumerate() {
+            for (entry, sum_lx) in slab.iter_mut().enumerate() {
+                let samples = self.indirect_samples.of(if entry < self.sites {
+                    entry
+                } else {
+                    (entry - self.sites) % self.sites
+                });
+                *sum_lx += samples as f64 * residuals.correction_lx(replica, entry);
+            }
         }
+        self.cells_error = Some(residuals.cells_error());
+    }
+
+    /// Forgets what was gathered, and what walks said of it.
+    pub fn forget_gathered(&mut self) {
+        self.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
+        self.indirect_samples = Tally::default();
+        (self.residuals, self.cells_error) = (None, None);
+    }
+
+    /// Takes the indirect light of broader elements, of which this map's are pieces.
+    pub fn take_indirect(&mut self, broad: &ReplicaMap, sloped: &[bool], pieces: &[Piece]) {
+        self.indirect_samples = broad.indirect_samples;
+        self.indirect = broad.indirect.iter().map(|slab| on_pieces(slab, sloped, pieces)).collect();
+        self.cells_error = broad.cells_error.as_ref().map(|error| CellsError {
+            by_site_lx: pieces.iter().map(|piece| error.by_site_lx[piece.above as usize]).collect(),
+            ..*error
+        });
     }
 
     /// Indirect scores of one entry over all replicas (packets, where packets are counted).
@@ -345,12 +335,10 @@ impl ReplicaMap {
             values.illuminance_lx.push(direct_lx + indirect_lx);
             values.standard_error_lx.push(spread_lx.max(bound_lx));
         }
-        if self.crossing.is_none() {
-            self.widen_bars(&mut values);
-        }
-        if let Some(residuals) = &self.residuals {
-            let errors_lx = values.standard_error_lx.iter_mut().zip(residuals.left_by_entry_lx());
-            errors_lx.for_each(|(error_lx, left_lx)| *error_lx = error_lx.hypot(left_lx));
+        self.widen_bars(&mut values);
+        if let Some(error) = &self.cells_error {
+            let errors_lx = values.standard_error_lx.iter_mut().zip(&error.by_site_lx);
+            errors_lx.for_each(|(error_lx, left_lx)| *error_lx = error_lx.hypot(*left_lx));
         }
         values
     }

@@ -23,9 +23,10 @@ pub struct Residuals {
     pub walks: u64,
     /// Which entries have walks.
     pub walkers: Vec<bool>,
-    /// One slab a replica: sums over the walks of an entry in lx.
+    /// One slab a replica: sums over the walks of an entry in lx; behind those of the elements or points, where elements show
+    /// slopes, those times the linear polynomials.
     pub sums_lx: Vec<Vec<f64>>,
-    /// Region of every entry.
+    /// Region of every element or point.
     regions: Vec<u32>,
     region_count: usize,
     /// Whether any entry of a region has walks.
@@ -55,6 +56,15 @@ pub struct ResidualState {
     pub correction_variance: f64,
     /// Share of the entries, by weight, without walks.
     pub silent_share: f64,
+}
+
+/// What is left of the cells' error in a map once walks have taken off what they know of it.
+#[derive(Clone, Debug, Default)]
+pub struct CellsError {
+    /// Over the map.
+    pub left: Left,
+    /// At every element or point, in lx, of which the error bars of entries tell.
+    pub by_site_lx: Vec<f64>,
 }
 
 /// What is left of the cells' squared error, in lx².
@@ -120,14 +130,14 @@ impl ResidualState {
 }
 
 impl Residuals {
-    /// No walks yet, for entries in so many regions.
-    pub fn new(regions: Vec<u32>) -> Residuals {
+    /// No walks yet, for elements or points in such regions and so many entries.
+    pub fn new(regions: Vec<u32>, entries: usize) -> Residuals {
         let region_count = regions.iter().max().map_or(0, |last| *last as usize + 1);
         Residuals {
             walks: 0,
             walkers: vec![true; regions.len()],
             profile: vec![1.0; regions.len()],
-            sums_lx: vec![vec![0.0; regions.len()]; REPLICAS],
+            sums_lx: vec![vec![0.0; entries]; REPLICAS],
             regions,
             region_count,
             region_walks: Vec::new(),
@@ -153,13 +163,24 @@ impl Residuals {
         self.state
     }
 
+    /// Element or point of an entry.
+    fn site_of(&self, entry: usize) -> usize {
+        entry % self.regions.len()
+    }
+
     /// What is added to an entry of a replica, in lx.
     #[inline]
-    pub fn correction_lx(&self, replica: usize, site: usize) -> f64 {
+    pub fn correction_lx(&self, replica: usize, entry: usize) -> f64 {
         if self.walks == 0 {
             return 0.0;
         }
         let [of_region, of_entry] = self.shares[replica % 2];
+        let site = self.site_of(entry);
+        let own_lx = self.sums_lx[replica][entry] / self.walks as f64;
+        if entry > site {
+            // Neighbours have no slopes in common.
+            return if self.walkers[site] { of_entry * own_lx } else { 0.0 };
+        }
         let (mean, region, unsure) = (self.means[replica], self.regions[site] as usize, self.profile[site]);
         if !self.region_walks[region] {
             return unsure * mean;
@@ -169,7 +190,7 @@ impl Residuals {
         if !self.walkers[site] {
             return corrected_lx;
         }
-        corrected_lx + of_entry * (self.sums_lx[replica][site] / self.walks as f64 - unsure * region_mean)
+        corrected_lx + of_entry * (own_lx - unsure * region_mean)
     }
 
     /// Makes ready what is taken off, for entries that count with these weights.
@@ -178,10 +199,11 @@ impl Residuals {
             return;
         }
         let inverse = 1.0 / self.walks as f64;
-        let all_weights = weights;
-        let weights: Vec<f64> =
-            weights.iter().zip(&self.walkers).map(|(weight, walks)| if *walks { *weight } else { 0.0 }).collect();
-        let weight_sum: f64 = weights.iter().sum();
+        let (all_weights, sites) = (weights, self.regions.len());
+        let walks_at = |entry: usize| self.walkers[self.site_of(entry)];
+        let walked = weights.iter().enumerate();
+        let weights: Vec<f64> = walked.map(|(entry, weight)| if walks_at(entry) { *weight } else { 0.0 }).collect();
+        let weight_sum: f64 = weights[..sites].iter().sum();
         // What entries of a region, or of the map, have in common is told in units of how unsure their cells are; a mean counts so that
         // the mean over the entries is that of the walks.
         let (mut of_regions, mut squares_of_regions) = (vec![0.0; self.region_count], vec![0.0; self.region_count]);
@@ -200,22 +222,24 @@ impl Residuals {
             means.iter_mut().zip(&of_regions).for_each(|(mean, weight)| *mean /= weight.max(f64::MIN_POSITIVE));
             self.region_means[replica] = means;
         }
-        let regions =
-            Scale::of(&squares_of_regions, |replica, region| self.region_means[replica][region] - self.means[replica]);
-        let entries = Scale::of(&weights, |replica, site| {
-            let of_region = self.region_means[replica][self.regions[site] as usize];
-            self.sums_lx[replica][site] * inverse - self.profile[site] * of_region
+        let regions = Scale::of(&squares_of_regions, self.region_count, |replica, region| {
+            self.region_means[replica][region] - self.means[replica]
+        });
+        let entries = Scale::of(&weights, sites, |replica, entry| {
+            let site = self.site_of(entry);
+            let of_region = if entry == site { self.region_means[replica][self.regions[site] as usize] } else { 0.0 };
+            self.sums_lx[replica][entry] * inverse - self.profile[site] * of_region
         });
         let scales = [&regions, &entries];
         self.shares = [1, 0].map(|other: usize| scales.map(|scale| scale.share_by(other)));
-        let corrections = Scale::of(all_weights, |replica, site| self.correction_lx(replica, site));
+        let corrections = Scale::of(all_weights, sites, |replica, entry| self.correction_lx(replica, entry));
         self.state = ResidualState {
             common: scales.map(|scale| scale.across),
             chance: scales.map(|scale| 0.5 * (scale.within() - scale.across)),
             standard_error: scales.map(|scale| scale.standard_error),
             variance: scales.map(|scale| scale.variance),
             correction_variance: corrections.variance,
-            silent_share: 1.0 - weight_sum / all_weights.iter().sum::<f64>().max(f64::MIN_POSITIVE),
+            silent_share: 1.0 - weight_sum / all_weights[..sites].iter().sum::<f64>().max(f64::MIN_POSITIVE),
         };
     }
 
@@ -232,16 +256,16 @@ impl Residuals {
         }
     }
 
-    /// What is left of the cells' error at every entry in lx, of which the error bars of entries tell.
-    pub fn left_by_entry_lx(&self) -> impl Iterator<Item = f64> {
-        let Left { common, chance } = self.left();
-        let left_lx = (common + chance).sqrt();
-        self.profile.iter().map(move |unsure| left_lx * unsure)
+    /// What is left of the cells' error once corrections are taken.
+    pub fn cells_error(&self) -> CellsError {
+        let left = self.left();
+        let left_lx = (left.common + left.chance).sqrt();
+        CellsError { left, by_site_lx: self.profile.iter().map(|unsure| left_lx * unsure).collect() }
     }
 
     /// What is left of the cells' error at both scales: squared bias that both halves share, with its chance, and squared chance of
     /// the cells, in lx².
-    pub fn left(&self) -> Left {
+    fn left(&self) -> Left {
         if self.walks == 0 {
             return Left::default();
         }
@@ -263,8 +287,9 @@ struct Scale {
 }
 
 impl Scale {
-    /// Weighted means over places of the product of two replicas' values, and of their variance.
-    fn of(weights: &[f64], value: impl Fn(usize, usize) -> f64) -> Scale {
+    /// Weighted means over so many places of the product of two replicas' values, and of their variance. Weights beyond these are of
+    /// slopes, whose squares add.
+    fn of(weights: &[f64], places: usize, value: impl Fn(usize, usize) -> f64) -> Scale {
         let n = HALF as f64;
         let mut scale = Scale { of_halves: [0.0; 2], across: 0.0, standard_error: 0.0, variance: 0.0 };
         let (mut weight_sum, mut noise) = (0.0, 0.0);
@@ -279,7 +304,9 @@ impl Scale {
                 (sum / n, (sum * sum - squares) / (n * (n - 1.0)), (squares - sum * sum / n).max(0.0) / (n - 1.0))
             });
             let across = halves[0].0 * halves[1].0;
-            weight_sum += weight;
+            if place < places {
+                weight_sum += weight;
+            }
             scale.across += weight * across;
             let of_within = halves.map(|(_, product, variance)| {
                 2.0 * variance * variance / (n * (n - 1.0)) + 4.0 * product.max(0.0) * variance / n
@@ -323,7 +350,7 @@ mod tests {
     /// Entries in regions of 16, whose walks scatter by `sigma` about a bias of 3 lx that alternates from entry to entry.
     fn walked(seed: u64, bias_lx: f64, sigma: f64) -> Residuals {
         const SITES: usize = 512;
-        let mut residuals = Residuals::new((0..SITES as u32).map(|site| site / 16).collect());
+        let mut residuals = Residuals::new((0..SITES as u32).map(|site| site / 16).collect(), SITES);
         residuals.walks = 1;
         for replica in 0..REPLICAS {
             let mut stream = Stream::new(seed, Purpose::Pilot, 7, replica as u32);

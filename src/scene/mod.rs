@@ -22,7 +22,6 @@ mod observers;
 mod open_rooms;
 mod overlaps;
 mod parse;
-pub mod patches;
 pub mod photometry;
 mod placing;
 mod points_file;

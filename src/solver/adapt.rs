@@ -17,7 +17,7 @@ use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::DirectPass;
 use crate::estimators::element::{Element, TwoLooks};
 use crate::maps::basis::{Linear, SLOPES, bends_at, slopes_at};
-use crate::maps::{Detail, DirectDetail, Judgement, ReplicaMap, Variation};
+use crate::maps::{Detail, DirectDetail, ReplicaMap, Variation};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Elements;
 use crate::scene::elements::MOST_CUTS;
@@ -25,14 +25,11 @@ use crate::scene::elements::MOST_CUTS;
 /// Share of the squared target that direct light's variation within elements may take before the run.
 const DIRECT_SHARE: f64 = 0.15;
 /// Share of the squared target that the whole discretisation may take in the run, and that it is brought down to where
-/// it takes more; up to so much it may stay as it is, if going on is less work than starting anew.
+/// it takes more and starting anew takes fewer rays than going on.
 const MOST_SHARE: f64 = 0.5;
 const AIM_SHARE: f64 = 0.25;
 /// The part of that which indirect light may have, where it is gathered on elements of its own.
 const AIM_OF_BROAD: f64 = 0.15;
-const BEARABLE_SHARE: f64 = 0.8;
-/// Power of the squared error with which work goes: the points are quasi-random.
-const WORK_EXPONENT: f64 = -2.0 / 3.0;
 /// Relative slope of illuminance over a scene's size that a constant element is taken to stand for.
 const USUAL_SLOPE: f64 = 2.0;
 /// Points of the pilot in an element, and how often so many lie in one that is larger than the mean: a corner that a shadow's
@@ -83,6 +80,15 @@ pub struct Loss {
     pub standard_error_lx2: f64,
     /// Of it what the elements lose that indirect light is gathered on.
     broad: BroadLoss,
+}
+
+/// Rays of the samples that a map has.
+#[derive(Clone, Copy, Debug)]
+pub struct Spent {
+    /// Of direct light.
+    pub direct: f64,
+    /// Of indirect light.
+    pub gathered: f64,
 }
 
 /// Elements that lose less.
@@ -159,11 +165,6 @@ pub fn first_elements(
     (elements, adaptive)
 }
 
-/// Work, in some unit, that brings the chance of so many elements down to a share of the squared target.
-fn work_of(elements: usize, share: f64) -> f64 {
-    elements as f64 * share.powf(WORK_EXPONENT)
-}
-
 /// How often to cut each element that loses so much in lx², so that together they lose no more than a goal.
 pub(super) fn cuts_of(
     context: &Context,
@@ -214,7 +215,7 @@ struct DirectLooks {
     mean_lx: f64,
     /// The linear function nearest to it, in lx.
     fitted_lx: Linear,
-    /// Mean square of what it leaves out, in lx², less one standard error: penumbrae are noisy, and chance must not cut.
+    /// Mean square of what it leaves out, in lx²; may be below 0 by chance.
     left_lx2: f64,
 }
 
@@ -257,9 +258,8 @@ impl DirectLooks {
             (seen.looks_lx[0] - row.dot(&one)) * (seen.looks_lx[1] - row.dot(&other))
         };
         let sum: f64 = rows.iter().zip(seen).map(product).sum();
-        let squares: f64 = rows.iter().zip(seen).map(|pair| product(pair).powi(2)).sum();
         let count = seen.len() as f64;
-        let left_lx2 = (sum - (squares - sum * sum / count).max(0.0).sqrt()) / (count - 3.0).max(1.0);
+        let left_lx2 = sum / (count - 3.0).max(1.0);
         let fitted = 0.5 * (one + other);
         let mean_lx = seen.iter().map(|seen| 0.5 * (seen.looks_lx[0] + seen.looks_lx[1])).sum::<f64>() / count;
         DirectLooks { mean_lx, fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2, ..DirectLooks::default() }
@@ -368,7 +368,7 @@ impl Adaptive {
     fn variation(&self, map: &ReplicaMap, index: usize, apart: bool) -> Variation {
         let [Linear(direct), Linear(indirect)] = self.references_lx[index];
         // Counted packets are compared with nothing.
-        let known = f64::from(u8::from(map.crossing.is_some()));
+        let known = f64::from(u8::from(apart));
         let slopes_lx = [[direct[1], direct[2]], [known * indirect[1], known * indirect[2]]];
         let whole = self.exposed[index] == 1.0;
         self.detail.variation(index, map.scales(index), slopes_lx, [apart, whole])
@@ -413,7 +413,10 @@ impl Adaptive {
     }
 
     /// Finer elements, where these lose too much for the target by all that a look has shown; `None` where they do not, where
-    /// going on with them is less work all the same, or where nothing finer is allowed.
+    /// going on with them takes fewer rays all the same, or where nothing finer is allowed.
+    ///
+    /// `rays_to` tells how many rays more bring chance down to an error in lx.
+    #[allow(clippy::too_many_arguments)]
     pub fn refined(
         &self,
         context: &Context,
@@ -421,9 +424,10 @@ impl Adaptive {
         map: &ReplicaMap,
         broad: Option<&Broad>,
         loss: &Loss,
-        judgement: &Judgement,
+        mean_lx: f64,
+        spent: Spent,
+        rays_to: impl Fn(f64) -> f64,
     ) -> Option<Refined> {
-        let mean_lx = judgement.mean_lx;
         let target_lx2 = (self.target_error * mean_lx).powi(2);
         let rounds = self.rounds.max(broad.map_or(0, |broad| broad.shape.rounds));
         if rounds >= RUN_ROUNDS || !self.loses_over(MOST_SHARE, loss, mean_lx) {
@@ -433,27 +437,25 @@ impl Adaptive {
         let goal_lx2 = (AIM_SHARE - of_broad) * target_lx2;
         let cuts = cuts_of(context, elements, loss.sure_lx2.iter().copied(), goal_lx2, MOST_ELEMENTS);
         let broad_cuts = broad.map(|broad| broad.cuts(context, &loss.broad, of_broad * target_lx2, MOST_ELEMENTS));
-        let share = (loss.mean_lx2 + loss.standard_error_lx2) / target_lx2;
-        if share < BEARABLE_SHARE {
-            // Where indirect light has elements of its own, most of the work is theirs.
-            let (before, cuts) = match (broad, &broad_cuts) {
-                (Some(broad), Some(cuts)) => (broad.elements.len(), cuts),
-                _ => (elements.len(), &cuts),
-            };
-            let pieces = cuts.iter().map(|cuts| 1usize << (2 * cuts)).sum();
-            let done = work_of(before, (judgement.expected_error / self.target_error).powi(2));
-            // What is gathered already stays where only others are cut.
-            let kept = if broad.is_some() && pieces == before { done } else { 0.0 };
-            if work_of(before, 1.0 - share) - done < work_of(pieces, 1.0 - AIM_SHARE) - kept {
-                return None;
-            }
-        }
         let mut finer = elements.cut(|cell| cuts[cell as usize]);
         let finer_broad = broad.zip(broad_cuts).map(|(broad, cuts)| broad.elements.cut(|cell| cuts[cell as usize]));
         if let Some(finer_broad) = &finer_broad {
             finer = finer.cut_like(finer_broad);
         }
         let finer_broad = finer_broad.filter(|finer| broad.is_some_and(|broad| broad.elements.len() < finer.len()));
+        // Going on as they are, what chance may have is less; starting anew, what was done is lost.
+        let share = (loss.mean_lx2 + loss.standard_error_lx2) / target_lx2;
+        let chance_lx = |share: f64| (target_lx2 * (1.0 - share)).sqrt();
+        let times = |finer: usize, before: usize| finer as f64 / before.max(1) as f64;
+        let lost_rays = match (broad, &finer_broad) {
+            (Some(broad), Some(finer)) => spent.gathered * times(finer.len(), broad.elements.len()),
+            (Some(_), None) => 0.0,
+            (None, _) => spent.gathered * times(finer.len(), elements.len()),
+        };
+        let anew = spent.direct * times(finer.len(), elements.len()) + lost_rays + rays_to(chance_lx(AIM_SHARE));
+        if share < 1.0 && rays_to(chance_lx(share)) <= anew {
+            return None;
+        }
         let adaptive = (finer.len() > elements.len()).then(|| self.on_finer(context, elements, &finer, map));
         let refined = Refined {
             broad: broad.zip(finer_broad).map(|(broad, finer_broad)| {

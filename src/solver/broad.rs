@@ -109,7 +109,6 @@ impl Broad {
     pub fn restart(&mut self) {
         let sites = self.elements.len();
         self.map = ReplicaMap::linear(sites, Unit::Lux);
-        self.map.cross(&self.weights);
         self.shape.detail = IndirectDetail::new(sites);
     }
 

@@ -24,7 +24,7 @@ const LEAST_FOUND: f64 = 0.5;
 const LEAVING: f64 = 2.0;
 
 /// Error at which methods are weighed against each other where no target is set.
-pub const USUAL_ERROR: f64 = 0.01;
+const USUAL_ERROR: f64 = 0.01;
 
 /// Local estimation as a map could have it.
 pub struct Offer {
@@ -37,7 +37,7 @@ pub struct Offer {
 pub type Offered = Result<Offer, &'static str>;
 
 /// Elements are not connected to chains.
-pub const POINTS_ONLY: Offered = Err("for points only");
+const POINTS_ONLY: Offered = Err("for points only");
 
 /// When a map is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,13 +113,6 @@ pub fn settle(
         job.start_connecting(offer.plan);
     }
     false
-}
-
-/// The same for all elements of a run that adapt, where gathering was not weighed.
-pub fn without_gathering(context: &Context, jobs: &mut [Job], target: Option<f64>, why: &'static str) {
-    for job in jobs.iter_mut().filter(|job| job.adaptive.is_some()) {
-        settle(context, job, POINTS_ONLY, Err(why), target);
-    }
 }
 
 /// What was weighed for a map: work to the target.

@@ -1,6 +1,5 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
-use super::forward::Forward;
 use super::glare::{GlareRating, rate, words_on_outside};
 use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
@@ -21,22 +20,18 @@ pub(super) fn finish(
     settings: &Settings,
     target_error: Option<f64>,
     mut jobs: Vec<Job>,
-    forward: Option<&Forward>,
     convergence: Vec<ConvergenceRow>,
     stop_reason: StopReason,
     build_s: f64,
     compute_s: f64,
 ) -> Solution {
-    let forward_chains = forward.map_or(0, |forward| forward.chains * REPLICAS as u64);
-    let chains = forward_chains + jobs.iter().map(Job::chains).sum::<u64>();
-    let rays = context.stage.outlook_rays()
-        + forward.map_or(0, Forward::all_rays)
-        + jobs.iter().map(Job::all_rays).sum::<u64>();
+    let chains = jobs.iter().map(Job::chains).sum::<u64>();
+    let rays = context.stage.outlook_rays() + jobs.iter().map(Job::all_rays).sum::<u64>();
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     let is_dark = context.stage.emitters.list().is_empty();
-    let ends = ends_of_chains(&jobs, forward, is_dark);
+    let ends = ends_of_chains(&jobs, is_dark);
     let flux_balance = ends.map(|ends| flux_balance(context, ends));
-    let map_check = ends_of_chains(&jobs, forward, is_dark).and_then(|ends| map_check(context, &jobs, ends));
+    let map_check = ends_of_chains(&jobs, is_dark).and_then(|ends| map_check(context, &jobs, ends));
     if let (Ok(check), Some(target)) = (&map_check, target_error) {
         refuse_without_balance(context, &mut jobs, check, target);
     }
@@ -220,22 +215,17 @@ fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
     table_row(&job.map, &subject)
 }
 
-/// How the packets of forward chains ended, replica by replica: those that elements counted, or those that gathering
-/// looks up.
-fn ends_of_chains<'a>(
-    jobs: &'a [Job],
-    forward: Option<&'a Forward>,
-    is_dark: bool,
-) -> Result<&'a [Ends; REPLICAS], String> {
+/// How the packets ended that elements counted, replica by replica.
+fn ends_of_chains(jobs: &[Job], is_dark: bool) -> Result<&[Ends; REPLICAS], String> {
     let counting = jobs.iter().find(|job| job.engine == Engine::Counting && job.ends[0].packets() > 0);
-    let ends = counting.map(|job| &job.ends).or(forward.map(|forward| &forward.ends));
+    let ends = counting.map(|job| &job.ends);
     ends.ok_or_else(|| {
         if is_dark {
             "no luminaire gives light, so no chains were traced".to_owned()
         } else if jobs.iter().any(Job::is_black) {
             "no surface reflects, so no chains were traced".to_owned()
         } else {
-            "the element map was not asked for, so no chains were traced from the luminaires".to_owned()
+            "no elements counted chains, so none were traced from the luminaires".to_owned()
         }
     })
 }

@@ -6,7 +6,6 @@ mod elements;
 mod ends;
 mod engine;
 mod expected;
-mod gathering;
 
 use std::ops::Range;
 
@@ -16,22 +15,18 @@ use self::elements::numbers_per_site;
 pub use self::elements::{Refinement, Shows, element_map, element_weights};
 pub use self::ends::Ends;
 pub use self::engine::Engine;
-pub use self::expected::USUAL_DEGREES;
 use self::expected::first_look;
 use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
-use super::forward::Forward;
 use super::local::LocalPlan;
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::{CellGrowth, ErrorHistory, Rows, USUAL_EXPONENT, statistical_checks};
+use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
-use crate::maps::{
-    CrossedVariances, History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge,
-};
+use crate::maps::{History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge};
 use crate::scene::{Elements, Quantity, Scene};
 
 /// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
@@ -79,13 +74,6 @@ pub enum TimeLeft {
     Enough,
 }
 
-impl Context<'_> {
-    /// Whether there is no time left.
-    pub fn is_over(&self) -> bool {
-        (self.time_left)() == TimeLeft::None
-    }
-}
-
 /// One map in the making.
 pub struct Job {
     /// `elements` or the receiver set's name.
@@ -116,6 +104,8 @@ pub struct Job {
     pub rays: u64,
     /// Rays of the pilots that planned it, beside these.
     pub pilot_rays: u64,
+    /// Of its rays, those of direct light since the map began or started anew.
+    direct_rays: u64,
     /// Of its rays, those whose samples were given up when the map started anew.
     given_up_rays: u64,
     /// Seconds of computing spent on it, for forecasts in seconds only.
@@ -138,31 +128,22 @@ pub struct Job {
     pub engine: Engine,
     /// Why.
     pub method_reason: String,
-    /// Variances of what it gathers, by the latest look.
-    pub variances: CrossedVariances,
     /// Variance of its direct light in a replica in lx², by the latest look.
     pub direct_variance: f64,
-    /// How the variance of the rows falls.
-    pub rows: Rows,
-    /// Gathering rays an entry that the plan gives it.
-    pub planned_samples: u64,
-    /// Those that it gave it when gathering began, with the chains that there are.
-    first_plan: u64,
     /// What it has asked cells.
     pub asks: Option<CellAsks>,
     /// How far it is to go before the next look, and what it needs to the target by the latest, where it asks cells.
     pub cell_goal: CellGoal,
     pub cell_growth: Option<(CellGrowth, u64)>,
-    /// What a count is worth, kept while the map gathers.
-    counting_unit: Option<Unit>,
     judged_samples: u64,
     pace: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
+    /// The same of walks from where rays start that ask cells.
+    walked: PartCost,
     share: DirectShare,
     /// What its points expect of direct light.
     expectations: Expectations,
-    checked_share: f64,
     /// What adaptive elements cannot show, by the latest look.
     loss: Loss,
     /// Rounds of local estimation, where vertices of chains score.
@@ -242,6 +223,7 @@ impl Job {
             next_judgement: 0,
             rays: cutting_rays,
             pilot_rays: direct.pilot_rays + indirect.pilot_rays,
+            direct_rays: 0,
             given_up_rays: cutting_rays,
             seconds: 0.0,
             ends: [Ends::default(); REPLICAS],
@@ -253,12 +235,7 @@ impl Job {
             refused: false,
             engine,
             method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
-            counting_unit: None,
-            variances: CrossedVariances::default(),
             direct_variance: 0.0,
-            rows: Rows::default(),
-            planned_samples: 0,
-            first_plan: 0,
             asks: None,
             cell_goal: CellGoal::default(),
             cell_growth: None,
@@ -266,9 +243,9 @@ impl Job {
             pace: ErrorHistory::default(),
             direct,
             indirect,
+            walked: indirect,
             share: DirectShare::of(direct, indirect, [entries; 2]),
             expectations: Expectations::planned(looks_ahead),
-            checked_share: 0.0,
             loss: Loss::default(),
             local,
             black: !context.stage.reflects(),
@@ -285,8 +262,7 @@ impl Job {
         let per_sample = match self.engine {
             Engine::Counting => 1,
             Engine::Walking => self.map.len() as u64,
-            // The forward stage's chains serve all maps and are counted once.
-            Engine::Gathering | Engine::Cells => 0,
+            Engine::Gathering => 0,
             Engine::Connecting(_) => self.chains_per_round(),
         };
         if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
@@ -297,8 +273,7 @@ impl Job {
         let per_sample = match self.engine {
             Engine::Counting => REPLICAS as u64,
             Engine::Walking => (REPLICAS * self.map.len().max(1)) as u64,
-            Engine::Gathering => return self.planned_samples,
-            Engine::Cells => return self.cell_goal.rays,
+            Engine::Gathering => return self.cell_goal.rays,
             Engine::Connecting(_) => REPLICAS as u64 * self.chains_per_round(),
         };
         if self.black { 1 } else { chains.div_ceil(per_sample).max(1) }
@@ -309,8 +284,7 @@ impl Job {
         match self.engine {
             _ if self.black => 1,
             Engine::Counting | Engine::Walking => first_look(self.engine),
-            Engine::Gathering => self.planned_samples.div_ceil(2).min(4),
-            Engine::Cells => self.cell_goal.rays,
+            Engine::Gathering => self.cell_goal.rays,
             Engine::Connecting(_) => first_rounds(self.chains_per_round(), self.share.rays_per_indirect),
         }
     }
@@ -353,7 +327,7 @@ impl Job {
     }
 
     fn passes_at(&self, samples: u64) -> u64 {
-        if self.engine == Engine::Cells {
+        if self.engine == Engine::Gathering {
             return self.cell_goal.direct;
         }
         if self.black {
@@ -367,21 +341,15 @@ impl Job {
     /// Direct light goes first. A sweep over very many entries takes several slices, so that a limit or the user can
     /// end the run in the middle of it.
     ///
-    /// `forward` is what gathering rays look up, `sets` are the cells that rays ask; there are none where nothing does.
-    pub fn advance(
-        &mut self,
-        context: &Context,
-        forward: Option<&Forward>,
-        sets: Option<&mut CellSets>,
-        goal: u64,
-    ) -> bool {
+    /// `sets` are the cells that rays ask; there are none where nothing does.
+    pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let passes = self.passes_at(goal);
         let elements = &self.elements;
         if self.map.direct_samples.complete < passes {
             let (entries, times) =
                 slice_of_sweep(self.map.direct_samples, passes, self.map.len(), self.share.rays_per_pass);
             let (map, part) = (&mut self.map, (entries.clone(), times.clone()));
-            self.rays += match (self.kind, &mut self.adaptive) {
+            let rays = match (self.kind, &mut self.adaptive) {
                 (MapKind::Elements, Some(adaptive)) => {
                     sweep::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
                 }
@@ -390,25 +358,23 @@ impl Job {
                     sweep::direct_at_points(context, set, map, &mut self.expectations, part.0, part.1)
                 }
             };
+            self.rays += rays;
+            self.direct_rays += rays;
             self.map.direct_samples = after_sweep(entries, times, self.map.len());
-        } else if self.engine == Engine::Cells {
+        } else if self.engine == Engine::Gathering {
             return sets.is_none_or(|sets| self.ask_cells(context, sets));
         } else if !self.black {
-            self.advance_indirect(context, forward, goal);
+            self.advance_indirect(context, goal);
         }
-        if self.engine == Engine::Cells {
+        if self.engine == Engine::Gathering {
             return false;
         }
-        let indirect = self.gathered().indirect_samples;
+        let indirect = self.map.indirect_samples;
         self.samples = if self.black { self.map.direct_samples.complete } else { indirect.complete };
         self.samples >= goal && self.map.direct_samples.complete >= passes
     }
 
-    fn advance_indirect(&mut self, context: &Context, forward: Option<&Forward>, goal: u64) {
-        if let (Engine::Gathering, Some(forward)) = (self.engine, forward) {
-            self.gather(context, forward, goal);
-            return;
-        }
+    fn advance_indirect(&mut self, context: &Context, goal: u64) {
         match self.kind {
             MapKind::Elements => {
                 let done = self.map.indirect_samples.complete;
@@ -456,21 +422,8 @@ impl Job {
     /// Judges the error as it stands.
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
-        self.settle();
-        self.variances = self.gathered().crossed_variances(self.gathered_weights());
         self.direct_variance = self.map.direct_variance(&self.weights);
-        let counted = self.gathered_weights().iter().filter(|weight| **weight > 0.0).count();
-        let of_rows = self.variances.rows + self.variances.cells;
-        let differences = self.gathered().crossing.as_ref().map_or(0, |crossing| counted * crossing.differences());
-        self.rows.note(self.samples, of_rows, differences as f64);
         self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
-        if let Some(broad) = &self.broad {
-            // Pieces of one broad element have its bias in common: they are no independent witnesses.
-            let counted = broad.weights.iter().copied().enumerate().filter(|(_, weight)| *weight > 0.0);
-            let bias_lx = broad.map.look_up_bias_lx(counted);
-            let mean_lx = self.judgement.mean_lx.max(f64::MIN_POSITIVE);
-            [self.judgement.bias, self.judgement.least_bias] = bias_lx.map(|bias_lx| bias_lx / mean_lx);
-        }
         if let Some(adaptive) = &self.adaptive {
             let broad = self.broad.as_ref();
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, broad);
@@ -478,25 +431,21 @@ impl Job {
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
         self.pace.note(self.samples, &self.judgement);
-        if self.judgement.unseen && !self.judgement.dark && !matches!(self.engine, Engine::Gathering | Engine::Cells) {
+        if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
             self.judgement.halves_error = self.judgement.halves_error.max(bound);
             self.judgement.expected_error = self.judgement.expected_error.max(bound);
             self.judgement.unseen = false;
         }
-        if self.engine == Engine::Cells {
+        if self.engine == Engine::Gathering {
             // Cells know more at every look: its samples are not those of the look before and some more.
             self.history.clear();
         }
         self.history.add(Look {
             samples: self.samples,
             rays: self.rays,
-            // Of what is gathered, more samples lower the chance of the rays alone.
-            squared_error: match self.engine {
-                Engine::Gathering => of_rows / REPLICAS as f64,
-                _ => (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
-            },
+            squared_error: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
             degrees_of_freedom: self.judgement.degrees_of_freedom,
             means_lx: self.judgement.means_lx,
         });
@@ -529,7 +478,7 @@ impl Job {
     /// Whether it is dark after so many chains that it no longer holds up a run.
     pub fn stays_dark(&self, target_error: f64) -> bool {
         let looked = match self.engine {
-            Engine::Gathering | Engine::Cells => self.samples * self.map.len() as u64 * REPLICAS as u64,
+            Engine::Gathering => self.samples * self.gathered().len() as u64 * REPLICAS as u64,
             _ => self.chains(),
         };
         self.judged_samples > 0
@@ -557,7 +506,6 @@ impl Job {
     fn forget_looks(&mut self) {
         self.history.clear();
         self.pace.clear();
-        self.rows = Rows::default();
         self.held_since = None;
     }
 

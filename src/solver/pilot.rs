@@ -10,6 +10,7 @@ use super::job::Context;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
+use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -201,6 +202,40 @@ pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> P
             sites.cost()
         }
     }
+}
+
+/// Measures walks from random points of elements, of which such shares are exposed; empty where elements count as they are.
+pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[f64]) -> PartCost {
+    let (stage, number) = (context.stage, MapKind::Elements.number());
+    let stride = elements.len().div_ceil(MOST_SITES).max(1);
+    let indices =
+        scattered(elements.len().div_ceil(stride)).map(|site| site * stride).filter(|index| *index < elements.len());
+    let indices: Vec<usize> = indices.filter(|index| exposed.get(*index).is_none_or(|share| *share > 0.0)).collect();
+    let walk_from = |index: &usize| {
+        let share = exposed.get(*index).copied().unwrap_or(1.0);
+        let element = Element::of(stage, context.scene, elements, *index as u32).exposed(share);
+        let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 4);
+        stream.seek(*index as u64);
+        let (mut cut, mut site) = (Cut::default(), Sites::default());
+        site.add(element.area_m2 * share, WALKS, || {
+            let (at, drawing_rays) = element.draw_exposed(stage, &mut stream);
+            let origin = element.origin(stage, at);
+            let receiver = Receiver { point_m: element.point_m(at), normal: element.normal, origin: &origin };
+            let (lx, rays) = sample_indirect_lx(stage, &receiver, &mut cut, &mut stream);
+            (lx, drawing_rays + rays)
+        });
+        site.weighed = cut.weighed as f64;
+        site
+    };
+    let mut sites = Sites::default();
+    for some in indices.chunks(FEWEST_SITES) {
+        let found: Vec<Sites> = some.par_iter().with_max_len(1).map(walk_from).collect();
+        found.iter().for_each(|site| sites.merge(site));
+        if sites.rays > ENOUGH_RAYS as f64 {
+            break;
+        }
+    }
+    sites.cost()
 }
 
 /// Points of a set that the pilot looks at, about.

@@ -7,9 +7,8 @@ use std::time::Instant;
 use super::cells::CellSets;
 use super::choice::{self, Turn};
 use super::finish::finish;
-use super::job::{Context, Engine, Job, RAYS_PER_SLICE, Refinement, TimeLeft};
+use super::job::{Context, Engine, Job, Refinement, TimeLeft};
 use super::sparse::fill_sparse_elements;
-use super::stages::{Stages, least_affordable};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
@@ -27,6 +26,9 @@ const RAYS_IN_HASTE: f64 = 4e5;
 const CUTTING_SHARE: f64 = 0.05;
 /// Rays that a map takes at least once it has started anew on finer elements, over those that it had.
 const WORK_ANEW: f64 = 4.0;
+/// Least error that a run which only a limit ends looks for, and steps in which it looks.
+const LEAST_AIM: f64 = 1e-4;
+const AIM_STEP: f64 = 1.2;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
@@ -94,9 +96,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         target_error,
         observer,
         jobs: choose_jobs(&context, &settings.maps),
-        stages: None,
         sets: None,
-        goes_by_target: false,
         convergence: Vec::new(),
         started_wall_s: observer.wall_s(),
     };
@@ -105,9 +105,8 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     run.give_every_map_a_start(in_haste);
     run.judge_all(in_haste);
     let compute_s = started.elapsed().as_secs_f64() - build_s;
-    let Run { jobs, stages, convergence, .. } = run;
-    let forward = stages.map(|stages| stages.forward);
-    finish(&context, settings, target_error, jobs, forward.as_ref(), convergence, stop_reason, build_s, compute_s)
+    let Run { jobs, convergence, .. } = run;
+    finish(&context, settings, target_error, jobs, convergence, stop_reason, build_s, compute_s)
 }
 
 /// The maps that a selection asks for, elements first, and whether the target binds each.
@@ -139,12 +138,8 @@ struct Run<'a> {
     target_error: Option<f64>,
     observer: &'a dyn Observer,
     jobs: Vec<Job>,
-    /// The forward stage, if anything gathers.
-    stages: Option<Stages>,
     /// The cells that rays ask, if any do.
     sets: Option<CellSets>,
-    /// Whether what gathers is planned for the target: not where a time limit will come first, by all that the pilots tell.
-    goes_by_target: bool,
     convergence: Vec<ConvergenceRow>,
     /// Wall time at which pilots and maps were begun.
     started_wall_s: f64,
@@ -153,36 +148,22 @@ struct Run<'a> {
 impl Run<'_> {
     fn work(&mut self) -> StopReason {
         self.start_asking();
-        self.stages = Stages::pilot(self.context, &mut self.jobs, self.settings);
         let affordable_rays = self.affordable_rays();
-        if let Some(stages) = &mut self.stages {
-            let target = self.target_error.filter(|target| stages.rays_to(&self.jobs, *target) <= affordable_rays);
-            self.goes_by_target = target.is_some();
-            let aim = match target {
-                Some(target) => target,
-                None if self.settings.time_limit_s.is_some() => stages.aim_within(&self.jobs, affordable_rays),
-                None => DEFAULT_TARGET_ERROR,
-            };
-            stages.plan_first(self.context, &mut self.jobs, self.settings, aim);
-        }
         self.context.stage.look_out(self.planned_rays().min(affordable_rays));
         for job in &mut self.jobs {
             job.next_judgement = job.first_samples();
         }
         loop {
-            // Where the end came while patches were laid, nothing may lie on them.
             if self.observer.is_interrupted() {
                 return StopReason::Interrupted;
             }
             if self.settings.time_limit_s.is_some_and(|limit_s| self.observer.wall_s() >= limit_s) {
                 return StopReason::TimeLimit;
             }
-            if !self.trace_forward() {
-                let Some(index) = self.next_job() else {
-                    return self.why_all_is_done();
-                };
-                self.slice(index);
-            }
+            let Some(index) = self.next_job() else {
+                return self.why_all_is_done();
+            };
+            self.slice(index);
             self.observer.progress(&self.progress());
         }
     }
@@ -195,19 +176,25 @@ impl Run<'_> {
         }
         let error = self.error_to_plan_for();
         let target = self.settings.target_error;
-        for job in self.jobs.iter_mut().filter(|job| job.adaptive.is_none()) {
+        for job in &mut self.jobs {
             let offered = choice::offer(self.context, job, target, Turn::First);
             let mean_lx = job.mean_without_gathering_lx();
-            let by_cells = match job.can_ask_cells(self.context) {
-                true if mean_lx > 0.0 => Ok(job.work_by_cells(self.context, error * mean_lx)),
+            let can_ask = job.can_ask_cells(self.context);
+            if can_ask && mean_lx > 0.0 {
+                job.prepare_asking(self.context, error);
+            }
+            let by_cells = match can_ask {
+                true if mean_lx > 0.0 => Ok(job.work_by_cells(self.context, error)),
                 true => Err("its pilot found no light"),
                 false => Err("it knows no luminances, nor light that only chains find"),
             };
             if choice::settle(self.context, job, offered, by_cells, target) {
                 job.start_asking(self.context, error, self.settings.chains);
+            } else {
+                job.broad = None;
             }
         }
-        if self.jobs.iter().any(|job| job.engine == Engine::Cells) {
+        if self.jobs.iter().any(|job| job.engine == Engine::Gathering) {
             self.sets = Some(CellSets::new(self.context, error));
         }
     }
@@ -222,7 +209,7 @@ impl Run<'_> {
         }
         let work = |error: f64| -> f64 {
             let cells = self.jobs.iter().filter(|job| job.bound && job.can_ask_cells(self.context));
-            cells.map(|job| job.work_by_cells(self.context, error * job.mean_without_gathering_lx())).sum()
+            cells.map(|job| job.work_by_cells(self.context, error)).sum()
         };
         least_affordable(DEFAULT_TARGET_ERROR, self.affordable_rays(), work).min(DEFAULT_TARGET_ERROR)
     }
@@ -246,29 +233,12 @@ impl Run<'_> {
             (Some(chains), _) => jobs.map(|job| job.rays_to(job.samples_for(chains))).sum(),
             (None, None) => f64::INFINITY,
             (None, Some(target)) => {
-                let gathered = self.stages.as_ref().map_or(0.0, |stages| stages.rays_to(&self.jobs, target));
                 let walked = jobs.filter(|job| job.engine == Engine::Walking);
                 let rays =
                     |job: &Job| job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
-                gathered + walked.map(rays).sum::<f64>()
+                walked.map(rays).sum::<f64>()
             }
         }
-    }
-
-    /// One slice of the forward stage; whether there was any left.
-    fn trace_forward(&mut self) -> bool {
-        let Some(stages) = &mut self.stages else {
-            return false;
-        };
-        if stages.forward.chains >= stages.goal_chains {
-            return false;
-        }
-        let until = stages.slice(RAYS_PER_SLICE);
-        stages.forward.trace_to(self.context, until);
-        if until == stages.goal_chains {
-            stages.forward.settle(self.context, f64::INFINITY);
-        }
-        true
     }
 
     /// Finer elements, where these cannot show what the target asks for; the map starts anew then, or its direct light alone.
@@ -286,52 +256,14 @@ impl Run<'_> {
             job.finest = job.is_finest();
             return false;
         }
-        if job.engine == Engine::Gathering
-            && let Some(stages) = &mut self.stages
-        {
-            stages.refined(self.context, &mut self.jobs, index, refinement);
-        }
-        let job = &mut self.jobs[index];
         job.next_judgement = job.samples.max(job.first_samples());
         true
-    }
-
-    /// More chains, where they hold up a map that gathers and is not right enough yet.
-    fn extend_forward(&mut self, index: usize) {
-        let affordable_rays = self.affordable_rays();
-        let Some(stages) = &mut self.stages else {
-            return;
-        };
-        let job = &self.jobs[index];
-        if job.met || job.refused || !job.bound || self.settings.chains.is_some() {
-            return;
-        }
-        if !self.goes_by_target {
-            if stages.is_overdrawn(job) && stages.plan_next(self.context, &mut self.jobs, affordable_rays) {
-                let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
-                restarted.for_each(|job| job.next_judgement = job.first_samples());
-            }
-        } else if let Some(target) = self.target_error
-            && job.engine == Engine::Gathering
-        {
-            let may_leave = self.settings.method == Method::Auto;
-            stages.replan(self.context, &mut self.jobs, index, target, may_leave, affordable_rays);
-            let restarted = self.jobs.iter_mut().filter(|job| job.samples == 0);
-            restarted.for_each(|job| job.next_judgement = job.first_samples());
-            let job = &mut self.jobs[index];
-            if job.samples > 0 {
-                // Far from the goal a look at half the way; near it at least a twentieth further.
-                let far = job.planned_samples > 3 * job.samples;
-                let goal = if far { 2 * job.samples } else { job.planned_samples };
-                job.next_judgement = goal.max(job.samples + job.samples.div_ceil(20));
-            }
-        }
     }
 
     /// What a map that asks cells needs next.
     fn plan_cells(&mut self, index: usize) {
         let job = &mut self.jobs[index];
-        if job.engine == Engine::Cells && !job.met && self.settings.chains.is_none() {
+        if job.engine == Engine::Gathering && !job.met && self.settings.chains.is_none() {
             job.plan_cells(self.target_error);
         }
     }
@@ -392,8 +324,7 @@ impl Run<'_> {
         let goal = self.goal(&self.jobs[index]);
         let job = &mut self.jobs[index];
         let started = Instant::now();
-        let arrived =
-            job.advance(self.context, self.stages.as_ref().map(|stages| &stages.forward), self.sets.as_mut(), goal);
+        let arrived = job.advance(self.context, self.sets.as_mut(), goal);
         job.seconds += started.elapsed().as_secs_f64();
         if !arrived || goal < job.next_judgement {
             return;
@@ -411,7 +342,6 @@ impl Run<'_> {
         job.next_judgement = if job.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
         let bound = job.bound;
         if !self.refine_elements(index) {
-            self.extend_forward(index);
             self.plan_cells(index);
             if let (Some(target), None, Method::Auto) = (self.target_error, self.settings.chains, self.settings.method)
             {
@@ -438,18 +368,8 @@ impl Run<'_> {
     /// Every map that was asked for shows something, however the run ended.
     fn give_every_map_a_start(&mut self, in_haste: bool) {
         let most_rays = if in_haste { RAYS_IN_HASTE } else { FIRST_LOOK_RAYS };
-        if let Some(stages) = &mut self.stages
-            && stages.forward.chains > 0
-        {
-            stages.forward.settle(self.context, most_rays);
-        }
-        let forward = self.stages.as_ref().map(|stages| &stages.forward);
         let starts = |job: &&mut Job| !job.has_started() || in_haste && !job.knows_its_bias();
         for job in self.jobs.iter_mut().filter(starts).filter(|job| !job.map.is_empty()) {
-            if job.engine == Engine::Gathering && forward.is_none_or(|forward| forward.chains == 0) {
-                // There is nothing to look up.
-                job.stop_gathering();
-            }
             if in_haste && !job.knows_its_bias() {
                 job.stop_asking(self.context);
                 job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
@@ -461,13 +381,13 @@ impl Run<'_> {
                         && (in_haste || job.engine == Engine::Counting || job.rays_to(1) > most_rays) =>
                 {
                     if job.engine == Engine::Gathering {
-                        job.stop_gathering();
+                        job.stop_asking(self.context);
                         job.method_reason = "a first look at every element by gathering would take too long".to_owned();
                     }
                     let chains = (most_rays / job.rays_per_sample()) as u64;
                     job.count_all_by_chains(self.context, chains);
                 }
-                _ => while !job.advance(self.context, forward, self.sets.as_mut(), 1) {},
+                _ => while !job.advance(self.context, self.sets.as_mut(), 1) {},
             }
         }
     }
@@ -489,4 +409,13 @@ impl Run<'_> {
             self.convergence.push(row);
         }
     }
+}
+
+/// The least error up to about `most` that takes no more than the affordable rays, for a run that only a limit ends.
+fn least_affordable(most: f64, affordable_rays: f64, rays_to: impl Fn(f64) -> f64) -> f64 {
+    let mut error = LEAST_AIM;
+    while error < most && rays_to(error) > affordable_rays {
+        error *= AIM_STEP;
+    }
+    error
 }

@@ -1,17 +1,23 @@
 //! A job whose rays ask cells: how it begins, goes forward, is summed up, and what it needs next.
 
-use super::{Context, Engine, Job, RAYS_PER_SLICE, element_map};
+use super::elements::{element_weights, numbers_per_site};
+use super::{Context, Engine, Job, Method, RAYS_PER_SLICE, element_map};
 use crate::control::{CellGrowth, CellParts};
-use crate::maps::{MapKind, REPLICAS, Residuals, Unit};
-use crate::solver::cells::{Asker, CellAsks, CellSets};
+use crate::maps::{MapKind, REPLICAS, ReplicaMap, Residuals, Unit};
+use crate::scene::Elements;
+use crate::solver::adapt::{Adaptive, slope_from_m};
+use crate::solver::broad::Broad;
+use crate::solver::cells::{Asker, CellAsks, CellSets, regions_of};
+use crate::solver::pilot::{DirectShare, walk_cost_in_elements};
 
 /// Rays of all replicas before the first look, and passes over the entries that they make at least and at most.
 const FIRST_RAYS: u64 = 400_000;
 const LEAST_PASSES: u64 = 2;
 const MOST_PASSES: u64 = 6;
-/// Rays that fill of every entry before the first look, and in a half at most; walks of each entry that walks.
+/// Rays that fill of every entry before the first look for an error of 1 % or less, and in a half at most; walks of each entry that walks.
 const FIRST_FILLS: u64 = 16;
 const MOST_FILLS: u64 = 65_536;
+const USUAL_ERROR: f64 = 0.01;
 const FIRST_WALKS: u64 = 4;
 /// Entries that walk at first, of more: a thousand of them would know the mean square half as well by as many walks. Fewer where walks are
 /// so long that these would take more rays than all else.
@@ -27,11 +33,20 @@ const RAYS_OF_A_WALK: f64 = 5.0;
 /// Samples that a cell takes at most, over the rays of an entry that fill cells.
 const SAMPLES_OF_A_FILL: u64 = 4;
 const MOST_SAMPLES: u64 = 4096;
+/// Share of the work without cells up to which a first look at them is taken in any case, and what that work is then taken to be.
+const SHARE_OF_A_LOOK: f64 = 0.3;
+const WORTH_A_LOOK: f64 = 0.99;
 /// Share of the squared error that direct light may have at the first look, if few passes make it so.
 const DIRECT_SHARE: f64 = 0.3;
 /// A kind of work grows by this factor at most from one look to the next, and by this one at least where it grows at all.
 const MOST_GROWTH: f64 = 4.0;
 const LEAST_GROWTH: f64 = 1.1;
+
+/// Broad elements that gather for those that adapt at first, at an error of 1 %, and at least.
+const BROAD_AT_ONE_PERCENT: f64 = 200.0;
+const FEWEST_BROAD: f64 = 128.0;
+/// Share of the squared target that chance is planned for at least, however much elements cannot show.
+const LEAST_SHARE_OF_CHANCE: f64 = 0.2;
 
 /// How far a map whose rays ask cells is to go before it is judged, in passes over its entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,8 +61,19 @@ pub struct CellGoal {
     pub walks: u64,
 }
 
-fn asker_of<'a>(context: &'a Context<'a>, job_kind: MapKind, elements: &'a crate::scene::Elements) -> Asker<'a> {
-    Asker { context, kind: job_kind, elements }
+/// What asks: the elements or points of a map, or the broader elements that gather for those that adapt.
+fn asker_of<'a>(
+    context: &'a Context<'a>,
+    kind: MapKind,
+    elements: &'a Elements,
+    broad: Option<&'a Broad>,
+) -> Asker<'a> {
+    match broad {
+        Some(Broad { elements, exposed, shape, .. }) => {
+            Asker { context, kind, elements, exposed, number: shape.stream_number(), slopes: true }
+        }
+        None => Asker { context, kind, elements, exposed: &[], number: kind.number(), slopes: false },
+    }
 }
 
 impl Job {
@@ -55,28 +81,65 @@ impl Job {
     pub fn can_ask_cells(&self, context: &Context) -> bool {
         let finds_all = self.kind != MapKind::Elements || context.stage.paths_not_found.is_empty();
         let counts = self.weights.iter().any(|weight| *weight > 0.0);
-        finds_all && counts && self.adaptive.is_none() && !self.black && !self.is_luminance(context)
+        finds_all && counts && !self.black && !self.is_luminance(context)
     }
 
-    /// Work by cells to an error in lx, in rays, by what the pilot measured of walks.
+    /// Makes ready for asking, for an error: elements that adapt get broader ones, and a pilot tells of walks from elements.
+    pub fn prepare_asking(&mut self, context: &Context, error: f64) {
+        if let Some(adaptive) = &self.adaptive {
+            let elements = (BROAD_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_BROAD);
+            let edge_m = (2.0 * context.scene.area_m2() / elements).sqrt();
+            let edges_m = [edge_m, slope_from_m(context, adaptive.target_error())];
+            let broad = Broad::first(context, &self.elements, &adaptive.exposed, edges_m, self.indirect.mean_lx);
+            self.broad = Some(broad);
+        }
+        if self.kind == MapKind::Elements {
+            let broad = self.broad.as_ref();
+            let (elements, exposed) =
+                broad.map_or((&self.elements, &[][..]), |broad| (&broad.elements, &broad.exposed));
+            let numbers = numbers_per_site(self.gathered_weights(), self.gathered().len());
+            self.walked = walk_cost_in_elements(context, elements, exposed).times(numbers);
+            self.pilot_rays += self.walked.pilot_rays;
+        }
+    }
+
+    /// What holds its indirect light: its own map, or that of broader elements.
+    pub fn gathered(&self) -> &ReplicaMap {
+        self.broad.as_ref().map_or(&self.map, |broad| &broad.map)
+    }
+
+    /// Areas or weights of all entries of [`Job::gathered`].
+    fn gathered_weights(&self) -> &[f64] {
+        self.broad.as_ref().map_or(&self.weights, |broad| &broad.weights)
+    }
+
+    /// Work by cells to an error, in rays, by what the pilot measured of walks.
     ///
     /// A ray has about the chance of a walk; filling cells takes half as many again. Walks must measure the bias to a share of the
     /// squared error: over K entries they know the mean square by √(2K) of what one entry takes. What choosing luminaires takes
     /// beside rays counts as it does for walks.
-    pub fn work_by_cells(&self, context: &Context, error_lx: f64) -> f64 {
-        let entries = self.map.len() as f64;
-        let first = self.first_goal();
-        let replicas = REPLICAS as f64;
-        let filled = 2.0 * first.fills as f64 * RAYS_OF_A_FILL;
-        let walkers = self.first_walkers() as f64;
-        let to_first_look =
-            filled + replicas * (first.rays as f64 * entries + first.walks as f64 * walkers * self.indirect.rays);
-        let of_one = self.indirect.variance / (error_lx * error_lx);
-        let walks = WALKS_OF_AN_ENTRY * self.indirect.rays * (2.0 * entries).sqrt();
+    pub fn work_by_cells(&self, context: &Context, error: f64) -> f64 {
+        let error_lx = error * self.mean_without_gathering_lx();
+        let entries = self.gathered().len() as f64;
+        let of_one = self.walked.variance / (error_lx * error_lx);
+        let walks = WALKS_OF_AN_ENTRY * self.walked.rays * (2.0 * entries).sqrt();
+        let to_first_look = self.rays_to_first_look(error);
         let rays = to_first_look.max(RAYS_OF_A_RAY * of_one * (entries + walks));
         let looks_out = context.stage.would_look_out(context.scene.area_m2(), rays);
-        let choosing = if looks_out { 0.0 } else { self.indirect.choosing / self.indirect.rays.max(1.0) };
-        self.rays_with_direct(rays * (1.0 + choosing), error_lx)
+        let choosing = if looks_out { 0.0 } else { self.walked.choosing / self.walked.rays.max(1.0) };
+        let work = self.rays_with_direct(rays * (1.0 + choosing), error_lx);
+        // Where a look is cheap beside walks it is taken: it tells more than the pilot of walks can.
+        let without = self.work_without_gathering(context, error_lx);
+        if to_first_look < SHARE_OF_A_LOOK * without { work.min(WORTH_A_LOOK * without) } else { work }
+    }
+
+    /// Rays of indirect light before the first look, about.
+    fn rays_to_first_look(&self, error: f64) -> f64 {
+        let first = self.first_goal(error);
+        let filled = 2.0 * first.fills as f64 * RAYS_OF_A_FILL;
+        let asked = first.rays as f64 * self.gathered().len() as f64;
+        let walked = (first.walks * self.first_walkers() as u64) as f64 * self.walked.rays;
+        filled + REPLICAS as f64 * (asked + walked)
     }
 
     /// Rays that asking cells still takes by the latest plan; `None` where there is none yet.
@@ -85,16 +148,17 @@ impl Job {
     }
 
     /// What a map does before its first look.
-    fn first_goal(&self) -> CellGoal {
-        let entries = self.map.len().max(1) as u64;
+    fn first_goal(&self, error: f64) -> CellGoal {
+        let entries = self.gathered().len().max(1) as u64;
         let passes = (FIRST_RAYS / (entries * REPLICAS as u64)).clamp(LEAST_PASSES, MOST_PASSES);
-        CellGoal { direct: 1, fills: (FIRST_FILLS * entries).min(MOST_FILLS), rays: passes, walks: FIRST_WALKS }
+        let fills = (FIRST_FILLS as f64 * entries as f64 * (USUAL_ERROR / error).min(1.0)).ceil() as u64;
+        CellGoal { direct: 1, fills: fills.min(MOST_FILLS), rays: passes, walks: FIRST_WALKS }
     }
 
     /// Entries that walk before the first look.
     fn first_walkers(&self) -> usize {
-        let affordable = FIRST_RAYS as f64 / ((FIRST_WALKS * REPLICAS as u64) as f64 * self.indirect.rays.max(1.0));
-        affordable.clamp(LEAST_WALKERS, FIRST_WALKERS).min(self.map.len() as f64) as usize
+        let affordable = FIRST_RAYS as f64 / ((FIRST_WALKS * REPLICAS as u64) as f64 * self.walked.rays.max(1.0));
+        affordable.clamp(LEAST_WALKERS, FIRST_WALKERS).min(self.gathered().len() as f64) as usize
     }
 
     /// Begins to ask cells, for an error or with as many rays as a number of chains.
@@ -103,30 +167,46 @@ impl Job {
         let squared_lx2 = DIRECT_SHARE * (error * mean_lx).powi(2) * REPLICAS as f64;
         let direct = (self.direct.variance / squared_lx2.max(f64::MIN_POSITIVE)).ceil() as u64;
         let most_direct = (FIRST_RAYS as f64 / self.rays_of_a_pass().max(1.0)) as u64;
-        let mut goal = self.first_goal();
+        let mut goal = self.first_goal(error);
         if let Some(chains) = chains {
-            let entries = self.map.len().max(1) as u64;
+            let entries = self.gathered().len().max(1) as u64;
             let rays = chains.div_ceil(REPLICAS as u64 * entries).max(1);
             goal = CellGoal { direct: 1, fills: rays * entries, rays, walks: rays.div_ceil(4) };
         }
         self.cell_goal = CellGoal { direct: direct.clamp(1, most_direct.max(1)), ..goal };
+        self.engine = Engine::Gathering;
+        self.begin_asks(context);
+    }
+
+    /// Begins anew on the elements that there are now; cells stay.
+    pub fn begin_asks(&mut self, context: &Context) {
         self.map.indirect_unit_lx = Unit::Lux;
-        let asker = asker_of(context, self.kind, &self.elements);
-        self.map.residuals = Some(Residuals::new(CellAsks::regions_of(&asker, self.map.len())));
-        self.asks = Some(CellAsks::new(&asker, self.map.len(), self.first_walkers()));
-        self.engine = Engine::Cells;
+        if let (Some(broad), Some(adaptive)) = (&self.broad, &mut self.adaptive) {
+            adaptive.stand_on(broad);
+            self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
+        }
+        let (sites, walkers) = (self.gathered().len(), self.first_walkers());
+        let asker = asker_of(context, self.kind, &self.elements, self.broad.as_ref());
+        self.asks = Some(match &self.asks {
+            Some(asks) => asks.anew(&asker, sites, walkers),
+            None => CellAsks::new(&asker, sites, walkers),
+        });
+        let regions = regions_of(&asker, sites);
+        let map = self.broad.as_mut().map_or(&mut self.map, |broad| &mut broad.map);
+        map.residuals = Some(Residuals::new(regions, map.entries()));
     }
 
     /// A slice on the way to the goal; whether it is there.
     pub(super) fn ask_cells(&mut self, context: &Context, sets: &mut CellSets) -> bool {
         let goal = self.cell_goal;
-        let asker = asker_of(context, self.kind, &self.elements);
+        let entries = self.gathered().len().max(1) as u64;
+        let asker = asker_of(context, self.kind, &self.elements, self.broad.as_ref());
         let Some(asks) = &mut self.asks else {
             return true;
         };
         let per_replica = |rays: f64| (RAYS_PER_SLICE / (rays * REPLICAS as f64)) as u64;
         let (fills, rays) = (asks.filled(), asks.passes());
-        let most_samples = SAMPLES_OF_A_FILL * goal.fills.div_ceil(self.map.len().max(1) as u64);
+        let most_samples = SAMPLES_OF_A_FILL * goal.fills.div_ceil(entries);
         sets.most_samples = sets.most_samples.max(most_samples.min(MOST_SAMPLES) as u16);
         self.rays += if fills < goal.fills {
             asks.fill(&asker, sets, goal.fills, (RAYS_PER_SLICE / (2.0 * RAYS_OF_A_FILL)) as u64)
@@ -147,35 +227,49 @@ impl Job {
 
     /// Goes over to walks or counting; direct light stays as far as it is.
     pub fn stop_asking(&mut self, context: &Context) {
-        self.asks = None;
-        self.cell_growth = None;
-        self.map.residuals = None;
-        self.stop_gathering();
+        (self.asks, self.cell_growth, self.broad) = (None, None, None);
+        self.map.forget_gathered();
+        self.map.forget_indirect_scores();
         if self.kind == MapKind::Elements {
-            self.map.indirect_unit_lx = element_map(context, &self.elements, None).0.indirect_unit_lx;
+            let shows = self.adaptive.as_ref().map(Adaptive::shows);
+            self.map.indirect_unit_lx = element_map(context, &self.elements, shows).0.indirect_unit_lx;
         }
+        if let Some(adaptive) = &mut self.adaptive {
+            adaptive.detail.restart_indirect();
+        }
+        self.forget_looks();
+        self.engine = Engine::unbiased(self.kind, Method::Auto);
+        self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
+        self.samples = 0;
     }
 
     /// Sums up what cells told, to be judged and read.
     pub fn settle_cells(&mut self, sets: Option<&mut CellSets>) {
-        if let (Some(sets), Some(asks)) = (sets, &mut self.asks) {
-            asks.settle(sets, &mut self.map, &self.weights);
-            self.samples = asks.passes();
+        let (Some(sets), Some(asks)) = (sets, &mut self.asks) else {
+            return;
+        };
+        match (&mut self.broad, &mut self.adaptive) {
+            (Some(broad), Some(adaptive)) => {
+                asks.settle(sets, &mut broad.map, &broad.weights, Some(&mut broad.shape));
+                self.map.take_indirect(&broad.map, &broad.sloped, &broad.pieces);
+                adaptive.detail.take_indirect(&broad.shape.detail, &broad.pieces);
+            }
+            _ => asks.settle(sets, &mut self.map, &self.weights, None),
         }
+        self.samples = asks.passes();
     }
 
     /// What the latest look has shown of a map that asks cells.
-    fn cell_parts(&self) -> Option<CellParts> {
+    pub(super) fn cell_parts(&self) -> Option<CellParts> {
         let asks = self.asks.as_ref()?;
-        let residuals = self.map.residuals.as_ref()?.state();
+        let residuals = self.gathered().residuals.as_ref()?.state();
         let direct_lx2 = self.direct_variance / REPLICAS as f64;
         let walks_lx2 = residuals.correction_variance / REPLICAS as f64;
         let rays_lx2 = asks.ray_squared_lx2;
         let [rays, fills, walks] = asks.rays.map(|rays| rays as f64);
-        let direct = self.rays as f64 - (rays + fills + walks);
         Some(CellParts {
             squared_lx2: [direct_lx2, rays_lx2, walks_lx2],
-            rays: [direct.max(1.0), rays, fills, walks],
+            rays: [(self.direct_rays as f64).max(1.0), rays, fills, walks],
             residuals,
             degrees_of_freedom: self.judgement.degrees_of_freedom,
         })
@@ -187,7 +281,11 @@ impl Job {
             return;
         };
         let growth = match target.filter(|_| !self.refused && self.judgement.mean_lx > 0.0) {
-            Some(target) => parts.growth(target * self.judgement.mean_lx),
+            // What elements cannot show takes its part of the target.
+            Some(target) => {
+                let share = (1.0 - (self.judgement.discretisation / target).powi(2)).max(LEAST_SHARE_OF_CHANCE);
+                parts.growth(share.sqrt() * target * self.judgement.mean_lx)
+            }
             None => CellGrowth { factors: [2.0; 4], all_walk: true, rays: parts.rays.iter().sum(), reaches: false },
         };
         self.cell_growth = Some((growth, self.rays));

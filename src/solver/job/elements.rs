@@ -1,8 +1,8 @@
 //! What a job does with the elements of its map: an empty map of them, their refinement, their values.
 
-use super::super::adapt::Refined;
+use super::super::adapt::{Refined, Spent};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
-use super::{Context, Job};
+use super::{Context, Engine, Job};
 use crate::maps::{MapValues, ReplicaMap, Unit, judge};
 use crate::scene::Elements;
 
@@ -23,8 +23,11 @@ impl Job {
     /// What gathers is to be started by its plan then, where its elements are new.
     pub fn refine_elements(&mut self, context: &Context) -> Refinement {
         let refined = self.adaptive.as_ref().and_then(|adaptive| {
-            let broad = self.broad.as_ref();
-            adaptive.refined(context, &self.elements, &self.map, broad, &self.loss, &self.judgement)
+            let (broad, mean_lx) = (self.broad.as_ref(), self.judgement.mean_lx);
+            let direct = self.direct_rays as f64;
+            let spent = Spent { direct, gathered: self.kept_rays() as f64 - direct };
+            let rays_to = |error_lx: f64| self.rays_to_chance(error_lx);
+            adaptive.refined(context, &self.elements, &self.map, broad, &self.loss, mean_lx, spent, rays_to)
         });
         let Some(Refined { elements, broad }) = refined else {
             return Refinement::None;
@@ -36,12 +39,12 @@ impl Job {
         }
         if let Some((elements, adaptive)) = elements {
             self.rays += adaptive.pilot_rays;
+            self.direct_rays = 0;
             (self.map, self.weights) = element_map(context, &elements, Some(adaptive.shows()));
             (self.elements, self.adaptive) = (elements, Some(adaptive));
             let numbers = self.numbers_per_site();
             self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).0.times(numbers);
             self.indirect = indirect_cost(context, self.kind, &self.elements).times(numbers);
-            self.counting_unit = None;
         }
         let found = match found {
             Refinement::OfDirect => self.keep_gathered(context),
@@ -53,7 +56,19 @@ impl Job {
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
         self.given_up_rays = self.rays;
+        if self.engine == Engine::Gathering {
+            self.begin_asks(context);
+        }
         found
+    }
+
+    /// Rays, about, that bring chance down to an error in lx.
+    fn rays_to_chance(&self, error_lx: f64) -> f64 {
+        let counted = || {
+            let now_lx = self.judgement.expected_error * self.judgement.mean_lx;
+            self.kept_rays() as f64 * ((now_lx / error_lx).powi(2) - 1.0).max(0.0)
+        };
+        self.cell_parts().map_or_else(counted, |parts| parts.growth(error_lx).rays)
     }
 
     /// Goes on with what was gathered, on finer elements of direct light, or starts anew if these see what is covered otherwise.
@@ -67,8 +82,7 @@ impl Job {
         }
         adaptive.stand_on(broad);
         self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
-        let unit = std::mem::replace(&mut self.map.indirect_unit_lx, Unit::Lux);
-        self.counting_unit = Some(unit);
+        self.map.indirect_unit_lx = Unit::Lux;
         Refinement::OfDirect
     }
 
@@ -99,11 +113,6 @@ impl Job {
     /// Area or weight of every element or point.
     pub fn site_weights(&self) -> &[f64] {
         &self.weights[..self.map.len()]
-    }
-
-    /// Share of the look-ups that are checked.
-    pub fn checked_share(&self) -> f64 {
-        self.checked_share
     }
 
     /// Rays of the samples that are in the map.

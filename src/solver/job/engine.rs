@@ -11,10 +11,8 @@ pub enum Engine {
     Counting,
     /// Walks from receivers.
     Walking,
-    /// Gathering rays that look up what the forward stage left: for elements that adapt.
-    Gathering,
     /// Gathering rays that ask cells, and walks that measure what these have wrong.
-    Cells,
+    Gathering,
     /// Vertices of chains score at all receivers.
     Connecting(Kernel),
 }
@@ -35,7 +33,7 @@ impl Engine {
         match self {
             Engine::Counting => "collision",
             Engine::Walking => "walk",
-            Engine::Gathering | Engine::Cells => "gather",
+            Engine::Gathering => "gather",
             Engine::Connecting(Kernel::Bounded) => "local",
             Engine::Connecting(Kernel::Naive) => "local-naive",
         }

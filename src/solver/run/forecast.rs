@@ -2,9 +2,7 @@
 
 use super::{Progress, Run};
 use crate::control::needed_work;
-use crate::maps::REPLICAS;
 use crate::solver::ConvergenceRow;
-use crate::solver::forward::Forward;
 use crate::solver::job::{Engine, Job};
 
 /// Work that is left to do.
@@ -41,19 +39,15 @@ impl Run<'_> {
     /// How the run stands, with a forecast once a look has told what the target takes.
     pub(super) fn progress(&self) -> Progress {
         let judged = || self.jobs.iter().filter(|job| job.bound && job.judgement.mean_lx > 0.0);
-        let forward = self.stages.as_ref().map(|stages| &stages.forward);
-        let forward_chains = forward.map_or(0, |forward| forward.chains * REPLICAS as u64);
-        let chains: u64 = forward_chains + self.jobs.iter().map(Job::chains).sum::<u64>();
-        let rays = self.context.stage.outlook_rays()
-            + forward.map_or(0, Forward::all_rays)
-            + self.jobs.iter().map(Job::all_rays).sum::<u64>();
+        let chains: u64 = self.jobs.iter().map(Job::chains).sum::<u64>();
+        let rays = self.context.stage.outlook_rays() + self.jobs.iter().map(Job::all_rays).sum::<u64>();
         let wall_s = self.observer.wall_s();
         let left = self.left(rays as f64 / (wall_s - self.started_wall_s).max(f64::MIN_POSITIVE));
         let time_fraction = self.settings.time_limit_s.map_or(0.0, |limit_s| wall_s / limit_s);
         let work_fraction = rays as f64 / (rays as f64 + left.rays).max(1.0);
         // What gathers has a plan before its first look.
         let is_judged = |job: &Job| job.judged_samples() > 0;
-        let has_plan = |job: &Job| matches!(job.engine, Engine::Gathering | Engine::Cells);
+        let has_plan = |job: &Job| job.engine == Engine::Gathering;
         let is_known = |job: &Job| is_judged(job) || job.map.is_empty() || has_plan(job);
         let bound = || self.jobs.iter().filter(|job| job.bound);
         let known = bound().all(is_known)
@@ -75,13 +69,8 @@ impl Run<'_> {
     /// What the bound maps are still to take, by their latest looks and plans, at a rate of all rays so far.
     fn left(&self, rays_per_s: f64) -> Left {
         let mut left = Left::default();
-        let mut gathers = false;
         for job in self.jobs.iter().filter(|job| job.bound && !job.met && !job.finest) {
             if job.engine == Engine::Gathering {
-                gathers = true;
-                let rays = job.rays_to(job.planned_samples);
-                left.add(0.0, rays, rays / rays_per_s);
-            } else if job.engine == Engine::Cells {
                 let rays = self.rays_to_ask(job);
                 left.add(0.0, rays, rays / rays_per_s);
             } else if job.samples > 0 {
@@ -93,10 +82,6 @@ impl Run<'_> {
                 left.add(0.0, rays, rays / rays_per_s);
             }
         }
-        if let Some(stages) = self.stages.as_ref().filter(|_| gathers) {
-            let (chains, rays) = stages.left();
-            left.add(chains, rays, rays / rays_per_s);
-        }
         left
     }
 
@@ -105,8 +90,7 @@ impl Run<'_> {
         match (job.rays_to_ask(), self.target_error) {
             (Some(rays), _) => rays,
             (None, Some(target)) if self.settings.chains.is_none() => {
-                let error_lx = target * job.mean_without_gathering_lx();
-                (job.work_by_cells(self.context, error_lx) - job.rays as f64).max(0.0)
+                (job.work_by_cells(self.context, target) - job.rays as f64).max(0.0)
             }
             _ => 0.0,
         }

@@ -1,0 +1,243 @@
+//! What asks cells, and its rays: those that fill cells, those whose values count, and residual walks.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::records::{Records, look_up};
+use crate::caches::{CellGrid, CellLight, bin_of};
+use crate::estimators::cells::{Asked, Question, fill_cells, gather, look_for_place, residual_walk};
+use crate::estimators::direct::Receiver;
+use crate::estimators::element::Element;
+use crate::estimators::reception::one_plane;
+use crate::geometry::Origin;
+use crate::maps::MapKind;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::scene::{Elements, Quantity};
+use crate::solver::job::Context;
+use crate::solver::order::{Order, WalkOrder};
+use crate::solver::sweep::stream_index;
+
+/// Rays, or walks, whose cells are looked up together.
+const BLOCK: u64 = 64;
+
+/// What gathers: elements or receivers.
+pub struct Asker<'a> {
+    /// The run.
+    pub context: &'a Context<'a>,
+    /// Elements or a receiver set.
+    pub kind: MapKind,
+    /// The elements, where they are what gathers.
+    pub elements: &'a Elements,
+    /// Share of every element that is exposed; empty where elements count as they are.
+    pub exposed: &'a [f64],
+    /// Number of the streams: a map that starts anew draws anew.
+    pub number: u32,
+    /// Whether elements show slopes.
+    pub slopes: bool,
+}
+
+impl Asker<'_> {
+    /// Rays that fill the cells of a half; returns the rays, those of samples too.
+    pub fn fill(&self, cells: &mut CellLight, most_samples: u16, half: u32, order: Order, range: Range<u64>) -> u64 {
+        let stage = self.context.stage;
+        let room = || (Stream::new(self.context.seed, Purpose::CellFills, self.number, half), Cut::default());
+        let numbers = (0..(range.end - range.start) as usize).into_par_iter().with_min_len(BLOCK as usize);
+        let found: Vec<(Option<Asked>, u64)> = numbers
+            .map_init(room, |(stream, cut), number| {
+                let (pass, entry) = order.at(range.start + number as u64);
+                let Some(site) = self.site(entry) else {
+                    return (None, 0);
+                };
+                stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
+                let start = self.start(&site, stream);
+                let (_, asked, rays) = look_for_place(stage, &start.receiver(), cut, stream);
+                (asked, start.rays + rays)
+            })
+            .collect();
+        let rays = found.iter().map(|(_, rays)| rays).sum::<u64>();
+        let places = found.into_iter().filter_map(|(asked, _)| asked);
+        // Samples are numbered through all maps.
+        let stream = || Stream::new(self.context.seed, Purpose::Cells, 0, half);
+        rays + fill_cells(stage, cells, most_samples, places, stream)
+    }
+
+    /// Rays of one replica whose values count; returns the rays.
+    pub fn ask(&self, records: &mut Records, grid: &CellGrid, replica: u32, order: Order, range: Range<u64>) -> u64 {
+        let stage = self.context.stage;
+        let mut stream = Stream::new(self.context.seed, Purpose::CellRays, self.number, replica);
+        let finds_more = self.finds_more_than_cells();
+        let mut cut = Cut::default();
+        let mut rays = 0;
+        let mut questions: Vec<Option<Question>> = Vec::with_capacity(BLOCK as usize);
+        for block in blocks(range) {
+            for (pass, entry) in order.entries(block) {
+                let (mut plain_lx, mut question, mut bin, mut at) = (0.0, None, 0, [0.0; 2]);
+                if let Some(site) = self.site(entry) {
+                    stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
+                    let start = self.start(&site, &mut stream);
+                    let variates = stream.pair();
+                    let found = gather(stage, grid, &start.receiver(), variates, &mut cut, &mut stream);
+                    plain_lx = start.weight * found.0;
+                    question = found.1.map(|found| Question { factor: start.weight as f32 * found.factor, ..found });
+                    (bin, at) = (bin_of(variates), start.at);
+                    rays += start.rays + found.2;
+                }
+                if self.slopes {
+                    records.starts.push(at.map(|weight| weight as f32));
+                }
+                questions.push(question);
+                records.bins.push(bin);
+                if finds_more {
+                    records.plain_lx.push(plain_lx as f32);
+                }
+            }
+            let asked = questions.drain(..);
+            asked.for_each(|question| look_up(grid, question, &mut records.terms, &mut records.new));
+        }
+        rays
+    }
+
+    /// Walks of one replica; returns their rays.
+    pub fn walk(
+        &self,
+        records: &mut Records,
+        grid: &CellGrid,
+        replica: u32,
+        order: &WalkOrder,
+        range: Range<u64>,
+    ) -> u64 {
+        let stage = self.context.stage;
+        let mut stream = Stream::new(self.context.seed, Purpose::Residuals, self.number, replica);
+        let mut cut = Cut::default();
+        let mut rays = 0;
+        let mut questions: Vec<Question> = Vec::new();
+        for block in blocks(range) {
+            for (pass, entry) in order.entries(block) {
+                let (mut plain_lx, mut at) = (0.0, [0.0; 2]);
+                if let Some(site) = self.site(entry) {
+                    stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
+                    let start = self.start(&site, &mut stream);
+                    let ask = |question: Question| questions.push(question);
+                    let walked =
+                        residual_walk(stage, grid, &start.receiver(), start.weight, &mut cut, &mut stream, ask);
+                    (plain_lx, at) = (walked.0, start.at);
+                    rays += start.rays + walked.1;
+                }
+                if self.slopes {
+                    records.walk_starts.push(at.map(|weight| weight as f32));
+                }
+                records.walks.push((plain_lx as f32, (records.walk_terms.len() + questions.len()) as u32));
+            }
+            let asked = questions.drain(..).map(Some);
+            asked.for_each(|question| look_up(grid, question, &mut records.walk_terms, &mut records.new_of_walks));
+        }
+        rays
+    }
+
+    /// Whether rays can find light that no cell tells: by mirrors, lobes and near luminaires.
+    fn finds_more_than_cells(&self) -> bool {
+        let stage = self.context.stage;
+        !stage.is_diffuse() || stage.near_lights.is_some() || stage.mirrors.is_some()
+    }
+
+    /// Middle of an entry in m, and its unit normal.
+    pub fn middle(&self, entry: usize) -> (DVec3, DVec3) {
+        let stage = self.context.stage;
+        match self.kind {
+            MapKind::Elements => {
+                let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
+                (element.corners_m.iter().sum::<DVec3>() / 3.0, element.normal)
+            }
+            MapKind::Receivers(set) => {
+                let point = &self.context.scene.receivers[set].points[entry];
+                (point.position_m, point.normal)
+            }
+        }
+    }
+
+    /// Where the rays of an entry start; `None` for a point inside a solid, and for an element that is covered.
+    pub fn site(&self, entry: usize) -> Option<Site> {
+        let stage = self.context.stage;
+        match self.kind {
+            MapKind::Elements => {
+                let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
+                let share = self.exposed.get(entry).copied().unwrap_or(1.0);
+                (share > 0.0).then(|| Site::Element(element.exposed(share)))
+            }
+            MapKind::Receivers(set) => {
+                let receivers = &self.context.scene.receivers[set];
+                let point = &receivers.points[entry];
+                let origin = stage.tracer.side_origin(point.position_m, point.normal);
+                let (point_m, normal, quantity) = (point.position_m, point.normal, receivers.quantity);
+                (!point.inside).then_some(Site::Point { point_m, normal, origin, quantity })
+            }
+        }
+    }
+
+    /// Where one ray starts.
+    #[inline]
+    fn start(&self, site: &Site, stream: &mut Stream) -> Start {
+        let stage = self.context.stage;
+        match site {
+            Site::Element(element) => {
+                let (at, rays) = element.draw_exposed(stage, stream);
+                let origin = element.origin(stage, at);
+                let point_m = stage.tracer.position_m(&origin);
+                Start { at, point_m, normal: element.normal, origin, weight: 1.0, rays }
+            }
+            Site::Point { point_m, normal, origin, quantity } => {
+                let receiver = Receiver { point_m: *point_m, normal: *normal, origin };
+                let (plane, weight) = one_plane(*quantity, &receiver, stream);
+                Start { at: [0.0; 2], point_m: *point_m, normal: plane.normal, origin: *origin, weight, rays: 0 }
+            }
+        }
+    }
+}
+
+/// Where one gathering ray starts.
+struct Start {
+    /// Place in its element: the weights of the second and third corner.
+    at: [f64; 2],
+    point_m: DVec3,
+    /// Unit normal of the plane that it is for.
+    normal: DVec3,
+    origin: Origin,
+    /// Weight of what it brings.
+    weight: f64,
+    /// Rays that it took to find the place.
+    rays: u64,
+}
+
+impl Start {
+    /// The plane that the ray is for.
+    #[inline]
+    fn receiver(&self) -> Receiver<'_> {
+        Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
+    }
+}
+
+/// Where gathering rays start.
+pub enum Site {
+    /// Anywhere in an element side.
+    Element(Element),
+    /// At a receiver.
+    Point {
+        /// Place in m.
+        point_m: DVec3,
+        /// Unit normal.
+        normal: DVec3,
+        /// The same place for the tracer.
+        origin: Origin,
+        /// What the receiver measures.
+        quantity: Quantity,
+    },
+}
+
+/// A range in blocks.
+fn blocks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
+    let end = range.end;
+    range.step_by(BLOCK as usize).map(move |first| first..(first + BLOCK).min(end))
+}

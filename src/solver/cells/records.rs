@@ -1,0 +1,51 @@
+//! What rays and walks found, kept as numbers of cells until their light is known.
+
+use crate::caches::{CellGrid, CellLight};
+use crate::estimators::cells::{Question, Term};
+
+/// What the rays and walks of one replica of a map found.
+#[derive(Clone, Debug, Default)]
+pub struct Records {
+    /// Of every ray, pass by pass: the cell that it asked.
+    pub terms: Vec<Term>,
+    /// Part of the hemisphere into which it went.
+    pub bins: Vec<u8>,
+    /// What it found beside, in lx; empty where rays can find nothing else.
+    pub plain_lx: Vec<f32>,
+    /// Where in its element it began; empty where elements show no slopes.
+    pub starts: Vec<[f32; 2]>,
+    /// Of every walk, pass by pass: what it found beside cells, in lx, and the number of terms up to its end.
+    pub walks: Vec<(f32, u32)>,
+    pub walk_terms: Vec<Term>,
+    pub walk_starts: Vec<[f32; 2]>,
+    /// Places among the terms of rays, and of walks, whose cells are new.
+    pub new: Vec<(u32, Question)>,
+    pub new_of_walks: Vec<(u32, Question)>,
+}
+
+impl Records {
+    /// Makes the cells that were asked for the first time.
+    pub fn make_cells(&mut self, grid: &mut CellGrid) {
+        self.new.drain(..).for_each(|(place, asks)| self.terms[place as usize] = asks.term(grid.cell(asks.key)));
+        let of_walks = self.new_of_walks.drain(..);
+        of_walks.for_each(|(place, asks)| self.walk_terms[place as usize] = asks.term(grid.cell(asks.key)));
+    }
+
+    /// What each of the first rays brought, by the light that cells have now, in lx.
+    pub fn told_lx(&self, cells: &CellLight, rays: usize) -> Vec<f32> {
+        let mut told: Vec<f32> =
+            self.terms[..rays].iter().map(|term| term.factor * cells.value_lx(term.asked)).collect();
+        told.iter_mut().zip(&self.plain_lx).for_each(|(told, plain_lx)| *told += plain_lx);
+        told
+    }
+}
+
+/// Adds the term of a question, or notes that its cell is new.
+#[inline]
+pub fn look_up(grid: &CellGrid, question: Option<Question>, terms: &mut Vec<Term>, new: &mut Vec<(u32, Question)>) {
+    let cell = question.and_then(|question| grid.find(question.key));
+    if let (Some(question), None) = (question, cell) {
+        new.push((terms.len() as u32, question));
+    }
+    terms.push(question.zip(cell).map_or(Term::NONE, |(question, cell)| question.term(cell)));
+}

@@ -1,0 +1,178 @@
+//! From what rays and walks found to the sums of a map.
+
+use rayon::prelude::*;
+
+use super::{CellAsks, CellSets};
+use crate::caches::{DirectionControl, DirectionSums};
+use crate::maps::basis::{BENDS, Linear, PARTS, bends_at, part_of, slopes_at};
+use crate::maps::{IndirectDetail, REPLICAS, ReplicaMap, Residuals, Tally};
+use crate::solver::broad::Shape;
+
+impl CellAsks {
+    /// Sums up all that complete passes found, by the light that cells have now. What elements show beside their means goes by their
+    /// shape.
+    pub fn settle(&mut self, sets: &mut CellSets, map: &mut ReplicaMap, weights: &[f64], shape: Option<&mut Shape>) {
+        let numbers = [self.filled, self.asked, self.walks.done];
+        let Some(residuals) = map.residuals.as_mut().filter(|_| self.settled != numbers) else {
+            return;
+        };
+        self.settled = numbers;
+        sets.solve();
+        let (sets, passes) = (&*sets, self.passes());
+        let rays = passes as usize * self.order.sites();
+        let replicas = self.records.par_iter().with_max_len(1).enumerate();
+        let told: Vec<Vec<f32>> = replicas.map(|(replica, records)| records.told_lx(sets.of(replica), rays)).collect();
+        let controls: Vec<DirectionControl> =
+            [0, 1].into_par_iter().map(|half| self.control(half, &told, residuals)).collect();
+        let references = shape.as_ref().map(|shape| &shape.references_lx[..]);
+        let regions = residuals.regions();
+        let slabs = map.indirect.par_iter_mut().with_max_len(1).enumerate();
+        let found: Vec<Found> = slabs
+            .map(|(replica, rows)| {
+                self.sum_up(replica, &told[replica], &controls[1 - replica % 2], regions, references, rows)
+            })
+            .collect();
+        self.ray_squared_lx2 = ray_squared_lx2(&found, weights, self.order.sites(), passes);
+        if let Some(shape) = shape {
+            let parts = found.into_iter().map(|found| (found.bends_lx, found.parts_lx));
+            let (bends_lx, parts_lx) = parts.unzip();
+            shape.detail = IndirectDetail { bends_lx, parts_lx };
+        }
+        self.sum_up_walks(sets, residuals);
+        residuals.share_out(&self.unsure_lx2(sets, rays), weights);
+        map.indirect_samples = Tally { complete: passes, ahead: 0 };
+        map.take_residuals(weights);
+    }
+
+    /// What the rays of a half bring from each direction.
+    fn control(&self, half: usize, told: &[Vec<f32>], residuals: &Residuals) -> DirectionControl {
+        let mut sums = DirectionSums::new(residuals.region_count());
+        for replica in (half..REPLICAS).step_by(2) {
+            let bins = &self.records[replica].bins;
+            let rays = self.order.entries(0..told[replica].len() as u64).zip(bins).zip(&told[replica]);
+            let rays = rays.filter(|(((_, entry), _), _)| self.sees[*entry]);
+            rays.for_each(|(((_, entry), bin), lx)| sums.add(residuals.regions()[entry], *bin, *lx));
+        }
+        sums.control()
+    }
+
+    /// Sums of one replica's rays.
+    fn sum_up(
+        &self,
+        replica: usize,
+        told: &[f32],
+        control: &DirectionControl,
+        regions: &[u32],
+        references_lx: Option<&[Linear]>,
+        rows: &mut [f64],
+    ) -> Found {
+        let (sites, passes, records) = (self.order.sites(), self.passes(), &self.records[replica]);
+        rows.fill(0.0);
+        let mut found = Found { by_half_lx: vec![[0.0; 2]; rows.len()], ..Found::default() };
+        if references_lx.is_some() {
+            found.make_room(sites);
+        }
+        let rays = self.order.entries(0..told.len() as u64).zip(&records.bins).zip(told);
+        for (ray, (((pass, entry), bin), lx)) in rays.enumerate() {
+            if !self.sees[entry] {
+                continue;
+            }
+            let lx = f64::from(lx - control.expected_lx(regions[entry], *bin));
+            let half = usize::from(pass >= passes / 2);
+            let mut add = |entry: usize, lx: f64| {
+                found.by_half_lx[entry][half] += lx;
+                rows[entry] += lx;
+            };
+            let Some(reference_lx) = references_lx.map(|references| &references[entry]) else {
+                add(entry, lx);
+                continue;
+            };
+            // What a reference knows has no chance.
+            let at = records.starts[ray].map(f64::from);
+            let (beyond_lx, bends) = (lx - reference_lx.at(at), bends_at(at));
+            for (number, (known_lx, factor)) in reference_lx.0.iter().zip([1.0, bends[0], bends[1]]).enumerate() {
+                add(number * sites + entry, known_lx + beyond_lx * factor);
+            }
+            found.bends_lx[entry].iter_mut().zip(bends).for_each(|(sum, bend)| *sum += beyond_lx * bend);
+            if let Some(parts_lx) = found.parts_lx.get_mut(entry) {
+                parts_lx[part_of(at)] += beyond_lx;
+            }
+        }
+        found
+    }
+
+    /// Sums of what walks found.
+    fn sum_up_walks(&self, sets: &CellSets, residuals: &mut Residuals) {
+        let (sites, order) = (self.order.sites(), self.order);
+        let (walkers, walks, walk_count) = self.walks.complete();
+        residuals.walks = walks;
+        residuals.walkers = vec![false; sites];
+        (0..walkers).for_each(|place| residuals.walkers[order.entry(place)] = true);
+        let replicas = self.records.par_iter().with_max_len(1).zip(&mut residuals.sums_lx).enumerate();
+        replicas.for_each(|(replica, (records, walked))| {
+            let cells = sets.of(replica);
+            walked.fill(0.0);
+            let mut first = 0;
+            let walks = records.walks.iter().zip(self.walks.entries(0..walk_count)).enumerate();
+            for (walk, ((plain_lx, end), (_, entry))) in walks {
+                let terms = &records.walk_terms[first as usize..*end as usize];
+                let told: f64 =
+                    terms.iter().map(|term| f64::from(term.factor) * f64::from(cells.value_lx(term.asked))).sum();
+                let lx = f64::from(*plain_lx) + told;
+                walked[entry] += lx;
+                if let Some(at) = records.walk_starts.get(walk) {
+                    let slopes = slopes_at(at.map(f64::from)).into_iter().enumerate();
+                    slopes.for_each(|(k, slope)| walked[(1 + k) * sites + entry] += lx * slope);
+                }
+                first = *end;
+            }
+        });
+    }
+
+    /// How sure the cells are that each entry asks, by the rays of two replicas.
+    fn unsure_lx2(&self, sets: &CellSets, rays: usize) -> Vec<f64> {
+        let mut unsure_lx2 = vec![0.0; self.order.sites()];
+        for (replica, records) in self.records.iter().enumerate().take(2) {
+            let cells = sets.of(replica);
+            for ((_, entry), term) in self.order.entries(0..rays as u64).zip(&records.terms) {
+                unsure_lx2[entry] += f64::from(term.factor * term.factor * cells.variance_lx2(term.asked));
+            }
+        }
+        unsure_lx2
+    }
+}
+
+/// What the rays of one replica found, beside its rows.
+#[derive(Default)]
+struct Found {
+    /// Of every entry, what the first half of the passes brought, and the second, in lx.
+    by_half_lx: Vec<[f64; 2]>,
+    /// Of every element, sums of what goes beyond its reference times the polynomials, and in each part of it, in lx.
+    bends_lx: Vec<[f64; BENDS]>,
+    parts_lx: Vec<[f64; PARTS]>,
+}
+
+impl Found {
+    fn make_room(&mut self, sites: usize) {
+        self.bends_lx = vec![[0.0; BENDS]; sites];
+        self.parts_lx = vec![[0.0; PARTS]; IndirectDetail::with_parts(sites)];
+    }
+}
+
+/// Squared error in lx² of the mean over all replicas that rays have by chance: halves of a replica's passes ask the same cells.
+/// Squares of the entries beyond the elements, slopes, add to those of their means.
+fn ray_squared_lx2(found: &[Found], weights: &[f64], sites: usize, passes: u64) -> f64 {
+    let [first, second] = [passes / 2, passes - passes / 2].map(|count| count as f64);
+    if first == 0.0 {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    for found in found {
+        for ([one, other], weight) in found.by_half_lx.iter().zip(weights) {
+            sum += weight * (one / first - other / second).powi(2);
+        }
+    }
+    let weight_sum = weights[..sites].iter().sum::<f64>() * found.len() as f64;
+    // Of independent halves the mean has a fourth of the squared difference.
+    0.25 * sum / f64::max(weight_sum, f64::MIN_POSITIVE) / REPLICAS as f64
+}
