@@ -11,7 +11,7 @@ use super::schedule::{Power, Schedule, floor_area_m2};
 use super::{ResultFile, date::utc_date};
 use crate::maps::{TableKind, TableRow};
 use crate::scene::{InspectedSurface, Quantity, Scene, inspect};
-use crate::solver::Solution;
+use crate::solver::{Activity, Solution, Spending};
 
 const STYLE: &str = include_str!("report.css");
 /// Plots of surfaces that a report shows at most.
@@ -356,6 +356,7 @@ impl Report<'_> {
             count_tick(round_count(solution.rays)),
             solution.seed
         );
+        page += &spending_table(&solution.spending);
         if let Ok(balance) = &solution.flux_balance {
             page += &format!(
                 "<p>Of {} lm sent out, surfaces absorbed {} lm, {} lm left the scene, {} lm fell on the backs of one-sided \
@@ -395,6 +396,24 @@ fn round_count(count: u64) -> f64 {
 
 fn percent_whole(fraction: f64) -> String {
     format!("{:.0}\u{a0}%", 100.0 * fraction)
+}
+
+/// Rays and computing time by what they were for.
+fn spending_table(spending: &Spending) -> String {
+    let caption = "What the rays and the computing time were for";
+    let mut table = Table::new(caption, &[("", true), ("Rays", false), ("Time", false)]);
+    if *spending == Spending::default() {
+        return String::new();
+    }
+    let spent = |activity: &Activity| spending.rays(*activity) > 0 || spending.seconds(*activity) > 0.0;
+    for activity in Activity::ALL.into_iter().filter(spent) {
+        let rays = match spending.rays(activity) {
+            0 => "–".to_owned(),
+            rays => count_tick(round_count(rays)),
+        };
+        table.row(vec![activity.words().to_owned(), rays, duration(spending.seconds(activity))]);
+    }
+    table.markup()
 }
 
 fn result_table() -> Table {

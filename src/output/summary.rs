@@ -6,7 +6,7 @@ use super::ResultFile;
 use crate::base::position_index::POSITION_INDEX;
 use crate::maps::{MapResult, StatisticalCheck, TableKind};
 use crate::scene::{Background, Luminaire, Quantity, Scene};
-use crate::solver::{GlareRating, Solution};
+use crate::solver::{Activity, GlareRating, Solution, Spending};
 
 /// Version of the scene file that this program reads.
 const SCENE_FILE_VERSION: u32 = 1;
@@ -56,6 +56,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "method": solution.method,
         "chains": solution.chains,
         "rays": solution.rays,
+        "spent": spent(&solution.spending),
         "replicas": solution.replicas,
         "threads": record.threads,
         "surfaces": scene.surfaces.len(),
@@ -88,6 +89,15 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
     let mut bytes = serde_json::to_vec_pretty(&summary).expect("a JSON value has text keys alone");
     bytes.push(b'\n');
     ResultFile { name: "summary.json".to_owned(), bytes }
+}
+
+/// Rays and seconds by what they were for; what took neither is left out.
+fn spent(spending: &Spending) -> Value {
+    let entries = Activity::ALL.into_iter().filter_map(|activity| {
+        let (rays, seconds) = (spending.rays(activity), spending.seconds(activity));
+        (rays > 0 || seconds > 0.0).then(|| (activity.name().to_owned(), json!({ "rays": rays, "seconds": seconds })))
+    });
+    Value::Object(entries.collect())
 }
 
 fn or_note<T>(outcome: &Result<T, String>, write: impl Fn(&T) -> Value) -> (Value, Value) {

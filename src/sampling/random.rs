@@ -16,10 +16,8 @@ pub enum Purpose {
     Walks,
     /// Pilot runs and surveys: of their numbers none is summed into a result.
     Pilot,
-    /// Gathering rays from receivers and elements.
-    Gathering,
     /// Points of light meshes, and what they are checked against.
-    LightMesh,
+    LightMesh = 5,
     /// Samples of cells.
     Cells,
     /// Rays that ask cells.
@@ -30,11 +28,6 @@ pub enum Purpose {
     CellFills,
 }
 
-/// Replicas that may share quasi-random sequences: see [`Stream::sharing`].
-pub const SHARERS: usize = 4;
-/// Samples 2ᵏ to 2ᵏ⁺¹ of a sharer come in 2² runs of 2ᵏ⁻² points.
-const RUNS: u32 = 2;
-
 /// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.
 ///
 /// Any two different (seed, purpose, map, replica, index) have streams that never meet: an index is good for
@@ -43,12 +36,10 @@ const RUNS: u32 = 2;
 pub struct Stream {
     philox: Philox,
     replica: u32,
-    /// Scrambles quasi-random points: another key for every seed, purpose, map and replica, or group of sharers.
+    /// Scrambles quasi-random points: another key for every seed, purpose, map and replica.
     quasi_key: u64,
     quasi: Option<QuasiPoint>,
     lot: Lot,
-    /// Which of the sharers of its sequences it is.
-    sharer: Option<u64>,
 }
 
 /// A place among the coordinates of a quasi-random point.
@@ -79,22 +70,7 @@ impl Stream {
         let key = splitmix64(splitmix64(seed.wrapping_add(0x9E37_79B9_7F4A_7C15)) ^ splitmix64(!purpose_and_map));
         let quasi_key = splitmix64(key ^ splitmix64(u64::from(replica)));
         let philox = Philox::new([key as u32, (key >> 32) as u32], u128::from(replica) << 96);
-        Stream { philox, replica, quasi_key, quasi: None, lot: Lot { value: 0.0, length: 0.0 }, sharer: None }
-    }
-
-    /// The same, but the points of every quasi-random sequence are dealt out among four replicas that name the same group,
-    /// `sharer` below [`SHARERS`] each: all their points together are as evenly spread as those of one replica with four times
-    /// as many, while each has runs of points that are even by themselves. Plain random numbers stay its own.
-    ///
-    /// Means over the four are unbiased; their spread tells more than their error.
-    pub fn sharing(seed: u64, purpose: Purpose, map: u32, replica: u32, group: u32, sharer: usize) -> Stream {
-        // No replica has such a number.
-        let of_group = Stream::new(seed, purpose, map, !group);
-        Stream {
-            quasi_key: of_group.quasi_key,
-            sharer: Some(sharer as u64),
-            ..Stream::new(seed, purpose, map, replica)
-        }
+        Stream { philox, replica, quasi_key, quasi: None, lot: Lot { value: 0.0, length: 0.0 } }
     }
 
     /// Goes to the start of the numbers that belong to an index (a chain, a walk, a sample).
@@ -111,7 +87,6 @@ impl Stream {
         self.seek(index);
         self.lot.length = 0.0;
         let key = splitmix64(self.quasi_key ^ splitmix64(sequence));
-        let number = self.sharer.map_or(number, |sharer| dealt(key, sharer, number));
         self.quasi = Some(QuasiPoint::new(key, number));
     }
 
@@ -206,68 +181,9 @@ impl Stream {
     }
 }
 
-/// Number in a shared sequence of a sharer's sample: the runs of the four follow one another in an order that changes from
-/// run to run by chance.
-#[inline]
-fn dealt(key: u64, sharer: u64, sample: u64) -> u64 {
-    let level = sample.checked_ilog2().unwrap_or(0).saturating_sub(RUNS);
-    let run = sample >> level;
-    let turn = splitmix64(!key ^ splitmix64(u64::from(level) << 32 | run));
-    let place = (sharer ^ turn) % SHARERS as u64;
-    ((run * SHARERS as u64 + place) << level) | (sample & ((1 << level) - 1))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn sharers_deal_every_point_out_once_and_each_in_even_runs() {
-        for key in [1, 77] {
-            // As many of a sharer's samples as end with a run.
-            for samples in [1u64, 4, 8, 10, 12, 16, 20, 24, 28, 32, 40, 64, 96, 1024] {
-                let all = (0..SHARERS as u64).flat_map(|sharer| (0..samples).map(move |s| dealt(key, sharer, s)));
-                let mut all: Vec<u64> = all.collect();
-                all.sort_unstable();
-                assert!(all.into_iter().eq(0..4 * samples), "{samples} samples of each are not the first of all");
-            }
-        }
-        let runs = |sharer: u64| (32..40).map(|sample| dealt(5, sharer, sample)).collect::<Vec<u64>>();
-        assert!((0..4).all(|sharer| runs(sharer)[0].is_multiple_of(8)));
-        assert!((0..4).all(|sharer| runs(sharer).windows(2).all(|pair| pair[1] == pair[0] + 1)));
-    }
-
-    /// The mean of x² + y² + x over the square, N = 400 sequences (seed 3), 24 points of each sharer: sharers together have less
-    /// than a fourth of the variance of four replicas of their own, and one sharer alone is unbiased within 4.5 standard errors
-    /// (α = 7e-6). Points of one replica for all four, the planted fault, have more variance than those of four.
-    #[test]
-    fn sharers_together_are_more_even_than_replicas_of_their_own() {
-        const N: u64 = 400;
-        const SAMPLES: u64 = 24;
-        let exact = 2.0 / 3.0 + 0.5;
-        let mean_of = |stream: &mut Stream, sequence: u64| {
-            let value = |sample: u64| {
-                stream.seek_quasi(sequence << 32 | sample, sequence, sample);
-                let [x, y] = stream.pair();
-                x * x + y * y + x
-            };
-            (0..SAMPLES).map(value).sum::<f64>() / SAMPLES as f64 - exact
-        };
-        let square = |streams: &mut [Stream]| {
-            let mean = |sequence| streams.iter_mut().map(|stream| mean_of(stream, sequence)).sum::<f64>() / 4.0;
-            (0..N).map(mean).map(|error| error * error).sum::<f64>() / N as f64
-        };
-        let streams = |of: &dyn Fn(usize) -> Stream| -> Vec<Stream> { (0..SHARERS).map(of).collect() };
-        let sharing = |sharer| Stream::sharing(3, Purpose::Gathering, 0, sharer as u32, 0, sharer);
-        let shared = square(&mut streams(&sharing));
-        let own = square(&mut streams(&|replica| Stream::new(3, Purpose::Gathering, 0, replica as u32)));
-        let faulty = square(&mut streams(&|_| Stream::new(3, Purpose::Gathering, 0, 0)));
-        assert!(4.0 * shared < own && own < faulty, "{shared} {own} {faulty}");
-        let alone: Vec<f64> = (0..N).map(|sequence| mean_of(&mut sharing(1), sequence)).collect();
-        let mean = alone.iter().sum::<f64>() / N as f64;
-        let error = (alone.iter().map(|value| value * value).sum::<f64>() / N as f64 / N as f64).sqrt();
-        assert!(mean.abs() < 4.5 * error, "{mean} ± {error}");
-    }
 
     #[test]
     fn the_same_key_gives_the_same_numbers_and_any_other_key_others() {

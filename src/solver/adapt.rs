@@ -5,11 +5,12 @@
 //! surfaces together; if it is too large there, the map starts anew on finer elements. Where indirect light is gathered, it
 //! has elements of its own ([`super::broad`]), which are cut by what they lose and not by the edges of direct light.
 
-use std::collections::HashMap;
+mod sides;
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
+pub use self::sides::SideLosses;
 use super::broad::{Broad, BroadLoss};
 use super::job::{Context, Shows, TimeLeft};
 use super::sweep::stream_number;
@@ -523,80 +524,4 @@ impl Adaptive {
 fn noise_of(variation: &Variation, sloped: bool) -> f64 {
     let slopes = if sloped { 0.0 } else { variation.slope_noise };
     variation.direct_noise + variation.indirect_noise + slopes
-}
-
-/// The smooth part of what the elements of one side of a surface lose: with the square of the area where they show
-/// slopes, with the area itself where they do not.
-#[derive(Clone, Copy, Debug, Default)]
-struct SideOfSurface {
-    bent_m2_lx2: f64,
-    bent_m6: f64,
-    sloping_m2_lx2: f64,
-    sloping_m4: f64,
-    /// The same of all elements, those that show their slopes too: so much slopes are worth where an element covered in part shows none.
-    any_slope_m2_lx2: f64,
-    any_slope_m4: f64,
-}
-
-/// What the sides of all surfaces lose of smooth light.
-pub struct SideLosses(HashMap<(u32, &'static str), SideOfSurface>);
-
-impl SideLosses {
-    /// Of elements of these areas, which show slopes or do not, from how light varies within them.
-    pub fn of(
-        context: &Context,
-        elements: &Elements,
-        areas_m2: &[f64],
-        (sloped, exposed): Shows,
-        variations: &[Variation],
-    ) -> SideLosses {
-        let mut sides: HashMap<(u32, &'static str), SideOfSurface> = HashMap::new();
-        for (index, (variation, area_m2)) in variations.iter().zip(areas_m2).enumerate() {
-            let side = sides.entry(side_of(context, elements, index)).or_default();
-            if exposed[index] == 1.0 {
-                side.add(variation, *area_m2, sloped[index]);
-            }
-        }
-        SideLosses(sides)
-    }
-
-    /// Mean square in lx² over one of the elements.
-    pub fn lx2(
-        &self,
-        context: &Context,
-        elements: &Elements,
-        index: usize,
-        area_m2: f64,
-        (sloped, exposed): Shows,
-    ) -> f64 {
-        let side = self.0.get(&side_of(context, elements, index));
-        side.map_or(0.0, |side| side.lx2(area_m2, sloped[index], exposed[index] == 1.0))
-    }
-}
-
-fn side_of(context: &Context, elements: &Elements, index: usize) -> (u32, &'static str) {
-    let cell = elements.cell(index as u32);
-    (context.scene.surface_id_of(cell.triangle), cell.side.name())
-}
-
-impl SideOfSurface {
-    fn add(&mut self, variation: &Variation, area_m2: f64, sloped: bool) {
-        self.bent_m2_lx2 += area_m2 * variation.indirect_lx2;
-        self.bent_m6 += area_m2.powi(3);
-        self.any_slope_m2_lx2 += area_m2 * variation.slope_lx2;
-        self.any_slope_m4 += area_m2.powi(2);
-        if !sloped {
-            self.sloping_m2_lx2 += area_m2 * variation.slope_lx2;
-            self.sloping_m4 += area_m2.powi(2);
-        }
-    }
-
-    fn lx2(&self, area_m2: f64, sloped: bool, whole: bool) -> f64 {
-        let bent_lx2 = self.bent_m2_lx2 / self.bent_m6.max(f64::MIN_POSITIVE) * area_m2 * area_m2;
-        if !whole {
-            return bent_lx2 + self.any_slope_m2_lx2 / self.any_slope_m4.max(f64::MIN_POSITIVE) * area_m2;
-        }
-        let sloping_lx2 = self.sloping_m2_lx2 / self.sloping_m4.max(f64::MIN_POSITIVE) * area_m2;
-        bent_lx2 + if sloped { 0.0 } else { sloping_lx2 }
-    }
 }

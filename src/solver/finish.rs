@@ -1,7 +1,8 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
 use super::glare::{GlareRating, rate, words_on_outside};
-use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
+use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
+use super::spending::Spending;
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
 use crate::maps::{
     MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, TableKind, TableRow, TableSubject, standard_error,
@@ -21,6 +22,7 @@ pub(super) fn finish(
     target_error: Option<f64>,
     mut jobs: Vec<Job>,
     convergence: Vec<ConvergenceRow>,
+    spending: Spending,
     stop_reason: StopReason,
     build_s: f64,
     compute_s: f64,
@@ -115,6 +117,7 @@ pub(super) fn finish(
         flux_balance,
         map_check,
         convergence,
+        spending,
         build_s,
         compute_s,
         paths_not_found,
@@ -215,17 +218,16 @@ fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
     table_row(&job.map, &subject)
 }
 
-/// How the packets ended that elements counted, replica by replica.
+/// How the packets of chains ended, replica by replica: those that elements counted, or those that only tell of this.
 fn ends_of_chains(jobs: &[Job], is_dark: bool) -> Result<&[Ends; REPLICAS], String> {
-    let counting = jobs.iter().find(|job| job.engine == Engine::Counting && job.ends[0].packets() > 0);
-    let ends = counting.map(|job| &job.ends);
+    let ends = jobs.iter().map(|job| &job.ends).find(|ends| ends[0].packets() > 0);
     ends.ok_or_else(|| {
         if is_dark {
             "no luminaire gives light, so no chains were traced".to_owned()
         } else if jobs.iter().any(Job::is_black) {
             "no surface reflects, so no chains were traced".to_owned()
         } else {
-            "no elements counted chains, so none were traced from the luminaires".to_owned()
+            "the element map was not asked for, so no chains were traced from the luminaires".to_owned()
         }
     })
 }

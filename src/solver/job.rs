@@ -8,6 +8,7 @@ mod engine;
 mod expected;
 
 use std::ops::Range;
+use std::time::Instant;
 
 pub use self::cells::CellGoal;
 use self::connecting::first_rounds;
@@ -22,6 +23,7 @@ use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
 use super::local::LocalPlan;
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
+use super::spending::{Activity, Spending};
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
 use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_checks};
@@ -37,6 +39,9 @@ pub const RAYS_PER_SLICE: f64 = 400_000.0;
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
 /// A map that is dark after this many chains, or gathering rays, over the target error, is left dark.
 const CHAINS_FOR_DARKNESS: f64 = 100.0 * PACKETS_OF_A_BOUND;
+
+/// Chains of a replica that tell where flux goes, where elements count none.
+const CHAINS_OF_BALANCE: u64 = 256;
 
 /// Chains of a replica at which local estimation is judged for the first time.
 const FIRST_LOCAL_CHAINS: u64 = 64;
@@ -108,8 +113,8 @@ pub struct Job {
     direct_rays: u64,
     /// Of its rays, those whose samples were given up when the map started anew.
     given_up_rays: u64,
-    /// Seconds of computing spent on it, for forecasts in seconds only.
-    pub seconds: f64,
+    /// Rays and seconds by what they were for, those of pilots left out.
+    pub spending: Spending,
     /// Ends of its packets (elements only), replica by replica.
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
@@ -221,11 +226,11 @@ impl Job {
             finest: false,
             samples: 0,
             next_judgement: 0,
-            rays: cutting_rays,
-            pilot_rays: direct.pilot_rays + indirect.pilot_rays,
+            rays: 0,
+            pilot_rays: direct.pilot_rays + indirect.pilot_rays + cutting_rays,
             direct_rays: 0,
-            given_up_rays: cutting_rays,
-            seconds: 0.0,
+            given_up_rays: 0,
+            spending: Spending::default(),
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
             history: History::default(),
@@ -262,7 +267,7 @@ impl Job {
         let per_sample = match self.engine {
             Engine::Counting => 1,
             Engine::Walking => self.map.len() as u64,
-            Engine::Gathering => 0,
+            Engine::Gathering => return self.ends.iter().map(Ends::packets).sum(),
             Engine::Connecting(_) => self.chains_per_round(),
         };
         if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
@@ -343,6 +348,25 @@ impl Job {
     ///
     /// `sets` are the cells that rays ask; there are none where nothing does.
     pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
+        let (activity, rays, started) = (self.next_activity(goal), self.rays, Instant::now());
+        let arrived = self.do_a_slice(context, sets, goal);
+        self.spending.add(activity, self.rays - rays, started.elapsed());
+        arrived
+    }
+
+    /// What the next slice is about.
+    fn next_activity(&self, goal: u64) -> Activity {
+        if self.map.direct_samples.complete < self.passes_at(goal) {
+            return Activity::Direct;
+        }
+        match self.engine {
+            Engine::Gathering => self.next_of_gathering(),
+            Engine::Walking => Activity::Walks,
+            Engine::Counting | Engine::Connecting(_) => Activity::Chains,
+        }
+    }
+
+    fn do_a_slice(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let passes = self.passes_at(goal);
         let elements = &self.elements;
         if self.map.direct_samples.complete < passes {
@@ -413,10 +437,25 @@ impl Job {
     /// Lets chains count direct light too: for an element map whose first pass over direct light would take longer
     /// than there is. What it had of that pass is dropped.
     pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64) {
+        let (rays, started) = (self.rays, Instant::now());
         self.map.direct.iter_mut().for_each(|slab| slab.fill(0.0));
         self.chains_until(context, chains_per_replica.max(1), Deposits::DirectToo);
         self.map.direct_samples = self.map.indirect_samples;
         self.samples = self.map.indirect_samples.complete;
+        self.spending.add(Activity::Chains, self.rays - rays, started.elapsed());
+    }
+
+    /// Traces chains that only tell whether flux gets lost, for elements that gather and count none.
+    pub fn balance_flux(&mut self, context: &Context) {
+        if self.kind != MapKind::Elements || self.engine != Engine::Gathering || self.asks.is_none() {
+            return;
+        }
+        let started = Instant::now();
+        let traced = sweep::ends_of_chains(context, CHAINS_OF_BALANCE);
+        let rays = traced.iter().map(|(rays, _)| rays).sum();
+        self.rays += rays;
+        self.ends = std::array::from_fn(|replica| traced[replica].1);
+        self.spending.add(Activity::Chains, rays, started.elapsed());
     }
 
     /// Judges the error as it stands.

@@ -13,9 +13,11 @@ mod pilot;
 mod run;
 mod solution;
 mod sparse;
+mod spending;
 mod sweep;
 
 pub use glare::GlareRating;
 pub(crate) use job::PACKETS_OF_A_BOUND;
 pub use run::{DEFAULT_TARGET_ERROR, Observer, Progress, map_requests, solve};
 pub use solution::*;
+pub use spending::{Activity, Spending};

@@ -2,13 +2,14 @@
 
 mod forecast;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::cells::CellSets;
 use super::choice::{self, Turn};
 use super::finish::finish;
 use super::job::{Context, Engine, Job, Refinement, TimeLeft};
 use super::sparse::fill_sparse_elements;
+use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
@@ -90,6 +91,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     };
     let context =
         Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to, time_left: &time_left };
+    let piloted = Instant::now();
     let mut run = Run {
         context: &context,
         settings,
@@ -98,15 +100,22 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         jobs: choose_jobs(&context, &settings.maps),
         sets: None,
         convergence: Vec::new(),
+        spending: Spending::default(),
         started_wall_s: observer.wall_s(),
     };
+    run.prepare();
+    run.spending.add(Activity::Pilots, stage.outlook_rays(), piloted.elapsed());
     let stop_reason = run.work();
     let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
     run.give_every_map_a_start(in_haste);
     run.judge_all(in_haste);
     let compute_s = started.elapsed().as_secs_f64() - build_s;
-    let Run { jobs, convergence, .. } = run;
-    finish(&context, settings, target_error, jobs, convergence, stop_reason, build_s, compute_s)
+    let Run { jobs, convergence, mut spending, .. } = run;
+    for job in &jobs {
+        spending += job.spending;
+        spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
+    }
+    finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, build_s, compute_s)
 }
 
 /// The maps that a selection asks for, elements first, and whether the target binds each.
@@ -141,18 +150,25 @@ struct Run<'a> {
     /// The cells that rays ask, if any do.
     sets: Option<CellSets>,
     convergence: Vec<ConvergenceRow>,
+    /// Seconds of pilots and of judging.
+    spending: Spending,
     /// Wall time at which pilots and maps were begun.
     started_wall_s: f64,
 }
 
 impl Run<'_> {
-    fn work(&mut self) -> StopReason {
+    /// Pilots, and what follows from them.
+    fn prepare(&mut self) {
         self.start_asking();
         let affordable_rays = self.affordable_rays();
         self.context.stage.look_out(self.planned_rays().min(affordable_rays));
         for job in &mut self.jobs {
             job.next_judgement = job.first_samples();
         }
+    }
+
+    /// Works until the run ends.
+    fn work(&mut self) -> StopReason {
         loop {
             if self.observer.is_interrupted() {
                 return StopReason::Interrupted;
@@ -323,12 +339,11 @@ impl Run<'_> {
     fn slice(&mut self, index: usize) {
         let goal = self.goal(&self.jobs[index]);
         let job = &mut self.jobs[index];
-        let started = Instant::now();
         let arrived = job.advance(self.context, self.sets.as_mut(), goal);
-        job.seconds += started.elapsed().as_secs_f64();
         if !arrived || goal < job.next_judgement {
             return;
         }
+        let started = Instant::now();
         job.settle_cells(self.sets.as_mut());
         let samples = job.samples;
         job.judge(self.context);
@@ -348,6 +363,7 @@ impl Run<'_> {
                 choice::reconsider(self.context, &mut self.jobs[index], target);
             }
         }
+        self.spending.add(Activity::Judging, 0, started.elapsed());
         if bound {
             let row = self.convergence_row();
             self.convergence.extend(row);
@@ -396,12 +412,15 @@ impl Run<'_> {
         for job in &mut self.jobs {
             if !in_haste {
                 fill_sparse_elements(self.context, job);
+                job.balance_flux(self.context);
             }
+            let started = Instant::now();
             job.settle_cells(self.sets.as_mut());
             job.judge(self.context);
             if !job.met {
                 job.passes_checks(self.target_error);
             }
+            self.spending.add(Activity::Judging, 0, started.elapsed());
         }
         if let Some(row) = self.convergence_row()
             && self.convergence.last().is_none_or(|last| last.chains != row.chains)

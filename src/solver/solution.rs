@@ -1,6 +1,7 @@
 //! Settings of a run and what comes out of it.
 
 use super::glare::GlareRating;
+use super::spending::Spending;
 use crate::maps::MapResult;
 use crate::scene::Elements;
 
@@ -12,8 +13,7 @@ pub enum Method {
     Auto,
     /// Elements by counting the packets of chains, receivers by walks: unbiased.
     Collision,
-    /// Both by gathering rays that ask cells, with an error that independent walks measure; elements that adapt by rays that look
-    /// up what chains left in patches.
+    /// Both by gathering rays that ask cells, with an error that independent walks measure.
     Gather,
     /// Receivers by local estimation: the vertices of chains score at all of them. Elements are counted.
     Local,
@@ -178,6 +178,8 @@ pub struct Solution {
     pub map_check: Result<MapCheck, String>,
     /// Judgements in order.
     pub convergence: Vec<ConvergenceRow>,
+    /// Rays and seconds by what they were for.
+    pub spending: Spending,
     /// Seconds for building the ray accelerator.
     pub build_s: f64,
     /// Seconds of computing.

@@ -5,9 +5,12 @@
 //! the mean of the whole map, and for the replicas of one half from the counts of the other: choosing those that happened
 //! to score low themselves would bias them. So rooms far from the light, which few packets reach, get their light by walks.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
 use super::job::{Context, Job};
+use super::spending::Activity;
 use crate::estimators::direct::Receiver;
 use crate::estimators::element::Element;
 use crate::estimators::walk::sample_indirect_lx;
@@ -27,6 +30,7 @@ const PROBES: usize = 64;
 
 /// Replaces the indirect light of elements with too few expected scores; returns how many there were.
 pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
+    let started = Instant::now();
     let Unit::Packets { luminous_flux_lm, area_m2 } = &job.map.indirect_unit_lx else {
         return 0;
     };
@@ -89,7 +93,9 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
             rays
         })
         .collect();
-    job.rays += rays.iter().sum::<u64>();
+    let rays = rays.iter().sum::<u64>();
+    job.rays += rays;
+    job.spending.add(Activity::Walks, rays, started.elapsed());
     count
 }
 

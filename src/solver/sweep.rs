@@ -33,6 +33,9 @@ pub enum Deposits {
     DirectToo,
 }
 
+/// Rays of a replica after which it traces no further chain for the balance of flux.
+const RAYS_FOR_ENDS: u64 = 20_000;
+
 /// Number of the element map's streams after so many rounds of cuts: what starts anew draws anew.
 pub(super) fn stream_number(rounds: u32) -> u32 {
     if rounds == 0 { MapKind::Elements.number() } else { u32::MAX - rounds }
@@ -170,6 +173,27 @@ pub fn chains(
             });
             ends.count(end);
             rays += chain_rays;
+        }
+        (rays, ends)
+    });
+    traced.collect()
+}
+
+/// Chains of every replica that nothing counts but how they end; returns rays and ends, replica by replica.
+pub fn ends_of_chains(context: &Context, chains: u64) -> Vec<(u64, Ends)> {
+    let replicas = (0..REPLICAS as u32).into_par_iter().with_max_len(1);
+    let traced = replicas.map(|replica| {
+        let (mut rays, mut ends) = (0, Ends::default());
+        let mut stream = Stream::new(context.seed, Purpose::Chains, MapKind::Elements.number(), replica);
+        let shift = emission_shift(&mut stream);
+        for chain in 0..chains {
+            stream.seek(chain);
+            let (end, chain_rays) = context.stage.trace_chain(spread_choice(chain, shift), &mut stream, |_| {});
+            ends.count(end);
+            rays += chain_rays;
+            if rays > RAYS_FOR_ENDS {
+                break;
+            }
         }
         (rays, ends)
     });

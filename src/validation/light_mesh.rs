@@ -12,7 +12,7 @@ use crate::light_mesh::{
 };
 use crate::maps::{MapError, MapKind, MapResult};
 use crate::scene::{Elements, Scene};
-use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, StopReason};
+use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, Spending, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, PACKETS_OF_A_BOUND, map_requests};
 
 /// Plans of a map after the first whose last check missed the target.
@@ -249,6 +249,7 @@ pub fn solve_by_light_mesh(
         flux_balance: Err("light meshes trace no chains".to_owned()),
         map_check: Err("light meshes trace no chains".to_owned()),
         convergence,
+        spending: Spending::default(),
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s,
         paths_not_found: stage.paths_not_found.clone(),

@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::maps::{MapKind, MapResult};
 use crate::radiosity::{NotARoom, Radiosity};
 use crate::scene::{Elements, Scene};
-use crate::solver::{ConvergenceRow, MapCheck, Observer, Progress, Settings, Solution, StopReason};
+use crate::solver::{ConvergenceRow, MapCheck, Observer, Progress, Settings, Solution, Spending, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
 /// A finer mesh takes some 16 times as long as the one before; a run with a time limit begins none that would end late.
@@ -94,6 +94,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         flux_balance: Err("radiosity traces no chains".to_owned()),
         map_check,
         convergence,
+        spending: Spending::default(),
         build_s: 0.0,
         compute_s: started.elapsed().as_secs_f64(),
         warnings: Vec::new(),

@@ -9,7 +9,7 @@ use crate::light_mesh::{
 };
 use crate::maps::MapResult;
 use crate::scene::{Elements, Scene};
-use crate::solver::{Observer, Settings, Solution, StopReason, map_requests};
+use crate::solver::{Observer, Settings, Solution, Spending, StopReason, map_requests};
 
 use super::light_mesh::check_requests;
 
@@ -84,6 +84,7 @@ pub fn solve_by_points(
         flux_balance: Err("shadow rays trace no chains".to_owned()),
         map_check: Err("shadow rays trace no chains".to_owned()),
         convergence: Vec::new(),
+        spending: Spending::default(),
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s - check_s,
         paths_not_found: Vec::new(),

@@ -9,6 +9,7 @@ use crate::solver::adapt::{Adaptive, slope_from_m};
 use crate::solver::broad::Broad;
 use crate::solver::cells::{Asker, CellAsks, CellSets, regions_of};
 use crate::solver::pilot::{DirectShare, walk_cost_in_elements};
+use crate::solver::spending::Activity;
 
 /// Rays of all replicas before the first look, and passes over the entries that they make at least and at most.
 const FIRST_RAYS: u64 = 400_000;
@@ -73,6 +74,17 @@ fn asker_of<'a>(
             Asker { context, kind, elements, exposed, number: shape.stream_number(), slopes: true }
         }
         None => Asker { context, kind, elements, exposed: &[], number: kind.number(), slopes: false },
+    }
+}
+
+/// What comes next on the way to a goal.
+fn next_of(asks: &CellAsks, goal: &CellGoal) -> Option<Activity> {
+    if asks.filled() < goal.fills {
+        Some(Activity::Cells)
+    } else if asks.passes() < goal.rays {
+        Some(Activity::Gathering)
+    } else {
+        (!asks.has_walked(goal.walks)).then_some(Activity::ResidualWalks)
     }
 }
 
@@ -205,19 +217,23 @@ impl Job {
             return true;
         };
         let per_replica = |rays: f64| (RAYS_PER_SLICE / (rays * REPLICAS as f64)) as u64;
-        let (fills, rays) = (asks.filled(), asks.passes());
         let most_samples = SAMPLES_OF_A_FILL * goal.fills.div_ceil(entries);
         sets.most_samples = sets.most_samples.max(most_samples.min(MOST_SAMPLES) as u16);
-        self.rays += if fills < goal.fills {
-            asks.fill(&asker, sets, goal.fills, (RAYS_PER_SLICE / (2.0 * RAYS_OF_A_FILL)) as u64)
-        } else if rays < goal.rays {
-            asks.ask(&asker, sets, goal.rays, per_replica(1.0))
-        } else if !asks.has_walked(goal.walks) {
-            asks.walk(&asker, sets, goal.walks, per_replica(RAYS_OF_A_WALK))
-        } else {
-            0
+        self.rays += match next_of(asks, &goal) {
+            Some(Activity::Cells) => {
+                asks.fill(&asker, sets, goal.fills, (RAYS_PER_SLICE / (2.0 * RAYS_OF_A_FILL)) as u64)
+            }
+            Some(Activity::Gathering) => asks.ask(&asker, sets, goal.rays, per_replica(1.0)),
+            Some(_) => asks.walk(&asker, sets, goal.walks, per_replica(RAYS_OF_A_WALK)),
+            None => 0,
         };
-        asks.filled() >= goal.fills && asks.passes() >= goal.rays && asks.has_walked(goal.walks)
+        next_of(asks, &goal).is_none()
+    }
+
+    /// What the next slice of a map that asks cells is about.
+    pub(super) fn next_of_gathering(&self) -> Activity {
+        let next = self.asks.as_ref().and_then(|asks| next_of(asks, &self.cell_goal));
+        next.unwrap_or(Activity::Gathering)
     }
 
     /// Whether walks have passed over those entries at least once that are to walk, so that the map's bias is known.

@@ -38,7 +38,7 @@ impl Job {
             self.broad = Some(broad);
         }
         if let Some((elements, adaptive)) = elements {
-            self.rays += adaptive.pilot_rays;
+            self.pilot_rays += adaptive.pilot_rays;
             self.direct_rays = 0;
             (self.map, self.weights) = element_map(context, &elements, Some(adaptive.shows()));
             (self.elements, self.adaptive) = (elements, Some(adaptive));

@@ -76,7 +76,11 @@ impl Run<'_> {
             } else if job.samples > 0 {
                 let more = self.more_samples(job);
                 let share = more / job.samples as f64;
-                left.add(share * job.chains() as f64, job.rays_to(job.samples + more as u64), share * job.seconds);
+                left.add(
+                    share * job.chains() as f64,
+                    job.rays_to(job.samples + more as u64),
+                    share * job.spending.all_seconds(),
+                );
             } else if let Some(target) = self.target_error {
                 let rays = job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
                 left.add(0.0, rays, rays / rays_per_s);
