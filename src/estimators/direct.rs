@@ -8,6 +8,7 @@ use crate::chain::{Found, HIDDEN, Spot, Stage};
 use crate::geometry::Origin;
 use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
+use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::triangle::SeenTriangle;
 use crate::scene::Side;
@@ -200,7 +201,7 @@ impl DirectPass {
             let mut rays = 0;
             for emitter in stage.emitters.list() {
                 let looked = match emitter.draw_point(stream) {
-                    Some(position_m) => point_over_element(stage, emitter, position_m, element, stream),
+                    Some(point) => point_over_element(stage, emitter, &point, element, stream),
                     None => {
                         let at = element.draw(stream);
                         let point_m = element.point_m(at);
@@ -336,11 +337,11 @@ pub fn one_look<'a>(
 fn point_over_element(
     stage: &Stage,
     emitter: &Emitter,
-    position_m: DVec3,
+    point: &OpeningPoint,
     element: &Element,
     stream: &mut Stream,
 ) -> Option<f64> {
-    let [a, b, c] = element.corners_m.map(|corner| corner - position_m);
+    let [a, b, c] = element.corners_m.map(|corner| corner - point.position_m);
     let facing = -(b - a).cross(c - a).dot(a);
     let side = element.cell.side;
     if (side == Side::Front && facing <= 0.0) || (side == Side::Back && facing >= 0.0) {
@@ -348,11 +349,11 @@ fn point_over_element(
     }
     let seen = SeenTriangle::new([a, b, c]);
     let (direction, barycentric) = seen.draw(stream)?;
-    let intensity_cd = emitter.intensity_cd(direction);
+    let intensity_cd = emitter.intensity_from_cd(point, direction);
     if intensity_cd <= 0.0 {
         return None;
     }
-    let source = stage.origin(&emitter.place_of_point(position_m));
+    let source = stage.origin(&emitter.place_of_point(point.position_m));
     let seen_share = stage.transmittance(&element.origin(stage, barycentric), &source);
     Some(intensity_cd * seen.solid_angle_sr() / element.area_m2 * seen_share)
 }

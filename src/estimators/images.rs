@@ -63,14 +63,14 @@ pub fn look_into_mirrors(
     look_by_facets(stage, &mirrors.facets, receiver, response, stream, |step, stream| {
         let variate = stream.fine_unit();
         let (look, chosen) = mirrors.points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
-        let offset_m = step.apex_m - look.position_m;
+        let offset_m = step.apex_m - look.point.position_m;
         let cosine = -offset_m.normalize_or_zero().dot(step.normal);
         if cosine <= 0.0 {
             return None;
         }
-        let intensity_cd = look.emitter.intensity_cd(offset_m.normalize_or_zero());
+        let intensity_cd = look.emitter.intensity_from_cd(&look.point, offset_m.normalize_or_zero());
         let brought_lx = intensity_cd * cosine / offset_m.length_squared() / chosen;
-        Some(Chosen { position_m: look.position_m, origin: stage.origin(&look.place), brought_lx })
+        Some(Chosen { position_m: look.point.position_m, origin: stage.origin(&look.place), brought_lx })
     })
 }
 

@@ -8,6 +8,7 @@ use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::geometry::{Origin, Tracer};
 use crate::sampling::emitter::Emitter;
+use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
 
 /// Bits of a word.
@@ -47,7 +48,7 @@ struct Group {
 enum Point {
     Fixed {
         origin: Origin,
-        position_m: DVec3,
+        point: OpeningPoint,
     },
     /// On the disk that a place sees of a ball.
     OnBall([f64; 2]),
@@ -191,7 +192,7 @@ impl Samples {
         for number in group.first..group.first + group.count as usize {
             let Some(origin) = self.origin_of(stage, receiver.point_m, emitter, number) else { continue };
             let lx = match self.points[number] {
-                Point::Fixed { position_m, .. } if group.in_parts => point_lx(emitter, position_m, receiver),
+                Point::Fixed { point, .. } if group.in_parts => point_lx(emitter, &point, receiver),
                 _ => whole_lx,
             };
             sum_lx += lx * stage.transmittance(receiver.origin, &origin);
@@ -212,8 +213,8 @@ impl Samples {
             } else {
                 seen.count_of(group.word, bit) as f64 / seen.members as f64
             };
-            if let Point::Fixed { position_m, .. } = self.points[group.first + number as usize] {
-                sum_lx += share * point_lx(emitter, position_m, receiver);
+            if let Point::Fixed { point, .. } = self.points[group.first + number as usize] {
+                sum_lx += share * point_lx(emitter, &point, receiver);
             }
         }
         sum_lx / f64::from(group.count)
@@ -242,27 +243,27 @@ impl Samples {
     fn source_lx(&self, emitter: &Emitter, number: usize, receiver: &Receiver) -> f64 {
         match self.points[number] {
             Point::OnBall(_) => emitter.unshadowed_lx(receiver.point_m, receiver.normal),
-            Point::Fixed { position_m, .. } => match emitter.exitance_lm_m2() {
+            Point::Fixed { point, .. } => match emitter.exitance_lm_m2() {
                 Some(_) => {
-                    let offset_m = position_m - receiver.point_m;
+                    let offset_m = point.position_m - receiver.point_m;
                     let distance_m = offset_m.length();
                     let direction = offset_m / distance_m;
                     let intensity_cd = emitter.luminous_flux_lm / PI * emitter.cosine_towards(-direction);
                     intensity_cd * receiver.normal.dot(direction).max(0.0) / (distance_m * distance_m)
                 }
-                None => point_lx(emitter, position_m, receiver),
+                None => point_lx(emitter, &point, receiver),
             },
         }
     }
 }
 
 /// Illuminance of a point-like emitter that stands at a place.
-fn point_lx(emitter: &Emitter, position_m: DVec3, receiver: &Receiver) -> f64 {
-    let offset_m = position_m - receiver.point_m;
+fn point_lx(emitter: &Emitter, point: &OpeningPoint, receiver: &Receiver) -> f64 {
+    let offset_m = point.position_m - receiver.point_m;
     let distance_m = offset_m.length();
     let direction = offset_m / distance_m;
     let cosine = receiver.normal.dot(direction).max(0.0);
-    emitter.intensity_cd(-direction) * cosine / (distance_m * distance_m)
+    emitter.intensity_from_cd(point, -direction) * cosine / (distance_m * distance_m)
 }
 
 /// Stratified variates: of a power of two by Sobol's net, which spreads them along every edge as evenly as over the whole;
@@ -293,13 +294,13 @@ fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 fn point_of(stage: &Stage, emitter: &Emitter, variates: [f64; 2], stream: &mut Stream) -> Point {
-    if let Some(position_m) = emitter.draw_point(stream) {
-        return Point::Fixed { origin: stage.origin(&emitter.place_of_point(position_m)), position_m };
+    if let Some(point) = emitter.draw_point(stream) {
+        return Point::Fixed { origin: stage.origin(&emitter.place_of_point(point.position_m)), point };
     }
     match emitter.point_seen_from(DVec3::ZERO, variates).filter(|_| !emitter.is_ball()) {
         Some(place) => {
             let origin = stage.origin(&place);
-            Point::Fixed { origin, position_m: stage.tracer.position_m(&origin) }
+            Point::Fixed { origin, point: OpeningPoint { position_m: stage.tracer.position_m(&origin), face: None } }
         }
         None => Point::OnBall(variates),
     }

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::importance::{Beacon, Profile};
-use super::opening::Aperture;
+use super::opening::{Aperture, OpeningPoint};
 use super::random::Stream;
 use super::triangle::SeenTriangle;
 use super::warp::{cosine_hemisphere, uniform_cone, uniform_sphere, uniform_triangle};
@@ -97,8 +97,15 @@ impl WebEmitter {
     }
 
     #[inline]
-    fn draw_point(&self, stream: &mut Stream) -> DVec3 {
-        self.aperture.as_ref().map_or(self.position_m, |aperture| aperture.draw(stream))
+    fn draw_point(&self, stream: &mut Stream) -> OpeningPoint {
+        let middle = OpeningPoint { position_m: self.position_m, face: None };
+        self.aperture.as_ref().map_or(middle, |aperture| aperture.draw(stream))
+    }
+
+    /// A point of what it shows in a direction in which it shines.
+    #[inline]
+    fn draw_point_towards(&self, direction: DVec3, stream: &mut Stream) -> DVec3 {
+        self.aperture.as_ref().map_or(self.position_m, |aperture| aperture.draw_towards(direction, stream).position_m)
     }
 }
 
@@ -176,11 +183,13 @@ impl Emitter {
         matches!(&self.shape, Shape::Web(web) if web.aperture.is_some())
     }
 
-    /// A point of a point-like emitter in m, its only one or one of its opening; `None` for the others.
+    /// A point of a point-like emitter, its only one or one of its opening; `None` for the others.
     #[inline]
-    pub fn draw_point(&self, stream: &mut Stream) -> Option<DVec3> {
+    pub fn draw_point(&self, stream: &mut Stream) -> Option<OpeningPoint> {
         match &self.shape {
-            Shape::Isotropic { position_m, .. } | Shape::Lambertian { position_m, .. } => Some(*position_m),
+            Shape::Isotropic { position_m, .. } | Shape::Lambertian { position_m, .. } => {
+                Some(OpeningPoint { position_m: *position_m, face: None })
+            }
             Shape::Web(web) => Some(web.draw_point(stream)),
             Shape::Triangle(_) | Shape::Ball { .. } => None,
         }
@@ -206,6 +215,15 @@ impl Emitter {
         }
     }
 
+    /// The same of one of its points, where all of them are drawn alike: a point of a solid opening shines to where it faces.
+    pub fn intensity_from_cd(&self, point: &OpeningPoint, direction: DVec3) -> f64 {
+        let share = match &self.shape {
+            Shape::Web(web) => web.aperture.as_ref().map_or(1.0, |aperture| aperture.share_towards(point, direction)),
+            _ => 1.0,
+        };
+        if share > 0.0 { share * self.intensity_cd(direction) } else { 0.0 }
+    }
+
     /// Draws a packet in proportion to the flux that leaves.
     pub fn emit(&self, stream: &mut Stream) -> Emitted {
         match &self.shape {
@@ -219,7 +237,7 @@ impl Emitter {
                 let local = web.sampler.sample(stream.pair());
                 let [c0, c90, axis] = web.frame;
                 let direction = c0 * local.x + c90 * local.y + axis * local.z;
-                Emitted { place: Place::Sided(web.draw_point(stream), axis), direction }
+                Emitted { place: Place::Sided(web.draw_point_towards(direction, stream), axis), direction }
             }
             Shape::Triangle(triangle) => Emitted {
                 place: triangle.place(uniform_triangle(stream.pair())),

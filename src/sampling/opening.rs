@@ -1,6 +1,9 @@
-//! Points of a luminous opening: each part of it emits alike, I(θ, φ) dA/A, so that the far field is the file's.
+//! Points of a luminous opening. The light of a direction leaves what faces that direction, in proportion to projected area:
+//! I(ω) (n·ω)⁺ dA/A_projected(ω), so that the far field is the file's, and a box sends nothing through itself.
 
 mod seen;
+#[cfg(test)]
+mod tests;
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,7 +11,7 @@ use glam::DVec3;
 
 use super::random::Stream;
 use super::triangle::SeenTriangle;
-use super::warp::{sin_cos_of_turns, uniform_sphere};
+use super::warp::{sin_cos_of_turns, tangents, uniform_sphere};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::scene::photometry::Opening;
 
@@ -22,11 +25,22 @@ const NEAR: f64 = 6.0;
 /// Share of those looks that go by solid angle.
 const BY_SOLID_ANGLE: f64 = 0.9;
 
+/// A point of a luminous opening.
+#[derive(Clone, Copy, Debug)]
+pub struct OpeningPoint {
+    /// Where it is, in m.
+    pub position_m: DVec3,
+    /// Unit normal of a solid's surface there, outward; none where the opening is flat, and shows all of itself or nothing.
+    pub face: Option<DVec3>,
+}
+
 /// A luminous opening in its place.
 #[derive(Clone, Debug)]
 pub struct Aperture {
     center_m: DVec3,
     shape: Shape,
+    /// Area of its surface in m².
+    surface_m2: f64,
 }
 
 /// Vectors from the middle to the rim, in m.
@@ -77,7 +91,7 @@ impl Aperture {
                 Shape::Ellipsoid([half(c0_m, c0), half(c90_m, c90), half(height_m, axis)])
             }
         };
-        let aperture = Aperture { center_m, shape };
+        let aperture = Aperture { center_m, surface_m2: surface_m2(&shape), shape };
         (aperture.radius_m() > 0.0).then_some(aperture)
     }
 
@@ -103,54 +117,122 @@ impl Aperture {
     }
 
     /// A point drawn uniformly over the opening's surface.
-    pub fn draw(&self, stream: &mut Stream) -> DVec3 {
-        let both_ways = |variate: f64| 2.0 * variate - 1.0;
-        let offset_m = match &self.shape {
-            Shape::Flat([a, b]) => {
-                let [u, v] = stream.pair();
-                both_ways(u) * *a + both_ways(v) * *b
-            }
-            Shape::Ellipse([a, b]) => {
-                let [u, v] = stream.pair();
-                let (sin, cos) = sin_cos_of_turns(v);
-                u.sqrt() * (cos * *a + sin * *b)
-            }
+    pub fn draw(&self, stream: &mut Stream) -> OpeningPoint {
+        match &self.shape {
+            Shape::Flat(half) => self.flat(draw_flat(half, stream)),
+            Shape::Ellipse(half) => self.flat(draw_disk(half, stream)),
             Shape::Box(half) => {
                 let [a, b, c] = half.map(DVec3::length);
-                let areas = [b * c, c * a, a * b];
-                let mut aim = stream.unit() * areas.iter().sum::<f64>();
-                let fixed = areas[..2].iter().position(|area| {
-                    let found = aim < *area;
-                    aim -= area;
-                    found
-                });
-                let fixed = fixed.unwrap_or(2);
+                let fixed = pick([b * c, c * a, a * b], stream);
                 let end = if stream.unit() < 0.5 { -1.0 } else { 1.0 };
-                let [u, v] = stream.pair();
-                let (one, other) = ((fixed + 1) % 3, (fixed + 2) % 3);
-                end * half[fixed] + both_ways(u) * half[one] + both_ways(v) * half[other]
+                self.on_face(half, fixed, end, stream)
             }
-            Shape::Cylinder { half_axes_m: [a, b, along], barrel_share } => {
+            Shape::Cylinder { half_axes_m: half @ [a, b, along], barrel_share } => {
                 if stream.unit() < *barrel_share {
-                    draw_rim(a, b, stream) + both_ways(stream.unit()) * *along
+                    let turn = draw_rim(a, b, stream);
+                    self.on_barrel(half, turn, stream)
                 } else {
                     let end = if stream.unit() < 0.5 { -1.0 } else { 1.0 };
-                    let [u, v] = stream.pair();
-                    let (sin, cos) = sin_cos_of_turns(v);
-                    u.sqrt() * (cos * *a + sin * *b) + end * *along
+                    self.solid(draw_disk(&[*a, *b], stream) + end * *along, end * *along)
                 }
             }
-            Shape::Ellipsoid(half) => draw_ellipsoid(half, stream),
+            Shape::Ellipsoid(half) => self.on_ellipsoid(half, draw_ellipsoid(half, stream)),
+        }
+    }
+
+    /// A point drawn uniformly over what the opening shows in a direction in which it shines.
+    pub fn draw_towards(&self, direction: DVec3, stream: &mut Stream) -> OpeningPoint {
+        let facing = |axis: DVec3| if axis.dot(direction) < 0.0 { -1.0 } else { 1.0 };
+        match &self.shape {
+            Shape::Flat(_) | Shape::Ellipse(_) => self.draw(stream),
+            Shape::Box(half @ [a, b, c]) => {
+                let shown = [b.cross(*c), c.cross(*a), a.cross(*b)].map(|face| face.dot(direction).abs());
+                let fixed = pick(shown, stream);
+                // Where an axis has no length its faces are the plane of the others.
+                let normal = half[(fixed + 1) % 3].cross(half[(fixed + 2) % 3]);
+                let outward = if normal.dot(half[fixed]) < 0.0 { -normal } else { normal };
+                self.on_face(half, fixed, facing(outward), stream)
+            }
+            Shape::Cylinder { half_axes_m: half @ [a, b, along], .. } => {
+                let ends = PI * a.cross(*b).dot(direction).abs();
+                let [across_a, across_b] = barrel_faces(half).map(|face| face.dot(direction));
+                let barrel = 4.0 * across_a.hypot(across_b);
+                if stream.unit() * (ends + barrel) < barrel {
+                    // (n·ω)⁺ goes with the cosine of the turn from where the barrel faces the direction most.
+                    let [u, v] = stream.pair();
+                    let turn = across_b.atan2(across_a) + (2.0 * u - 1.0).asin();
+                    self.on_barrel_at(half, turn, v)
+                } else {
+                    let end = facing(*along) * *along;
+                    self.solid(draw_disk(&[*a, *b], stream) + end, end)
+                }
+            }
+            Shape::Ellipsoid(half) => {
+                // In units of the half axes it is a ball, of which half is seen, by its disk.
+                let scaled = half.map(|axis| axis.dot(direction) / axis.length_squared().max(f64::MIN_POSITIVE));
+                let towards = DVec3::from(scaled).normalize_or(DVec3::Z);
+                let [one, other] = tangents(towards);
+                let [u, v] = stream.pair();
+                let (sin, cos) = sin_cos_of_turns(v);
+                let on_ball = u.sqrt() * (cos * one + sin * other) + (1.0 - u).sqrt() * towards;
+                self.on_ellipsoid(half, on_ball)
+            }
+        }
+    }
+
+    /// What a point that was drawn uniformly over the surface sends in a direction, over the mean of all points.
+    pub fn share_towards(&self, point: &OpeningPoint, direction: DVec3) -> f64 {
+        let Some(face) = point.face else {
+            return 1.0;
         };
-        self.center_m + offset_m
+        let shown = face.dot(direction).max(0.0);
+        if shown > 0.0 { self.surface_m2 * shown / self.projected_area_m2(direction) } else { 0.0 }
+    }
+
+    fn flat(&self, offset_m: DVec3) -> OpeningPoint {
+        OpeningPoint { position_m: self.center_m + offset_m, face: None }
+    }
+
+    fn solid(&self, offset_m: DVec3, outward: DVec3) -> OpeningPoint {
+        OpeningPoint { position_m: self.center_m + offset_m, face: outward.try_normalize() }
+    }
+
+    /// A point of the face of a box at an end of one of its axes.
+    fn on_face(&self, half: &[DVec3; 3], fixed: usize, end: f64, stream: &mut Stream) -> OpeningPoint {
+        let (one, other) = (half[(fixed + 1) % 3], half[(fixed + 2) % 3]);
+        let normal = one.cross(other);
+        let outward = if normal.dot(half[fixed]) < 0.0 { -normal } else { normal };
+        self.solid(end * half[fixed] + draw_flat(&[one, other], stream), end * outward)
+    }
+
+    fn on_barrel(&self, half: &[DVec3; 3], turn: f64, stream: &mut Stream) -> OpeningPoint {
+        let along = stream.unit();
+        self.on_barrel_at(half, turn, along)
+    }
+
+    /// The point of a barrel at a turn from its first axis in radians, and at a share of its length.
+    fn on_barrel_at(&self, half: &[DVec3; 3], turn: f64, along: f64) -> OpeningPoint {
+        let [a, b, axis] = *half;
+        let (sin, cos) = turn.sin_cos();
+        let [across_a, across_b] = barrel_faces(half);
+        self.solid(cos * a + sin * b + (2.0 * along - 1.0) * axis, cos * across_a + sin * across_b)
+    }
+
+    /// The point of an ellipsoid that lies where a point of the unit ball does, in units of its half axes.
+    fn on_ellipsoid(&self, half: &[DVec3; 3], on_ball: DVec3) -> OpeningPoint {
+        let shares = on_ball.to_array();
+        let offset_m = (0..3).map(|axis| shares[axis] * half[axis]).sum();
+        let outward = (0..3).map(|axis| shares[axis] * half[axis] / half[axis].length_squared()).sum();
+        self.solid(offset_m, outward)
     }
 
     /// One look from a point with a unit normal: a point of the opening, and the illuminance in lx of which the mean
     /// over all looks is what the opening brings unshadowed; `intensity_cd` tells the intensity towards a direction.
     ///
-    /// By area the score is I cos θ/d². A near rectangle is looked at by projected solid angle as well; the two are
-    /// combined by their densities (Veach and Guibas 1995), so that near a rectangle that shines by Lambert's law no
-    /// score is far from the mean.
+    /// Of a flat opening the score by area is I cos θ/d²; of a solid one points are drawn as they are shown to where the
+    /// point lies from the middle, and count by how they are shown to the point. A near rectangle is looked at by projected
+    /// solid angle as well; the two are combined by their densities (Veach and Guibas 1995), so that near a rectangle that
+    /// shines by Lambert's law no score is far from the mean.
     pub fn look(
         &self,
         point_m: DVec3,
@@ -158,21 +240,35 @@ impl Aperture {
         intensity_cd: impl Fn(DVec3) -> f64,
         stream: &mut Stream,
     ) -> Option<(f64, DVec3)> {
-        let score = |at_m: DVec3| {
+        let score = |at_m: DVec3, shown: &dyn Fn(DVec3) -> f64| {
             let offset_m = at_m - point_m;
             let distance_squared = offset_m.length_squared();
             let height_m = offset_m.dot(normal);
             if height_m <= 0.0 {
                 return None;
             }
-            let lx = intensity_cd(-offset_m) * height_m / (distance_squared * distance_squared.sqrt());
+            let shown = shown(-offset_m / distance_squared.sqrt());
+            if shown <= 0.0 {
+                return None;
+            }
+            let lx = shown * intensity_cd(-offset_m) * height_m / (distance_squared * distance_squared.sqrt());
             (lx > 0.0).then_some((lx, at_m))
         };
         let Some(near) = self.near_rectangle(point_m, normal) else {
-            return score(self.draw(stream));
+            let towards = (point_m - self.center_m).normalize_or(normal);
+            let at = self.draw_towards(towards, stream);
+            let Some(face) = at.face else {
+                return score(at.position_m, &|_| 1.0);
+            };
+            // What faces the point faces where it lies from the middle, too.
+            let density = face.dot(towards) / self.projected_area_m2(towards);
+            return score(at.position_m, &|shining| {
+                face.dot(shining).max(0.0) / (density * self.projected_area_m2(shining))
+            });
         };
-        let at_m = if stream.unit() < BY_SOLID_ANGLE { near.draw(normal, stream)? } else { self.draw(stream) };
-        let (lx, at_m) = score(at_m)?;
+        let by_area = |stream: &mut Stream| self.draw(stream).position_m;
+        let at_m = if stream.unit() < BY_SOLID_ANGLE { near.draw(normal, stream)? } else { by_area(stream) };
+        let (lx, at_m) = score(at_m, &|_| 1.0)?;
         // Density by solid angle over that by area: A cos θ cos θ′/(d² F), F the projected solid angle.
         let offset_m = at_m - point_m;
         let cosines = offset_m.dot(normal) * offset_m.dot(near.face).abs();
@@ -241,142 +337,87 @@ fn cylinder(half_axes_m: [DVec3; 3]) -> Shape {
     Shape::Cylinder { half_axes_m, barrel_share }
 }
 
-/// A point of an ellipse's rim, evenly along it: by the angle, thinned by the speed.
-fn draw_rim(a: &DVec3, b: &DVec3, stream: &mut Stream) -> DVec3 {
+/// Area of a shape in m²; of a flat one that of one side.
+fn surface_m2(shape: &Shape) -> f64 {
+    match shape {
+        Shape::Flat([a, b]) => 4.0 * a.cross(*b).length(),
+        Shape::Ellipse([a, b]) => PI * a.cross(*b).length(),
+        Shape::Box([a, b, c]) => 8.0 * (a.cross(*b).length() + b.cross(*c).length() + c.cross(*a).length()),
+        Shape::Cylinder { half_axes_m: [a, b, _], barrel_share } => {
+            TAU * a.cross(*b).length() / (1.0 - barrel_share).max(f64::MIN_POSITIVE)
+        }
+        Shape::Ellipsoid(half) => ellipsoid_m2(half),
+    }
+}
+
+/// One of three, in proportion to their weights.
+fn pick(weights: [f64; 3], stream: &mut Stream) -> usize {
+    let mut aim = stream.unit() * weights.iter().sum::<f64>();
+    let found = weights[..2].iter().position(|weight| {
+        let found = aim < *weight;
+        aim -= weight;
+        found
+    });
+    found.unwrap_or(2)
+}
+
+fn draw_flat([a, b]: &[DVec3; 2], stream: &mut Stream) -> DVec3 {
+    let [u, v] = stream.pair();
+    (2.0 * u - 1.0) * *a + (2.0 * v - 1.0) * *b
+}
+
+fn draw_disk([a, b]: &[DVec3; 2], stream: &mut Stream) -> DVec3 {
+    let [u, v] = stream.pair();
+    let (sin, cos) = sin_cos_of_turns(v);
+    u.sqrt() * (cos * *a + sin * *b)
+}
+
+/// Outward vectors of a barrel where its first and its second axis meet it, as long as the barrel is wide and long there.
+fn barrel_faces([a, b, along]: &[DVec3; 3]) -> [DVec3; 2] {
+    let turned = if a.cross(*b).dot(*along) < 0.0 { -1.0 } else { 1.0 };
+    [turned * b.cross(*along), -turned * a.cross(*along)]
+}
+
+/// A turn in radians of a point of an ellipse's rim, evenly along it: by the angle, thinned by the speed.
+fn draw_rim(a: &DVec3, b: &DVec3, stream: &mut Stream) -> f64 {
     let largest = a.length().max(b.length());
-    let mut point = *a;
+    let mut turn = 0.0;
     for _ in 0..MOST_DRAWS {
-        let (sin, cos) = sin_cos_of_turns(stream.unit());
-        point = cos * *a + sin * *b;
+        turn = TAU * stream.unit();
+        let (sin, cos) = turn.sin_cos();
         if stream.unit() * largest < (cos * *b - sin * *a).length() {
             break;
         }
     }
-    point
+    turn
 }
 
-/// A point of an ellipsoid, evenly over it: a point of the sphere, thinned by how much the area there is stretched.
+/// Area of an ellipsoid in m²: the mean over the ball of how much area is stretched there, by equal steps of height and turn.
+fn ellipsoid_m2(half: &[DVec3; 3]) -> f64 {
+    let [a, b, c] = half.map(DVec3::length);
+    let stretches = DVec3::new(b * c, c * a, a * b);
+    let steps = PERIMETER_STEPS as f64;
+    let at = |row: usize, column: usize| {
+        let height = 2.0 * (row as f64 + 0.5) / steps - 1.0;
+        let (sin, cos) = (TAU * (column as f64 + 0.5) / steps).sin_cos();
+        let across = (1.0 - height * height).sqrt();
+        (DVec3::new(across * cos, across * sin, height) * stretches).length()
+    };
+    let sum: f64 = (0..PERIMETER_STEPS).flat_map(|row| (0..PERIMETER_STEPS).map(move |column| at(row, column))).sum();
+    4.0 * PI * sum / (steps * steps)
+}
+
+/// A point of the unit ball whose image on an ellipsoid lies evenly over it: thinned by how much the area there is stretched.
 fn draw_ellipsoid(half: &[DVec3; 3], stream: &mut Stream) -> DVec3 {
     let [a, b, c] = half.map(DVec3::length);
     let stretches = DVec3::new(b * c, c * a, a * b);
     let largest = stretches.max_element();
-    let mut point = DVec3::ZERO;
+    let mut on_sphere = DVec3::Z;
     for _ in 0..MOST_DRAWS {
-        let on_sphere = uniform_sphere(stream.pair());
-        point = on_sphere.x * half[0] + on_sphere.y * half[1] + on_sphere.z * half[2];
+        on_sphere = uniform_sphere(stream.pair());
         if largest <= 0.0 || stream.unit() * largest < (on_sphere * stretches).length() {
             break;
         }
     }
-    point
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::base::polygon::polygon_illuminance_factor;
-    use crate::sampling::random::Purpose;
-
-    const FRAME: [DVec3; 3] = [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z];
-
-    /// Means of squares of the coordinates over N = 200,000 draws (seed 2) must lie within 4.9 standard errors
-    /// (α = 1e-6) of the surface's own, and those of a shape 2% larger must not.
-    #[test]
-    fn points_spread_evenly_over_every_shape() {
-        let disk = Opening::Disk { diameter_m: 2.0 };
-        let ball = Opening::Sphere { diameter_m: 2.0 };
-        // Unit half axes: of a cube ⟨x²⟩ = (1 + 1/3 + 1/3)/3, of a cylinder of height 2 ⟨z²⟩ = (2/3·1/3 + 1/3·1).
-        let cases = [
-            (Opening::Rectangle { c0_m: 2.0, c90_m: 4.0 }, DVec3::new(1.0 / 3.0, 4.0 / 3.0, 0.0)),
-            (disk, DVec3::new(0.25, 0.25, 0.0)),
-            (Opening::Box { c0_m: 2.0, c90_m: 2.0, height_m: 2.0 }, DVec3::splat(5.0 / 9.0)),
-            (
-                Opening::VerticalCylinder { diameter_m: 2.0, height_m: 2.0 },
-                DVec3::new(2.0 / 3.0 * 0.5 + 1.0 / 12.0, 2.0 / 3.0 * 0.5 + 1.0 / 12.0, 5.0 / 9.0),
-            ),
-            (
-                Opening::HorizontalCylinder { along_c0: true, length_m: 2.0, width_m: 2.0, height_m: 2.0 },
-                DVec3::new(5.0 / 9.0, 5.0 / 12.0, 5.0 / 12.0),
-            ),
-            (ball, DVec3::splat(1.0 / 3.0)),
-            (Opening::UprightEllipse { width_m: 2.0, height_m: 4.0 }, DVec3::new(0.0, 0.25, 1.0)),
-        ];
-        const N: u64 = 200_000;
-        for (opening, exact) in cases {
-            let center_m = DVec3::new(3.0, -2.0, 1.0);
-            let aperture = Aperture::new(&opening, center_m, &FRAME).expect("it has an extent");
-            let mut stream = Stream::new(2, Purpose::Pilot, 0, 0);
-            let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-            for index in 0..N {
-                stream.seek(index);
-                let offset_m = aperture.draw(&mut stream) - center_m;
-                assert!(offset_m.length() <= aperture.radius_m() * (1.0 + 1e-12), "{opening:?}");
-                sum += offset_m * offset_m;
-                squares += offset_m * offset_m * offset_m * offset_m;
-            }
-            let mean = sum / N as f64;
-            for k in 0..3 {
-                let error = ((squares[k] / N as f64 - mean[k] * mean[k]) / N as f64).max(0.0).sqrt();
-                assert!((mean[k] - exact[k]).abs() <= 4.9 * error + 1e-12, "{opening:?}: {mean} {exact}");
-                let faulty = 1.02f64.powi(2) * exact[k];
-                assert!(exact[k] == 0.0 || (mean[k] - faulty).abs() > 4.9 * error, "{opening:?}: the fault passed");
-            }
-        }
-        assert!(Aperture::new(&Opening::Point, DVec3::ZERO, &FRAME).is_none());
-        assert!(Aperture::new(&Opening::Disk { diameter_m: 0.0 }, DVec3::ZERO, &FRAME).is_none());
-    }
-
-    /// On an ellipsoid of half axes 1, 1, 3 the area between the planes z = ±1.5, by the surface's own integral.
-    #[test]
-    fn long_ellipsoids_and_cylinders_are_covered_evenly() {
-        let opening = Opening::Ellipsoid { c0_m: 2.0, c90_m: 2.0, height_m: 6.0 };
-        let aperture = Aperture::new(&opening, DVec3::ZERO, &FRAME).expect("it has an extent");
-        let mut stream = Stream::new(2, Purpose::Pilot, 0, 1);
-        const N: u64 = 200_000;
-        let mut within = 0.0;
-        for index in 0..N {
-            stream.seek(index);
-            within += f64::from(u8::from(aperture.draw(&mut stream).z.abs() < 1.5));
-        }
-        // dA = 2π √(1 − z²/9 + z²/81) dz.
-        let area = |to: f64| {
-            let strip = |i: usize| (1.0 - (to * (i as f64 + 0.5) / 1e5).powi(2) * (1.0 / 9.0 - 1.0 / 81.0)).sqrt();
-            (0..100_000).map(strip).sum::<f64>() * to
-        };
-        let share = area(1.5) / area(3.0);
-        let error = (share * (1.0 - share) / N as f64).sqrt();
-        assert!((within / N as f64 - share).abs() < 4.9 * error, "{} {share}", within / N as f64);
-    }
-
-    #[test]
-    fn a_near_lambertian_rectangle_brings_what_the_polygon_formula_says() {
-        let (c0_m, c90_m) = (1.2, 0.6);
-        let aperture = Aperture::new(&Opening::Rectangle { c0_m, c90_m }, DVec3::ZERO, &FRAME).expect("an extent");
-        let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]]
-            .map(|[x, y]: [f64; 2]| DVec3::new(0.5 * c0_m * x, 0.5 * c90_m * y, 0.0));
-        let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
-        for (point_m, normal) in [
-            (DVec3::new(0.0, 0.0, -0.12), DVec3::Z),
-            (DVec3::new(0.5, 0.2, -0.02), DVec3::Z),
-            (DVec3::new(0.9, 0.1, -0.05), DVec3::NEG_X),
-            (DVec3::new(2.0, 1.0, -0.9), DVec3::new(-0.6, 0.0, 0.8)),
-            (DVec3::new(0.0, 3.0, -12.0), DVec3::Z),
-        ] {
-            let exact = PI * 1000.0 / (PI * c0_m * c90_m) * polygon_illuminance_factor(point_m, normal, &corners) * PI;
-            const N: u64 = 40_000;
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for index in 0..N {
-                stream.seek(index);
-                let cosine = |direction: DVec3| 1000.0 * (-direction.z / direction.length()).max(0.0);
-                let lx = aperture.look(point_m, normal, cosine, &mut stream).map_or(0.0, |(lx, _)| lx);
-                sum += lx;
-                squares += lx * lx;
-            }
-            let mean = sum / N as f64;
-            let error = ((squares / N as f64 - mean * mean) / N as f64).sqrt();
-            assert!((mean - exact).abs() < 4.9 * error + 1e-9 * exact, "{point_m}: {mean} ± {error} {exact}");
-            assert!(error < 3e-3 * exact, "{point_m}: {mean} ± {error}");
-            assert!((1.02 * mean - exact).abs() > 4.9 * error, "the planted fault passed");
-        }
-    }
+    on_sphere
 }

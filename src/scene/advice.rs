@@ -23,7 +23,7 @@ const UPWARD: f64 = 0.5;
 /// A starting point this near to a surface in m lies on it.
 pub(super) const ON_SURFACE_M: f64 = 1e-6;
 /// Beyond so many triangles times luminaires it is not looked where luminaires aim: a second's work.
-const MOST_LOOKS: usize = 200_000_000;
+pub(super) const MOST_LOOKS: usize = 200_000_000;
 /// In a scene that is smaller than this in m, openings of real luminaires reach through everything: its unit is wrong.
 const SMALLEST_WITH_OPENINGS_M: f64 = 0.1;
 /// A point this near to the bounding box, as a fraction of its size, is not outside: above the rounding of coordinates.

@@ -42,6 +42,13 @@ pub(super) fn advise_on_openings(scene: &Scene, advice: &mut Vec<String>) {
     ));
 }
 
+/// Names of the luminaires of which a part of the opening lies behind a surface, as a message lists them; `None` where there are none.
+pub(crate) fn luminaires_behind_surfaces(scene: &Scene) -> Option<String> {
+    let cut: Vec<&Luminaire> =
+        scene.luminaires.par_iter().filter(|luminaire| !cuts_of(scene, luminaire).is_empty()).collect();
+    (!cut.is_empty()).then(|| names(cut))
+}
+
 /// Triangles that cut a luminaire's opening, with the depth in m to which it reaches through each.
 fn cuts_of(scene: &Scene, luminaire: &Luminaire) -> Vec<(u32, f64)> {
     let Emission::Photometric { position_m, frame, opening, .. } = &luminaire.emission else { return Vec::new() };

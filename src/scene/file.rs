@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::advice::{advise, names};
 use super::error::SceneError;
+use super::fitted_openings::fit_openings;
 use super::insides::Solids;
 use super::mesh_faults::{MESH, warn_of_faults};
 use super::model::{Emission, Luminaire, Scene};
@@ -135,6 +136,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
     place_backgrounds(&mut scene, &shells);
     mark_inside_points(&mut scene, &shells);
     warn_of_proportions(&mut scene, unit);
+    fit_openings(&mut scene);
     advise(&mut scene, &shells);
     warn_of_faults(&mut scene);
     warn_of_overlaps(&mut scene, &shells);

@@ -8,6 +8,7 @@ mod coplanar;
 pub mod elements;
 mod error;
 mod file;
+mod fitted_openings;
 mod insides;
 mod inspect;
 mod leaves;
@@ -45,6 +46,7 @@ mod winding;
 mod work_tests;
 
 pub(crate) use advice::first_met;
+pub(crate) use advice_openings::luminaires_behind_surfaces;
 pub use elements::{Cell, Elements, Side};
 pub use error::{Place, Refusal, SceneError};
 pub use file::{read_scene, scene_from_json};

@@ -9,7 +9,7 @@ use crate::maps::{
     table_row,
 };
 use crate::sampling::reflection::Law;
-use crate::scene::{Quantity, ReceiverLayout, Scene, Side};
+use crate::scene::{Quantity, ReceiverLayout, Scene, Side, luminaires_behind_surfaces};
 
 /// Standard errors by which the flux that elements absorb may miss the one emitted: Student's t of 15 degrees of freedom is
 /// beyond them once in 20,000 runs.
@@ -53,11 +53,15 @@ pub(super) fn finish(
     if let Ok(balance) = &flux_balance
         && balance.back_face_lm > 0.0
     {
-        warnings.push(format!(
-            "{:.3} % of the flux hits the back of one-sided surfaces and is absorbed there: {}; turn the faces round, or set \"two_sided\": true",
-            100.0 * balance.back_face_lm / balance.emitted_lm,
-            "normals may be flipped"
-        ));
+        let why = match luminaires_behind_surfaces(context.scene) {
+            Some(names) => {
+                format!("part of what shines of {names} lies behind a surface; move it off, or turn its \"aim\"")
+            }
+            None => "normals may be flipped; turn the faces round, or set \"two_sided\": true".to_owned(),
+        };
+        let share = 100.0 * balance.back_face_lm / balance.emitted_lm;
+        warnings
+            .push(format!("{share:.3} % of the flux hits the back of one-sided surfaces and is absorbed there: {why}"));
     }
     let walks = jobs.iter().any(|job| job.kind != MapKind::Elements && !job.is_black());
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::{Emitted, Emitter, Place, Shape, TriangleEmitter, WebEmitter};
 use crate::sampling::emitter_tree::{Cut, EmitterTree};
 use crate::sampling::importance::{Beacon, Profile};
-use crate::sampling::opening::Aperture;
+use crate::sampling::opening::{Aperture, OpeningPoint};
 use crate::sampling::random::Stream;
 use crate::sampling::web::WebSampler;
 use crate::scene::photometry::IntensityWeb;
@@ -180,8 +180,8 @@ pub struct PointEmitters {
 pub struct PointLook<'a> {
     /// The emitter.
     pub emitter: &'a Emitter,
-    /// The point in m.
-    pub position_m: DVec3,
+    /// The point.
+    pub point: OpeningPoint,
     /// The same for the geometry.
     pub place: Place,
 }
@@ -201,7 +201,7 @@ impl PointEmitters {
         self.tree.open(point_m, normal, |_| 0.0, cut);
         let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
         let emitter = &self.list[index as usize];
-        let position_m = emitter.draw_point(stream)?;
-        Some((PointLook { emitter, position_m, place: emitter.place_of_point(position_m) }, probability))
+        let point = emitter.draw_point(stream)?;
+        Some((PointLook { emitter, point, place: emitter.place_of_point(point.position_m) }, probability))
     }
 }

@@ -109,7 +109,7 @@ impl Emitter {
             Shape::Web(web) => {
                 let towards = (web.position_m - eye_m).normalize_or(web.frame[2]);
                 let area_m2 = web.aperture.as_ref().map_or(0.0, |aperture| aperture.projected_area_m2(towards));
-                show_point(self, web.position_m, web.draw_point(stream), area_m2, eye_m, &mut show);
+                show_point(self, web.position_m, web.draw_point_towards(-towards, stream), area_m2, eye_m, &mut show);
             }
         }
     }

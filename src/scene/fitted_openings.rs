@@ -1,0 +1,118 @@
+//! Luminous boxes that are let into a surface: they shine with the part that stands in front of it.
+//!
+//! Photometric files tell the luminous volume, and people put its middle at the ceiling's height. What lies behind the ceiling
+//! shows nobody its light; the distribution is measured with the luminaire mounted, so that the part in front sends all of it.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::advice::{MOST_LOOKS, ON_SURFACE_M, names};
+use super::model::{Emission, Luminaire, Scene};
+use super::names::listed;
+use super::photometry::Opening;
+
+/// A part of a box that is less than this behind a surface, or in front of it, in m is a matter of rounding and fitting.
+const SLIGHT_M: f64 = 1e-3;
+/// The same where nothing is told of it: rounding alone.
+const ROUNDING_M: f64 = 1e-9;
+/// Cosine of the angle between an axis of a box and a surface's normal from which on they are parallel.
+const PARALLEL: f64 = 1.0 - 1e-6;
+
+/// A box as it is let into a surface.
+struct Fitted {
+    position_m: DVec3,
+    opening: Opening,
+    /// How far the box reached behind, in m, and the triangle.
+    behind_m: f64,
+    triangle: u32,
+}
+
+/// Cuts luminous boxes off where they reach behind a surface that lies along one of their sides, and says so.
+pub(super) fn fit_openings(scene: &mut Scene) {
+    let boxes = scene.luminaires.iter().filter(|luminaire| has_box(luminaire)).count();
+    if boxes.saturating_mul(scene.triangles.len()) > MOST_LOOKS {
+        scene.warnings.push(format!("too many luminous boxes ({boxes}) to look which of them are let into surfaces"));
+        return;
+    }
+    let fitted: Vec<Option<Fitted>> = scene.luminaires.par_iter().map(|luminaire| fitted(scene, luminaire)).collect();
+    let mut deepest_m = 0.0f64;
+    let mut surfaces: Vec<String> = Vec::new();
+    let mut told: Vec<usize> = Vec::new();
+    for (index, fitted) in fitted.into_iter().enumerate() {
+        let Some(fitted) = fitted else { continue };
+        if let Emission::Photometric { position_m, opening, .. } = &mut scene.luminaires[index].emission {
+            (*position_m, *opening) = (fitted.position_m, fitted.opening);
+        }
+        if fitted.behind_m > SLIGHT_M {
+            deepest_m = deepest_m.max(fitted.behind_m);
+            let surface = scene.surface_of(fitted.triangle).name.clone();
+            if !surfaces.contains(&surface) {
+                surfaces.push(surface);
+            }
+            told.push(index);
+        }
+    }
+    if told.is_empty() {
+        return;
+    }
+    let its = if told.len() == 1 { "its luminous box reaches" } else { "their luminous boxes reach" };
+    let message = format!(
+        "{}: {its} up to {:.0} mm behind {} and shine{} with the part in front alone, which sends all of the flux",
+        names(told.iter().map(|index| &scene.luminaires[*index])),
+        1000.0 * deepest_m,
+        listed(surfaces.iter().map(String::as_str)),
+        if told.len() == 1 { "s" } else { "" }
+    );
+    scene.warnings.push(message);
+}
+
+fn has_box(luminaire: &Luminaire) -> bool {
+    matches!(&luminaire.emission, Emission::Photometric { opening: Opening::Box { .. }, .. })
+}
+
+/// A luminaire's box, fitted to the surfaces that it reaches behind; `None` where there is nothing to fit.
+fn fitted(scene: &Scene, luminaire: &Luminaire) -> Option<Fitted> {
+    let Emission::Photometric { position_m, frame, opening, .. } = &luminaire.emission else { return None };
+    let Opening::Box { .. } = opening else { return None };
+    let (mut center_m, mut extents_m) = (*position_m, opening.extents_m());
+    let reach_m = 0.5 * DVec3::from(extents_m).length() + SLIGHT_M;
+    let (low_m, high_m) = (center_m - reach_m, center_m + reach_m);
+    let mut found: Option<(f64, u32)> = None;
+    for triangle in 0..scene.triangles.len() as u32 {
+        let [a, b, c] = scene.corners_m(triangle);
+        if a.min(b).min(c).cmpgt(high_m).any() || a.max(b).max(c).cmplt(low_m).any() {
+            continue;
+        }
+        let normal = scene.triangle_normal(triangle);
+        let Some(axis) = (0..3).find(|axis| normal.dot(frame[*axis]).abs() > PARALLEL) else { continue };
+        let above_m = normal.dot(center_m - a);
+        let foot_m = center_m - above_m * normal;
+        let is_left = |from: DVec3, to: DVec3| (to - from).cross(foot_m - from).dot(normal) >= 0.0;
+        if !(is_left(a, b) && is_left(b, c) && is_left(c, a)) {
+            continue;
+        }
+        // Backs of one-sided surfaces are lit by nobody; of others the side counts on which the middle lies, or to which it aims.
+        let side = match scene.surface_of(triangle).two_sided {
+            false => 1.0,
+            true if above_m.abs() <= ON_SURFACE_M => normal.dot(frame[2]).signum(),
+            true => above_m.signum(),
+        };
+        let (above_m, half_m) = (side * above_m, 0.5 * extents_m[axis]);
+        let (lowest_m, highest_m) = (above_m - half_m, above_m + half_m);
+        if lowest_m >= -ROUNDING_M || highest_m < -SLIGHT_M {
+            continue;
+        }
+        let shown_m = if highest_m < SLIGHT_M { 0.0 } else { highest_m };
+        center_m += side * normal * (0.5 * shown_m - above_m);
+        extents_m[axis] = shown_m;
+        if found.is_none_or(|(deepest_m, _)| -lowest_m > deepest_m) {
+            found = Some((-lowest_m, triangle));
+        }
+    }
+    let [c0_m, c90_m, height_m] = extents_m;
+    let opening = match height_m {
+        0.0 => Opening::Rectangle { c0_m, c90_m },
+        _ => Opening::Box { c0_m, c90_m, height_m },
+    };
+    found.map(|(behind_m, triangle)| Fitted { position_m: center_m, opening, behind_m, triangle })
+}
