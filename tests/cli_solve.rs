@@ -260,9 +260,17 @@ fn a_scene_without_chance_is_exact() {
     assert!(summary["flux_balance"].is_null() && summary["flux_balance_note"].is_string());
 }
 
+/// Interruptions that come at once are one, as where a process and its group are signalled, whatever signal they are.
 #[cfg(unix)]
 #[test]
-fn an_interruption_ends_with_130_and_results() {
+fn interruptions_end_with_130_and_results() {
+    for signals in [&["-INT"][..], &["-TERM", "-TERM", "-INT"]] {
+        ends_with_results_by(signals);
+    }
+}
+
+#[cfg(unix)]
+fn ends_with_results_by(signals: &[&str]) {
     let home = directory();
     let scene = scene("room.json");
     let started = Instant::now();
@@ -272,8 +280,10 @@ fn an_interruption_ends_with_130_and_results() {
         .spawn()
         .expect("the program starts");
     std::thread::sleep(Duration::from_millis(500));
-    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(sent.is_ok_and(|status| status.success()));
+    for signal in signals {
+        let sent = std::process::Command::new("kill").args([signal, child.id().to_string().as_str()]).status();
+        assert!(sent.is_ok_and(|status| status.success()));
+    }
     while child.try_wait().expect("a child").is_none() {
         assert!(started.elapsed() < Duration::from_secs(20), "the interruption was not heeded");
         std::thread::sleep(Duration::from_millis(10));

@@ -1,8 +1,7 @@
 //! Watches a run: a bar on a terminal, sparse lines elsewhere, nothing when asked to be quiet.
 
 use std::io::IsTerminal;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, OnceLock};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -17,13 +16,18 @@ const LINE_INTERVAL_S: f64 = 5.0;
 /// Steps of the bar.
 const BAR_STEPS: u64 = 1000;
 
-static INTERRUPTIONS: AtomicU32 = AtomicU32::new(0);
+/// A second interruption within this many seconds of the first is the same one: `timeout` and shells signal a process and its group.
+const SAME_INTERRUPTION_S: f64 = 1.0;
 
-/// From now on the first interruption (Ctrl-C, or a polite kill) ends the run with its results, the second ends the
-/// process at once.
+/// When the first interruption came.
+static INTERRUPTED: OnceLock<Instant> = OnceLock::new();
+
+/// From now on the first interruption (Ctrl-C, or a polite kill) ends the run with its results, another one a second later or more
+/// ends the process at once.
 pub fn heed_interruptions() {
     let handler = || {
-        if INTERRUPTIONS.fetch_add(1, Ordering::SeqCst) > 0 {
+        let first = INTERRUPTED.get_or_init(Instant::now);
+        if first.elapsed().as_secs_f64() > SAME_INTERRUPTION_S {
             std::process::exit(i32::from(Exit::Interrupted.number()));
         }
     };
@@ -32,7 +36,7 @@ pub fn heed_interruptions() {
 }
 
 fn is_interrupted() -> bool {
-    INTERRUPTIONS.load(Ordering::SeqCst) > 0
+    INTERRUPTED.get().is_some()
 }
 
 enum Display {

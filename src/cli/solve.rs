@@ -34,7 +34,7 @@ Examples:
   luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
 
 The first stop rule met ends the run. Standard output carries the result table alone.
-Ctrl-C ends the run and writes what it has; a second Ctrl-C ends the process at once.
+Ctrl-C ends the run and writes what it has; another one a second later ends the process at once.
 Exit code 3: a limit came before the target.";
 
 /// Arguments of `luxmc solve`.

@@ -13,6 +13,7 @@ use super::model::{Emission, Luminaire, Scene};
 use super::names::listed;
 use super::overlaps::{overlaps, overlaps_budget};
 use super::reader::{Node, Source};
+use super::rooms_outward::refuse_rooms_outward;
 use super::shells::{self, Shell, bounds_m, closed_shells_of_geometries};
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
@@ -133,6 +134,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
         ));
     }
     let shells = closed_shells_of_geometries(&scene);
+    refuse_rooms_outward(&geometry_node, &scene, &shells)?;
     place_backgrounds(&mut scene, &shells);
     mark_inside_points(&mut scene, &shells);
     warn_of_proportions(&mut scene, unit);

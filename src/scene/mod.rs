@@ -29,6 +29,7 @@ mod points_file;
 mod polygon;
 mod reader;
 mod receivers;
+mod rooms_outward;
 mod schema;
 mod shapes;
 mod shells;
