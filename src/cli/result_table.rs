@@ -2,7 +2,7 @@
 
 use super::number_text::significant;
 use super::text_table::text_table;
-use crate::maps::{TableKind, TableRow};
+use crate::maps::{Estimate, TableKind, TableRow};
 use crate::scene::Scene;
 use crate::solver::Solution;
 
@@ -50,21 +50,73 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
     tables.join("\n")
 }
 
+/// What stands for a number that is not known.
+const UNKNOWN: &str = "–";
+
+/// An estimate and its error; one that lies under its own error is told by what the truth is below.
+fn told(estimate: Estimate) -> [String; 2] {
+    match estimate.is_known() {
+        true => [significant(estimate.value, 4), significant(estimate.standard_error, 2)],
+        false => [format!("< {}", significant(estimate.upper_bound(), 2)), UNKNOWN.to_owned()],
+    }
+}
+
 fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
     let rows = rows.map(|row| {
+        let ([average, average_error], [minimum, minimum_error]) = (told(row.average_lx), told(row.minimum_lx));
+        let where_known = |is_known: bool, number: f64, digits: usize| match is_known {
+            true => significant(number, digits),
+            false => UNKNOWN.to_owned(),
+        };
+        let (has_light, has_ratios) = (row.average_lx.is_known(), row.knows_ratios());
         vec![
             row.name.clone(),
             row.side.to_owned(),
-            significant(row.average_lx.value, 4),
-            significant(row.average_lx.standard_error, 2),
-            significant(row.minimum_lx.value, 4),
-            significant(row.minimum_lx.standard_error, 2),
-            significant(row.maximum_lx, 4),
-            significant(row.uniformity_u0.value, 3),
-            significant(row.uniformity_u0.standard_error, 2),
-            significant(row.uniformity_ud, 3),
-            significant(100.0 * row.estimated_error, 3),
+            average,
+            average_error,
+            minimum,
+            minimum_error,
+            where_known(has_light, row.maximum_lx, 4),
+            where_known(has_ratios, row.uniformity_u0.value, 3),
+            where_known(has_ratios, row.uniformity_u0.standard_error, 2),
+            where_known(has_ratios, row.uniformity_ud, 3),
+            where_known(has_light, 100.0 * row.estimated_error, 3),
         ]
     });
     text_table(HEADER, &[0, 1], rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(average_lx: [f64; 2], minimum_lx: [f64; 2]) -> String {
+        let estimate = |[value, standard_error]: [f64; 2]| Estimate { value, standard_error };
+        let row = TableRow {
+            name: "ceiling".to_owned(),
+            kind: TableKind::Surface,
+            side: "front",
+            average_lx: estimate(average_lx),
+            minimum_lx: estimate(minimum_lx),
+            maximum_lx: 3.0,
+            uniformity_u0: Estimate { value: 1.0, standard_error: 41.63 },
+            uniformity_ud: 0.5,
+            area_m2: 1.0,
+            estimated_error: 0.01,
+            replica_averages_lx: Vec::new(),
+        };
+        illuminance_table(std::iter::once(&row)).lines().last().unwrap_or_default().to_owned()
+    }
+
+    /// What lies under its own error is told by a bound, and no ratio of it is.
+    #[test]
+    fn numbers_that_cannot_be_are_not_printed() {
+        let dark = row([-0.26, 5.0], [0.0, 5.0]);
+        assert!(dark.contains("< 10") && !dark.contains("-0.26") && !dark.contains("41.63"), "{dark}");
+        assert!(!dark.contains("1.00"), "no uniformity and no stated error of nothing: {dark}");
+        let shaded = row([20.0, 1.0], [0.5, 2.0]);
+        assert!(shaded.contains("20.00") && shaded.contains("< 4.5") && !shaded.contains("41.63"), "{shaded}");
+        let lit = row([20.0, 1.0], [10.0, 2.0]);
+        assert!(lit.contains("10.00") && lit.contains("1.00") && !lit.contains('<'), "{lit}");
+    }
 }

@@ -12,6 +12,18 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
+impl Estimate {
+    /// Whether it is told from 0: not where it lies under its own error.
+    pub fn is_known(&self) -> bool {
+        self.value >= self.standard_error
+    }
+
+    /// What the truth is below in 95% of the cases or more: two standard errors above the estimate, or above 0.
+    pub fn upper_bound(&self) -> f64 {
+        self.value.max(0.0) + 2.0 * self.standard_error
+    }
+}
+
 /// What a map is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapKind {
@@ -194,4 +206,11 @@ pub struct TableRow {
     /// Ē of each replica in lx, so that means over several rows get an error that knows how the rows hang together.
     /// Empty where there are no replicas.
     pub replica_averages_lx: Vec<f64>,
+}
+
+impl TableRow {
+    /// Whether ratios of minimum, average and maximum say anything: all that they are made of is told from 0.
+    pub fn knows_ratios(&self) -> bool {
+        self.average_lx.is_known() && self.average_lx.value > 0.0 && self.minimum_lx.is_known()
+    }
 }

@@ -7,7 +7,7 @@ use super::color::{BLACK, GREY, Ink, SOFT, WHITE, mixed, perceptual};
 use super::contour::{Isoline, distance, isolux_levels};
 use super::flat::FlatMap;
 use super::font::text_width;
-use super::numbers::{lux, percent, ratio, ratio_uncertainty, round_step, round_ticks, tick, uncertainty};
+use super::numbers::{lux, lux_with_error, percent, ratio_of, round_step, round_ticks, tick, uniformity_with_error};
 use super::picture::{Anchor, Pen, Picture, Spot, Words};
 
 /// Largest width and height of the drawing itself.
@@ -136,6 +136,10 @@ fn ordinal(count: u32) -> String {
     }
 }
 
+fn plus_minus(number: &str, error: &str) -> String {
+    format!("{number} ± {error}")
+}
+
 fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
     let row = map.row;
     let side = if row.side == "back" { ", back" } else { "" };
@@ -143,15 +147,12 @@ fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
     let view = format!("{}; {}{remark}", map.plane.view, map.count);
     picture.words(Words::new(capital(&view), [ROOM.left, 43.0], TYPE).ink(SOFT));
     let numbers = format!(
-        "Ē = {} ± {} lx{GAP}Emin = {} ± {} lx{GAP}Emax = {} lx{GAP}U0 = {} ± {}{GAP}Ud = {}",
-        lux(row.average_lx.value),
-        uncertainty(row.average_lx.standard_error),
-        lux(row.minimum_lx.value),
-        uncertainty(row.minimum_lx.standard_error),
+        "Ē = {} lx{GAP}Emin = {} lx{GAP}Emax = {} lx{GAP}U0 = {}{GAP}Ud = {}",
+        lux_with_error(row.average_lx, plus_minus),
+        lux_with_error(row.minimum_lx, plus_minus),
         lux(row.maximum_lx),
-        ratio(row.uniformity_u0.value),
-        ratio_uncertainty(row.uniformity_u0.standard_error),
-        ratio(row.uniformity_ud),
+        uniformity_with_error(row, plus_minus),
+        ratio_of(row, row.uniformity_ud),
     );
     picture.words(Words::new(numbers, [ROOM.left, 65.0], 13.0));
 }

@@ -1,5 +1,7 @@
 //! Numbers as a lighting report prints them: as many digits as they are worth to a reader.
 
+use crate::maps::{Estimate, TableRow};
+
 /// An illuminance for reading: no decimals from 10 lx on, below that two digits.
 pub fn lux(illuminance_lx: f64) -> String {
     grouped(&rounded(illuminance_lx, 2))
@@ -15,6 +17,30 @@ pub fn uncertainty(number: f64) -> String {
     let two = rounded(number, 2);
     let leading = two.chars().find(|letter| ('1'..='9').contains(letter));
     grouped(&if leading == Some('1') { two } else { rounded(number, 1) })
+}
+
+/// What stands for a number that is not known.
+pub const UNKNOWN: &str = "–";
+
+/// An illuminance with its standard error, `349 ± 2`; one that lies under its own error is told by what the truth is below.
+pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -> String {
+    match estimate.is_known() {
+        true => join(&lux(estimate.value), &uncertainty(estimate.standard_error)),
+        false => format!("< {}", rounded(estimate.upper_bound(), 2)),
+    }
+}
+
+/// A ratio of a row where what it is made of is known.
+pub fn ratio_of(row: &TableRow, number: f64) -> String {
+    if row.knows_ratios() { ratio(number) } else { UNKNOWN.to_owned() }
+}
+
+/// The uniformity of a row with its standard error, where what it is made of is known.
+pub fn uniformity_with_error(row: &TableRow, join: impl Fn(&str, &str) -> String) -> String {
+    match row.knows_ratios() {
+        true => join(&ratio(row.uniformity_u0.value), &ratio_uncertainty(row.uniformity_u0.standard_error)),
+        false => UNKNOWN.to_owned(),
+    }
 }
 
 /// The standard error of a ratio: two decimals.

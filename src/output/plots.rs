@@ -88,7 +88,8 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             plots.push(Plot { stem, kind: PlotKind::Luminance, subject: map.name.clone(), picture });
         }
     }
-    for flat in flat_surfaces(scene, solution) {
+    // A map that lies under its own error is no picture of anything.
+    for flat in flat_surfaces(scene, solution).into_iter().filter(|flat| flat.row.average_lx.is_known()) {
         let back = if flat.row.side == "back" { "-back" } else { "" };
         plots.push(Plot {
             stem: stems.fresh(&format!("map-{}{back}", file_name_part(&flat.row.name))),

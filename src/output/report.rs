@@ -1,7 +1,9 @@
 //! `report.html`: the run on one page for a client.
 
 use super::html::{Table, figure, terms, with_error};
-use super::numbers::{amount, count_tick, duration, lux, percent, ratio, ratio_uncertainty, uncertainty};
+use super::numbers::{
+    UNKNOWN, amount, count_tick, duration, lux, lux_with_error, percent, ratio, ratio_of, uniformity_with_error,
+};
 use super::picture::escaped;
 use super::plan::plan_picture;
 use super::plots::{Plot, PlotKind, maintenance_note};
@@ -9,7 +11,7 @@ use super::report_observers::observer_tables;
 use super::report_words::{explanations, stop_words, target_words};
 use super::schedule::{Power, Schedule, floor_area_m2};
 use super::{ResultFile, date::utc_date};
-use crate::maps::{TableKind, TableRow};
+use crate::maps::{Estimate, TableKind, TableRow};
 use crate::scene::{InspectedSurface, Quantity, Scene, inspect};
 use crate::solver::{Activity, Solution, Spending};
 
@@ -104,13 +106,13 @@ impl Report<'_> {
         for row in self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points)).into_iter().take(4) {
             let uniformity = format!(
                 "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
-                lux(row.minimum_lx.value),
+                lux_markup(row.minimum_lx, |number, _| number.to_owned()),
                 lux(row.maximum_lx),
-                ratio(row.uniformity_u0.value)
+                ratio_of(row, row.uniformity_u0.value)
             );
             facts.push((
                 format!("Average on {}", escaped(&row.name)),
-                format!("{} lx{uniformity}", lux(row.average_lx.value)),
+                format!("{} lx{uniformity}", lux_markup(row.average_lx, |number, _| number.to_owned())),
             ));
         }
         let count = self.scene.luminaires.len();
@@ -229,8 +231,9 @@ impl Report<'_> {
             }
             for row in of_surface {
                 let mut cells = facts(row.side);
-                cells.push(with_error(&lux(row.average_lx.value), &uncertainty(row.average_lx.standard_error)));
-                cells.extend([lux(row.minimum_lx.value), lux(row.maximum_lx), percent(row.estimated_error)]);
+                cells.push(lux_markup(row.average_lx, with_error));
+                let least = lux_markup(row.minimum_lx, |number, _| number.to_owned());
+                cells.extend([least, lux(row.maximum_lx), percent(row.estimated_error)]);
                 table.row(cells);
             }
         }
@@ -431,14 +434,22 @@ fn result_table() -> Table {
     )
 }
 
+/// An illuminance as markup: see [`lux_with_error`].
+fn lux_markup(estimate: Estimate, join: impl Fn(&str, &str) -> String) -> String {
+    let text = lux_with_error(estimate, join);
+    if estimate.is_known() { text } else { escaped(&text) }
+}
+
 fn result_cells(row: &TableRow, name: String) -> Vec<String> {
+    let has_light = row.average_lx.is_known();
+    let where_lit = |number: String| if has_light { number } else { UNKNOWN.to_owned() };
     vec![
         name,
-        with_error(&lux(row.average_lx.value), &uncertainty(row.average_lx.standard_error)),
-        with_error(&lux(row.minimum_lx.value), &uncertainty(row.minimum_lx.standard_error)),
-        lux(row.maximum_lx),
-        with_error(&ratio(row.uniformity_u0.value), &ratio_uncertainty(row.uniformity_u0.standard_error)),
-        ratio(row.uniformity_ud),
-        percent(row.estimated_error),
+        lux_markup(row.average_lx, with_error),
+        lux_markup(row.minimum_lx, with_error),
+        where_lit(lux(row.maximum_lx)),
+        uniformity_with_error(row, with_error),
+        ratio_of(row, row.uniformity_ud),
+        where_lit(percent(row.estimated_error)),
     ]
 }
