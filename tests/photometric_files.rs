@@ -244,7 +244,7 @@ fn decimal_commas_are_taken_only_where_nothing_else_fits() {
 fn a_header_that_promises_too_little_flux_is_a_warning() {
     let text = std::fs::read_to_string(root().join("scenes/luminaires/troffer.ies")).unwrap();
     let file = parse_ies(text.replace("4 1000 1 91", "1 60 1 91").as_bytes(), None).unwrap();
-    assert!(file.warnings.iter().any(|warning| warning.contains("integrate to 3599")), "{:?}", file.warnings);
+    assert!(file.warnings.iter().any(|warning| warning.contains("add up to 3599")), "{:?}", file.warnings);
     assert!((file.luminous_flux_lm() - 3600.0).abs() < 1.0);
     let ldt = std::fs::read_to_string(root().join("scenes/luminaires/downlight.ldt")).unwrap();
     let wrong =
@@ -393,5 +393,16 @@ proptest! {
             prop_assert!(read.web.intensity_cd(12.0, 34.0) >= 0.0);
             prop_assert!(read.web.beam_angle_deg(12.0) <= 360.0);
         }
+    }
+}
+
+#[test]
+fn pictures_and_documents_are_told_for_what_they_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (start, kind) in [(&b"\x89PNG\r\n\x1a\n"[..], "a PNG picture"), (b"%PDF-1.7", "a PDF document")] {
+        let path = folder.path().join("luminaire.ies");
+        std::fs::write(&path, start).expect("written");
+        let error = read_photometric_file(&path).expect_err("no photometric file").to_string();
+        assert!(error.contains(kind) && error.contains("IES or LDT file"), "{error}");
     }
 }

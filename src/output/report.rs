@@ -352,9 +352,10 @@ impl Report<'_> {
         let mut page = String::from("<h2 class=\"page\">How exact this is, and how to compute it again</h2>\n");
         page += &format!("<p>{}</p>\n<p>{}</p>\n", escaped(&target_words(solution)), escaped(&stop_words(solution)));
         page += &format!(
-            "<p>Computed in {} with {} threads: {} light paths, {} rays, seed {}.</p>\n",
+            "<p>Computed in {} with {} {}: {} light paths, {} rays, seed {}.</p>\n",
             duration(self.context.wall_s),
             self.context.threads,
+            if self.context.threads == 1 { "thread" } else { "threads" },
             count_tick(round_count(solution.chains)),
             count_tick(round_count(solution.rays)),
             solution.seed

@@ -10,10 +10,10 @@ pub fn target_words(solution: &Solution) -> String {
                    average, as estimated from two independent halves of the computation";
     match solution.target_error {
         Some(target) => format!(
-            "The computation was to go on until the stated error of every map that counts is at most {}; the largest is {stated}. {meaning}.",
+            "The computation was to go on until the stated error of every map asked for is at most {}; the largest is {stated}. {meaning}.",
             percent(target)
         ),
-        None => format!("The largest stated error of the maps that count is {stated}. {meaning}."),
+        None => format!("The largest stated error of the maps asked for is {stated}. {meaning}."),
     }
 }
 

@@ -241,7 +241,7 @@ struct Header {
 }
 
 impl Header {
-    /// Warns where header and integral disagree; the intensities are taken in any case.
+    /// Warns where header and integral disagree; the intensities count in any case.
     fn compare(&self, web: &IntensityWeb, flux_lm: f64, warnings: &mut Vec<String>) {
         if flux_lm == 0.0 {
             warnings.push("all intensities or the lamps' flux are 0: the luminaire is dark".to_string());
@@ -253,7 +253,7 @@ impl Header {
         let apart = claimed > 0.0 && (percent - claimed).abs() > FLUX_TOLERANCE * claimed;
         if over || apart {
             warnings.push(format!(
-                "the intensities integrate to {flux_lm:.1} lm, {percent:.1}% of the header's {:.1} lm, where it claims {claimed}%; the intensities are taken",
+                "the intensities add up to {flux_lm:.1} lm, {percent:.1}% of the lamps' {:.1} lm, where the file states {claimed}%; the luminaire gives what its intensities add up to",
                 self.lamp_flux_lm
             ));
         }

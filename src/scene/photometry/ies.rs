@@ -273,7 +273,7 @@ fn lateral_symmetry(first: f64, last: f64, count: usize, line: usize) -> Result<
     }
 }
 
-/// Warns where header and integral disagree; the intensities are taken in any case.
+/// Warns where header and integral disagree; the intensities count in any case.
 fn check_flux(body: &Body, flux_lm: f64, warnings: &mut Vec<String>) {
     if flux_lm == 0.0 {
         warnings.push("all intensities are 0: the luminaire is dark".to_string());
@@ -287,8 +287,9 @@ fn check_flux(body: &Body, flux_lm: f64, warnings: &mut Vec<String>) {
     let lamps_lm = body.lamps * body.lumens_per_lamp;
     if flux_lm > (1.0 + FLUX_TOLERANCE) * lamps_lm {
         warnings.push(format!(
-            "the intensities integrate to {flux_lm:.1} lm, more than the {lamps_lm:.1} lm of the header's {} lamps; the intensities are taken",
-            body.lamps
+            "the intensities add up to {flux_lm:.1} lm, more than the {lamps_lm:.1} lm that the file states for {} {}; the luminaire gives what its intensities add up to",
+            body.lamps,
+            if body.lamps == 1.0 { "lamp" } else { "lamps" }
         ));
     }
 }
