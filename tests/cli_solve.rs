@@ -39,11 +39,11 @@ fn tables_have_their_columns_and_no_empty_cell() {
     let headers = [
         (
             "elements.csv",
-            "surface,element,side,x,y,z,nx,ny,nz,area_m2,illuminance_lx,standard_error_lx,direct_lx,indirect_lx,exitance_lm_m2,luminance_cd_m2",
+            "surface,element,side,x,y,z,nx,ny,nz,area_m2,illuminance_lx,standard_error_lx,direct_lx,indirect_lx,exitance_lm_m2,luminance_cd_m2,even_lx,odd_lx",
         ),
         (
             "receivers.csv",
-            "receiver,index,x,y,z,nx,ny,nz,illuminance_lx,standard_error_lx,direct_lx,indirect_lx,inside",
+            "receiver,index,x,y,z,nx,ny,nz,illuminance_lx,standard_error_lx,direct_lx,indirect_lx,inside,even_lx,odd_lx",
         ),
         (
             "tables.csv",
@@ -63,6 +63,28 @@ fn tables_have_their_columns_and_no_empty_cell() {
                 assert!(number.is_finite(), "{name}: {cell} in {column}");
             }
         }
+    }
+}
+
+/// The mean of both halves is the illuminance, and they differ: by 2 standard errors of it in the root mean square of many.
+#[test]
+fn the_halves_of_every_value_are_told() {
+    let home = directory();
+    assert_eq!(code(&solve("room.json", home.path(), &["--target-error", "5%", "--maps", "all"])), 0);
+    for name in ["elements.csv", "receivers.csv"] {
+        let (header, rows) = table(&home.path().join(name));
+        let place = |wanted: &str| header.iter().position(|column| column == wanted).expect("a column");
+        let [whole, error, even, odd] = ["illuminance_lx", "standard_error_lx", "even_lx", "odd_lx"].map(place);
+        let (mut differences, mut expected) = (0.0, 0.0);
+        for row in &rows {
+            let number = |column: usize| row[column].parse::<f64>().expect("a number");
+            let mean_lx = 0.5 * (number(even) + number(odd));
+            assert!((mean_lx - number(whole)).abs() <= 1e-9 * number(whole).abs().max(1.0), "{name}: {row:?}");
+            differences += (number(odd) - number(even)).powi(2);
+            expected += (2.0 * number(error)).powi(2);
+        }
+        let ratio = (differences / expected).sqrt();
+        assert!((0.4..1.6).contains(&ratio), "{name}: {ratio} of what the errors say");
     }
 }
 

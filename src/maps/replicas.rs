@@ -325,6 +325,7 @@ impl ReplicaMap {
         for entry in 0..self.len() {
             let (direct_lx, indirect_lx) = (self.direct_lx(entry), self.indirect_lx(entry));
             let value_lx = |replica: usize| self.illuminance_lx(replica, entry);
+            values.halves_lx.push(half_means(value_lx));
             let spread_lx = self.squared_error(value_lx).sqrt();
             let unseen = matches!(self.indirect_unit_lx, Unit::Packets { .. })
                 && self.indirect_samples.complete > 0
@@ -342,6 +343,11 @@ impl ReplicaMap {
         }
         values
     }
+}
+
+/// Means over the even and over the odd replicas.
+fn half_means(value: impl Fn(usize) -> f64) -> [f64; 2] {
+    [0, 1].map(|parity| (parity..REPLICAS).step_by(2).map(&value).sum::<f64>() / HALF as f64)
 }
 
 fn mean(numbers: impl Iterator<Item = f64>) -> f64 {

@@ -59,6 +59,9 @@ pub struct MapValues {
     pub illuminance_lx: Vec<f64>,
     /// Its standard error in lx.
     pub standard_error_lx: Vec<f64>,
+    /// The same illuminance in lx by the even and by the odd half alone, which know nothing of each other; empty where a method has no
+    /// halves.
+    pub halves_lx: Vec<[f64; 2]>,
     /// Part that has met nothing on its way, in lx.
     pub direct_lx: Vec<f64>,
     /// The rest, in lx.

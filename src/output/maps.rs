@@ -29,6 +29,8 @@ const ELEMENT_COLUMNS: &[&str] = &[
     "indirect_lx",
     "exitance_lm_m2",
     "luminance_cd_m2",
+    "even_lx",
+    "odd_lx",
 ];
 /// Behind these where elements adapt.
 const ADAPTIVE_COLUMNS: &[&str] =
@@ -47,6 +49,8 @@ const RECEIVER_COLUMNS: &[&str] = &[
     "direct_lx",
     "indirect_lx",
     "inside",
+    "even_lx",
+    "odd_lx",
 ];
 const TABLE_COLUMNS: &[&str] = &[
     "name",
@@ -136,6 +140,7 @@ fn element_file(scene: &Scene, elements: &Elements, map: &MapResult) -> Result<R
             Field::Number(exitance_lm_m2),
             Field::Number(exitance_lm_m2 / PI),
         ];
+        fields.extend(halves(map, index));
         if adapts {
             let gradient = gradient_lx_per_m([a, b, c], map.values.slopes_lx[index]);
             fields.push(Field::Number(map.values.discretisation_lx[index]));
@@ -197,11 +202,16 @@ impl OwnEmission {
     }
 }
 
+/// Illuminance by the even and by the odd half; nothing where a method has no halves.
+fn halves(map: &MapResult, index: usize) -> [Field<'static>; 2] {
+    map.values.halves_lx.get(index).map_or([Field::Text(""), Field::Text("")], |halves_lx| halves_lx.map(Field::Number))
+}
+
 fn receiver_file(scene: &Scene, maps: &[(&MapResult, usize)]) -> Result<ResultFile, OutputError> {
     let mut sheet = Sheet::new("receivers.csv", RECEIVER_COLUMNS);
     for (map, set) in maps {
         for (index, point) in scene.receivers[*set].points.iter().enumerate() {
-            sheet.row(&[
+            let mut fields = vec![
                 Field::Text(&map.name),
                 Field::Count(index as u64),
                 Field::Number(point.position_m.x),
@@ -215,7 +225,9 @@ fn receiver_file(scene: &Scene, maps: &[(&MapResult, usize)]) -> Result<ResultFi
                 Field::Number(map.values.direct_lx[index]),
                 Field::Number(map.values.indirect_lx[index]),
                 Field::Flag(point.inside),
-            ])?;
+            ];
+            fields.extend(halves(map, index));
+            sheet.row(&fields)?;
         }
     }
     Ok(sheet.finish())

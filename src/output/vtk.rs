@@ -61,6 +61,17 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> String {
     file.line(3, "<CellData Scalars=\"illuminance_lx\">");
     file.numbers("illuminance_lx", &map.values.illuminance_lx);
     file.numbers("standard_error_lx", &map.values.standard_error_lx);
+    if !map.values.halves_lx.is_empty() {
+        let half = |parity: usize| map.values.halves_lx.iter().map(|halves_lx| halves_lx[parity]).collect::<Vec<f64>>();
+        let difference = |(halves_lx, mean_lx): (&[f64; 2], &f64)| match *mean_lx > 0.0 {
+            true => (halves_lx[1] - halves_lx[0]) / mean_lx,
+            false => 0.0,
+        };
+        let relative: Vec<f64> = map.values.halves_lx.iter().zip(&map.values.illuminance_lx).map(difference).collect();
+        file.numbers("even_lx", &half(0));
+        file.numbers("odd_lx", &half(1));
+        file.numbers("odd_minus_even_over_mean", &relative);
+    }
     file.numbers("direct_lx", &map.values.direct_lx);
     file.numbers("indirect_lx", &map.values.indirect_lx);
     file.numbers("exitance_lm_m2", &exitances_lm_m2);

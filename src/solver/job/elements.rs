@@ -130,6 +130,7 @@ impl Job {
             values.covered = adaptive.exposed.iter().map(|exposed| *exposed == 0.0).collect();
             for site in (0..values.covered.len()).filter(|site| values.covered[*site]) {
                 values.illuminance_lx[site] = 0.0;
+                values.halves_lx[site] = [0.0; 2];
                 values.standard_error_lx[site] = 0.0;
                 values.direct_lx[site] = 0.0;
                 values.indirect_lx[site] = 0.0;
