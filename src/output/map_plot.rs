@@ -47,17 +47,17 @@ struct Room {
 }
 
 /// The drawing on its page.
-struct Layout {
+pub(super) struct Layout {
     low_m: Spot,
     scale: f64,
-    left: f64,
-    top: f64,
-    width: f64,
-    height: f64,
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
 }
 
 impl Layout {
-    fn of(map: &FlatMap) -> (Layout, Picture) {
+    pub fn of(map: &FlatMap) -> (Layout, Picture) {
         let [low_m, high_m] = map.bounds_m();
         let size_m = [0, 1].map(|axis| (high_m[axis] - low_m[axis]).max(f64::MIN_POSITIVE));
         let scale = (LARGEST[0] / size_m[0]).min(LARGEST[1] / size_m[1]);
@@ -172,7 +172,7 @@ fn capital(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-fn draw_cells(picture: &mut Picture, map: &FlatMap, layout: &Layout, ink: &dyn Fn(f64) -> Ink) {
+pub(super) fn draw_cells(picture: &mut Picture, map: &FlatMap, layout: &Layout, ink: &dyn Fn(f64) -> Ink) {
     // Cells of one ink make one path.
     let mut by_ink: BTreeMap<Ink, Vec<Vec<Spot>>> = BTreeMap::new();
     let mut solid = Vec::new();
@@ -215,7 +215,7 @@ fn hatch(picture: &mut Picture, ring: &[Spot]) {
     }
 }
 
-fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &Layout) {
+pub(super) fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &Layout) {
     let (bottom, right) = (layout.top + layout.height, layout.left + layout.width);
     let [low, high] = map.bounds_m();
     for (axis, of) in map.plane.axes.iter().enumerate() {

@@ -9,6 +9,7 @@ mod directory;
 mod error;
 mod flat;
 pub mod font;
+mod halves_plot;
 mod html;
 mod luminance_plot;
 mod map_plot;

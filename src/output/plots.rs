@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::convergence_plot::convergence_picture;
 use super::flat::{FlatMap, grid_map, surface_maps};
+use super::halves_plot::{deviations, difference_picture, histogram_picture};
 use super::luminance_plot::luminance_picture;
 use super::map_plot::{map_picture, value_chart};
 use super::numbers::{percent, ratio};
@@ -31,6 +32,10 @@ pub enum PlotKind {
     Luminance,
     /// Values of a grid as numbers.
     Values,
+    /// Where the two halves of a grid differ.
+    Halves,
+    /// How often by how much they do.
+    HalvesHistogram,
     /// False colours and isolux lines of a surface side with this many elements.
     Surface(usize),
     /// Error against time.
@@ -72,6 +77,7 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
     let note = maintenance_note(scene);
     let mut stems = Stems::default();
     let mut plots = Vec::new();
+    let mut has_halves = false;
     for map in &solution.maps {
         if let Some(flat) = grid_map(scene, map) {
             let mut add = |stem: String, kind: PlotKind, picture: Picture| {
@@ -80,6 +86,15 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             let name = file_name_part(&map.name);
             add(format!("map-{name}"), PlotKind::Grid, map_picture(&flat, &note));
             add(format!("map-{name}-values"), PlotKind::Values, value_chart(&flat, &note));
+            // The halves of the main set alone: the others tell no more.
+            let deviations = deviations(map);
+            if !has_halves && deviations.iter().any(Option::is_some) {
+                has_halves = true;
+                add(format!("halves-{name}"), PlotKind::Halves, difference_picture(&flat, &deviations, &note));
+                if let Some(picture) = histogram_picture(&map.name, &deviations) {
+                    add(format!("halves-{name}-histogram"), PlotKind::HalvesHistogram, picture);
+                }
+            }
         }
     }
     for (map, set) in maps_of(scene, solution, |quantity| quantity == Quantity::Luminance) {

@@ -189,6 +189,16 @@ impl Report<'_> {
                     page += &figure(&plot.picture, "What an eye sees there, in cd/m² on a logarithmic scale.");
                 }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
+                PlotKind::Halves => {
+                    let words = "Two halves of the computation know nothing of each other: where they differ by chance alone, colours \
+                                 are scattered without a pattern and pale; a pattern would be an error that the bars do not tell.";
+                    page += &figure(&plot.picture, words);
+                }
+                PlotKind::HalvesHistogram => {
+                    let words = "Bars as wide as the curve: the halves differ by what is stated. Narrower ones: the stated errors also hold what \
+                                 both halves have wrong alike, or state too much. Wider ones: they state too little.";
+                    page += &figure(&plot.picture, words);
+                }
                 _ => {}
             }
         }
