@@ -220,7 +220,8 @@ fn what_a_user_should_know_is_said() {
     let small = with("mm", CUBE, LAMP, "");
     assert!(warned(&small, "length_unit") && warned(&small, "outside of the scene's bounding box"));
     assert!(warned(&small, "maintenance_factor"));
-    assert!(warned(&with("m", &CUBE.replace("[1,1,1]", "[1,1,1001]"), LAMP, ""), "length_unit"));
+    let tower = CUBE.replace("[1,1,1]", "[1,1,1001]").replace("\"type\"", "\"facing\": \"outward\", \"type\"");
+    assert!(warned(&with("m", &tower, LAMP, ""), "length_unit"));
     assert!(!warned(&with("m", ROOM, LAMP, ""), "length_unit"));
     let maintained = with("m", ROOM, &LAMP.replace('}', r#", "maintenance_factor": 1 }"#), "");
     assert!(maintained.warnings.is_empty(), "{:?}", maintained.warnings);

@@ -206,7 +206,7 @@ fn files_of_an_earlier_run(directory: &Path) -> Vec<String> {
 }
 
 fn is_own(name: &str) -> bool {
-    let plot = ["map-", "luminaire-"]
+    let plot = ["map-", "halves-", "luminaire-"]
         .into_iter()
         .find_map(|prefix| name.strip_prefix(prefix))
         .and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
