@@ -155,9 +155,9 @@ impl CellLight {
         self.values_lx.resize(self.grid.len(), [0.0; 2]);
         if self.solved < self.samples.len() {
             self.solved = self.samples.len();
-            let by_cell = self.samples_by_cell();
+            let system = System::of(&self.samples, &self.counts);
             for _ in 0..MOST_SWEEPS {
-                if self.sweep(&by_cell) {
+                if self.sweep(&system) {
                     break;
                 }
             }
@@ -194,38 +194,19 @@ impl CellLight {
         self.variances_lx2 = (0..sums.len()).map(|cell| variance(cell) as f32).collect();
     }
 
-    /// Numbers of samples in the order of their cells, behind the first of every cell.
-    fn samples_by_cell(&self) -> (Vec<u32>, Vec<u32>) {
-        let mut firsts = vec![0u32; self.counts.len() + 1];
-        for (cell, count) in self.counts.iter().enumerate() {
-            firsts[cell + 1] = firsts[cell] + u32::from(*count);
-        }
-        let mut next = firsts.clone();
-        let mut order = vec![0u32; self.samples.len()];
-        for (index, sample) in self.samples.iter().enumerate() {
-            let place = &mut next[sample.cell as usize];
-            order[*place as usize] = index as u32;
-            *place += 1;
-        }
-        (firsts, order)
-    }
-
     /// One sweep over all cells, and a scaling of all light that balances its sum; whether nothing changes any more.
-    fn sweep(&mut self, (firsts, order): &(Vec<u32>, Vec<u32>)) -> bool {
+    fn sweep(&mut self, system: &System) -> bool {
         let (mut change_lx, mut held_lx) = (0.0, 0.0);
-        for cell in 0..self.counts.len() {
-            let range = firsts[cell] as usize..firsts[cell + 1] as usize;
+        for (cell, own_lx) in system.own_lx.iter().enumerate() {
+            let range = system.firsts[cell] as usize..system.firsts[cell + 1] as usize;
             if range.is_empty() {
                 continue;
             }
             let count = range.len() as f64;
-            let (mut direct, mut indirect) = (0.0, 0.0);
-            for index in &order[range] {
-                let sample = &self.samples[*index as usize];
-                indirect += f64::from(sample.plain_lx) + self.sent_lx(sample);
-                direct += f64::from(sample.direct_lx);
-            }
-            let new_lx = [(direct + indirect) / count, indirect / count];
+            let sent = |(next, reflectance): &(CellRef, f32)| f64::from(*reflectance) * f64::from(self.value_lx(*next));
+            let sent_lx: f64 = system.links[range].iter().map(sent).sum();
+            let [direct_lx, plain_lx] = own_lx;
+            let new_lx = [(direct_lx + plain_lx + sent_lx) / count, (plain_lx + sent_lx) / count];
             change_lx += count * (new_lx[0] - f64::from(self.values_lx[cell][0])).abs();
             held_lx += count * new_lx[0];
             self.values_lx[cell] = new_lx.map(|lx| lx as f32);
@@ -234,9 +215,11 @@ impl CellLight {
             return true;
         }
         // What samples hold by themselves must be what cells hold beyond what is sent.
-        let own = |sample: &CellSample| f64::from(sample.direct_lx) + f64::from(sample.plain_lx);
-        let own_lx: f64 = self.samples.iter().map(own).sum();
-        let sent_lx: f64 = self.samples.iter().map(|sample| self.sent_lx(sample)).sum();
+        let own_lx: f64 = system.own_lx.iter().flatten().sum();
+        let sends = |(value_lx, asked): (&[f32; 2], &[f64; 2])| {
+            asked[0] * f64::from(value_lx[0]) + asked[1] * f64::from(value_lx[1])
+        };
+        let sent_lx: f64 = self.values_lx.iter().zip(&system.asked).map(sends).sum();
         let scale = own_lx / (held_lx - sent_lx);
         if (LEAST_SCALE..MOST_SCALE).contains(&scale) {
             self.values_lx.iter_mut().flatten().for_each(|lx| *lx *= scale as f32);
@@ -301,6 +284,42 @@ impl CellLight {
             }
         }
         self.filled = self.grid.len();
+    }
+}
+
+/// The linear system of all samples, in the order of their cells, so that a sweep reads memory in a row.
+struct System {
+    /// Number of the first link of every cell, and of all.
+    firsts: Vec<u32>,
+    /// Of every sample: the cell that it asked, and the reflectance there.
+    links: Vec<(CellRef, f32)>,
+    /// Of every cell, sums over its samples in lx: direct light, and light that no cell tells.
+    own_lx: Vec<[f64; 2]>,
+    /// Of every cell, sums of the reflectances of the links that ask it: for all its light, and for indirect light alone.
+    asked: Vec<[f64; 2]>,
+}
+
+impl System {
+    fn of(samples: &[CellSample], counts: &[u16]) -> System {
+        let mut firsts = vec![0u32; counts.len() + 1];
+        for (cell, count) in counts.iter().enumerate() {
+            firsts[cell + 1] = firsts[cell] + u32::from(*count);
+        }
+        let mut next = firsts.clone();
+        let mut links = vec![(CellRef::NONE, 0.0); samples.len()];
+        let (mut own_lx, mut asked) = (vec![[0.0; 2]; counts.len()], vec![[0.0; 2]; counts.len()]);
+        for sample in samples {
+            let cell = sample.cell as usize;
+            links[next[cell] as usize] = (sample.next, sample.reflectance);
+            next[cell] += 1;
+            own_lx[cell][0] += f64::from(sample.direct_lx);
+            own_lx[cell][1] += f64::from(sample.plain_lx);
+            if sample.next != CellRef::NONE {
+                let part = usize::from(sample.next.is_indirect_alone());
+                asked[sample.next.cell() as usize][part] += f64::from(sample.reflectance);
+            }
+        }
+        System { firsts, links, own_lx, asked }
     }
 }
 
