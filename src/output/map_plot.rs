@@ -7,7 +7,9 @@ use super::color::{BLACK, GREY, Ink, SOFT, WHITE, mixed, perceptual};
 use super::contour::{Isoline, distance, isolux_levels};
 use super::flat::FlatMap;
 use super::font::text_width;
-use super::numbers::{lux, lux_with_error, percent, ratio_of, round_step, round_ticks, tick, uniformity_with_error};
+use super::numbers::{
+    extreme_with_error, lux, lux_with_error, percent, round_step, round_ticks, tick, uniformity_with_error,
+};
 use super::picture::{Anchor, Pen, Picture, Spot, Words};
 
 /// Largest width and height of the drawing itself.
@@ -147,12 +149,12 @@ fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
     let view = format!("{}; {}{remark}", map.plane.view, map.count);
     picture.words(Words::new(capital(&view), [ROOM.left, 43.0], TYPE).ink(SOFT));
     let numbers = format!(
-        "Ē = {} lx{GAP}Emin = {} lx{GAP}Emax = {} lx{GAP}U0 = {}{GAP}Ud = {}",
+        "Ē = {} lx{GAP}Emin = {}{GAP}Emax = {}{GAP}U0 = {}{GAP}Ud = {}",
         lux_with_error(row.average_lx, plus_minus),
-        lux_with_error(row.minimum_lx, plus_minus),
-        lux(row.maximum_lx),
-        uniformity_with_error(row, plus_minus),
-        ratio_of(row, row.uniformity_ud),
+        extreme_with_error(row, row.minimum_lx, plus_minus),
+        extreme_with_error(row, row.maximum_lx, plus_minus),
+        uniformity_with_error(row, row.uniformity_u0, plus_minus),
+        uniformity_with_error(row, row.uniformity_ud, plus_minus),
     );
     picture.words(Words::new(numbers, [ROOM.left, 65.0], 13.0));
 }

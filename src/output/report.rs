@@ -1,9 +1,7 @@
 //! `report.html`: the run on one page for a client.
 
 use super::html::{Table, figure, terms, with_error};
-use super::numbers::{
-    UNKNOWN, amount, count_tick, duration, lux, lux_with_error, percent, ratio, ratio_of, uniformity_with_error,
-};
+use super::numbers::{UNKNOWN, amount, count_tick, duration, lux_with_error, percent, ratio, uniformity_with_error};
 use super::picture::escaped;
 use super::plan::plan_picture;
 use super::plots::{Plot, PlotKind, maintenance_note};
@@ -106,13 +104,13 @@ impl Report<'_> {
         for row in self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points)).into_iter().take(4) {
             let uniformity = format!(
                 "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
-                lux_markup(row.minimum_lx, |number, _| number.to_owned()),
-                lux(row.maximum_lx),
-                ratio_of(row, row.uniformity_u0.value)
+                extreme_markup(row, row.minimum_lx, alone),
+                extreme_markup(row, row.maximum_lx, alone),
+                uniformity_with_error(row, row.uniformity_u0, alone)
             );
             facts.push((
                 format!("Average on {}", escaped(&row.name)),
-                format!("{} lx{uniformity}", lux_markup(row.average_lx, |number, _| number.to_owned())),
+                format!("{} lx{uniformity}", lux_markup(row.average_lx, alone)),
             ));
         }
         let count = self.scene.luminaires.len();
@@ -217,6 +215,7 @@ impl Report<'_> {
             ("Ē<small>lx</small>", false),
             ("E<sub>min</sub><small>lx</small>", false),
             ("E<sub>max</sub><small>lx</small>", false),
+            ("U<sub>0</sub>", false),
             ("Stated<br>error", false),
         ];
         if !rows.is_empty() {
@@ -242,8 +241,13 @@ impl Report<'_> {
             for row in of_surface {
                 let mut cells = facts(row.side);
                 cells.push(lux_markup(row.average_lx, with_error));
-                let least = lux_markup(row.minimum_lx, |number, _| number.to_owned());
-                cells.extend([least, lux(row.maximum_lx), percent(row.estimated_error)]);
+                let stated = if row.average_lx.is_known() { percent(row.estimated_error) } else { UNKNOWN.to_owned() };
+                cells.extend([
+                    extreme_markup(row, row.minimum_lx, alone),
+                    extreme_markup(row, row.maximum_lx, alone),
+                    uniformity_with_error(row, row.uniformity_u0, alone),
+                    stated,
+                ]);
                 table.row(cells);
             }
         }
@@ -451,16 +455,26 @@ fn lux_markup(estimate: Estimate, join: impl Fn(&str, &str) -> String) -> String
     if estimate.is_known() { text } else { escaped(&text) }
 }
 
+/// A least or greatest illuminance as markup, where there are places to tell it of.
+fn extreme_markup(row: &TableRow, extreme: Estimate, join: impl Fn(&str, &str) -> String) -> String {
+    if row.knows_extremes() { lux_markup(extreme, join) } else { UNKNOWN.to_owned() }
+}
+
+/// A number without its error.
+fn alone(number: &str, _: &str) -> String {
+    number.to_owned()
+}
+
 fn result_cells(row: &TableRow, name: String) -> Vec<String> {
     let has_light = row.average_lx.is_known();
     let where_lit = |number: String| if has_light { number } else { UNKNOWN.to_owned() };
     vec![
         name,
         lux_markup(row.average_lx, with_error),
-        lux_markup(row.minimum_lx, with_error),
-        where_lit(lux(row.maximum_lx)),
-        uniformity_with_error(row, with_error),
-        ratio_of(row, row.uniformity_ud),
+        extreme_markup(row, row.minimum_lx, with_error),
+        extreme_markup(row, row.maximum_lx, with_error),
+        uniformity_with_error(row, row.uniformity_u0, with_error),
+        uniformity_with_error(row, row.uniformity_ud, with_error),
         where_lit(percent(row.estimated_error)),
     ]
 }

@@ -7,6 +7,7 @@ mod box_tree;
 mod coplanar;
 pub mod elements;
 mod error;
+mod evaluation_grid;
 mod file;
 mod fitted_openings;
 mod insides;
@@ -50,6 +51,7 @@ pub(crate) use advice::first_met;
 pub(crate) use advice_openings::luminaires_behind_surfaces;
 pub use elements::{Cell, Elements, Side};
 pub use error::{Place, Refusal, SceneError};
+pub use evaluation_grid::{EvaluationGrid, GridPart, evaluation_grid};
 pub use file::{read_scene, scene_from_json};
 pub use insides::all_luminaires_are_shut_in;
 pub use inspect::{
