@@ -9,6 +9,8 @@ use super::surface_grid::{Rectangle, Spacing};
 
 /// A surface whose grid would have more cells than this has none: it is a thread.
 const MOST_CELLS: f64 = 100_000.0;
+/// Elements larger than this share of a cell smooth what the cell should tell.
+const LARGEST_ELEMENT: f64 = 0.25;
 /// A cell counts where at least this share of it is surface that shows.
 const LEAST_FILLED: f64 = 0.5;
 /// A part of a cell below this share of it is rounding.
@@ -34,7 +36,7 @@ pub struct EvaluationGrid {
     pub cells: Vec<Vec<GridPart>>,
     /// Area of a whole cell in m².
     pub cell_m2: f64,
-    /// Whether an element that is in a cell that counts has a larger area than a cell has.
+    /// Whether an element in a cell that counts is larger than a quarter of a cell.
     pub is_finer_than_elements: bool,
 }
 
@@ -106,7 +108,7 @@ pub fn evaluation_grid(
                     at: weights_of(corners, middle),
                 };
                 cells[index].push(part);
-                large[index] |= area_m2 > cell_m2 * (1.0 + 1e-6);
+                large[index] |= area_m2 > LARGEST_ELEMENT * cell_m2 * (1.0 + 1e-6);
             }
         }
     }

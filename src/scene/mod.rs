@@ -41,6 +41,7 @@ mod texts;
 mod units;
 mod vectors;
 mod walls;
+mod warnings;
 mod weld;
 mod whiteness;
 mod winding;
