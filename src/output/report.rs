@@ -10,7 +10,8 @@ use super::report_words::{explanations, stop_words, target_words};
 use super::schedule::{Power, Schedule, floor_area_m2};
 use super::{ResultFile, date::utc_date};
 use crate::maps::{Estimate, TableKind, TableRow};
-use crate::scene::{InspectedSurface, Quantity, Scene, inspect};
+use crate::scene::photometry::Opening;
+use crate::scene::{Emission, InspectedSurface, Quantity, Scene, inspect};
 use crate::solver::{Activity, Solution, Spending};
 
 const STYLE: &str = include_str!("report.css");
@@ -290,7 +291,7 @@ impl Report<'_> {
             table.row(vec![
                 format!("<b>{}</b>", row.letter),
                 self.names(&row.members),
-                row.kind.to_owned(),
+                format!("{}{}", row.kind, self.mounting(&row.members)),
                 count.to_string(),
                 amount(luminaire.luminous_flux_lm),
                 ratio(luminaire.maintenance_factor),
@@ -325,6 +326,25 @@ impl Report<'_> {
             1..=3 => (0..members.len()).map(name).collect::<Vec<_>>().join(", "),
             n => format!("{} … {}", name(0), name(n - 1)),
         }
+    }
+
+    /// How high luminaires hang, and how large their openings are; both small.
+    fn mounting(&self, members: &[usize]) -> String {
+        let heights_m =
+            members.iter().filter_map(|index| place_m(&self.scene.luminaires[*index].emission)).map(|m| m.z);
+        let (low_m, high_m) =
+            heights_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z_m| (low.min(z_m), high.max(z_m)));
+        let height = match () {
+            () if low_m > high_m => String::new(),
+            () if high_m - low_m < 0.005 => format!("at z = {} m", ratio(low_m)),
+            () => format!("at z = {} to {} m", ratio(low_m), ratio(high_m)),
+        };
+        let size = match &self.scene.luminaires[members[0]].emission {
+            Emission::Photometric { opening, .. } => opening_words(opening),
+            _ => String::new(),
+        };
+        let parts: Vec<String> = [height, size].into_iter().filter(|part| !part.is_empty()).collect();
+        if parts.is_empty() { String::new() } else { format!("<br><small class=\"soft\">{}</small>", parts.join(", ")) }
     }
 
     fn power_words(&self) -> String {
@@ -410,6 +430,29 @@ fn round_count(count: u64) -> f64 {
     }
     let grain = 10f64.powf(count.log10().floor() - 2.0);
     (count / grain).round() * grain
+}
+
+/// Where a luminaire is: a point, or the middle of its opening.
+fn place_m(emission: &Emission) -> Option<glam::DVec3> {
+    match emission {
+        Emission::Isotropic { position_m, .. }
+        | Emission::Lambertian { position_m, .. }
+        | Emission::Photometric { position_m, .. } => Some(*position_m),
+        Emission::Sphere { center_m, .. } => Some(*center_m),
+        Emission::Area { .. } => None,
+    }
+}
+
+/// Size of a luminous opening: along C0, along C90, and its height where it has one.
+fn opening_words(opening: &Opening) -> String {
+    match *opening {
+        Opening::Rectangle { c0_m, c90_m } => format!("opening {} × {} m", ratio(c0_m), ratio(c90_m)),
+        Opening::Box { c0_m, c90_m, height_m } => {
+            format!("opening {} × {} × {} m", ratio(c0_m), ratio(c90_m), ratio(height_m))
+        }
+        Opening::Disk { diameter_m } => format!("opening {} m across", ratio(diameter_m)),
+        _ => String::new(),
+    }
 }
 
 fn percent_whole(fraction: f64) -> String {
