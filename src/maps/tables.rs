@@ -108,11 +108,11 @@ impl Extreme {
         }
     }
 
-    /// A quantity of it and of a number that depends on the replica that is left out, with the error: the mean of what leaving out
-    /// replicas makes of it and of the place's own error, times `per_lx`.
+    /// A quantity of it and of a number that depends on the replica that is left out, with the error: what leaving out replicas makes
+    /// of it, or the place's own error, times `per_lx`, where that is more.
     fn estimate(&self, of: impl Fn(f64, Option<usize>) -> f64, per_lx: f64, least_error: f64) -> Estimate {
         let spread = jackknife_error(|replica| of(self.without_lx[replica], Some(replica)));
-        let standard_error = (0.5 * (spread + per_lx * self.error_lx)).max(least_error);
+        let standard_error = spread.max(per_lx * self.error_lx).max(least_error);
         Estimate { value: of(self.whole_lx, None), standard_error }
     }
 }
@@ -121,8 +121,7 @@ impl Extreme {
 ///
 /// The average is linear, so its error is the spread of the replicas' own averages. Minimum and maximum are those of the
 /// places' values as they stand, so that every table, picture and file tells the same; noise pulls them apart, which taking replicas out
-/// one at a time could correct, but the correction's own chance costs more than it gains. Their errors are measured ones: see
-/// docs/methods.md, "Least and greatest". Where the least place is one that no packet has met, all replicas agree on it by chance: the
+/// one at a time could correct, but the correction's own chance costs more than it gains: see docs/methods.md, section 5. Where the least place is one that no packet has met, all replicas agree on it by chance: the
 /// bound of that place, or the average, is its error then.
 pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     let weight_sum: f64 = subject.weights.iter().sum();
@@ -195,7 +194,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     };
     let ud = least.estimate(ud_of, per_most, (per_most * least_unseen_lx).min(1.0));
     // What the greatest adds to the ratio's error beside the least.
-    let of_most = 0.5 * ud.value * per_most * most.error_lx;
+    let of_most = ud.value * per_most * most.error_lx;
     row.minimum_lx = least.estimate(|lx, _| lx.clamp(0.0, average_lx.value.max(0.0)), 1.0, least_unseen_lx);
     row.maximum_lx = most.estimate(|lx, _| lx.max(0.0), 1.0, 0.0);
     row.uniformity_u0 = u0;
@@ -277,10 +276,10 @@ mod tests {
         (0..1000).map(is_held).sum::<f64>() / 1000.0
     }
 
-    /// At α = 10⁻⁴ a share of 0.93 or more comes out as 0.90 or more; bars of two thirds are the planted fault.
+    /// At α = 10⁻⁴ a share of 0.93 or more comes out as 0.90 or more; bars of half the length are the planted fault.
     #[test]
     fn the_interval_of_a_minimum_holds_and_a_shorter_one_does_not() {
-        let [held, shorter] = [held(1.0), held(0.667)];
+        let [held, shorter] = [held(1.0), held(0.5)];
         assert!(held > 0.90 && shorter < 0.90, "{held} {shorter}");
     }
 

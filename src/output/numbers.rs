@@ -30,11 +30,6 @@ pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -
     }
 }
 
-/// A least or greatest illuminance of a row with its standard error, where there are places to tell it of.
-pub fn extreme_with_error(row: &TableRow, extreme: Estimate, join: impl Fn(&str, &str) -> String) -> String {
-    if row.knows_extremes() { lux_with_error(extreme, join) } else { UNKNOWN.to_owned() }
-}
-
 /// A uniformity of a row with its standard error, where what it is made of is known.
 pub fn uniformity_with_error(row: &TableRow, uniformity: Estimate, join: impl Fn(&str, &str) -> String) -> String {
     match row.knows_ratios() {
