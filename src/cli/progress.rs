@@ -1,6 +1,7 @@
 //! Watches a run: a bar on a terminal, sparse lines elsewhere, nothing when asked to be quiet.
 
 use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock};
 use std::time::Instant;
 
@@ -13,6 +14,14 @@ use crate::solver::{Observer, Progress};
 
 /// Seconds between two lines where there is no terminal.
 const LINE_INTERVAL_S: f64 = 5.0;
+/// A forecast of more seconds is told in a line of its own, with what to do.
+const LONG_S: f64 = 3600.0;
+/// One of more is as good as never.
+const NEVER_S: f64 = 30.0 * 86_400.0;
+/// Seconds of a run before its forecast is believed.
+const BELIEVED_FROM_S: f64 = 10.0;
+/// The run that somebody may wait for instead, in s.
+const PATIENCE_S: f64 = 600.0;
 /// Steps of the bar.
 const BAR_STEPS: u64 = 1000;
 
@@ -50,6 +59,8 @@ pub struct Watcher {
     started: Instant,
     run_started_s: f64,
     display: Display,
+    /// Whether a long forecast has been told.
+    has_told: AtomicBool,
 }
 
 impl Watcher {
@@ -63,7 +74,22 @@ impl Watcher {
         } else {
             Display::Lines(Mutex::new(run_started_s))
         };
-        Watcher { started, run_started_s, display }
+        Watcher { started, run_started_s, display, has_told: AtomicBool::new(false) }
+    }
+
+    /// Says once that a run will take very long.
+    fn tell_of_long_run(&self, progress: &Progress) {
+        if matches!(self.display, Display::Quiet) || progress.wall_s - self.run_started_s < BELIEVED_FROM_S {
+            return;
+        }
+        let Some(line) = long_run_line(progress) else { return };
+        if self.has_told.swap(true, Ordering::Relaxed) {
+            return;
+        }
+        match &self.display {
+            Display::Bar(bar) => bar.println(line),
+            _ => console::message(&line),
+        }
     }
 
     /// Clears the bar, so that lines can follow.
@@ -84,6 +110,7 @@ fn bar() -> ProgressBar {
 
 impl Observer for Watcher {
     fn progress(&self, progress: &Progress) {
+        self.tell_of_long_run(progress);
         match &self.display {
             Display::Quiet => {}
             Display::Bar(bar) => {
@@ -133,9 +160,55 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
     parts.join(", ")
 }
 
+/// A forecast beyond an hour in words, with its cause and what to do; `None` where the run is shorter or has no target.
+fn long_run_line(progress: &Progress) -> Option<String> {
+    let (remaining_s, target) = (progress.remaining_s.filter(|left_s| *left_s > LONG_S)?, progress.target_error?);
+    let when = match remaining_s {
+        left_s if left_s > NEVER_S => "as good as never at this rate".to_owned(),
+        left_s => format!("in some {} at this rate", time(left_s)),
+    };
+    let cause = match (&progress.slowest_map, progress.estimated_error) {
+        (Some(name), Some(error)) => format!("; most of it goes to \"{name}\" (worst error so far {})", percent(error)),
+        (Some(name), None) => format!("; most of it goes to \"{name}\""),
+        _ => String::new(),
+    };
+    // The error falls with the root of the work.
+    let easier = target * ((progress.wall_s + remaining_s) / PATIENCE_S).sqrt();
+    let remedy = match easier < 1.0 {
+        true => format!("--target-error {:.2}% takes some {}", 100.0 * easier, time(PATIENCE_S)),
+        false => "a larger error or fewer maps (--maps) take less".to_owned(),
+    };
+    Some(format!(
+        "forecast: the target of {} is met {when}{cause}; {remedy}; Ctrl-C or --time-limit end the run with what it has",
+        percent(target)
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Beyond an hour, and only there, a run says so, by what, and what takes less.
+    #[test]
+    fn a_forecast_beyond_an_hour_is_told_with_its_cause() {
+        let progress = |remaining_s: f64| Progress {
+            estimated_error: Some(0.05),
+            target_error: Some(0.01),
+            chains: 1,
+            rays: 1,
+            forecast_chains: None,
+            forecast_rays: None,
+            remaining_s: Some(remaining_s),
+            slowest_map: Some("corners".to_owned()),
+            fraction: 0.0,
+            wall_s: 20.0,
+        };
+        assert_eq!(long_run_line(&progress(3500.0)), None);
+        let line = long_run_line(&progress(7180.0)).unwrap_or_default();
+        assert!(line.contains("1 h 59 min") && line.contains("\"corners\"") && line.contains("3.46%"), "{line}");
+        let line = long_run_line(&progress(f64::INFINITY)).unwrap_or_default();
+        assert!(line.contains("never") && line.contains("--maps"), "{line}");
+    }
 
     #[test]
     fn a_line_tells_error_target_forecast_and_speed() {
@@ -147,6 +220,7 @@ mod tests {
             forecast_chains: Some(2.4e6),
             forecast_rays: Some(1.2e7),
             remaining_s: Some(1.2),
+            slowest_map: None,
             fraction: 0.6,
             wall_s: 2.5,
         };

@@ -43,7 +43,7 @@ pub fn check_proportions(scene: &mut Scene, file: &str) -> Result<(), Failure> {
             remedy: REMEDY.to_owned(),
         }),
         doubt => {
-            scene.warnings.extend(doubt.map(|doubt| as_warning(&doubt)));
+            tell_first(scene, doubt);
             Ok(())
         }
     }
@@ -51,8 +51,15 @@ pub fn check_proportions(scene: &mut Scene, file: &str) -> Result<(), Failure> {
 
 /// Adds what is doubtful to the warnings of a scene that is only looked at.
 pub fn warn_of_proportions(scene: &mut Scene) {
-    let warning = doubt(scene).map(|doubt| as_warning(&doubt));
-    scene.warnings.extend(warning);
+    let doubt = doubt(scene);
+    tell_first(scene, doubt);
+}
+
+/// No other warning is as grave.
+fn tell_first(scene: &mut Scene, doubt: Option<Doubt>) {
+    if let Some(doubt) = doubt {
+        scene.warnings.insert(0, as_warning(&doubt));
+    }
 }
 
 fn as_warning(doubt: &Doubt) -> String {

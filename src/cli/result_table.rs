@@ -6,7 +6,8 @@ use crate::maps::{Estimate, TableKind, TableRow};
 use crate::scene::Scene;
 use crate::solver::Solution;
 
-const HEADER: &[&str] = &["name", "side", "Ē/lx", "±/lx", "Emin/lx", "±/lx", "Emax/lx", "U0", "±", "Ud", "error/%"];
+const HEADER: &[&str] =
+    &["name", "side", "Ē/lx", "±/lx", "Emin/lx", "±/lx", "Emax/lx", "±/lx", "U0", "±", "Ud", "±", "error/%"];
 
 const LUMINANCE_HEADER: &[&str] = &["name", "mean L/(cd/m²)", "±", "Lmin/(cd/m²)", "Lmax/(cd/m²)", "error/%"];
 const GLARE_HEADER: &[&str] = &["name", "UGR", "±", "Lb/(cd/m²)", "±"];
@@ -28,7 +29,7 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
                 significant(row.average_lx.value, 4),
                 significant(row.average_lx.standard_error, 2),
                 significant(row.minimum_lx.value, 4),
-                significant(row.maximum_lx, 4),
+                significant(row.maximum_lx.value, 4),
                 significant(100.0 * row.estimated_error, 3),
             ]
         });
@@ -63,12 +64,19 @@ fn told(estimate: Estimate) -> [String; 2] {
 
 fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
     let rows = rows.map(|row| {
-        let ([average, average_error], [minimum, minimum_error]) = (told(row.average_lx), told(row.minimum_lx));
-        let where_known = |is_known: bool, number: f64, digits: usize| match is_known {
-            true => significant(number, digits),
+        let unknown = || [UNKNOWN.to_owned(), UNKNOWN.to_owned()];
+        let extreme = |extreme: Estimate| if row.knows_extremes() { told(extreme) } else { unknown() };
+        let uniformity = |ratio: Estimate| match row.knows_ratios() {
+            true => [significant(ratio.value, 3), significant(ratio.standard_error, 2)],
+            false => unknown(),
+        };
+        let [average, average_error] = told(row.average_lx);
+        let ([minimum, minimum_error], [maximum, maximum_error]) = (extreme(row.minimum_lx), extreme(row.maximum_lx));
+        let ([u0, u0_error], [ud, ud_error]) = (uniformity(row.uniformity_u0), uniformity(row.uniformity_ud));
+        let error = match row.average_lx.is_known() {
+            true => significant(100.0 * row.estimated_error, 3),
             false => UNKNOWN.to_owned(),
         };
-        let (has_light, has_ratios) = (row.average_lx.is_known(), row.knows_ratios());
         vec![
             row.name.clone(),
             row.side.to_owned(),
@@ -76,11 +84,13 @@ fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
             average_error,
             minimum,
             minimum_error,
-            where_known(has_light, row.maximum_lx, 4),
-            where_known(has_ratios, row.uniformity_u0.value, 3),
-            where_known(has_ratios, row.uniformity_u0.standard_error, 2),
-            where_known(has_ratios, row.uniformity_ud, 3),
-            where_known(has_light, 100.0 * row.estimated_error, 3),
+            maximum,
+            maximum_error,
+            u0,
+            u0_error,
+            ud,
+            ud_error,
+            error,
         ]
     });
     text_table(HEADER, &[0, 1], rows)
@@ -98,10 +108,12 @@ mod tests {
             side: "front",
             average_lx: estimate(average_lx),
             minimum_lx: estimate(minimum_lx),
-            maximum_lx: 3.0,
+            maximum_lx: Estimate { value: 30.0, standard_error: 1.0 },
             uniformity_u0: Estimate { value: 1.0, standard_error: 41.63 },
-            uniformity_ud: 0.5,
+            uniformity_ud: Estimate { value: 0.5, standard_error: 0.1 },
+            places: 4,
             area_m2: 1.0,
+            covered_area_m2: 0.0,
             estimated_error: 0.01,
             replica_averages_lx: Vec::new(),
         };

@@ -16,7 +16,7 @@ use super::result_table::result_table;
 use super::selection::select_maps;
 use super::{Outcome, console, values};
 use crate::geometry::position_accuracy_m;
-use crate::maps::MapKind;
+use crate::maps::{MapKind, TableRow};
 use crate::output::{
     ReportContext, ResultDirectory, RunRecord, plots, report_file, result_files, summary_file, vtk_file,
 };
@@ -109,6 +109,10 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     };
     tell(&opening_line(arguments, &scene, &settings, pool.current_num_threads()));
 
+    for warning in &scene.warnings {
+        console::message(&format!("warning: {warning}"));
+    }
+
     let watcher = Watcher::new(started, quiet);
     let solution = pool.install(|| match arguments.method {
         Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
@@ -136,7 +140,10 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     directory.commit()?;
 
     console::result(&result_table(&scene, &solution))?;
-    for warning in scene.warnings.iter().chain(&solution.warnings) {
+    if let Some(line) = covered_line(&solution) {
+        tell(&line);
+    }
+    for warning in &solution.warnings {
         console::message(&format!("warning: {warning}"));
     }
     let adapts = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
@@ -298,6 +305,7 @@ fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
         (StopReason::TimeLimit, None) => "time limit reached",
         (_, None) => "chains done",
     };
+    let why = solution.why_unmet().map_or(String::new(), |why| format!(", since {why}"));
     let balance = match &solution.flux_balance {
         Ok(balance) => format!(
             "flux: {} lm emitted = {} absorbed + {} escaped + {} on back faces + {} truncated",
@@ -322,10 +330,23 @@ fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
     };
     let chains = if solution.chains > 0 { format!(" after {} chains", solution.chains) } else { String::new() };
     format!(
-        "{end}; stated error {}{chains} in {}{unbound}\n{balance}\nresults in {directory}",
+        "{end}; stated error {}{why}{chains} in {}{unbound}\n{balance}\nresults in {directory}",
         percent(solution.estimated_error),
         time(wall_s)
     )
+}
+
+/// What is told of surfaces of which something covers a part.
+fn covered_line(solution: &Solution) -> Option<String> {
+    /// More names than these say no more.
+    const MOST: usize = 8;
+    let mut rows: Vec<&TableRow> =
+        solution.maps.iter().flat_map(|map| &map.tables).filter(|row| row.covered_area_m2 > 0.0).collect();
+    rows.sort_by(|one, other| other.covered_area_m2.total_cmp(&one.covered_area_m2));
+    let parts: Vec<String> =
+        rows.iter().take(MOST).map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2))).collect();
+    let more = if rows.len() > MOST { format!(" and of {} more", rows.len() - MOST) } else { String::new() };
+    (!rows.is_empty()).then(|| format!("note: covered, and not in these tables: {}{more}", parts.join(", ")))
 }
 
 fn exit_of(solution: &Solution) -> Exit {

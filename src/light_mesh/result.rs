@@ -10,8 +10,10 @@ use super::judge::{
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
 use super::samples::Samples;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
-use crate::maps::{MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, stated_row};
-use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side};
+use crate::maps::{
+    MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, grid_places, stated_row,
+};
+use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side, evaluation_grid};
 
 /// Entries that are computed between two looks at the clock.
 const ENTRIES_OF_PART: usize = 1024;
@@ -239,7 +241,7 @@ impl Planner<'_> {
                     _ => (TableKind::Points, 0.0),
                 };
                 let all = StatedValues::of(&values, &entries.weights, 0..lights.len());
-                vec![stated_row(&set.name, kind, Side::Front.name(), area_m2, &all)]
+                vec![stated_row(&set.name, kind, Side::Front.name(), area_m2, &all, &all.places())]
             }
         };
         let method = if by_mesh || measured.indirect != MeanSquare::default() { "light-mesh" } else { "shadow-rays" };
@@ -298,7 +300,9 @@ fn element_tables(scene: &Scene, elements: &Elements, values: &MapValues, weight
             };
             let weights = pick(weights);
             let stated = StatedValues::of(&part, &weights, 0..of_side.len());
-            rows.push(stated_row(&surface.name, TableKind::Surface, side.name(), weights.iter().sum(), &stated));
+            let grid = evaluation_grid(scene, elements, id as u32, side, |_| (1.0, 1.0));
+            let (area_m2, places) = (weights.iter().sum(), grid_places(values, grid.as_ref()));
+            rows.push(stated_row(&surface.name, TableKind::Surface, side.name(), area_m2, &stated, &places));
         }
     }
     rows

@@ -21,5 +21,5 @@ pub use replicas::{HALF, REPLICAS, ReplicaMap, Tally, Unit, standard_error};
 pub use residuals::{CellsError, Left, ResidualState, Residuals};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
-pub use stated::{StatedValues, stated_error, stated_row};
-pub use tables::{TableSubject, table_row};
+pub use stated::{StatedValues, grid_places, stated_error, stated_row};
+pub use tables::{Places, TableSubject, table_row};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::basis::SLOPES;
+use super::basis::{Linear, SLOPES};
 use super::lopsided::{Spread, widening};
 use super::pieces::{Piece, on_pieces};
 use super::{CellsError, Levels, MapValues, PartScores, Residuals, ScoreEvidence};
@@ -192,6 +192,16 @@ impl ReplicaMap {
         let site = self.site_of(entry);
         self.direct[replica][entry] * self.direct_samples.inverse(site)
             + self.indirect[replica][entry] * self.indirect_scale(site)
+    }
+
+    /// What an element shows at a point of it in one replica, in lx.
+    pub fn shown_lx(&self, replica: usize, site: usize, at: [f64; 2]) -> f64 {
+        let mean_lx = self.illuminance_lx(replica, site);
+        if !self.is_linear() {
+            return mean_lx;
+        }
+        let slope_lx = |number: usize| self.illuminance_lx(replica, (1 + number) * self.sites + site);
+        Linear([mean_lx, slope_lx(0), slope_lx(1)]).at(at)
     }
 
     /// Direct and indirect light of an element, each as the coefficients in lx of what it shows.

@@ -194,16 +194,21 @@ pub struct TableRow {
     pub side: &'static str,
     /// Ē: weighted mean in lx.
     pub average_lx: Estimate,
-    /// Emin in lx, corrected for the bias that noise gives a minimum.
+    /// Emin in lx, the least illuminance of the places.
     pub minimum_lx: Estimate,
-    /// Emax in lx.
-    pub maximum_lx: f64,
+    /// Emax in lx, the greatest.
+    pub maximum_lx: Estimate,
     /// U0 = Emin/Ē.
     pub uniformity_u0: Estimate,
     /// Ud = Emin/Emax.
-    pub uniformity_ud: f64,
-    /// Area in m² (0 for loose points without areas).
+    pub uniformity_ud: Estimate,
+    /// Places of which Emin and Emax are told: the points of a receiver set, or the cells of a grid on a surface. 0: there is no such
+    /// grid, and minimum, maximum and uniformities are 0.
+    pub places: usize,
+    /// Area in m² (0 for loose points without areas), of a surface that of what shows.
     pub area_m2: f64,
+    /// Area in m² of a surface side that something covers, as far as that is known.
+    pub covered_area_m2: f64,
     /// Relative RMS error of the row's own values.
     pub estimated_error: f64,
     /// Ē of each replica in lx, so that means over several rows get an error that knows how the rows hang together.
@@ -212,8 +217,13 @@ pub struct TableRow {
 }
 
 impl TableRow {
+    /// Whether least and greatest are told and light was found.
+    pub fn knows_extremes(&self) -> bool {
+        self.places > 0 && self.average_lx.is_known()
+    }
+
     /// Whether ratios of minimum, average and maximum say anything: all that they are made of is told from 0.
     pub fn knows_ratios(&self) -> bool {
-        self.average_lx.is_known() && self.average_lx.value > 0.0 && self.minimum_lx.is_known()
+        self.knows_extremes() && self.average_lx.value > 0.0 && self.minimum_lx.is_known()
     }
 }

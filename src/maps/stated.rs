@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::{Estimate, MapError, MapValues, TableKind, TableRow};
+use crate::scene::EvaluationGrid;
 
 /// Values, errors and weights of a part of a map.
 pub struct StatedValues<'a> {
@@ -19,6 +20,12 @@ impl<'a> StatedValues<'a> {
             error_lx: &values.standard_error_lx[range.clone()],
             weights: &weights[range],
         }
+    }
+
+    /// All values that count, each as a place of its own.
+    pub fn places(&self) -> Vec<Estimate> {
+        let counted = (0..self.weights.len()).filter(|i| self.weights[*i] > 0.0);
+        counted.map(|i| Estimate { value: self.illuminance_lx[i], standard_error: self.error_lx[i] }).collect()
     }
 
     fn mean(&self, of: impl Fn(usize) -> f64) -> f64 {
@@ -46,22 +53,36 @@ pub fn stated_error(values: &StatedValues) -> MapError {
     }
 }
 
-/// A table row of one side.
-pub fn stated_row(name: &str, kind: TableKind, side: &'static str, area_m2: f64, values: &StatedValues) -> TableRow {
+/// Illuminances of the cells of a grid on a surface, with their errors; none where elements are coarser than the grid.
+pub fn grid_places(values: &MapValues, grid: Option<&EvaluationGrid>) -> Vec<Estimate> {
+    let Some(grid) = grid.filter(|grid| !grid.is_finer_than_elements) else { return Vec::new() };
+    let mean = |cell: &[crate::scene::GridPart], of: &[f64]| {
+        let area_m2: f64 = cell.iter().map(|part| part.area_m2).sum();
+        cell.iter().map(|part| part.area_m2 * part.scale * of[part.element as usize]).sum::<f64>() / area_m2
+    };
+    let cells = grid.cells.iter().map(|cell| Estimate {
+        value: mean(cell, &values.illuminance_lx),
+        standard_error: mean(cell, &values.standard_error_lx),
+    });
+    cells.collect()
+}
+
+/// A table row of one side, with the places of which least and greatest are told: all values, or a grid's cells.
+pub fn stated_row(
+    name: &str,
+    kind: TableKind,
+    side: &'static str,
+    area_m2: f64,
+    values: &StatedValues,
+    places: &[Estimate],
+) -> TableRow {
     let average_lx = Estimate {
         value: values.mean(|i| values.illuminance_lx[i]),
         standard_error: values.mean(|i| values.error_lx[i]),
     };
-    let counted = || (0..values.weights.len()).filter(|i| values.weights[*i] > 0.0);
-    let least = counted().min_by(|a, b| values.illuminance_lx[*a].total_cmp(&values.illuminance_lx[*b]));
-    let minimum_lx = least.map_or(Estimate::default(), |i| Estimate {
-        value: values.illuminance_lx[i],
-        standard_error: values.error_lx[i],
-    });
-    let maximum_lx = counted().map(|i| values.illuminance_lx[i]).fold(0.0, f64::max);
-    let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-    let u0 = ratio(minimum_lx.value, average_lx.value);
-    let u0_error = ratio(minimum_lx.standard_error + u0 * average_lx.standard_error, average_lx.value);
+    let by_value = |a: &&Estimate, b: &&Estimate| a.value.total_cmp(&b.value);
+    let minimum_lx = places.iter().min_by(by_value).copied().unwrap_or_default();
+    let maximum_lx = places.iter().max_by(by_value).copied().unwrap_or_default();
     TableRow {
         name: name.to_owned(),
         kind,
@@ -69,10 +90,21 @@ pub fn stated_row(name: &str, kind: TableKind, side: &'static str, area_m2: f64,
         average_lx,
         minimum_lx,
         maximum_lx,
-        uniformity_u0: Estimate { value: u0, standard_error: u0_error },
-        uniformity_ud: ratio(minimum_lx.value, maximum_lx),
+        uniformity_u0: ratio(minimum_lx, average_lx),
+        uniformity_ud: ratio(minimum_lx, maximum_lx),
+        places: places.len(),
         area_m2,
+        covered_area_m2: 0.0,
         estimated_error: values.relative_error(),
         replica_averages_lx: Vec::new(),
     }
+}
+
+/// A ratio with the error that both numbers give it in the worst case.
+fn ratio(part: Estimate, whole: Estimate) -> Estimate {
+    if whole.value <= 0.0 {
+        return Estimate::default();
+    }
+    let value = part.value / whole.value;
+    Estimate { value, standard_error: (part.standard_error + value * whole.standard_error) / whole.value }
 }

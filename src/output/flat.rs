@@ -243,7 +243,7 @@ pub fn surface_maps<'a>(
         .into_iter()
         .filter_map(|(side, normal)| {
             let row = map.tables.iter().find(|row| row.name == *name && row.side == side.name())?;
-            (row.maximum_lx > 0.0).then(|| side_map(scene, elements, map, surface, (side, normal), row))
+            (row.average_lx.value > 0.0).then(|| side_map(scene, elements, map, surface, (side, normal), row))
         })
         .collect()
 }

@@ -29,12 +29,12 @@ impl Table {
         self.rows.push((cells, true));
     }
 
-    /// The table as markup.
+    /// The table as markup; on a narrow screen it scrolls in its own box.
     pub fn markup(&self) -> String {
         let class = |index: usize| {
             if self.head.get(index).is_some_and(|(_, is_text)| *is_text) { " class=\"text\"" } else { "" }
         };
-        let mut page = String::from("<table>\n");
+        let mut page = String::from("<div class=\"scroll\">\n<table>\n");
         if !self.caption.is_empty() {
             page += &format!("<caption>{}</caption>\n", escaped(&self.caption));
         }
@@ -50,7 +50,7 @@ impl Table {
             }
             page.push_str("</tr>\n");
         }
-        page.push_str("</tbody>\n</table>\n");
+        page.push_str("</tbody>\n</table>\n</div>\n");
         page
     }
 }

@@ -7,8 +7,9 @@ use super::color::{BLACK, GREY, Ink, SOFT, WHITE, mixed, perceptual};
 use super::contour::{Isoline, distance, isolux_levels};
 use super::flat::FlatMap;
 use super::font::text_width;
-use super::numbers::{lux, lux_with_error, percent, ratio_of, round_step, round_ticks, tick, uniformity_with_error};
+use super::numbers::{UNKNOWN, lux, lux_with_error, percent, round_step, round_ticks, tick, uniformity_with_error};
 use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use crate::maps::Estimate;
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [700.0, 560.0];
@@ -146,13 +147,17 @@ fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
     picture.words(Words::new(format!("{quantity}: {}{side}", row.name), [ROOM.left, 24.0], 17.0).bold());
     let view = format!("{}; {}{remark}", map.plane.view, map.count);
     picture.words(Words::new(capital(&view), [ROOM.left, 43.0], TYPE).ink(SOFT));
+    let extreme = |extreme: Estimate| match row.knows_extremes() {
+        true => format!("{} lx", lux_with_error(extreme, plus_minus)),
+        false => UNKNOWN.to_owned(),
+    };
     let numbers = format!(
-        "Ē = {} lx{GAP}Emin = {} lx{GAP}Emax = {} lx{GAP}U0 = {}{GAP}Ud = {}",
+        "Ē = {} lx{GAP}Emin = {}{GAP}Emax = {}{GAP}U0 = {}{GAP}Ud = {}",
         lux_with_error(row.average_lx, plus_minus),
-        lux_with_error(row.minimum_lx, plus_minus),
-        lux(row.maximum_lx),
-        uniformity_with_error(row, plus_minus),
-        ratio_of(row, row.uniformity_ud),
+        extreme(row.minimum_lx),
+        extreme(row.maximum_lx),
+        uniformity_with_error(row, row.uniformity_u0, plus_minus),
+        uniformity_with_error(row, row.uniformity_ud, plus_minus),
     );
     picture.words(Words::new(numbers, [ROOM.left, 65.0], 13.0));
 }

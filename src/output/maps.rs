@@ -66,6 +66,10 @@ const TABLE_COLUMNS: &[&str] = &[
     "uniformity_ud",
     "area_m2",
     "estimated_error",
+    "maximum_standard_error_lx",
+    "uniformity_ud_standard_error",
+    "evaluation_points",
+    "covered_area_m2",
 ];
 const CONVERGENCE_COLUMNS: &[&str] = &["wall_s", "chains", "estimated_error", "forecast_wall_s", "forecast_chains"];
 
@@ -244,12 +248,16 @@ fn table_file<'a>(rows: impl Iterator<Item = &'a TableRow>) -> Result<ResultFile
             Field::Number(row.average_lx.standard_error),
             Field::Number(row.minimum_lx.value),
             Field::Number(row.minimum_lx.standard_error),
-            Field::Number(row.maximum_lx),
+            Field::Number(row.maximum_lx.value),
             Field::Number(row.uniformity_u0.value),
             Field::Number(row.uniformity_u0.standard_error),
-            Field::Number(row.uniformity_ud),
+            Field::Number(row.uniformity_ud.value),
             Field::Number(row.area_m2),
             Field::Number(row.estimated_error),
+            Field::Number(row.maximum_lx.standard_error),
+            Field::Number(row.uniformity_ud.standard_error),
+            Field::Count(row.places as u64),
+            Field::Number(row.covered_area_m2),
         ])?;
     }
     Ok(sheet.finish())

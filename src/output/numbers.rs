@@ -30,15 +30,10 @@ pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -
     }
 }
 
-/// A ratio of a row where what it is made of is known.
-pub fn ratio_of(row: &TableRow, number: f64) -> String {
-    if row.knows_ratios() { ratio(number) } else { UNKNOWN.to_owned() }
-}
-
-/// The uniformity of a row with its standard error, where what it is made of is known.
-pub fn uniformity_with_error(row: &TableRow, join: impl Fn(&str, &str) -> String) -> String {
+/// A uniformity of a row with its standard error, where what it is made of is known.
+pub fn uniformity_with_error(row: &TableRow, uniformity: Estimate, join: impl Fn(&str, &str) -> String) -> String {
     match row.knows_ratios() {
-        true => join(&ratio(row.uniformity_u0.value), &ratio_uncertainty(row.uniformity_u0.standard_error)),
+        true => join(&ratio(uniformity.value), &ratio_uncertainty(uniformity.standard_error)),
         false => UNKNOWN.to_owned(),
     }
 }

@@ -23,6 +23,9 @@ use crate::solver::Solution;
 /// Surfaces that are plotted at most; those with the most elements, if there are more.
 pub const MOST_SURFACES: usize = 200;
 
+/// A surface side whose stated error is larger is not plotted: its colours would be those of chance.
+const MOST_ERROR_SHOWN: f64 = 0.3;
+
 /// What a plot shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlotKind {
@@ -103,14 +106,18 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             plots.push(Plot { stem, kind: PlotKind::Luminance, subject: map.name.clone(), picture });
         }
     }
-    // A map that lies under its own error is no picture of anything.
-    for flat in flat_surfaces(scene, solution).into_iter().filter(|flat| flat.row.average_lx.is_known()) {
+    // A map that lies under its own error, or nearly so, is no picture of anything.
+    let is_shown = |flat: &FlatMap| flat.row.average_lx.is_known() && flat.estimated_error <= MOST_ERROR_SHOWN;
+    let is_bound = solution.maps.iter().any(|map| map.kind == MapKind::Elements && map.bound);
+    let unbound = if is_bound || solution.target_error.is_none() { "" } else { "The target does not bind this map. " };
+    let surface_note = format!("{unbound}{note}");
+    for flat in flat_surfaces(scene, solution).into_iter().filter(is_shown) {
         let back = if flat.row.side == "back" { "-back" } else { "" };
         plots.push(Plot {
             stem: stems.fresh(&format!("map-{}{back}", file_name_part(&flat.row.name))),
             kind: PlotKind::Surface(flat.cells.len()),
             subject: flat.row.name.clone(),
-            picture: map_picture(&flat, &note),
+            picture: map_picture(&flat, &surface_note),
         });
     }
     plots.push(Plot {

@@ -1,9 +1,7 @@
 //! `report.html`: the run on one page for a client.
 
 use super::html::{Table, figure, terms, with_error};
-use super::numbers::{
-    UNKNOWN, amount, count_tick, duration, lux, lux_with_error, percent, ratio, ratio_of, uniformity_with_error,
-};
+use super::numbers::{UNKNOWN, amount, count_tick, duration, lux_with_error, percent, ratio, uniformity_with_error};
 use super::picture::escaped;
 use super::plan::plan_picture;
 use super::plots::{Plot, PlotKind, maintenance_note};
@@ -12,7 +10,8 @@ use super::report_words::{explanations, stop_words, target_words};
 use super::schedule::{Power, Schedule, floor_area_m2};
 use super::{ResultFile, date::utc_date};
 use crate::maps::{Estimate, TableKind, TableRow};
-use crate::scene::{InspectedSurface, Quantity, Scene, inspect};
+use crate::scene::photometry::Opening;
+use crate::scene::{Emission, InspectedSurface, Quantity, Scene, inspect};
 use crate::solver::{Activity, Solution, Spending};
 
 const STYLE: &str = include_str!("report.css");
@@ -106,13 +105,13 @@ impl Report<'_> {
         for row in self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points)).into_iter().take(4) {
             let uniformity = format!(
                 "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
-                lux_markup(row.minimum_lx, |number, _| number.to_owned()),
-                lux(row.maximum_lx),
-                ratio_of(row, row.uniformity_u0.value)
+                extreme_markup(row, row.minimum_lx, alone),
+                extreme_markup(row, row.maximum_lx, alone),
+                uniformity_with_error(row, row.uniformity_u0, alone)
             );
             facts.push((
                 format!("Average on {}", escaped(&row.name)),
-                format!("{} lx{uniformity}", lux_markup(row.average_lx, |number, _| number.to_owned())),
+                format!("{} lx{uniformity}", lux_markup(row.average_lx, alone)),
             ));
         }
         let count = self.scene.luminaires.len();
@@ -217,6 +216,7 @@ impl Report<'_> {
             ("Ē<small>lx</small>", false),
             ("E<sub>min</sub><small>lx</small>", false),
             ("E<sub>max</sub><small>lx</small>", false),
+            ("U<sub>0</sub>", false),
             ("Stated<br>error", false),
         ];
         if !rows.is_empty() {
@@ -242,8 +242,13 @@ impl Report<'_> {
             for row in of_surface {
                 let mut cells = facts(row.side);
                 cells.push(lux_markup(row.average_lx, with_error));
-                let least = lux_markup(row.minimum_lx, |number, _| number.to_owned());
-                cells.extend([least, lux(row.maximum_lx), percent(row.estimated_error)]);
+                let stated = if row.average_lx.is_known() { percent(row.estimated_error) } else { UNKNOWN.to_owned() };
+                cells.extend([
+                    extreme_markup(row, row.minimum_lx, alone),
+                    extreme_markup(row, row.maximum_lx, alone),
+                    uniformity_with_error(row, row.uniformity_u0, alone),
+                    stated,
+                ]);
                 table.row(cells);
             }
         }
@@ -286,7 +291,7 @@ impl Report<'_> {
             table.row(vec![
                 format!("<b>{}</b>", row.letter),
                 self.names(&row.members),
-                row.kind.to_owned(),
+                format!("{}{}", row.kind, self.mounting(&row.members)),
                 count.to_string(),
                 amount(luminaire.luminous_flux_lm),
                 ratio(luminaire.maintenance_factor),
@@ -321,6 +326,25 @@ impl Report<'_> {
             1..=3 => (0..members.len()).map(name).collect::<Vec<_>>().join(", "),
             n => format!("{} … {}", name(0), name(n - 1)),
         }
+    }
+
+    /// How high luminaires hang, and how large their openings are; both small.
+    fn mounting(&self, members: &[usize]) -> String {
+        let heights_m =
+            members.iter().filter_map(|index| place_m(&self.scene.luminaires[*index].emission)).map(|m| m.z);
+        let (low_m, high_m) =
+            heights_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z_m| (low.min(z_m), high.max(z_m)));
+        let height = match () {
+            () if low_m > high_m => String::new(),
+            () if high_m - low_m < 0.005 => format!("at z = {} m", ratio(low_m)),
+            () => format!("at z = {} to {} m", ratio(low_m), ratio(high_m)),
+        };
+        let size = match &self.scene.luminaires[members[0]].emission {
+            Emission::Photometric { opening, .. } => opening_words(opening),
+            _ => String::new(),
+        };
+        let parts: Vec<String> = [height, size].into_iter().filter(|part| !part.is_empty()).collect();
+        if parts.is_empty() { String::new() } else { format!("<br><small class=\"soft\">{}</small>", parts.join(", ")) }
     }
 
     fn power_words(&self) -> String {
@@ -408,6 +432,29 @@ fn round_count(count: u64) -> f64 {
     (count / grain).round() * grain
 }
 
+/// Where a luminaire is: a point, or the middle of its opening.
+fn place_m(emission: &Emission) -> Option<glam::DVec3> {
+    match emission {
+        Emission::Isotropic { position_m, .. }
+        | Emission::Lambertian { position_m, .. }
+        | Emission::Photometric { position_m, .. } => Some(*position_m),
+        Emission::Sphere { center_m, .. } => Some(*center_m),
+        Emission::Area { .. } => None,
+    }
+}
+
+/// Size of a luminous opening: along C0, along C90, and its height where it has one.
+fn opening_words(opening: &Opening) -> String {
+    match *opening {
+        Opening::Rectangle { c0_m, c90_m } => format!("opening {} × {} m", ratio(c0_m), ratio(c90_m)),
+        Opening::Box { c0_m, c90_m, height_m } => {
+            format!("opening {} × {} × {} m", ratio(c0_m), ratio(c90_m), ratio(height_m))
+        }
+        Opening::Disk { diameter_m } => format!("opening {} m across", ratio(diameter_m)),
+        _ => String::new(),
+    }
+}
+
 fn percent_whole(fraction: f64) -> String {
     format!("{:.0}\u{a0}%", 100.0 * fraction)
 }
@@ -451,16 +498,26 @@ fn lux_markup(estimate: Estimate, join: impl Fn(&str, &str) -> String) -> String
     if estimate.is_known() { text } else { escaped(&text) }
 }
 
+/// A least or greatest illuminance as markup, where there are places to tell it of.
+fn extreme_markup(row: &TableRow, extreme: Estimate, join: impl Fn(&str, &str) -> String) -> String {
+    if row.knows_extremes() { lux_markup(extreme, join) } else { UNKNOWN.to_owned() }
+}
+
+/// A number without its error.
+fn alone(number: &str, _: &str) -> String {
+    number.to_owned()
+}
+
 fn result_cells(row: &TableRow, name: String) -> Vec<String> {
     let has_light = row.average_lx.is_known();
     let where_lit = |number: String| if has_light { number } else { UNKNOWN.to_owned() };
     vec![
         name,
         lux_markup(row.average_lx, with_error),
-        lux_markup(row.minimum_lx, with_error),
-        where_lit(lux(row.maximum_lx)),
-        uniformity_with_error(row, with_error),
-        ratio_of(row, row.uniformity_ud),
+        extreme_markup(row, row.minimum_lx, with_error),
+        extreme_markup(row, row.maximum_lx, with_error),
+        uniformity_with_error(row, row.uniformity_u0, with_error),
+        uniformity_with_error(row, row.uniformity_ud, with_error),
         where_lit(percent(row.estimated_error)),
     ]
 }

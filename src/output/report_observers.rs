@@ -34,7 +34,7 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
                 escaped(&row.name),
                 with_error(&lux(row.average_lx.value), &uncertainty(row.average_lx.standard_error)),
                 lux(row.minimum_lx.value),
-                lux(row.maximum_lx),
+                lux(row.maximum_lx.value),
                 percent(row.estimated_error),
             ]);
         }

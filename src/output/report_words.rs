@@ -19,24 +19,29 @@ pub fn target_words(solution: &Solution) -> String {
 
 /// Why the run ended.
 pub fn stop_words(solution: &Solution) -> String {
+    let why = solution.why_unmet().map_or(String::new(), |why| format!(", and {why}"));
     match (solution.stop_reason, solution.target_met) {
-        (StopReason::Exact, _) => "Every value follows from formulas: nothing is left to chance.",
-        (StopReason::Interrupted, _) => "The run was interrupted; the values are as exact as they had become by then.",
-        (_, Some(true)) => "The target was met.",
-        (StopReason::TimeLimit, Some(false)) => "The target was not met: the time granted was used up before.",
-        (_, Some(false)) => "The target was not met: the light paths granted were used up before.",
-        (StopReason::TimeLimit, None) => "The run ended with the time granted to it.",
-        (_, None) => "The run ended with the light paths granted to it.",
+        (StopReason::Exact, _) => "Every value follows from formulas: nothing is left to chance.".to_owned(),
+        (StopReason::Interrupted, _) => {
+            "The run was interrupted; the values are as exact as they had become by then.".to_owned()
+        }
+        (_, Some(true)) => "The target was met.".to_owned(),
+        (StopReason::TimeLimit, Some(false)) => {
+            format!("The target was not met: the time granted was used up before{why}.")
+        }
+        (_, Some(false)) => format!("The target was not met: the light paths granted were used up before{why}."),
+        (StopReason::TimeLimit, None) => "The run ended with the time granted to it.".to_owned(),
+        (_, None) => "The run ended with the light paths granted to it.".to_owned(),
     }
-    .to_owned()
 }
 
 /// Terms of the report and what they mean, as markup.
 pub fn explanations() -> Vec<(String, String)> {
     [
         ("Illuminance E", "the light that falls on a surface, in lux: lumens per square metre"),
-        ("Ē, E<sub>min</sub>, E<sub>max</sub>", "average, least and greatest illuminance of a grid's points or of a surface's elements. Chance pulls the least one down; that is taken off, so that it may stand above the least number in a plot"),
+        ("Ē, E<sub>min</sub>, E<sub>max</sub>", "average, least and greatest illuminance of a grid's points, or of the cells of a grid by EN 12464-1 on a surface; a surface that is not flat, or has coarser elements than that grid, has no least and greatest"),
         ("U<sub>0</sub>, U<sub>d</sub>", "uniformities: the least illuminance over the average, and over the greatest"),
+        ("–, &lt; x", "not known: there is nothing to tell it of, or it lies under its own error and is below x in nineteen cases of twenty"),
         ("Maintained", "what is left when lamps have aged and dust has settled: all values hold with the maintenance factors of the schedule"),
         ("Stated error", "how far the values of a map lie from the exact ones: a root mean square over the map, relative to its average. Single values may be off by two or three times as much"),
         ("± (standard error)", "how far one number, such as an average, is likely to be off by chance. An average over many points is far more exact than each of them"),

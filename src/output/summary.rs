@@ -146,7 +146,7 @@ fn luminance_entry(map: &MapResult) -> Value {
             "average_cd_m2": row.average_lx.value,
             "average_standard_error_cd_m2": row.average_lx.standard_error,
             "minimum_cd_m2": row.minimum_lx.value,
-            "maximum_cd_m2": row.maximum_lx,
+            "maximum_cd_m2": row.maximum_lx.value,
         })
     })
 }

@@ -10,8 +10,8 @@ use super::faces::{RoomFace, triangle_rule};
 use super::field::{Field, Line, Nodes};
 use super::mesh::{RoomMesh, extrapolated, graded_edges};
 use super::room::Room;
-use crate::maps::{MapKind, MapResult, MapValues, StatedValues, TableKind, stated_error, stated_row};
-use crate::scene::{Cell, Elements, ReceiverLayout, ReceiverPoint, Scene};
+use crate::maps::{MapKind, MapResult, MapValues, StatedValues, TableKind, grid_places, stated_error, stated_row};
+use crate::scene::{Cell, Elements, ReceiverLayout, ReceiverPoint, Scene, Side, evaluation_grid};
 
 /// Divisions of a face without breaks on the meshes, from the coarsest; each three neighbours are extrapolated.
 const DIVISIONS: [usize; 5] = [2, 4, 8, 16, 32];
@@ -138,7 +138,9 @@ impl<'a> Radiosity<'a> {
                 let range = cells.start as usize..cells.end as usize;
                 let area_m2 = weights[range.clone()].iter().sum();
                 let part = StatedValues::of(&values, &weights, range);
-                stated_row(&scene.surfaces[surface as usize].name, TableKind::Surface, "front", area_m2, &part)
+                let grid = evaluation_grid(scene, &elements, surface, Side::Front, |_| (1.0, 1.0));
+                let (name, places) = (&scene.surfaces[surface as usize].name, grid_places(&values, grid.as_ref()));
+                stated_row(name, TableKind::Surface, "front", area_m2, &part, &places)
             })
             .collect();
         let error = stated_error(&StatedValues::of(&values, &weights, 0..cells.len()));
@@ -193,7 +195,8 @@ impl<'a> Radiosity<'a> {
             _ => (TableKind::Points, 0.0),
         };
         let all = StatedValues::of(&values, &weights, 0..points.len());
-        let (error, tables) = (stated_error(&all), vec![stated_row(&receivers.name, kind, "front", area_m2, &all)]);
+        let (error, tables) =
+            (stated_error(&all), vec![stated_row(&receivers.name, kind, "front", area_m2, &all, &all.places())]);
         result(&receivers.name, MapKind::Receivers(set), values, error, tables)
     }
 

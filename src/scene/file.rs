@@ -142,6 +142,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
     advise(&mut scene, &shells);
     warn_of_faults(&mut scene);
     warn_of_overlaps(&mut scene, &shells);
+    super::warnings::arrange(&mut scene);
     Ok(scene)
 }
 

@@ -41,7 +41,18 @@ impl Rectangle {
             .flat_map(|id| surfaces.surfaces[*id as usize].triangles.clone())
             .map(|triangle| surfaces.triangles[triangle as usize])
             .collect();
-        let at = |vertex: u32| surfaces.vertices_m[vertex as usize];
+        let (rectangle, area_m2) = Rectangle::around(&surfaces.vertices_m, &triangles)?;
+        let [width_m, depth_m] = [rectangle.width_m, rectangle.depth_m];
+        if (area_m2 - width_m * depth_m).abs() > FLATNESS * width_m * depth_m {
+            return Err(format!("its area of {area_m2:.6} m² does not fill {width_m:.4} m × {depth_m:.4} m"));
+        }
+        Ok(rectangle)
+    }
+
+    /// The rectangle about flat triangles that face one way, along their longest boundary edge, and the area in m² that they fill
+    /// of it; what keeps them from being flat, otherwise.
+    pub fn around(vertices_m: &[DVec3], triangles: &[[u32; 3]]) -> Result<(Rectangle, f64), String> {
+        let at = |vertex: u32| vertices_m[vertex as usize];
         let twice_areas_m2: Vec<DVec3> =
             triangles.iter().map(|[a, b, c]| (at(*b) - at(*a)).cross(at(*c) - at(*a))).collect();
         let area_m2 = 0.5 * twice_areas_m2.iter().map(|area| area.length()).sum::<f64>();
@@ -78,10 +89,7 @@ impl Rectangle {
         if thickness_m > FLATNESS * width_m.max(depth_m) {
             return Err("it is not flat".into());
         }
-        if (area_m2 - width_m * depth_m).abs() > FLATNESS * width_m * depth_m {
-            return Err(format!("its area of {area_m2:.6} m² does not fill {width_m:.4} m × {depth_m:.4} m"));
-        }
-        Ok(Rectangle { corner_m: u * low[0] + v * low[1] + normal * low[2], u, v, width_m, depth_m })
+        Ok((Rectangle { corner_m: u * low[0] + v * low[1] + normal * low[2], u, v, width_m, depth_m }, area_m2))
     }
 
     /// The longer and the shorter side in m.
@@ -111,6 +119,12 @@ impl Rectangle {
             rows = rows.max((self.depth_m / (2.0 * self.width_m / columns) * (1.0 - FLATNESS)).ceil());
         }
         [columns, rows]
+    }
+
+    /// Where a point lies in the rectangle, in shares of its sides.
+    pub fn place(&self, point_m: DVec3) -> [f64; 2] {
+        let from_corner_m = point_m - self.corner_m;
+        [from_corner_m.dot(self.u) / self.width_m, from_corner_m.dot(self.v) / self.depth_m]
     }
 
     /// The grid of cell centres, lifted off the front.

@@ -301,7 +301,7 @@ fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLoo
 }
 
 /// What is known of how much of an element is exposed.
-enum Exposure {
+pub(super) enum Exposure {
     /// This share.
     Known(f64),
     /// Nothing.
@@ -312,7 +312,11 @@ enum Exposure {
 
 /// Share of every element that is exposed, by some points of each of which nothing is known, and by many of those that are
 /// covered in part; with the rays that it took.
-fn exposed_shares(context: &Context, elements: &Elements, known: impl Fn(u32) -> Exposure + Sync) -> (Vec<f64>, u64) {
+pub(super) fn exposed_shares(
+    context: &Context,
+    elements: &Elements,
+    known: impl Fn(u32) -> Exposure + Sync,
+) -> (Vec<f64>, u64) {
     let share = |index: u32| {
         let mut is_in_part = match known(index) {
             Exposure::Known(share) => return (share, 0),

@@ -3,13 +3,11 @@
 use super::glare::{GlareRating, rate, words_on_outside};
 use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
 use super::spending::Spending;
+use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
-use crate::maps::{
-    MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, TableKind, TableRow, TableSubject, standard_error,
-    table_row,
-};
+use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, standard_error};
 use crate::sampling::reflection::Law;
-use crate::scene::{Quantity, ReceiverLayout, Scene, Side, luminaires_behind_surfaces};
+use crate::scene::luminaires_behind_surfaces;
 
 /// Standard errors by which the flux that elements absorb may miss the one emitted: Student's t of 15 degrees of freedom is
 /// beyond them once in 20,000 runs.
@@ -171,55 +169,6 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
             MapKind::Receivers(set) => vec![receiver_table(context.scene, set, &job)],
         },
     }
-}
-
-fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
-    let (scene, elements) = (context.scene, &job.elements);
-    let mut rows = Vec::new();
-    for (id, surface) in scene.surfaces.iter().enumerate() {
-        let cells = elements.cells_of_surface(scene, id as u32);
-        for side in [Side::Front, Side::Back] {
-            let entries: Vec<usize> =
-                cells.clone().filter(|cell| elements.cell(*cell).side == side).map(|cell| cell as usize).collect();
-            if entries.is_empty() {
-                continue;
-            }
-            let weights: Vec<f64> = entries.iter().map(|entry| job.weights[*entry]).collect();
-            let mut row = table_row(
-                &job.map,
-                &TableSubject {
-                    name: &surface.name,
-                    kind: TableKind::Surface,
-                    side: side.name(),
-                    entries: &entries,
-                    weights: &weights,
-                    area_m2: weights.iter().sum(),
-                },
-            );
-            if job.adaptive.is_some() {
-                row.estimated_error = job.error_of_elements(&entries);
-            }
-            rows.push(row);
-        }
-    }
-    rows
-}
-
-fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
-    let receivers = &scene.receivers[set];
-    let entries: Vec<usize> = (0..receivers.points.len()).collect();
-    let (kind, area_m2) = match receivers.layout {
-        ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
-        _ => (TableKind::Points, 0.0),
-    };
-    let kind = match receivers.quantity {
-        Quantity::Luminance => TableKind::Luminance,
-        Quantity::Glare(_) => TableKind::Glare,
-        _ => kind,
-    };
-    let subject =
-        TableSubject { name: &receivers.name, kind, side: "front", entries: &entries, weights: &job.weights, area_m2 };
-    table_row(&job.map, &subject)
 }
 
 /// How the packets of chains ended, replica by replica: those that elements counted, or those that only tell of this.

@@ -14,6 +14,7 @@ mod run;
 mod solution;
 mod sparse;
 mod spending;
+mod surface_tables;
 mod sweep;
 
 pub use glare::GlareRating;

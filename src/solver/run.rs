@@ -34,7 +34,7 @@ const AIM_STEP: f64 = 1.2;
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
 /// How a run stands.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Progress {
     /// Worst stated error of the bound maps, once it has been judged.
     pub estimated_error: Option<f64>,
@@ -50,6 +50,8 @@ pub struct Progress {
     pub forecast_rays: Option<f64>,
     /// Forecast of the seconds that remain, once there is one.
     pub remaining_s: Option<f64>,
+    /// The map that the rest of the time goes to most, once there is a forecast.
+    pub slowest_map: Option<String>,
     /// Share of the work done, 0 to 1.
     pub fraction: f64,
     /// Seconds since the process started.

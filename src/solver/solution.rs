@@ -191,3 +191,24 @@ pub struct Solution {
     /// How results came about: facts that nobody needs to act on.
     pub notes: Vec<String>,
 }
+
+impl Solution {
+    /// Why a target was not met though the stated error may be under it: words that follow "since"; `None` where it was met, where
+    /// none was set, or where the error says enough.
+    pub fn why_unmet(&self) -> Option<String> {
+        let target = self.target_error?;
+        let map = self.maps.iter().find(|map| map.bound && map.target_met == Some(false))?;
+        if let Some(check) = map.checks.iter().find(|check| !check.passed) {
+            return Some(format!("the check \"{}\" of \"{}\" failed: {}", check.name, map.name, check.says));
+        }
+        if map.error.dark_upper_bound_lx.is_some() {
+            return Some(format!("no light has reached \"{}\" yet", map.name));
+        }
+        (self.estimated_error <= target).then(|| {
+            format!(
+                "the halves of \"{}\" agree that well by luck: by the spread of all replicas its error may be above the target in more than one run of twenty",
+                map.name
+            )
+        })
+    }
+}

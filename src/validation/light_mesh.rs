@@ -191,6 +191,7 @@ pub fn solve_by_light_mesh(
             forecast_chains: None,
             forecast_rays: None,
             remaining_s: None,
+            slowest_map: None,
             fraction: (done + 1) as f64 / requests.len() as f64,
             wall_s,
         });

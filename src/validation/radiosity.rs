@@ -47,6 +47,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
             forecast_chains: None,
             forecast_rays: None,
             remaining_s: None,
+            slowest_map: None,
             fraction: target_error.map_or(0.0, |target| (target / estimated_error.max(target)).min(1.0)),
             wall_s,
         });

@@ -130,7 +130,7 @@ pub(super) enum LuminaireKind {
         position: Vector,
         /// Direction of γ = 0; [0, 0, −1] by default.
         aim: Option<Vector>,
-        /// Turns C0 towards C90.
+        /// Turns C0 towards C90. At 0 a luminaire that aims straight down has C0 along +x and C90 along +y.
         rotation_deg: Option<f64>,
         #[schemars(flatten)]
         operation: Operation,

@@ -120,6 +120,11 @@ impl Job {
         self.rays - self.given_up_rays
     }
 
+    /// Root mean square in lx of what every element that adapts does not show.
+    pub fn discretisation_lx(&self) -> Vec<f64> {
+        self.loss.lost_lx2.iter().map(|lost_lx2| lost_lx2.max(0.0).sqrt()).collect()
+    }
+
     /// The finished values.
     pub fn values(&self) -> MapValues {
         let mut values = self.map.values();
@@ -135,7 +140,7 @@ impl Job {
                 values.direct_lx[site] = 0.0;
                 values.indirect_lx[site] = 0.0;
             }
-            values.discretisation_lx = self.loss.lost_lx2.iter().map(|lost_lx2| lost_lx2.max(0.0).sqrt()).collect();
+            values.discretisation_lx = self.discretisation_lx();
         }
         values
     }

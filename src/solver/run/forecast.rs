@@ -11,10 +11,15 @@ struct Left {
     chains: f64,
     rays: f64,
     seconds: f64,
+    /// The map that takes the most of it, and its seconds.
+    slowest: Option<(String, f64)>,
 }
 
 impl Left {
-    fn add(&mut self, chains: f64, rays: f64, seconds: f64) {
+    fn add(&mut self, map: &str, chains: f64, rays: f64, seconds: f64) {
+        if self.slowest.as_ref().is_none_or(|(_, most)| seconds > *most) {
+            self.slowest = Some((map.to_owned(), seconds));
+        }
         self.chains += chains;
         self.rays += rays;
         self.seconds += seconds;
@@ -61,6 +66,7 @@ impl Run<'_> {
             forecast_chains: known.then_some(chains as f64 + left.chains),
             forecast_rays: known.then_some(rays as f64 + left.rays),
             remaining_s: known.then_some(left.seconds),
+            slowest_map: left.slowest.filter(|_| known).map(|(name, _)| name),
             fraction: if known { work_fraction.max(time_fraction) } else { time_fraction }.min(1.0),
             wall_s,
         }
@@ -72,18 +78,19 @@ impl Run<'_> {
         for job in self.jobs.iter().filter(|job| job.bound && !job.met && !job.finest) {
             if job.engine == Engine::Gathering {
                 let rays = self.rays_to_ask(job);
-                left.add(0.0, rays, rays / rays_per_s);
+                left.add(&job.name, 0.0, rays, rays / rays_per_s);
             } else if job.samples > 0 {
                 let more = self.more_samples(job);
                 let share = more / job.samples as f64;
                 left.add(
+                    &job.name,
                     share * job.chains() as f64,
                     job.rays_to(job.samples + more as u64),
                     share * job.spending.all_seconds(),
                 );
             } else if let Some(target) = self.target_error {
                 let rays = job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
-                left.add(0.0, rays, rays / rays_per_s);
+                left.add(&job.name, 0.0, rays, rays / rays_per_s);
             }
         }
         left

@@ -1,0 +1,225 @@
+//! The grid on a surface by which its least and greatest illuminance and its uniformities are told.
+//!
+//! EN 12464-1 gives the distance of the grid's points; each point stands for a cell about it, and the illuminance there is the mean
+//! over what of the surface lies in the cell. So these numbers do not depend on how finely a surface happens to be cut.
+
+use super::elements::{Elements, Side};
+use super::model::{Scene, SurfaceId};
+use super::surface_grid::{Rectangle, Spacing};
+
+/// A surface whose grid would have more cells than this has none: it is a thread.
+const MOST_CELLS: f64 = 100_000.0;
+/// Elements larger than this share of a cell smooth what the cell should tell.
+const LARGEST_ELEMENT: f64 = 0.25;
+/// A cell counts where at least this share of it is surface that shows.
+const LEAST_FILLED: f64 = 0.5;
+/// A part of a cell below this share of it is rounding.
+const LEAST_PART: f64 = 1e-9;
+
+/// What of an element lies in a cell of a grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridPart {
+    /// Number of the element side.
+    pub element: u32,
+    /// Area in m² that shows.
+    pub area_m2: f64,
+    /// What the element's mean illuminance is to be multiplied by to be that of what shows.
+    pub scale: f64,
+    /// Centroid of the part in the element: the weights of the second and third corner.
+    pub at: [f64; 2],
+}
+
+/// The cells of a grid that count, each as parts of elements.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EvaluationGrid {
+    /// Parts of every cell.
+    pub cells: Vec<Vec<GridPart>>,
+    /// Area of a whole cell in m².
+    pub cell_m2: f64,
+    /// Whether an element in a cell that counts is larger than a quarter of a cell.
+    pub is_finer_than_elements: bool,
+}
+
+impl EvaluationGrid {
+    /// Leaves out cells of which less than half shows.
+    pub fn leave_out_covered(&mut self) {
+        let least_m2 = LEAST_FILLED * self.cell_m2;
+        self.cells.retain(|parts| shown_m2(parts) >= least_m2);
+    }
+}
+
+/// Area that shows of the parts of a cell.
+fn shown_m2(parts: &[GridPart]) -> f64 {
+    parts.iter().map(|part| part.area_m2).sum()
+}
+
+/// The grid of EN 12464-1 on one side of a flat surface, its cells filled with the parts of the elements that lie there.
+///
+/// `exposed` is the share that shows of every element side, and `scale` what its mean is to be multiplied by to be that of what shows.
+/// `None` where the surface is not flat, is smaller than four cells, or nothing of it shows.
+pub fn evaluation_grid(
+    scene: &Scene,
+    elements: &Elements,
+    surface: SurfaceId,
+    side: Side,
+    exposed: impl Fn(u32) -> (f64, f64),
+) -> Option<EvaluationGrid> {
+    let triangles = &scene.triangles[scene.surfaces[surface as usize].triangles.start as usize
+        ..scene.surfaces[surface as usize].triangles.end as usize];
+    let (rectangle, _) = Rectangle::around(&scene.vertices_m, triangles).ok()?;
+    let [columns, rows] = rectangle.counts(Spacing::En12464);
+    if columns < 2.0 || rows < 2.0 || columns * rows > MOST_CELLS {
+        return None;
+    }
+    let [long_m, short_m] = rectangle.sides_m();
+    let cell_m2 = long_m * short_m / (columns * rows);
+    let counts = [columns as usize, rows as usize];
+    let mut cells = vec![Vec::new(); counts[0] * counts[1]];
+    let mut large = vec![false; cells.len()];
+    for element in elements.cells_of_surface(scene, surface) {
+        let cell = elements.cell(element);
+        let area_m2 = elements.area_m2(scene, cell);
+        if cell.side != side {
+            continue;
+        }
+        let (exposed_share, scale) = exposed(element);
+        if exposed_share <= 0.0 {
+            continue;
+        }
+        // In units of the grid's cells.
+        let corners = elements.corners_m(scene, cell).map(|corner_m| {
+            let [x, y] = rectangle.place(corner_m);
+            [x * columns, y * rows]
+        });
+        let range = |axis: usize| {
+            let (low, high) = corners
+                .iter()
+                .fold((f64::MAX, f64::MIN), |(low, high), spot| (low.min(spot[axis]), high.max(spot[axis])));
+            (low.max(0.0) as usize)..(high.ceil().max(0.0) as usize).min(counts[axis])
+        };
+        for row in range(1) {
+            for column in range(0) {
+                let Some((share, middle)) = overlap(corners, [column as f64, row as f64]) else { continue };
+                let index = row * counts[0] + column;
+                let part = GridPart {
+                    element,
+                    area_m2: share * cell_m2 * exposed_share,
+                    scale,
+                    at: weights_of(corners, middle),
+                };
+                cells[index].push(part);
+                large[index] |= area_m2 > LARGEST_ELEMENT * cell_m2 * (1.0 + 1e-6);
+            }
+        }
+    }
+    let kept: Vec<usize> =
+        (0..cells.len()).filter(|index| shown_m2(&cells[*index]) >= LEAST_FILLED * cell_m2).collect();
+    let is_finer_than_elements = kept.iter().any(|index| large[*index]);
+    let cells: Vec<Vec<GridPart>> = kept.into_iter().map(|index| std::mem::take(&mut cells[index])).collect();
+    (!cells.is_empty()).then_some(EvaluationGrid { cells, cell_m2, is_finer_than_elements })
+}
+
+/// Area of a triangle within the unit square at a corner, and the centroid of what is there; `None` where they do not meet.
+///
+/// The triangle is cut along the four sides of the square, one after the other (Sutherland and Hodgman 1974).
+fn overlap(corners: [[f64; 2]; 3], low: [f64; 2]) -> Option<(f64, [f64; 2])> {
+    let mut ring: Vec<[f64; 2]> = corners.iter().map(|[x, y]| [x - low[0], y - low[1]]).collect();
+    for (axis, sign, limit) in [(0, 1.0, 0.0), (0, -1.0, -1.0), (1, 1.0, 0.0), (1, -1.0, -1.0)] {
+        let inside = |spot: &[f64; 2]| sign * spot[axis] - limit;
+        let mut cut = Vec::with_capacity(ring.len() + 1);
+        for (index, here) in ring.iter().enumerate() {
+            let before = &ring[(index + ring.len() - 1) % ring.len()];
+            let (depth, depth_before) = (inside(here), inside(before));
+            if (depth < 0.0) != (depth_before < 0.0) {
+                let share = depth_before / (depth_before - depth);
+                cut.push([0, 1].map(|k| before[k] + share * (here[k] - before[k])));
+            }
+            if depth >= 0.0 {
+                cut.push(*here);
+            }
+        }
+        ring = cut;
+    }
+    let [first, ..] = ring[..] else { return None };
+    let (mut area, mut moment) = (0.0, [0.0; 2]);
+    for pair in ring[1..].windows(2) {
+        let [p, q] = [pair[0], pair[1]].map(|spot| [spot[0] - first[0], spot[1] - first[1]]);
+        let part = 0.5 * (p[0] * q[1] - p[1] * q[0]).abs();
+        area += part;
+        (0..2).for_each(|k| moment[k] += part * (p[k] + q[k]) / 3.0);
+    }
+    (area > LEAST_PART).then(|| (area, [0, 1].map(|k| low[k] + first[k] + moment[k] / area)))
+}
+
+/// The weights that the second and third corner of a triangle have at a point of its plane.
+fn weights_of([a, b, c]: [[f64; 2]; 3], spot: [f64; 2]) -> [f64; 2] {
+    let [p, q, r] = [b, c, spot].map(|to| [to[0] - a[0], to[1] - a[1]]);
+    let twice_area = p[0] * q[1] - p[1] * q[0];
+    [(r[0] * q[1] - r[1] * q[0]) / twice_area, (p[0] * r[1] - p[1] * r[0]) / twice_area]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(edge_m: &str, u: &str, v: &str) -> (Scene, Option<EvaluationGrid>) {
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {{ "name": "table", "type": "rectangle", "origin": [1,2,0], "u": {u}, "v": {v}, "material": "m"{edge_m} }} ],
+            "luminaires": [ {{ "name": "lamp", "type": "point", "position": [2,1,0.9], "intensity_cd": 1 }} ] }}"#
+        );
+        let scene = crate::scene::scene_from_json(&text, None, std::path::Path::new(".")).expect("the table is valid");
+        let elements = Elements::of(&scene);
+        let grid = evaluation_grid(&scene, &elements, 0, Side::Front, |_| (1.0, 1.0));
+        (scene, grid)
+    }
+
+    /// Every cell is full, whatever the elements, and the mean over its parts of a function that is linear in the place is that of
+    /// the cell: the centroids of the parts are right.
+    #[test]
+    fn cells_are_filled_by_the_parts_of_elements() {
+        for edge_m in ["", r#", "max_element_edge": 0.31"#, r#", "max_element_edge": 0.07"#] {
+            let (scene, grid) = grid(edge_m, "[3,0,0]", "[0,2,0]");
+            let (grid, elements) = (grid.expect("a flat table"), Elements::of(&scene));
+            assert_eq!(grid.is_finer_than_elements, edge_m.is_empty());
+            // d = 3 m: 0.2·5^(log₁₀ 3) = 0.431 m.
+            assert_eq!(grid.cells.len(), 7 * 5);
+            for (index, parts) in grid.cells.iter().enumerate() {
+                let area_m2: f64 = parts.iter().map(|part| part.area_m2).sum();
+                assert!((area_m2 - 6.0 / 35.0).abs() < 1e-9, "{area_m2}");
+                let mut middle_m = glam::DVec3::ZERO;
+                for part in parts {
+                    let [a, b, c] = elements.corners_m(&scene, elements.cell(part.element));
+                    middle_m += part.area_m2 / area_m2 * (a + part.at[0] * (b - a) + part.at[1] * (c - a));
+                }
+                let expected_m = glam::DVec3::new(
+                    1.0 + 3.0 / 7.0 * ((index % 7) as f64 + 0.5),
+                    2.0 + 0.4 * ((index / 7) as f64 + 0.5),
+                    0.0,
+                );
+                assert!(middle_m.distance(expected_m) < 1e-9, "{middle_m} {expected_m}");
+            }
+        }
+    }
+
+    /// A speck has no uniformity.
+    #[test]
+    fn a_surface_smaller_than_the_grid_has_none() {
+        assert!(grid("", "[0.004,0,0]", "[0,0.004,0]").1.is_none());
+        assert!(grid("", "[0.4,0,0]", "[0,0.4,0]").1.is_some());
+    }
+
+    /// Cells of which less than half shows are left out: half of the table, cut along its diagonal.
+    #[test]
+    fn covered_cells_do_not_count() {
+        let (scene, _) = grid("", "[3,0,0]", "[0,2,0]");
+        let elements = Elements::of(&scene);
+        let one = |share: f64| {
+            let exposed = move |element: u32| (if element == 0 { 1.0 } else { share }, 1.0);
+            evaluation_grid(&scene, &elements, 0, Side::Front, exposed)
+        };
+        let full = one(1.0).map_or(0, |grid| grid.cells.len());
+        let half = one(0.0).map_or(0, |grid| grid.cells.len());
+        assert!(full == 35 && half > 15 && half < 22, "{full} {half}");
+    }
+}

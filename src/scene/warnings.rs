@@ -1,0 +1,112 @@
+//! Warnings in the order and number in which people read them: one for many equal things, what spoils results first.
+
+use std::collections::{HashMap, HashSet};
+
+use super::model::Scene;
+
+/// Words of warnings without whose cause being mended results are not those of the room that is meant.
+const GRAVE: [&str; 10] = [
+    "gives no light",
+    "is dark",
+    "are outside of",
+    "is outside of",
+    "inside of a closed solid",
+    "large for what is lit",
+    "length_unit",
+    "stand in one another",
+    "normals may be flipped",
+    "left out, because",
+];
+/// Words of remarks on how a file was read, and on what may well be meant.
+const SLIGHT: [&str; 9] = [
+    "maintenance",
+    "is taken",
+    "was taken",
+    "were ignored",
+    "read as",
+    "header",
+    "gamma runs from",
+    "cannot be chosen by --maps",
+    "parallelogram",
+];
+
+/// Tells equal warnings of several things in one, and puts grave ones first; else they keep their order.
+pub(super) fn arrange(scene: &mut Scene) {
+    let scene_names = scene.surfaces.iter().map(|surface| surface.name.as_str());
+    let scene_names = scene_names.chain(scene.luminaires.iter().map(|luminaire| luminaire.name.as_str()));
+    let names: HashSet<&str> = scene_names.chain(scene.receivers.iter().map(|set| set.name.as_str())).collect();
+    let mut warnings = grouped(&scene.warnings, |name| names.contains(name));
+    warnings.sort_by_key(|warning| rank(warning));
+    scene.warnings = warnings;
+}
+
+fn rank(warning: &str) -> u32 {
+    let has = |words: &[&str]| words.iter().any(|words| warning.contains(words));
+    match warning {
+        _ if has(&GRAVE) => 0,
+        _ if has(&SLIGHT) => 2,
+        _ => 1,
+    }
+}
+
+/// One warning for all that differ in the name before the colon alone, where the first of them stands.
+fn grouped(warnings: &[String], is_name: impl Fn(&str) -> bool) -> Vec<String> {
+    let parts = |warning: &str| {
+        // Names may hold colons.
+        let ends = warning.match_indices(": ").map(|(end, _)| end);
+        let end = ends.into_iter().find(|end| is_name(&warning[..*end]))?;
+        Some((warning[..end].to_owned(), warning[end + 2..].to_owned()))
+    };
+    let mut groups: Vec<(Vec<String>, String)> = Vec::new();
+    let mut known: HashMap<String, usize> = HashMap::new();
+    for warning in warnings {
+        let Some((name, words)) = parts(warning) else {
+            groups.push((Vec::new(), warning.clone()));
+            continue;
+        };
+        let place = *known.entry(words.clone()).or_insert_with(|| {
+            groups.push((Vec::new(), words));
+            groups.len() - 1
+        });
+        groups[place].0.push(name);
+    }
+    let text = |(names, words): (Vec<String>, String)| match &names[..] {
+        [] => words,
+        [name] => format!("{name}: {words}"),
+        [first, .., last] => format!("{first} … {last} ({} alike): {words}", names.len()),
+    };
+    groups.into_iter().map(text).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_warnings_of_many_things_are_one() {
+        let mut warnings: Vec<String> =
+            (1..=512).map(|number| format!("lamp: {number}: this luminaire gives no light")).collect();
+        warnings.push("lamp: 7: aim has no effect".to_owned());
+        warnings.push("mesh: a hole".to_owned());
+        let is_name = |name: &str| name.starts_with("lamp: ") && !name.ends_with("light");
+        assert_eq!(
+            grouped(&warnings, is_name),
+            [
+                "lamp: 1 … lamp: 512 (512 alike): this luminaire gives no light",
+                "lamp: 7: aim has no effect",
+                "mesh: a hole"
+            ]
+        );
+    }
+
+    #[test]
+    fn what_spoils_results_comes_first() {
+        let ranks = [
+            "work plane: 3 of 9 points lie inside of a closed solid",
+            "wall: its normal looks away",
+            "no luminaire has a maintenance_factor: results are those of a new installation",
+        ]
+        .map(rank);
+        assert_eq!(ranks, [0, 1, 2]);
+    }
+}

@@ -1,0 +1,134 @@
+//! Table rows of finished maps: sides of surfaces, and receiver sets.
+
+use super::adapt::{Exposure, exposed_shares};
+use super::job::{Context, Job};
+use crate::maps::{Places, TableKind, TableRow, TableSubject, table_row};
+use crate::scene::{EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid};
+
+/// Weights of the second and third corner of an element at its centroid, where its slopes are 0.
+const CENTROID: [f64; 2] = [1.0 / 3.0; 2];
+
+/// A side of a surface that the element map reports.
+struct SurfaceSide {
+    surface: SurfaceId,
+    side: Side,
+    entries: Vec<usize>,
+    grid: Option<EvaluationGrid>,
+}
+
+/// A row for every side of every surface.
+pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
+    let sides = surface_sides(context, job);
+    let discretisation_lx: Vec<f64> = match &job.adaptive {
+        Some(_) => job.discretisation_lx(),
+        None => Vec::new(),
+    };
+    // Elements that adapt are told without what is covered; the others are means over it too.
+    let exposed = if job.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
+    let row = |of: SurfaceSide| {
+        let weights: Vec<f64> = of.entries.iter().map(|entry| job.weights[*entry]).collect();
+        let mut of = of;
+        if let Some(grid) = &mut of.grid {
+            fit_to_elements(grid, job, &exposed);
+        }
+        let covered = |(entry, weight): (&usize, &f64)| weight * (1.0 - exposed.get(*entry).copied().unwrap_or(1.0));
+        let subject = TableSubject {
+            name: &context.scene.surfaces[of.surface as usize].name,
+            kind: TableKind::Surface,
+            side: of.side.name(),
+            entries: &of.entries,
+            weights: &weights,
+            area_m2: weights.iter().sum(),
+            covered_area_m2: of.entries.iter().zip(&weights).map(covered).sum(),
+            places: Places::Grid {
+                grid: of.grid.as_ref().filter(|grid| !grid.cells.is_empty()),
+                discretisation_lx: &discretisation_lx,
+            },
+        };
+        let mut row = table_row(&job.map, &subject);
+        if job.adaptive.is_some() {
+            row.estimated_error = job.error_of_elements(&of.entries);
+            let (scene, elements) = (context.scene, &job.elements);
+            let whole_m2 =
+                of.entries.iter().map(|entry| elements.area_m2(scene, elements.cell(*entry as u32))).sum::<f64>();
+            row.covered_area_m2 = (whole_m2 - row.area_m2).max(0.0);
+        }
+        row
+    };
+    sides.into_iter().map(row).collect()
+}
+
+/// All sides with their elements, and with the grid of their uniformities where elements are fine enough for it.
+fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
+    let (scene, elements) = (context.scene, &job.elements);
+    let mut sides = Vec::new();
+    for surface in 0..scene.surfaces.len() as SurfaceId {
+        for side in [Side::Front, Side::Back] {
+            let cells = elements.cells_of_surface(scene, surface);
+            let entries: Vec<usize> =
+                cells.filter(|cell| elements.cell(*cell).side == side).map(|cell| cell as usize).collect();
+            if entries.is_empty() {
+                continue;
+            }
+            let share = |element: u32| match &job.adaptive {
+                Some(adaptive) => (adaptive.exposed[element as usize], 1.0),
+                None => (1.0, 1.0),
+            };
+            let grid = evaluation_grid(scene, elements, surface, side, share)
+                .filter(|grid| job.adaptive.is_some() || !grid.is_finer_than_elements);
+            sides.push(SurfaceSide { surface, side, entries, grid });
+        }
+    }
+    sides
+}
+
+/// Share of every given element that shows, looked for where a grid asks for it.
+fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
+    let mut is_asked_for = vec![false; job.elements.len()];
+    for of in sides.iter().filter(|of| of.grid.is_some()) {
+        of.entries.iter().for_each(|entry| is_asked_for[*entry] = true);
+    }
+    let known = |index: u32| if is_asked_for[index as usize] { Exposure::Unknown } else { Exposure::Known(1.0) };
+    exposed_shares(context, &job.elements, known).0
+}
+
+/// Takes what is covered of given elements out of a grid's cells, and slopes from elements that show none.
+fn fit_to_elements(grid: &mut EvaluationGrid, job: &Job, exposed: &[f64]) {
+    for part in grid.cells.iter_mut().flatten() {
+        let element = part.element as usize;
+        if let Some(share) = exposed.get(element) {
+            part.area_m2 *= share;
+            part.scale = if *share > 0.0 { 1.0 / share } else { 0.0 };
+        }
+        if job.adaptive.as_ref().is_none_or(|adaptive| !adaptive.sloped[element]) {
+            part.at = CENTROID;
+        }
+    }
+    grid.leave_out_covered();
+}
+
+/// The row of a receiver set.
+pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
+    let receivers = &scene.receivers[set];
+    let entries: Vec<usize> = (0..receivers.points.len()).collect();
+    let (kind, area_m2) = match receivers.layout {
+        ReceiverLayout::Grid { area_m2, .. } => (TableKind::Grid, area_m2),
+        _ => (TableKind::Points, 0.0),
+    };
+    let kind = match receivers.quantity {
+        Quantity::Luminance => TableKind::Luminance,
+        Quantity::Glare(_) => TableKind::Glare,
+        _ => kind,
+    };
+    let subject = TableSubject {
+        name: &receivers.name,
+        kind,
+        side: "front",
+        entries: &entries,
+        weights: &job.weights,
+        area_m2,
+        covered_area_m2: 0.0,
+        places: Places::Entries,
+    };
+    table_row(&job.map, &subject)
+}
