@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::adapt::Adaptive;
-use super::job::Context;
+use super::job::{Context, TimeLeft};
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
@@ -121,6 +121,9 @@ pub fn direct_cost(
         if exposed == 0.0 {
             continue;
         }
+        if sites.samples >= (FEWEST_SITES as u64 * PASSES) as f64 && is_over(context) {
+            break;
+        }
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
             Some(reference) => sites.add(element.area_m2, PASSES, || {
                 // The mean, which the reference knows, and the chance of what goes beyond it there.
@@ -231,7 +234,7 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
     for some in indices.chunks(FEWEST_SITES) {
         let found: Vec<Sites> = some.par_iter().with_max_len(1).map(walk_from).collect();
         found.iter().for_each(|site| sites.merge(site));
-        if sites.rays > ENOUGH_RAYS as f64 {
+        if sites.rays > ENOUGH_RAYS as f64 || is_over(context) {
             break;
         }
     }
@@ -275,7 +278,15 @@ fn over_receivers<S: Send>(
                 return;
             }
         }
+        if is_over(context) {
+            return;
+        }
     }
+}
+
+/// Whether a limit or the user has ended the run: what a pilot has seen must do.
+fn is_over(context: &Context) -> bool {
+    (context.time_left)() == TimeLeft::None
 }
 
 /// The numbers below `count`, so ordered that the first of them are spread over all.
@@ -308,7 +319,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
         });
         rays += chain_rays;
         chains += 1;
-        if rays > ENOUGH_RAYS && chains >= FEWEST_SITES {
+        if chains >= FEWEST_SITES && (rays > ENOUGH_RAYS || is_over(context)) {
             break;
         }
     }

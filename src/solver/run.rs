@@ -8,6 +8,7 @@ use super::cells::CellSets;
 use super::choice::{self, Turn};
 use super::finish::finish;
 use super::job::{Context, Engine, Job, Refinement, TimeLeft};
+use super::pace::Pace;
 use super::sparse::fill_sparse_elements;
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
@@ -22,6 +23,7 @@ const UNBOUND_SHARE: f64 = 0.25;
 const FIRST_LOOK_RAYS: f64 = 4e6;
 /// Rays for the same where a limit or the user ended the run.
 const RAYS_IN_HASTE: f64 = 4e5;
+const SLICES_IN_HASTE: f64 = 4.0;
 /// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
 /// one before.
 const CUTTING_SHARE: f64 = 0.05;
@@ -89,8 +91,20 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         _ if is_later_than(CUTTING_SHARE) => TimeLeft::Little,
         _ => TimeLeft::Enough,
     };
-    let context =
-        Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to, time_left: &time_left };
+    let pace = match (settings.time_limit_s, settings.chains) {
+        (Some(limit_s), None) => Pace::within(limit_s),
+        _ => Pace::steady(),
+    };
+    let context = Context {
+        scene,
+        stage: &stage,
+        seed,
+        method,
+        target_error: planned_error,
+        adapt_to,
+        time_left: &time_left,
+        pace,
+    };
     let piloted = Instant::now();
     let mut run = Run {
         context: &context,
@@ -339,7 +353,9 @@ impl Run<'_> {
     fn slice(&mut self, index: usize) {
         let goal = self.goal(&self.jobs[index]);
         let job = &mut self.jobs[index];
+        let slice_started = Instant::now();
         let arrived = job.advance(self.context, self.sets.as_mut(), goal);
+        self.context.pace.note(slice_started.elapsed());
         if !arrived || goal < job.next_judgement {
             return;
         }
@@ -383,7 +399,9 @@ impl Run<'_> {
 
     /// Every map that was asked for shows something, however the run ended.
     fn give_every_map_a_start(&mut self, in_haste: bool) {
-        let most_rays = if in_haste { RAYS_IN_HASTE } else { FIRST_LOOK_RAYS };
+        // In haste no more than some slices take, which were short where rays are slow.
+        let in_slices = SLICES_IN_HASTE * self.context.pace.rays_per_slice();
+        let most_rays = if in_haste { in_slices.min(RAYS_IN_HASTE) } else { FIRST_LOOK_RAYS };
         let starts = |job: &&mut Job| !job.has_started() || in_haste && !job.knows_its_bias();
         for job in self.jobs.iter_mut().filter(starts).filter(|job| !job.map.is_empty()) {
             if in_haste && !job.knows_its_bias() {
