@@ -44,12 +44,23 @@ impl Pace {
         f64::from_bits(self.rays.load(Ordering::Relaxed))
     }
 
+    /// Learns from pilots how long rays take.
+    pub fn begin(&self, rays: u64, took: Duration) {
+        if self.slice_s.is_finite() && rays > 0 {
+            let fitting = rays as f64 * self.slice_s / took.as_secs_f64().max(f64::MIN_POSITIVE);
+            self.set(fitting.min(FIRST_RAYS));
+        }
+    }
+
+    fn set(&self, rays: f64) {
+        self.rays.store(rays.clamp(FEWEST_RAYS, RAYS_PER_SLICE).to_bits(), Ordering::Relaxed);
+    }
+
     /// Learns from how long a slice took.
     pub fn note(&self, took: Duration) {
         if self.slice_s.is_finite() {
             let growth = (self.slice_s / took.as_secs_f64().max(f64::MIN_POSITIVE)).clamp(LEAST_GROWTH, MOST_GROWTH);
-            let rays = (growth * self.rays_per_slice()).clamp(FEWEST_RAYS, RAYS_PER_SLICE);
-            self.rays.store(rays.to_bits(), Ordering::Relaxed);
+            self.set(growth * self.rays_per_slice());
         }
     }
 }
@@ -61,13 +72,14 @@ mod tests {
     #[test]
     fn slices_shrink_where_rays_are_slow_and_grow_again_where_they_are_quick() {
         let pace = Pace::within(1.0);
-        // Rays of a millisecond: after three slices none takes longer than a fiftieth of the limit.
+        // Rays of a millisecond, of which pilots know: no slice takes longer than a fiftieth of the limit, or has the fewest.
+        pace.begin(2000, Duration::from_secs(2));
         let mut rays = Vec::new();
         for _ in 0..6 {
             rays.push(pace.rays_per_slice());
             pace.note(Duration::from_secs_f64(1e-3 * pace.rays_per_slice()));
         }
-        assert!(rays[3..].iter().all(|rays| *rays <= FEWEST_RAYS), "{rays:?}");
+        assert!(rays.iter().all(|rays| *rays <= FEWEST_RAYS), "{rays:?}");
         for _ in 0..12 {
             pace.note(Duration::from_secs_f64(1e-8 * pace.rays_per_slice()));
         }

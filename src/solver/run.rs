@@ -117,6 +117,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         spending: Spending::default(),
         started_wall_s: observer.wall_s(),
     };
+    run.context.pace.begin(run.progress().rays, piloted.elapsed());
     run.prepare();
     run.spending.add(Activity::Pilots, stage.outlook_rays(), piloted.elapsed());
     let stop_reason = run.work();
