@@ -14,7 +14,8 @@ use super::{Outcome, console};
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
 use crate::scene::{
-    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, inspect, read_scene,
+    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, allow_large_files, inspect,
+    read_scene,
 };
 
 const EXAMPLES: &str = "\
@@ -37,10 +38,16 @@ pub struct InspectArguments {
     /// Write pictures into this directory: polar diagrams of luminaires, and the plan of a scene (SVG)
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
+    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
+    #[arg(long)]
+    allow_large: bool,
 }
 
 /// Shows a scene or a photometric file.
 pub fn run(arguments: &InspectArguments) -> Outcome {
+    if arguments.allow_large {
+        allow_large_files();
+    }
     let text = if is_photometric(&arguments.file) {
         let file = read_photometric_file(&arguments.file)?;
         if let Some(directory) = &arguments.plots {

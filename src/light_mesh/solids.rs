@@ -19,6 +19,8 @@ const OPEN: u32 = u32::MAX;
 const PARITY_DIRECTION: DVec3 = DVec3::new(0.356_822_089_773_09, 0.540_772_640_217_21, 0.761_749_023_160_17);
 /// Places on a triangle at which the wall behind it is measured, at most.
 const MOST_SOUNDINGS: f64 = 64.0;
+/// Crossings among whose shells one is looked for one by one.
+const MOST_LOOKED_THROUGH: usize = 64;
 
 /// The closed solids and rooms of a scene.
 pub struct Solids {
@@ -90,15 +92,27 @@ impl Solids {
 
     fn enclosing(&self, crossed: &[Crossed]) -> impl Iterator<Item = Closed> {
         let mut met: Vec<(u32, Side, bool)> = Vec::new();
+        // Of a few shells the place is found by looking at each.
+        let mut place_of: HashMap<u32, usize> = HashMap::new();
+        let is_crowded = crossed.len() > MOST_LOOKED_THROUGH;
         for one in crossed {
             let shell = self.shell_of[one.triangle as usize];
             if shell == OPEN {
                 continue;
             }
-            match met.iter_mut().find(|(known, ..)| *known == shell) {
+            let place = match is_crowded {
+                true => place_of.get(&shell).copied(),
+                false => met.iter().position(|(known, ..)| *known == shell),
+            };
+            match place.map(|place| &mut met[place]) {
                 Some((_, last, odd)) if *last != one.side => (*last, *odd) = (one.side, !*odd),
                 Some(_) => {}
-                None => met.push((shell, one.side, true)),
+                None => {
+                    if is_crowded {
+                        place_of.insert(shell, met.len());
+                    }
+                    met.push((shell, one.side, true));
+                }
             }
         }
         met.into_iter().filter(|(.., odd)| *odd).map(|(shell, ..)| self.shells[shell as usize])
