@@ -6,7 +6,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::memory::check_memory;
+use super::memory::{check_memory, limit_memory};
 use super::mesh::MeshArguments;
 use super::method::{self, Method, Plots, method};
 use super::number_text::{percent, significant, time};
@@ -78,6 +78,9 @@ pub struct SolveArguments {
     /// Plots: svg, png, both with a comma between, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     plots: Option<Plots>,
+    /// Memory that the run may take: 2GB, 512MiB [default: what the machine has left]
+    #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
+    memory_limit: Option<u64>,
     /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
     #[arg(long)]
     allow_large: bool,
@@ -89,6 +92,7 @@ pub struct SolveArguments {
 /// Solves a scene.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     heed_interruptions();
+    limit_memory(arguments.memory_limit);
     if arguments.allow_large {
         allow_large_files();
     }

@@ -148,7 +148,7 @@ impl<'a> IndirectMesh<'a> {
         Some(IndirectMesh {
             kept,
             templates: Templates::new(radius_m / step_m),
-            walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m),
+            walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m, around.give_up),
             least_height_m: around.stage.tracer.position_accuracy_m(),
             lattice,
             gathering,

@@ -171,7 +171,8 @@ impl<'a> LightMesh<'a> {
         Some(LightMesh {
             options,
             templates: templates.then(|| Templates::new(radius_m / step_m)),
-            walls: inside_flags.then(|| Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m)),
+            walls: inside_flags
+                .then(|| Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m, around.give_up)),
             tree: SparseTree::over(&lattice)?,
             lattice,
             sees: if tree { by_tree } else { one_by_one },

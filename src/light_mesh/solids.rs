@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::indirect::Stop;
 use super::lattice::{Index, Lattice};
 use crate::chain::Stage;
 use crate::geometry::{Crossed, Tracer};
@@ -164,11 +165,12 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// Lists the walls thinner than the radius, and open surfaces, within the radius of each block of cells.
-    pub fn of(solids: &Solids, stage: &Stage, scene: &Scene, lattice: &Lattice, radius_m: f64) -> Walls {
+    /// Lists the walls thinner than the radius, and open surfaces, within the radius of each block of cells; none more once
+    /// the run is given up.
+    pub fn of(solids: &Solids, stage: &Stage, scene: &Scene, lattice: &Lattice, radius_m: f64, give_up: Stop) -> Walls {
         let thin: Vec<u32> = (0..scene.triangles.len() as u32)
             .into_par_iter()
-            .filter(|triangle| solids.is_thin(stage, scene, *triangle, radius_m))
+            .filter(|triangle| !give_up() && solids.is_thin(stage, scene, *triangle, radius_m))
             .collect();
         let mut blocks: HashMap<u64, Vec<u32>> = HashMap::new();
         let edge_m = f64::from(BLOCK) * lattice.step_m;

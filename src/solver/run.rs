@@ -12,6 +12,7 @@ use super::pace::Pace;
 use super::sparse::fill_sparse_elements;
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
+use crate::base::memory::limit_bytes;
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::MapKind;
@@ -32,6 +33,8 @@ const WORK_ANEW: f64 = 4.0;
 /// Least error that a run which only a limit ends looks for, and steps in which it looks.
 const LEAST_AIM: f64 = 1e-4;
 const AIM_STEP: f64 = 1.2;
+/// Cells, and what was asked of them, may take one part in so many of the memory: solving for their light takes as much again.
+const SHARE_OF_MEMORY: u64 = 8;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
@@ -113,6 +116,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         observer,
         jobs: choose_jobs(&context, &settings.maps),
         sets: None,
+        most_bytes_of_cells: limit_bytes() / SHARE_OF_MEMORY,
         convergence: Vec::new(),
         spending: Spending::default(),
         started_wall_s: observer.wall_s(),
@@ -164,6 +168,8 @@ struct Run<'a> {
     jobs: Vec<Job>,
     /// The cells that rays ask, if any do.
     sets: Option<CellSets>,
+    /// Bytes that they, and what was asked of them, may take.
+    most_bytes_of_cells: u64,
     convergence: Vec<ConvergenceRow>,
     /// Seconds of pilots and of judging.
     spending: Spending,
@@ -357,6 +363,12 @@ impl Run<'_> {
         let slice_started = Instant::now();
         let arrived = job.advance(self.context, self.sets.as_mut(), goal);
         self.context.pace.note(slice_started.elapsed());
+        let within_memory = self.keeps_to_its_memory();
+        let job = &mut self.jobs[index];
+        if !within_memory {
+            // Walks and counts keep sums alone. The next slice is theirs.
+            return;
+        }
         if !arrived || goal < job.next_judgement {
             return;
         }
@@ -385,6 +397,30 @@ impl Run<'_> {
             let row = self.convergence_row();
             self.convergence.extend(row);
         }
+    }
+
+    /// Whether cells, and what maps have asked them, take no more than their share of the memory. Where they would, the map that
+    /// takes most goes over to walks or counts, and the cells go with the last map that asks.
+    fn keeps_to_its_memory(&mut self) -> bool {
+        let of_cells = self.sets.as_ref().map_or(0, CellSets::bytes);
+        let all = of_cells + self.jobs.iter().map(Job::bytes_of_asking).sum::<usize>();
+        if all as u64 <= self.most_bytes_of_cells {
+            return true;
+        }
+        let asking = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gathering);
+        let Some(job) = asking.max_by_key(|job| job.bytes_of_asking()) else {
+            return true;
+        };
+        job.stop_asking(self.context);
+        job.method_reason = format!(
+            "cells, and what was asked of them, took all of their {} MB of memory",
+            self.most_bytes_of_cells >> 20
+        );
+        job.next_judgement = job.first_samples();
+        if !self.jobs.iter().any(|job| job.engine == Engine::Gathering) {
+            self.sets = None;
+        }
+        false
     }
 
     /// Rays so far of all bound, or of all unbound maps.

@@ -229,6 +229,11 @@ impl Job {
         next_of(asks, &goal).is_none()
     }
 
+    /// Bytes of what it has asked cells.
+    pub fn bytes_of_asking(&self) -> usize {
+        self.asks.as_ref().map_or(0, CellAsks::bytes)
+    }
+
     /// What the next slice of a map that asks cells is about.
     pub(super) fn next_of_gathering(&self) -> Activity {
         let next = self.asks.as_ref().and_then(|asks| next_of(asks, &self.cell_goal));
