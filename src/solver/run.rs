@@ -35,6 +35,9 @@ const LEAST_AIM: f64 = 1e-4;
 const AIM_STEP: f64 = 1.2;
 /// Cells, and what was asked of them, may take one part in so many of the memory: solving for their light takes as much again.
 const SHARE_OF_MEMORY: u64 = 8;
+/// A map that shows nothing yet is worked on until so many times the limit and so many seconds more have passed.
+const LONG_OVER: f64 = 1.1;
+const PATIENCE_S: f64 = 0.5;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
@@ -127,6 +130,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     let stop_reason = run.work();
     let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
     run.give_every_map_a_start(in_haste);
+    let left_out = run.leave_out();
     run.judge_all(in_haste);
     let compute_s = started.elapsed().as_secs_f64() - build_s;
     let Run { jobs, convergence, mut spending, .. } = run;
@@ -134,7 +138,20 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
-    finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, build_s, compute_s)
+    let mut solution =
+        finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, build_s, compute_s);
+    if left_out.iter().any(|(_, bound)| *bound) {
+        solution.target_met = solution.target_met.map(|_| false);
+    }
+    solution.warnings.extend(left_out.iter().map(|(name, _)| {
+        format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
+    }));
+    solution
+}
+
+/// Whether a time limit has passed so long ago that what shows nothing yet is left out.
+fn is_long_over(settings: &Settings, observer: &dyn Observer) -> bool {
+    settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S)
 }
 
 /// The maps that a selection asks for, elements first, and whether the target binds each.
@@ -400,14 +417,14 @@ impl Run<'_> {
     }
 
     /// Whether cells, and what maps have asked them, take no more than their share of the memory. Where they would, the map that
-    /// takes most goes over to walks or counts, and the cells go with the last map that asks.
+    /// takes most and has not met the target goes over to walks or counts, and the cells go with the last map that asks.
     fn keeps_to_its_memory(&mut self) -> bool {
         let of_cells = self.sets.as_ref().map_or(0, CellSets::bytes);
         let all = of_cells + self.jobs.iter().map(Job::bytes_of_asking).sum::<usize>();
         if all as u64 <= self.most_bytes_of_cells {
             return true;
         }
-        let asking = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gathering);
+        let asking = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gathering && !job.met);
         let Some(job) = asking.max_by_key(|job| job.bytes_of_asking()) else {
             return true;
         };
@@ -458,9 +475,27 @@ impl Run<'_> {
                     let chains = (most_rays / job.rays_per_sample()) as u64;
                     job.count_all_by_chains(self.context, chains);
                 }
-                _ => while !job.advance(self.context, self.sets.as_mut(), 1) {},
+                _ => {
+                    while !job.advance(self.context, self.sets.as_mut(), 1) {
+                        if in_haste && is_long_over(self.settings, self.observer) {
+                            break;
+                        }
+                    }
+                }
             }
         }
+    }
+
+    /// Maps that show nothing when a time limit is long over: a walk from each of their points would take far longer.
+    fn leave_out(&mut self) -> Vec<(String, bool)> {
+        if !is_long_over(self.settings, self.observer) {
+            return Vec::new();
+        }
+        let shows = |job: &Job| job.has_started() || job.map.is_empty();
+        let left_out = self.jobs.iter().filter(|job| !shows(job));
+        let left_out = left_out.map(|job| (job.kind.name(self.context.scene).to_owned(), job.bound)).collect();
+        self.jobs.retain(shows);
+        left_out
     }
 
     fn judge_all(&mut self, in_haste: bool) {
