@@ -59,7 +59,7 @@ impl World {
     }
 
     fn around(&self) -> Surroundings<'_> {
-        let World { scene, stage, solids, samples, images, give_up: NEVER } = self;
+        let World { scene, stage, solids, samples, images } = self;
         Surroundings { scene, stage, solids, samples, images, give_up: NEVER }
     }
 
