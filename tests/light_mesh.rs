@@ -11,7 +11,7 @@ use luxmc::estimators::direct::Receiver;
 use luxmc::estimators::images::AreaImages;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
-    Accelerations, Counts, Entries, IndirectForm, LightMesh, Options, Placing, Samples, Solids, Surroundings,
+    Accelerations, Counts, Entries, IndirectForm, LightMesh, NEVER, Options, Placing, Samples, Solids, Surroundings,
 };
 use luxmc::maps::MapKind;
 use luxmc::scene::Scene;
@@ -60,7 +60,7 @@ impl World {
 
     fn around(&self) -> Surroundings<'_> {
         let World { scene, stage, solids, samples, images } = self;
-        Surroundings { scene, stage, solids, samples, images }
+        Surroundings { scene, stage, solids, samples, images, give_up: NEVER }
     }
 
     /// Direct light of the first receiver set by a mesh, and what it took.

@@ -18,6 +18,9 @@ use crate::sampling::reflection::{Law, Way};
 /// Packets that show what luminaires light, and chains that show how far surfaces are apart.
 const PACKETS: u64 = 1024;
 const CHAINS: u64 = 256;
+/// Distances that tell their median well enough, and the fewest chains that they must come from.
+const ENOUGH_DISTANCES: usize = 100_000;
+const FEWEST_CHAINS: u64 = 16;
 /// E/Φ over K, K that of places that face each other at the median distance of surfaces, from which on a luminaire lights a place
 /// from near: a point nearer than a fifth of that distance.
 const NEAR: f64 = 6.0;
@@ -201,6 +204,10 @@ pub fn median_distance_m(stage: &Stage) -> (f64, u64) {
             }
         });
         rays += chain_rays;
+        // In nearly white rooms a chain meets thousands of surfaces.
+        if distances_m.len() > ENOUGH_DISTANCES && chain >= FEWEST_CHAINS {
+            break;
+        }
     }
     let middle = distances_m.len() / 2;
     if distances_m.is_empty() {

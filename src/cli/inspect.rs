@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::exit::{Exit, Failure};
 use super::inspect_photometric::{photometric_json, photometric_text};
+use super::memory::{limit_memory, needed_bytes};
 use super::number_text::plain;
 use super::proportions::warn_of_proportions;
 use super::text_table::text_table;
@@ -14,8 +15,10 @@ use super::{Outcome, console};
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
 use crate::scene::{
-    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, inspect, read_scene,
+    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, allow_large_files, inspect,
+    read_scene,
 };
+use crate::solver::Settings;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -37,10 +40,26 @@ pub struct InspectArguments {
     /// Write pictures into this directory: polar diagrams of luminaires, and the plan of a scene (SVG)
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
+    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
+    #[arg(long)]
+    allow_large: bool,
+}
+
+/// What programs are told of a scene.
+#[derive(Serialize)]
+struct Inspected {
+    #[serde(flatten)]
+    inspection: Inspection,
+    /// Bytes that a run for all its maps takes, about, without cells.
+    memory_bytes: u64,
 }
 
 /// Shows a scene or a photometric file.
 pub fn run(arguments: &InspectArguments) -> Outcome {
+    limit_memory(None);
+    if arguments.allow_large {
+        allow_large_files();
+    }
     let text = if is_photometric(&arguments.file) {
         let file = read_photometric_file(&arguments.file)?;
         if let Some(directory) = &arguments.plots {
@@ -55,7 +74,12 @@ pub fn run(arguments: &InspectArguments) -> Outcome {
             write_plots(directory, &scene_plots(&scene))?;
         }
         let inspection = inspect(&scene);
-        if arguments.json { as_text(&inspection)? } else { scene_text(&inspection) }
+        let memory_bytes = needed_bytes(&scene, &Settings::default());
+        if arguments.json {
+            as_text(&Inspected { inspection, memory_bytes })?
+        } else {
+            scene_text(&inspection, memory_bytes)
+        }
     };
     console::result(&text)?;
     Ok(Exit::Done)
@@ -77,7 +101,7 @@ fn is_photometric(path: &Path) -> bool {
     matches!(extension.as_deref(), Some("ies" | "ldt"))
 }
 
-fn scene_text(inspection: &Inspection) -> String {
+fn scene_text(inspection: &Inspection, memory_bytes: u64) -> String {
     let totals = &inspection.totals;
     let mut text = String::new();
     if !inspection.title.is_empty() {
@@ -99,6 +123,10 @@ fn scene_text(inspection: &Inspection) -> String {
         text += &receiver_table(&inspection.receivers);
     }
     text += &format!("\nMaps: {} triangles, {} element sides\n", totals.triangles, totals.element_sides);
+    text += &format!(
+        "Memory: about {} MB for all maps, and up to an eighth of the machine's, or of --memory-limit, for cells\n",
+        plain((memory_bytes as f64 / 1e6).max(1.0), 2)
+    );
     for warning in inspection.warnings.iter().filter(|warning| !is_listed_above(warning)) {
         text += &format!("warning: {warning}\n");
     }

@@ -5,6 +5,7 @@ use crate::scene::{Elements, Scene};
 use crate::solver::{Settings, map_requests};
 
 use super::exit::Failure;
+use crate::base::memory::{limit_bytes, set_limit_bytes};
 
 /// Bytes of a map's entry: sums of 16 replicas for direct, indirect and gathered light, levels, and results.
 const BYTES_PER_ENTRY: u64 = 520;
@@ -16,7 +17,7 @@ const BYTES_PER_TRIANGLE: u64 = 300;
 /// Bytes that a run takes at most, about.
 ///
 /// Accuracy: measured at 0.6 to 0.9 of it on spheres of 350,000 and 880,000 elements.
-fn needed_bytes(scene: &Scene, settings: &Settings) -> u64 {
+pub fn needed_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let entries: usize = map_requests(scene, &settings.maps)
         .into_iter()
         .map(|(kind, _)| match kind {
@@ -52,8 +53,13 @@ fn available_of_meminfo(text: &str) -> Option<u64> {
 ///
 /// What it needs, what there is, and what would need less.
 pub fn check_memory(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
-    let needed = needed_bytes(scene, settings);
-    available_bytes().map_or(Ok(()), |available| refuse_beyond(needed, available))
+    refuse_beyond(needed_bytes(scene, settings), limit_bytes())
+}
+
+/// Limits the memory of the process to so many bytes, and to what the machine has left.
+pub fn limit_memory(wanted: Option<u64>) {
+    let available = available_bytes().unwrap_or(u64::MAX);
+    set_limit_bytes(wanted.unwrap_or(u64::MAX).min(available));
 }
 
 fn refuse_beyond(needed: u64, available: u64) -> Result<(), Failure> {
@@ -64,7 +70,7 @@ fn refuse_beyond(needed: u64, available: u64) -> Result<(), Failure> {
     Err(Failure::Usage {
         what: "the maps do not fit into memory".to_owned(),
         got: format!("maps that need about {}", gigabytes(needed)),
-        expected: format!("at most {}, which the machine has left", gigabytes(available)),
+        expected: format!("at most {}, which the machine has left or --memory-limit allows", gigabytes(available)),
         remedy: "use a larger max_element_edge, fewer receivers, or ask for fewer maps with --maps".to_owned(),
     })
 }

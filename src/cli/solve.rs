@@ -6,7 +6,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::memory::check_memory;
+use super::memory::{check_memory, limit_memory};
 use super::mesh::MeshArguments;
 use super::method::{self, Method, Plots, method};
 use super::number_text::{percent, significant, time};
@@ -21,7 +21,7 @@ use crate::output::{
     ReportContext, ResultDirectory, RunRecord, plots, report_file, result_files, summary_file, vtk_file,
 };
 use crate::radiosity::Radiosity;
-use crate::scene::{Elements, Scene, read_scene};
+use crate::scene::{Elements, Scene, allow_large_files, read_scene};
 use crate::solver::{ElementChoice, Settings, Solution, StopReason, solve};
 use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
@@ -78,6 +78,12 @@ pub struct SolveArguments {
     /// Plots: svg, png, both with a comma between, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     plots: Option<Plots>,
+    /// Memory that the run may take: 2GB, 512MiB [default: what the machine has left]
+    #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
+    memory_limit: Option<u64>,
+    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
+    #[arg(long)]
+    allow_large: bool,
     /// No progress on standard error; warnings and errors stay
     #[arg(long)]
     quiet: bool,
@@ -86,6 +92,10 @@ pub struct SolveArguments {
 /// Solves a scene.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     heed_interruptions();
+    limit_memory(arguments.memory_limit);
+    if arguments.allow_large {
+        allow_large_files();
+    }
     let mut scene = read_scene(&arguments.scene)?;
     check_proportions(&mut scene, &arguments.scene.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();

@@ -43,6 +43,29 @@ pub fn time_s(text: &str) -> Result<f64, String> {
     Err(format!("out of range; {REMEDY}"))
 }
 
+/// Memory in bytes: a number with `MB`, `GB`, `MiB`, `GiB` or another such unit, or without one (bytes).
+pub fn bytes(text: &str) -> Result<u64, String> {
+    const REMEDY: &str = "write an amount of at least 64 MB, such as 2GB, 512MiB or 2e9";
+    const LEAST: f64 = 64e6;
+    let text = text.trim();
+    let start_of_unit = text.find(|letter: char| letter.is_ascii_alphabetic() && letter != 'e').unwrap_or(text.len());
+    let (digits, unit) = text.split_at(start_of_unit);
+    let unit_bytes = match unit.to_ascii_lowercase().as_str() {
+        "" | "b" => 1.0,
+        "kb" | "k" => 1e3,
+        "mb" | "m" => 1e6,
+        "gb" | "g" => 1e9,
+        "tb" | "t" => 1e12,
+        "kib" => 1024.0,
+        "mib" => 1024.0 * 1024.0,
+        "gib" => 1024.0 * 1024.0 * 1024.0,
+        "tib" => 1024.0 * 1024.0 * 1024.0 * 1024.0,
+        _ => return Err(format!("\"{unit}\" is no unit of memory; {REMEDY}")),
+    };
+    let bytes = digits.trim_end().parse::<f64>().map_err(|_| format!("not a number; {REMEDY}"))? * unit_bytes;
+    if (LEAST..=1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(format!("out of range; {REMEDY}")) }
+}
+
 /// A number of chains: a whole number above 0, `1_000_000` and `1e6` included.
 pub fn chains(text: &str) -> Result<u64, String> {
     let remedy = format!("write a whole number from 1 to {MOST_CHAINS}, such as 1000000, 1_000_000 or 1e6");

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::caches::{CellGrid, CellKey, CellLight, CellRef, CellSample, Lookup};
 use crate::chain::{Spot, Stage};
 use crate::estimators::direct::{Care, Receiver, one_look};
-use crate::estimators::walk::{Memory, Met, Recall, gather_along_lx};
+use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, Memory, Met, Recall, gather_along_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
@@ -255,7 +255,7 @@ pub fn residual_walk(
     };
     let weight = weight * here.reflectance;
     let mut part = 0;
-    loop {
+    while rays < MOST_RAYS_OF_A_WALK {
         ask(here.question(grid, -weight));
         let receiver = here.place.receiver();
         if !here.indirect_alone
@@ -277,4 +277,5 @@ pub fn residual_walk(
         }
         (here, part) = (next, 1);
     }
+    (plain_lx, rays)
 }

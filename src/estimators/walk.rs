@@ -189,6 +189,10 @@ struct Start {
     looked_back: Option<LookedBack>,
 }
 
+/// Rays after which a walk ends: thirty times its expected length in the whitest room that is taken. Only in a white place that
+/// no luminaire's light enters walks come to that, and would go on for ever.
+pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
+
 /// One sample of π times the luminance that comes along a ray, without the emitters that `departure` has looked at, and
 /// the rays it took. What the first surface spreads counts with the shares of its place and normal.
 fn follow_lm_m2(
@@ -203,7 +207,7 @@ fn follow_lm_m2(
     let (mut sum_lm_m2, mut rays) = (0.0, 0);
     let mut is_first = true;
     let mut weight = 1.0;
-    loop {
+    while rays < MOST_RAYS_OF_A_WALK {
         rays += 1;
         let hit = match stage.tracer.first_hit(&origin, direction) {
             Meeting::Surface(hit) => hit,
@@ -308,6 +312,7 @@ fn follow_lm_m2(
         }
         direction = scattered.direction;
     }
+    (sum_lm_m2, rays)
 }
 
 /// What the emitters that a ray meets add, in lm/m²: their exitance, times the share that is the ray's to count.

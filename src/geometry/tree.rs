@@ -2,27 +2,17 @@
 //!
 //! The stock node test clamps the entry into a box to 1e-4 in units of the ray's length, so that a ray from just
 //! above a floor misses it. Ours starts a little before the origin ([`BEFORE`]). It divides nothing by rounding
-//! twice: the boxes under the tree are padded by [`PADDING`], which exceeds all the rounding of the test. Both
+//! twice: the boxes under the tree are padded (`build`), which exceeds all the rounding of the test. Both
 //! versions of the test, AVX2 and portable, do the same operations in the same order and give the same bits.
 
 use glam::{UVec2, Vec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::cwbvh::node::CwBvhNode;
-use obvhs::ploc::PlocBuilder;
-use obvhs::splits::split_aabbs_preset;
-use obvhs::triangle::Triangle;
 
+use super::build::build;
 use super::origin::Origin;
 use super::tracer::{ball_parts, meet_ball};
 use super::triangle::{Crossing, Ray, Slots};
-
-/// How much the boxes under the tree are padded on every side, in scaled coordinates. The node test works on
-/// differences of coordinates up to 2 with six roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.
-const PADDING: f32 = 1.0 / (1u32 << 19) as f32;
 
 /// How far before its origin a ray may meet a front that the origin counts as in front of, in units of the
 /// direction: a few times [`super::origin::LIFT`], for rays that leave a surface at a slant.
@@ -321,76 +311,6 @@ fn has_avx2() -> bool {
     }
     #[cfg(not(target_arch = "x86_64"))]
     false
-}
-
-/// Pads a box by more than the rounding of the node test.
-fn padded(low: Vec3A, high: Vec3A) -> Aabb {
-    Aabb { min: low - PADDING, max: high + PADDING }
-}
-
-/// Levels that fit the stack of obvhs' walk, which holds 32 groups of siblings and drops the rest silently.
-const DEEPEST: usize = 30;
-
-/// obvhs' very slow build, step by step, so that boxes are padded once they are split and temporaries go early.
-///
-/// Scenes that make it too deep for the walk's stack (thousands of triangles in one place) are built without the
-/// optimisation that deepens the tree.
-fn build(corners: impl ExactSizeIterator<Item = [Vec3; 3]> + Clone, balls: &[Ball]) -> CwBvh {
-    let optimised = build_with(BvhBuildParams::very_slow_build(), corners.clone(), balls);
-    if depth(&optimised) <= DEEPEST {
-        return optimised;
-    }
-    let params = BvhBuildParams { reinsertion_batch_ratio: 0.0, ..BvhBuildParams::very_slow_build() };
-    build_with(params, corners, balls)
-}
-
-fn build_with(params: BvhBuildParams, corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: &[Ball]) -> CwBvh {
-    let mut bvh2 = {
-        let first_ball = corners.len() as u32;
-        let (mut boxes, mut indices) = split_boxes(corners);
-        boxes.iter_mut().for_each(|aabb| *aabb = padded(aabb.min, aabb.max));
-        indices.extend(first_ball..first_ball + balls.len() as u32);
-        let around = |ball: &Ball| (ball.center - ball.radius, ball.center + ball.radius);
-        boxes.extend(balls.iter().map(around).map(|(low, high)| padded(low.as_vec3a(), high.as_vec3a())));
-        PlocBuilder::new().build(
-            params.ploc_search_distance,
-            &boxes,
-            indices,
-            params.sort_precision,
-            params.search_depth_threshold,
-        )
-    };
-    bvh2.uses_spatial_splits = params.pre_split;
-    ReinsertionOptimizer::default().run(&mut bvh2, params.reinsertion_batch_ratio, None);
-    let mut tree = bvh2_to_cwbvh(&bvh2, params.max_prims_per_leaf.min(3), true, false);
-    tree.nodes.shrink_to_fit();
-    tree.primitive_indices.shrink_to_fit();
-    tree
-}
-
-/// Number of levels of a tree.
-fn depth(tree: &CwBvh) -> usize {
-    let mut deepest = 0;
-    let mut open = if tree.nodes.is_empty() { vec![] } else { vec![(0, 1)] };
-    while let Some((index, level)) = open.pop() {
-        deepest = deepest.max(level);
-        let node: &CwBvhNode = &tree.nodes[index];
-        let children = (0..8).filter(|child| !node.is_child_empty(*child) && !node.is_leaf(*child));
-        open.extend(children.map(|child| (node.child_node_index(child) as usize, level + 1)));
-    }
-    deepest
-}
-
-/// Boxes of the triangles, with large slanted triangles cut into several boxes, and the triangle of every box.
-fn split_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> (Vec<Aabb>, Vec<u32>) {
-    let triangles: Vec<Triangle> =
-        corners.map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() }).collect();
-    let mut boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
-    let mut indices: Vec<u32> = (0..triangles.len() as u32).collect();
-    let largest = boxes.iter().map(Aabb::half_area).fold(0.0, f32::max);
-    let mean = boxes.iter().map(Aabb::half_area).sum::<f32>() / boxes.len().max(1) as f32;
-    split_aabbs_preset(&mut boxes, &mut indices, &triangles, mean, largest);
-    (boxes, indices)
 }
 
 /// Which children of a node the ray enters between two distances, as obvhs encodes them.

@@ -37,6 +37,9 @@ const TOWARDS_NORMALS: u32 = u32::MAX - 16;
 /// Whether a limit or the user has ended the run.
 pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
+/// Where nothing ends a run.
+pub const NEVER: Stop<'static> = &|| false;
+
 /// Coefficients of the light that arrives at a point, from each half of its walks.
 type Field = [[f64; COEFFICIENTS]; HALVES];
 
@@ -145,7 +148,7 @@ impl<'a> IndirectMesh<'a> {
         Some(IndirectMesh {
             kept,
             templates: Templates::new(radius_m / step_m),
-            walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m),
+            walls: Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m, around.give_up),
             least_height_m: around.stage.tracer.position_accuracy_m(),
             lattice,
             gathering,
@@ -268,7 +271,7 @@ impl<'a> IndirectMesh<'a> {
 
     /// Whether the walks of a half end here since the run has been ended: looked at every so many of them.
     fn ends_at(&self, done: u64) -> bool {
-        done > 0 && done.is_multiple_of(WALKS_BETWEEN_LOOKS) && (self.stop)()
+        done > 0 && done.is_multiple_of(WALKS_BETWEEN_LOOKS) && (self.stop)() || (self.around.give_up)()
     }
 
     /// Illuminance in lx on a plane through a mesh point, by each half of the walks; `None` inside of a solid.

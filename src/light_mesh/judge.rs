@@ -146,6 +146,9 @@ pub fn measure_direct(
     let judged: Vec<(f64, u64)> = chosen
         .par_iter()
         .map(|(entry, light)| {
+            if (around.give_up)() {
+                return (0.0, 0);
+            }
             let mut stream = Stream::new(seed, Purpose::LightMesh, map, 1);
             let mut rays = 0;
             let mut half_lx = |half: u64| {
@@ -276,6 +279,9 @@ impl Checked {
             for (half, half_lx) in (0u64..).zip(halves_lx) {
                 let mut sum_lx = done as f64 * *half_lx;
                 for walk in done..all {
+                    if (around.give_up)() {
+                        break;
+                    }
                     let index = ((*entry as u64) << SAMPLE_BITS) | (half << HALF_BIT) | walk;
                     stream.seek_quasi(index, 2 * *entry as u64 + half, walk);
                     let (lx, walk_rays) = sample_indirect(around, entries, *entry, &mut cut, &mut stream);

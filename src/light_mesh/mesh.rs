@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use glam::DVec3;
 
+use super::indirect::Stop;
 use super::lattice::{Index, Lattice};
 use super::options::{Accelerations, Options};
 use super::samples::{DIGITS, Samples, Seen, Sees, by_tree, one_by_one};
@@ -136,6 +137,8 @@ pub struct Surroundings<'a> {
     pub samples: &'a Samples,
     /// What its flat mirrors show of balls and areas.
     pub images: &'a AreaImages,
+    /// Whether a limit or the user has ended the run so long ago that what is not computed yet is given up.
+    pub give_up: Stop<'a>,
 }
 
 impl Surroundings<'_> {
@@ -168,7 +171,8 @@ impl<'a> LightMesh<'a> {
         Some(LightMesh {
             options,
             templates: templates.then(|| Templates::new(radius_m / step_m)),
-            walls: inside_flags.then(|| Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m)),
+            walls: inside_flags
+                .then(|| Walls::of(around.solids, around.stage, around.scene, &lattice, radius_m, around.give_up)),
             tree: SparseTree::over(&lattice)?,
             lattice,
             sees: if tree { by_tree } else { one_by_one },

@@ -29,7 +29,7 @@ mod walks;
 pub use complete::Rounds;
 pub use entries::Entries;
 pub use error::{NotForLightMesh, check};
-pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh, Stop};
+pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh, NEVER, Stop};
 pub use lattice::{Index, Lattice};
 pub use mesh::{Counts, LightMesh, MeshLight, SetKind, Surroundings, Workroom};
 pub use options::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP};

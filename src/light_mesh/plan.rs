@@ -131,8 +131,6 @@ pub struct Planner<'a> {
     pub most_rays: f64,
     /// Whether a limit or the user has ended the run.
     pub stop: Stop<'a>,
-    /// Whether that is so long ago that a map is given up which shows nothing yet.
-    pub give_up: Stop<'a>,
 }
 
 impl<'a> Planner<'a> {

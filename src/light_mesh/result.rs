@@ -140,7 +140,7 @@ impl Planner<'_> {
         let all: Vec<usize> = (0..entries.weights.len()).collect();
         let (mut lights, mut effort) = (Vec::with_capacity(all.len()), Effort::default());
         for part in all.chunks(ENTRIES_OF_PART) {
-            if (self.give_up)() {
+            if (self.around.give_up)() {
                 break;
             }
             let (more, took) = light_of(&self.around, entries, part, direct, indirect, self.wishes.seed, map);

@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::indirect::Stop;
 use super::lattice::{Index, Lattice};
 use crate::chain::Stage;
 use crate::geometry::{Crossed, Tracer};
@@ -19,6 +20,8 @@ const OPEN: u32 = u32::MAX;
 const PARITY_DIRECTION: DVec3 = DVec3::new(0.356_822_089_773_09, 0.540_772_640_217_21, 0.761_749_023_160_17);
 /// Places on a triangle at which the wall behind it is measured, at most.
 const MOST_SOUNDINGS: f64 = 64.0;
+/// Crossings among whose shells one is looked for one by one.
+const MOST_LOOKED_THROUGH: usize = 64;
 
 /// The closed solids and rooms of a scene.
 pub struct Solids {
@@ -90,15 +93,27 @@ impl Solids {
 
     fn enclosing(&self, crossed: &[Crossed]) -> impl Iterator<Item = Closed> {
         let mut met: Vec<(u32, Side, bool)> = Vec::new();
+        // Of a few shells the place is found by looking at each.
+        let mut place_of: HashMap<u32, usize> = HashMap::new();
+        let is_crowded = crossed.len() > MOST_LOOKED_THROUGH;
         for one in crossed {
             let shell = self.shell_of[one.triangle as usize];
             if shell == OPEN {
                 continue;
             }
-            match met.iter_mut().find(|(known, ..)| *known == shell) {
+            let place = match is_crowded {
+                true => place_of.get(&shell).copied(),
+                false => met.iter().position(|(known, ..)| *known == shell),
+            };
+            match place.map(|place| &mut met[place]) {
                 Some((_, last, odd)) if *last != one.side => (*last, *odd) = (one.side, !*odd),
                 Some(_) => {}
-                None => met.push((shell, one.side, true)),
+                None => {
+                    if is_crowded {
+                        place_of.insert(shell, met.len());
+                    }
+                    met.push((shell, one.side, true));
+                }
             }
         }
         met.into_iter().filter(|(.., odd)| *odd).map(|(shell, ..)| self.shells[shell as usize])
@@ -150,11 +165,12 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// Lists the walls thinner than the radius, and open surfaces, within the radius of each block of cells.
-    pub fn of(solids: &Solids, stage: &Stage, scene: &Scene, lattice: &Lattice, radius_m: f64) -> Walls {
+    /// Lists the walls thinner than the radius, and open surfaces, within the radius of each block of cells; none more once
+    /// the run is given up.
+    pub fn of(solids: &Solids, stage: &Stage, scene: &Scene, lattice: &Lattice, radius_m: f64, give_up: Stop) -> Walls {
         let thin: Vec<u32> = (0..scene.triangles.len() as u32)
             .into_par_iter()
-            .filter(|triangle| solids.is_thin(stage, scene, *triangle, radius_m))
+            .filter(|triangle| !give_up() && solids.is_thin(stage, scene, *triangle, radius_m))
             .collect();
         let mut blocks: HashMap<u64, Vec<u32>> = HashMap::new();
         let edge_m = f64::from(BLOCK) * lattice.step_m;

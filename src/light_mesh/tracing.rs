@@ -120,7 +120,7 @@ pub fn light_of(
             let mut exact_rays = 0;
             let lights = chunk.iter().map(|entry| {
                 let mut light = EntryLight { is_known: !entries.has_places(*entry), ..EntryLight::default() };
-                if entries.weights[*entry] <= 0.0 {
+                if entries.weights[*entry] <= 0.0 || (around.give_up)() {
                     return light;
                 }
                 if let DirectBy::Rays { first, passes } = direct {

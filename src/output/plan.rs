@@ -21,6 +21,8 @@ const MOST_EDGES: usize = 4000;
 const SMOOTH_COSINE: f64 = 0.94;
 /// Side of a square that is covered or not, where there are too many edges.
 const SQUARE: f64 = 2.0;
+/// Of more luminaires than this only one is drawn at each place of a picture.
+const MOST_SYMBOLS: usize = 10_000;
 /// Symbols of more luminaires than this bear no letters.
 const MOST_LETTERS: usize = 200;
 /// Radius of a disk that stands for all of an observer's glare.
@@ -282,12 +284,19 @@ impl<'a> Plan<'a> {
 
     fn draw_luminaires(&self, picture: &mut Picture, schedule: &Schedule) {
         let has_letters = self.scene.luminaires.len() <= MOST_LETTERS;
+        // Of very many, symbols that hide each other are one.
+        let is_crowded = self.scene.luminaires.len() > MOST_SYMBOLS;
+        let mut drawn: HashSet<[i64; 2]> = HashSet::new();
         for (index, luminaire) in self.scene.luminaires.iter().enumerate() {
             let middle = match &luminaire.emission {
                 Emission::Area { surfaces, .. } => self.draw_emitting_surfaces(picture, surfaces),
                 emission => {
                     let place_m = place_m(emission).unwrap_or(DVec3::ZERO);
                     let spot = self.spot(place_m);
+                    let at = spot.map(|coordinate| coordinate.round() as i64);
+                    if is_crowded && !drawn.insert(at) {
+                        continue;
+                    }
                     if let Some(axis) = axis(emission) {
                         let reach = [22.0 * axis.x, -22.0 * axis.y];
                         picture.line(vec![spot, [spot[0] + reach[0], spot[1] + reach[1]]], Pen::new(BLACK, 1.2));

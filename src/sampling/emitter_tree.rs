@@ -94,6 +94,9 @@ pub(super) struct EmitterTree {
     near: f64,
 }
 
+/// Groups that stand open at a time while emitters are shown in their order, about.
+const MOST_OPEN: usize = 4096;
+
 impl EmitterTree {
     /// Builds the tree over beacons; `None` over none.
     pub fn of(beacons: &[&Beacon]) -> Option<EmitterTree> {
@@ -188,7 +191,17 @@ impl EmitterTree {
         let mut open = BinaryHeap::from([weighed(self.nodes.len() as u32 - 1)]);
         let all = open.iter().map(|top| top.importance).sum::<f64>();
         let mut rest = all;
-        while let Some(strongest) = open.pop() {
+        while let Some(mut strongest) = open.pop() {
+            // Of very many groups not all are opened before the first emitter is shown.
+            while open.len() > MOST_OPEN
+                && let Content::Children(left, right) = self.nodes[strongest.node as usize].content
+            {
+                let [left, right] = [weighed(left), weighed(right)];
+                rest += left.importance + right.importance - strongest.importance;
+                let (stronger, weaker) = if left < right { (right, left) } else { (left, right) };
+                strongest = stronger;
+                open.push(weaker);
+            }
             rest -= strongest.importance;
             if rest <= ROUNDING * all {
                 rest = 0.0;

@@ -26,6 +26,7 @@ mod overlaps;
 mod parse;
 pub mod photometry;
 mod placing;
+mod plain_file;
 mod points_file;
 mod polygon;
 mod reader;
@@ -61,6 +62,7 @@ pub use inspect::{
 };
 pub use mesh_faults::{Faults, Hole, MeshFaults};
 pub use model::*;
+pub use plain_file::allow_large_files;
 pub use schema::scene_schema;
 pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};
 pub use texts::{Mesh, mesh_from_obj, receiver_points_from_csv};

@@ -1,6 +1,5 @@
 //! Strict JSON: the text of a scene file to a syntax tree with places.
 
-use std::io::Read;
 use std::path::Path;
 
 use jsonc_parser::ast::Value;
@@ -9,10 +8,11 @@ use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 use serde::de::IgnoredAny;
 
 use super::error::SceneError;
+use super::plain_file::read_plain_file;
 use super::reader::{Source, shortened};
 
-/// Largest file that is read: vertices and faces of some ten million triangles.
-const LARGEST_FILE_BYTES: u64 = 2 << 30;
+/// Largest file that is read without a word: vertices and faces of some five million triangles.
+const LARGEST_FILE_BYTES: u64 = 512 << 20;
 
 /// Reads a file as UTF-8 text.
 ///
@@ -20,7 +20,7 @@ const LARGEST_FILE_BYTES: u64 = 2 << 30;
 ///
 /// A file that is missing, cannot be read, is no plain file, is too large or is not UTF-8.
 pub(super) fn read_text(path: &Path, kind: &str) -> Result<String, SceneError> {
-    let bytes = read_plain_file(path).map_err(|error| unreadable(path, kind, &error))?;
+    let bytes = read_plain_file(path, LARGEST_FILE_BYTES).map_err(|error| unreadable(path, kind, &error))?;
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
@@ -35,28 +35,12 @@ pub(super) fn read_text(path: &Path, kind: &str) -> Result<String, SceneError> {
     })
 }
 
-/// Bytes of a plain file of at most [`LARGEST_FILE_BYTES`]: a device has no end, and a pipe may never begin.
-fn read_plain_file(path: &Path) -> std::io::Result<Vec<u8>> {
-    let metadata = std::fs::metadata(path)?;
-    if metadata.is_dir() {
-        return Err(std::io::Error::from(std::io::ErrorKind::IsADirectory));
-    }
-    if !metadata.is_file() {
-        return Err(std::io::Error::other("this is a device or a pipe, not a plain file"));
-    }
-    if metadata.len() > LARGEST_FILE_BYTES {
-        let what = format!("{} bytes are more than the {LARGEST_FILE_BYTES} that are read", metadata.len());
-        return Err(std::io::Error::other(what));
-    }
-    let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    std::fs::File::open(path)?.take(LARGEST_FILE_BYTES).read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
 fn unreadable(path: &Path, kind: &str, error: &std::io::Error) -> SceneError {
     let remedy = match error.kind() {
         std::io::ErrorKind::NotFound => "check the name and the folder; names within a scene file are relative to it",
         std::io::ErrorKind::PermissionDenied => "allow reading the file",
+        std::io::ErrorKind::FileTooLarge => "check that this file is meant; --allow-large reads it",
+        std::io::ErrorKind::OutOfMemory => "use a machine with more memory, or a smaller file",
         _ => "give the name of a plain file that can be read",
     };
     SceneError::of_file(path, format!("{kind} cannot be read"), error.to_string(), "a file that can be read", remedy)

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 pub use self::sides::SideLosses;
 use super::broad::{Broad, BroadLoss};
 use super::job::{Context, Shows, TimeLeft};
+use super::pilot::is_over;
 use super::sweep::stream_number;
 use crate::control::{ElementLoss, cuts_for};
 use crate::estimators::direct::DirectPass;
@@ -275,6 +276,9 @@ fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLoo
     let wanted = |index: usize| (POINTS * (area_m2(index) / mean_m2).clamp(1.0, MOST_TIMES)) as usize;
     let unknown = looks.par_iter_mut().enumerate().filter(|(index, looks)| 2 * looks.points <= wanted(*index));
     let rays = unknown.map(|(index, looks)| {
+        if is_over(context) {
+            return 0;
+        }
         let element = Element::of(context.stage, context.scene, elements, index as u32);
         let mut pass = DirectPass::default();
         let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
@@ -320,6 +324,8 @@ pub(super) fn exposed_shares(
     let share = |index: u32| {
         let mut is_in_part = match known(index) {
             Exposure::Known(share) => return (share, 0),
+            // A run that has ended asks no more: nothing lies on most elements.
+            Exposure::Unknown | Exposure::InPart if is_over(context) => return (1.0, 0),
             Exposure::Unknown => false,
             Exposure::InPart => true,
         };

@@ -45,6 +45,11 @@ impl CellSets {
         CellSets { halves: [cells(0), cells(1)], most_samples: 1 }
     }
 
+    /// Bytes that the cells of both halves take.
+    pub fn bytes(&self) -> usize {
+        self.halves.iter().map(CellLight::bytes).sum()
+    }
+
     /// Cells of a replica's half.
     fn of(&self, replica: usize) -> &CellLight {
         &self.halves[replica % 2]
@@ -102,6 +107,11 @@ impl CellAsks {
     /// The same for other elements of the same surfaces: their cells are filled already.
     pub fn anew(&self, asker: &Asker, sites: usize, walkers: usize) -> CellAsks {
         CellAsks { filled: self.filled, rays: self.rays, ..CellAsks::new(asker, sites, walkers) }
+    }
+
+    /// Bytes that what was found takes.
+    pub fn bytes(&self) -> usize {
+        self.records.iter().map(Records::bytes).sum()
     }
 
     /// Complete passes of rays that ask.

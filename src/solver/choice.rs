@@ -5,6 +5,7 @@
 use super::Method;
 use super::job::{Context, Job};
 use super::local::{Kernel, LocalPlan};
+use super::pilot::is_over;
 use crate::control::needed_work;
 use crate::maps::MapKind;
 use crate::scene::Quantity;
@@ -63,6 +64,9 @@ pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) 
     };
     if matches!(context.scene.receivers[set].quantity, Quantity::Luminance | Quantity::Glare(_)) {
         return Err("for illuminances only");
+    }
+    if is_over(context) {
+        return Err("the run is over");
     }
     if !context.stage.is_diffuse() {
         return Err("for diffuse surfaces only");

@@ -22,6 +22,8 @@ use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
 use super::local::LocalPlan;
+use super::pace::Pace;
+pub use super::pace::RAYS_PER_SLICE;
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::spending::{Activity, Spending};
 use super::sweep::{self, Deposits};
@@ -30,10 +32,6 @@ use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_check
 use crate::estimators::ahead::Expectations;
 use crate::maps::{History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge};
 use crate::scene::{Elements, Quantity, Scene};
-
-/// Rays of a slice: short enough to show progress, heed an interruption and keep a time limit, long enough that
-/// sharing it out over threads costs nothing.
-pub const RAYS_PER_SLICE: f64 = 400_000.0;
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
@@ -65,6 +63,8 @@ pub struct Context<'a> {
     pub adapt_to: Option<f64>,
     /// What time it has left.
     pub time_left: &'a (dyn Fn() -> TimeLeft + Sync),
+    /// How much work it does between two looks at the clock.
+    pub pace: Pace,
 }
 
 /// What time a run has left, for work that takes long between two slices. Results hang on it only where a limit or the user ends
@@ -371,7 +371,7 @@ impl Job {
         let elements = &self.elements;
         if self.map.direct_samples.complete < passes {
             let (entries, times) =
-                slice_of_sweep(self.map.direct_samples, passes, self.map.len(), self.share.rays_per_pass);
+                slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), self.share.rays_per_pass);
             let (map, part) = (&mut self.map, (entries.clone(), times.clone()));
             let rays = match (self.kind, &mut self.adaptive) {
                 (MapKind::Elements, Some(adaptive)) => {
@@ -402,13 +402,15 @@ impl Job {
         match self.kind {
             MapKind::Elements => {
                 let done = self.map.indirect_samples.complete;
-                let most = (RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64)).ceil() as u64;
+                let most = (context.pace.rays_per_slice() / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64))
+                    .ceil() as u64;
                 let until = goal.min(done + most);
                 self.chains_until(context, until, Deposits::IndirectOnly);
             }
             MapKind::Receivers(set) if self.local.is_some() => {
                 let done = self.map.indirect_samples.complete;
-                let most = (RAYS_PER_SLICE / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64)).ceil() as u64;
+                let most = (context.pace.rays_per_slice() / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64))
+                    .ceil() as u64;
                 let until = goal.min(done + most);
                 if let Some(plan) = &self.local {
                     self.rays += plan.rounds(context, set, &mut self.map, done..until);
@@ -417,7 +419,7 @@ impl Job {
             }
             MapKind::Receivers(set) => {
                 let rays = self.share.rays_per_indirect;
-                let (entries, times) = slice_of_sweep(self.map.indirect_samples, goal, self.map.len(), rays);
+                let (entries, times) = slice_of_sweep(context, self.map.indirect_samples, goal, self.map.len(), rays);
                 self.rays += sweep::walks_from_points(context, set, &mut self.map, entries.clone(), times.clone());
                 self.map.indirect_samples = after_sweep(entries, times, self.map.len());
             }
@@ -555,13 +557,20 @@ impl Job {
 }
 
 /// The part of a sweep that one slice does: entries, and how many times over.
-fn slice_of_sweep(tally: Tally, goal: u64, len: usize, rays_per_sweep: f64) -> (Range<usize>, Range<u64>) {
+fn slice_of_sweep(
+    context: &Context,
+    tally: Tally,
+    goal: u64,
+    len: usize,
+    rays_per_sweep: f64,
+) -> (Range<usize>, Range<u64>) {
+    let most_rays = context.pace.rays_per_slice();
     let rays = rays_per_sweep.max(1.0) * REPLICAS as f64;
-    if tally.ahead == 0 && rays <= RAYS_PER_SLICE {
-        let times = ((RAYS_PER_SLICE / rays) as u64).min(goal - tally.complete).max(1);
+    if tally.ahead == 0 && rays <= most_rays {
+        let times = ((most_rays / rays) as u64).min(goal - tally.complete).max(1);
         return (0..len, tally.complete..tally.complete + times);
     }
-    let entries = ((len as f64 * RAYS_PER_SLICE / rays) as usize).max(1);
+    let entries = ((len as f64 * most_rays / rays) as usize).max(1);
     (tally.ahead..(tally.ahead + entries).min(len), tally.complete..tally.complete + 1)
 }
 

@@ -214,6 +214,7 @@ mod tests {
     use crate::scene::scene_from_json;
     use crate::solver::Method;
     use crate::solver::job::TimeLeft;
+    use crate::solver::pace::Pace;
 
     const CUBE: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
       "geometry": [ { "name": "cube", "type": "box", "min": [0,0,0], "max": [1,1,1], "facing": "inward", "material": "grey" } ],
@@ -236,6 +237,7 @@ mod tests {
             target_error: 0.01,
             adapt_to: None,
             time_left: &|| TimeLeft::Enough,
+            pace: Pace::steady(),
         };
         let plan = LocalPlan::of(&context, 0, Kernel::Bounded);
         let done = |ranges: &[std::ops::Range<u64>]| {

@@ -9,6 +9,7 @@ mod glare;
 mod job;
 mod local;
 mod order;
+mod pace;
 mod pilot;
 mod run;
 mod solution;

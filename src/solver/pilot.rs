@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::adapt::Adaptive;
-use super::job::Context;
+use super::job::{Context, TimeLeft};
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
@@ -30,6 +30,9 @@ const CHAINS: usize = 1024;
 pub const ENOUGH_RAYS: u64 = 1_000_000;
 /// Chains, or points that walks start from, that it looks at in any case.
 pub const FEWEST_SITES: usize = 16;
+/// Rays at a site between two looks at the clock, and the fewest samples there.
+const RAYS_BETWEEN_LOOKS: f64 = 10_000.0;
+const FEWEST_SAMPLES: u64 = 2;
 /// Looks ahead at an emitter that brings everything: usually, at least and at most.
 const USUAL_LOOKS: f64 = 64.0;
 const FEWEST_LOOKS: f64 = 16.0;
@@ -121,14 +124,17 @@ pub fn direct_cost(
         if exposed == 0.0 {
             continue;
         }
+        if sites.samples >= (FEWEST_SITES as u64 * PASSES) as f64 && is_over(context) {
+            break;
+        }
         match adaptive.map(|adaptive| adaptive.references_lx[index][0]) {
-            Some(reference) => sites.add(element.area_m2, PASSES, || {
+            Some(reference) => sites.add(context, element.area_m2, PASSES, || {
                 // The mean, which the reference knows, and the chance of what goes beyond it there.
                 let seen = element.look_twice(stage, &mut room, &mut stream);
                 let lx = 0.5 * (seen.looks_lx[0] + seen.looks_lx[1]);
                 (reference.0[0] + lx - reference.at(seen.at), seen.rays)
             }),
-            None => sites.add(element.area_m2, PASSES, || room.over_element(stage, &element, &mut stream)),
+            None => sites.add(context, element.area_m2, PASSES, || room.over_element(stage, &element, &mut stream)),
         }
     }
     (sites.cost(), USUAL_LOOKS)
@@ -160,7 +166,7 @@ fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f
         let expectation = DirectLook::expect(stage, quantity, receiver, &mut room, looks_ahead);
         let mut look = DirectLook::new(quantity, receiver, &mut room, &expectation);
         let mut site = Sites::default();
-        site.add(weight, passes, || look.sample(stage, stream));
+        site.add(context, weight, passes, || look.sample(stage, stream));
         (site, expectation.rays)
     };
     over_receivers(context, set, 0, look_at, |(site, rays)| {
@@ -190,7 +196,7 @@ pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> P
             let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
                 let mut cut = Cut::default();
                 let mut site = Sites::default();
-                site.add(weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
+                site.add(context, weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
                 site.weighed = cut.weighed as f64;
                 site
             };
@@ -217,7 +223,7 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
         let mut stream = Stream::new(context.seed, Purpose::Pilot, number, 4);
         stream.seek(*index as u64);
         let (mut cut, mut site) = (Cut::default(), Sites::default());
-        site.add(element.area_m2 * share, WALKS, || {
+        site.add(context, element.area_m2 * share, WALKS, || {
             let (at, drawing_rays) = element.draw_exposed(stage, &mut stream);
             let origin = element.origin(stage, at);
             let receiver = Receiver { point_m: element.point_m(at), normal: element.normal, origin: &origin };
@@ -231,7 +237,7 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
     for some in indices.chunks(FEWEST_SITES) {
         let found: Vec<Sites> = some.par_iter().with_max_len(1).map(walk_from).collect();
         found.iter().for_each(|site| sites.merge(site));
-        if sites.rays > ENOUGH_RAYS as f64 {
+        if sites.rays > ENOUGH_RAYS as f64 || is_over(context) {
             break;
         }
     }
@@ -275,7 +281,15 @@ fn over_receivers<S: Send>(
                 return;
             }
         }
+        if is_over(context) {
+            return;
+        }
     }
+}
+
+/// Whether a limit or the user has ended the run: what a pilot has seen must do.
+pub fn is_over(context: &Context) -> bool {
+    (context.time_left)() == TimeLeft::None
 }
 
 /// The numbers below `count`, so ordered that the first of them are spread over all.
@@ -308,7 +322,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
         });
         rays += chain_rays;
         chains += 1;
-        if rays > ENOUGH_RAYS && chains >= FEWEST_SITES {
+        if chains >= FEWEST_SITES && (rays > ENOUGH_RAYS || is_over(context)) {
             break;
         }
     }
@@ -335,15 +349,24 @@ struct Sites {
 }
 
 impl Sites {
-    fn add(&mut self, weight: f64, samples: u64, mut sample: impl FnMut() -> (f64, u64)) {
+    fn add(&mut self, context: &Context, weight: f64, samples: u64, mut sample: impl FnMut() -> (f64, u64)) {
         let (mut sum, mut squares) = (0.0, 0.0);
-        for _ in 0..samples {
+        let (mut taken, mut asked_at) = (0, 0.0);
+        while taken < samples {
             let (lx, rays) = sample();
             sum += lx;
             squares += lx * lx;
             self.rays += rays as f64;
+            taken += 1;
+            // Long walks: a look at the clock every so many rays.
+            if self.rays - asked_at > RAYS_BETWEEN_LOOKS && taken >= FEWEST_SAMPLES {
+                asked_at = self.rays;
+                if is_over(context) {
+                    break;
+                }
+            }
         }
-        let count = samples as f64;
+        let count = taken as f64;
         self.weight += weight;
         self.samples += count;
         self.sum_lx += weight * sum / count;

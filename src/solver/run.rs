@@ -8,9 +8,11 @@ use super::cells::CellSets;
 use super::choice::{self, Turn};
 use super::finish::finish;
 use super::job::{Context, Engine, Job, Refinement, TimeLeft};
+use super::pace::Pace;
 use super::sparse::fill_sparse_elements;
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
+use crate::base::memory::limit_bytes;
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::MapKind;
@@ -22,6 +24,7 @@ const UNBOUND_SHARE: f64 = 0.25;
 const FIRST_LOOK_RAYS: f64 = 4e6;
 /// Rays for the same where a limit or the user ended the run.
 const RAYS_IN_HASTE: f64 = 4e5;
+const SLICES_IN_HASTE: f64 = 4.0;
 /// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
 /// one before.
 const CUTTING_SHARE: f64 = 0.05;
@@ -30,6 +33,11 @@ const WORK_ANEW: f64 = 4.0;
 /// Least error that a run which only a limit ends looks for, and steps in which it looks.
 const LEAST_AIM: f64 = 1e-4;
 const AIM_STEP: f64 = 1.2;
+/// Cells, and what was asked of them, may take one part in so many of the memory: solving for their light takes as much again.
+const SHARE_OF_MEMORY: u64 = 8;
+/// A map that shows nothing yet is worked on until so many times the limit and so many seconds more have passed.
+const LONG_OVER: f64 = 1.1;
+const PATIENCE_S: f64 = 0.5;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
@@ -91,8 +99,20 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         _ if is_later_than(CUTTING_SHARE) => TimeLeft::Little,
         _ => TimeLeft::Enough,
     };
-    let context =
-        Context { scene, stage: &stage, seed, method, target_error: planned_error, adapt_to, time_left: &time_left };
+    let pace = match (settings.time_limit_s, settings.chains) {
+        (Some(limit_s), None) => Pace::within(limit_s),
+        _ => Pace::steady(),
+    };
+    let context = Context {
+        scene,
+        stage: &stage,
+        seed,
+        method,
+        target_error: planned_error,
+        adapt_to,
+        time_left: &time_left,
+        pace,
+    };
     let piloted = Instant::now();
     let mut run = Run {
         context: &context,
@@ -101,15 +121,18 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         observer,
         jobs: choose_jobs(&context, &settings.maps),
         sets: None,
+        most_bytes_of_cells: limit_bytes() / SHARE_OF_MEMORY,
         convergence: Vec::new(),
         spending: Spending::default(),
         started_wall_s: observer.wall_s(),
     };
+    run.context.pace.begin(run.progress().rays, piloted.elapsed());
     run.prepare();
     run.spending.add(Activity::Pilots, stage.outlook_rays(), piloted.elapsed());
     let stop_reason = run.work();
     let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
     run.give_every_map_a_start(in_haste);
+    let left_out = run.leave_out();
     run.judge_all(in_haste);
     let compute_s = started.elapsed().as_secs_f64() - build_s;
     let Run { jobs, convergence, mut spending, .. } = run;
@@ -117,7 +140,20 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
-    finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, build_s, compute_s)
+    let mut solution =
+        finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, build_s, compute_s);
+    if left_out.iter().any(|(_, bound)| *bound) {
+        solution.target_met = solution.target_met.map(|_| false);
+    }
+    solution.warnings.extend(left_out.iter().map(|(name, _)| {
+        format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
+    }));
+    solution
+}
+
+/// Whether a time limit has passed so long ago that what shows nothing yet is left out.
+fn is_long_over(settings: &Settings, observer: &dyn Observer) -> bool {
+    settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S)
 }
 
 /// The maps that a selection asks for, elements first, and whether the target binds each.
@@ -151,6 +187,8 @@ struct Run<'a> {
     jobs: Vec<Job>,
     /// The cells that rays ask, if any do.
     sets: Option<CellSets>,
+    /// Bytes that they, and what was asked of them, may take.
+    most_bytes_of_cells: u64,
     convergence: Vec<ConvergenceRow>,
     /// Seconds of pilots and of judging.
     spending: Spending,
@@ -341,7 +379,15 @@ impl Run<'_> {
     fn slice(&mut self, index: usize) {
         let goal = self.goal(&self.jobs[index]);
         let job = &mut self.jobs[index];
+        let slice_started = Instant::now();
         let arrived = job.advance(self.context, self.sets.as_mut(), goal);
+        self.context.pace.note(slice_started.elapsed());
+        let within_memory = self.keeps_to_its_memory();
+        let job = &mut self.jobs[index];
+        if !within_memory {
+            // Walks and counts keep sums alone. The next slice is theirs.
+            return;
+        }
         if !arrived || goal < job.next_judgement {
             return;
         }
@@ -372,6 +418,30 @@ impl Run<'_> {
         }
     }
 
+    /// Whether cells, and what maps have asked them, take no more than their share of the memory. Where they would, the map that
+    /// takes most and has not met the target goes over to walks or counts, and the cells go with the last map that asks.
+    fn keeps_to_its_memory(&mut self) -> bool {
+        let of_cells = self.sets.as_ref().map_or(0, CellSets::bytes);
+        let all = of_cells + self.jobs.iter().map(Job::bytes_of_asking).sum::<usize>();
+        if all as u64 <= self.most_bytes_of_cells {
+            return true;
+        }
+        let asking = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gathering && !job.met);
+        let Some(job) = asking.max_by_key(|job| job.bytes_of_asking()) else {
+            return true;
+        };
+        job.stop_asking(self.context);
+        job.method_reason = format!(
+            "cells, and what was asked of them, took all of their {} MB of memory",
+            self.most_bytes_of_cells >> 20
+        );
+        job.next_judgement = job.first_samples();
+        if !self.jobs.iter().any(|job| job.engine == Engine::Gathering) {
+            self.sets = None;
+        }
+        false
+    }
+
     /// Rays so far of all bound, or of all unbound maps.
     fn rays_of(&self, bound: bool) -> f64 {
         self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.rays).sum::<u64>() as f64
@@ -385,7 +455,9 @@ impl Run<'_> {
 
     /// Every map that was asked for shows something, however the run ended.
     fn give_every_map_a_start(&mut self, in_haste: bool) {
-        let most_rays = if in_haste { RAYS_IN_HASTE } else { FIRST_LOOK_RAYS };
+        // In haste no more than some slices take, which were short where rays are slow.
+        let in_slices = SLICES_IN_HASTE * self.context.pace.rays_per_slice();
+        let most_rays = if in_haste { in_slices.min(RAYS_IN_HASTE) } else { FIRST_LOOK_RAYS };
         let starts = |job: &&mut Job| !job.has_started() || in_haste && !job.knows_its_bias();
         for job in self.jobs.iter_mut().filter(starts).filter(|job| !job.map.is_empty()) {
             if in_haste && !job.knows_its_bias() {
@@ -405,9 +477,27 @@ impl Run<'_> {
                     let chains = (most_rays / job.rays_per_sample()) as u64;
                     job.count_all_by_chains(self.context, chains);
                 }
-                _ => while !job.advance(self.context, self.sets.as_mut(), 1) {},
+                _ => {
+                    while !job.advance(self.context, self.sets.as_mut(), 1) {
+                        if in_haste && is_long_over(self.settings, self.observer) {
+                            break;
+                        }
+                    }
+                }
             }
         }
+    }
+
+    /// Maps that show nothing when a time limit is long over: a walk from each of their points would take far longer.
+    fn leave_out(&mut self) -> Vec<(String, bool)> {
+        if !is_long_over(self.settings, self.observer) {
+            return Vec::new();
+        }
+        let shows = |job: &Job| job.has_started() || job.map.is_empty();
+        let left_out = self.jobs.iter().filter(|job| !shows(job));
+        let left_out = left_out.map(|job| (job.kind.name(self.context.scene).to_owned(), job.bound)).collect();
+        self.jobs.retain(shows);
+        left_out
     }
 
     fn judge_all(&mut self, in_haste: bool) {

@@ -362,6 +362,7 @@ mod tests {
     use crate::scene::scene_from_json;
     use crate::solver::Method;
     use crate::solver::job::TimeLeft;
+    use crate::solver::pace::Pace;
 
     #[test]
     fn choices_spread_evenly_and_stay_below_one() {
@@ -396,6 +397,7 @@ mod tests {
             target_error: 0.01,
             adapt_to: None,
             time_left: &|| TimeLeft::Enough,
+            pace: Pace::steady(),
         };
         let counts = |first: u64| -> Vec<f64> {
             let unit = Unit::Packets { luminous_flux_lm: 150.0, area_m2: vec![0.5; 12] };

@@ -25,7 +25,7 @@ const ATTEMPT: u32 = 1 << 8;
 const LEAST_RAYS: f64 = 1e7;
 
 /// How long a map that shows nothing yet goes on when the run was to end.
-const PATIENCE: Duration = Duration::from_secs(1);
+const PATIENCE: Duration = Duration::from_millis(600);
 
 /// How the light mesh of a run is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,11 +101,17 @@ pub fn solve_by_light_mesh(
         }
         stops
     };
-    let never = || false;
     let is_long_over = || stop() && stopped.get().is_some_and(|at| at.elapsed() > PATIENCE);
     let images = AreaImages::of(scene, &stage);
     let mut planner = Planner {
-        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &samples, images: &images },
+        around: Surroundings {
+            scene,
+            stage: &stage,
+            solids: &solids,
+            samples: &samples,
+            images: &images,
+            give_up: &is_long_over,
+        },
         wishes: Wishes {
             step_m: choice.step_m,
             radius_m: choice.radius_m,
@@ -119,7 +125,6 @@ pub fn solve_by_light_mesh(
         by_places: false,
         most_rays: f64::INFINITY,
         stop: &stop,
-        give_up: &never,
     };
 
     let mut traced: Vec<Option<TracedMap>> = requests.iter().map(|_| None).collect();
@@ -137,9 +142,7 @@ pub fn solve_by_light_mesh(
             // What the target does not bind is not refined: it takes the finest step of what is bound.
             planner.wishes.step_m = finest_m;
         }
-        // One map is shown in any case; what comes after it is given up where it takes long after the end.
-        planner.give_up = if done == 0 { &never } else { &is_long_over };
-        if (planner.give_up)() {
+        if is_long_over() {
             left_out.push((kind, bound));
             continue;
         }
@@ -287,7 +290,7 @@ fn best_attempt<'a>(
         let plan = planner.plan(entries, number + attempt * ATTEMPT, bound);
         let map = planner.trace(entries, number + attempt * ATTEMPT, &plan);
         *rays += map.effort.rays() + map.check_rays;
-        if (planner.give_up)() {
+        if (planner.around.give_up)() {
             return best;
         }
         let missed = target_error.is_some_and(|target| map.upper_error > target);
@@ -419,6 +422,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
+    use crate::light_mesh::NEVER;
     use crate::scene::scene_from_json;
 
     /// A run that is ended in its second attempt shows the map of the first, which is nearer to the light by its own
@@ -433,7 +437,14 @@ mod tests {
         let stage = Stage::new(&scene);
         let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, Placing::Stratified, 1));
         let images = AreaImages::of(&scene, &stage);
-        let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, images: &images };
+        let around = Surroundings {
+            scene: &scene,
+            stage: &stage,
+            solids: &solids,
+            samples: &samples,
+            images: &images,
+            give_up: NEVER,
+        };
         let entries = Entries::of(&around, MapKind::Receivers(0), 1);
         let (asked, most) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most.load(Ordering::Relaxed);
@@ -445,16 +456,8 @@ mod tests {
             target_error: Some(0.005),
             seed: 1,
         };
-        let never = || false;
-        let mut planner = Planner {
-            around,
-            wishes,
-            caution: 1.0,
-            by_places: false,
-            most_rays: f64::INFINITY,
-            stop: &stop,
-            give_up: &never,
-        };
+        let mut planner =
+            Planner { around, wishes, caution: 1.0, by_places: false, most_rays: f64::INFINITY, stop: &stop };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
         pool.install(|| {
             let plan = planner.plan(&entries, 0, true);

@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::chain::Stage;
 use crate::estimators::images::AreaImages;
 use crate::light_mesh::{
-    Accelerations, Entries, IndirectForm, Placing, Planner, Samples, Solids, Surroundings, Wishes,
+    Accelerations, Entries, IndirectForm, NEVER, Placing, Planner, Samples, Solids, Surroundings, Wishes,
 };
 use crate::maps::MapResult;
 use crate::scene::{Elements, Scene};
@@ -39,7 +39,14 @@ pub fn solve_by_points(
     let images = AreaImages::of(scene, &stage);
     let stop = || observer.is_interrupted();
     let planner = Planner {
-        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &points, images: &images },
+        around: Surroundings {
+            scene,
+            stage: &stage,
+            solids: &solids,
+            samples: &points,
+            images: &images,
+            give_up: NEVER,
+        },
         wishes: Wishes {
             step_m: None,
             radius_m: None,
@@ -52,7 +59,6 @@ pub fn solve_by_points(
         by_places: false,
         most_rays: f64::INFINITY,
         stop: &stop,
-        give_up: &stop,
     };
     let (mut maps, mut rays, mut estimated_error, mut check_s) = (Vec::new(), 0, 0.0f64, 0.0);
     for (number, (kind, bound)) in map_requests(scene, &settings.maps).into_iter().enumerate() {

@@ -1,10 +1,12 @@
 //! What a photometric file says, whatever its format.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
+use super::super::plain_file::read_plain_file;
 use super::{IntensityWeb, PhotometricError, PhotometricType, parse_eulumdat, parse_ies};
 
-/// Largest file that is read, in bytes: a quarter-degree table of the whole sphere takes some 10 MB of text.
+/// Largest file that is read without a word, in bytes: a quarter-degree table of the whole sphere takes some 10 MB of text.
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
 
 /// Excess of the integrated over the declared flux, as a fraction, from which a warning is given: the trapezoidal
@@ -260,15 +262,16 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhotometricError> {
         remedy: remedy.to_string(),
     };
     let check_name = "check the name; it is taken relative to the file that names it";
-    let metadata = std::fs::metadata(path).map_err(|error| unreadable(error.to_string(), check_name))?;
-    if !metadata.is_file() {
-        return Err(unreadable("this is no regular file".to_string(), check_name));
-    }
-    if metadata.len() > LARGEST_FILE_BYTES {
-        let reason = format!("{} bytes are more than the {LARGEST_FILE_BYTES} that are read", metadata.len());
-        return Err(unreadable(reason, "a photometric file holds some kilobytes: check that this is one"));
-    }
-    std::fs::read(path).map_err(|error| unreadable(error.to_string(), "check that it may be read"))
+    read_plain_file(path, LARGEST_FILE_BYTES).map_err(|error| {
+        let remedy = match error.kind() {
+            ErrorKind::NotFound | ErrorKind::IsADirectory | ErrorKind::Other => check_name,
+            ErrorKind::FileTooLarge => {
+                "a photometric file holds some kilobytes: check that this is one; --allow-large reads it"
+            }
+            _ => "check that it may be read",
+        };
+        unreadable(error.to_string(), remedy)
+    })
 }
 
 /// Only IES files have one.

@@ -26,6 +26,15 @@ pub struct Records {
 }
 
 impl Records {
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        size_of::<Term>() * (self.terms.capacity() + self.walk_terms.capacity())
+            + self.bins.capacity()
+            + size_of::<f32>() * (self.plain_lx.capacity() + self.weights.capacity())
+            + size_of::<[f32; 2]>() * (self.starts.capacity() + self.walk_starts.capacity())
+            + size_of::<([f32; 2], u32)>() * self.walks.capacity()
+    }
+
     /// Makes the cells that were asked for the first time.
     pub fn make_cells(&mut self, grid: &mut CellGrid) {
         self.new.drain(..).for_each(|(place, asks)| self.terms[place as usize] = asks.term(grid.cell(asks.key)));

@@ -1,7 +1,7 @@
 //! A job whose rays ask cells: how it begins, goes forward, is summed up, and what it needs next.
 
 use super::elements::{element_weights, numbers_per_site};
-use super::{Context, Engine, Job, Method, RAYS_PER_SLICE, element_map};
+use super::{Context, Engine, Job, Method, element_map};
 use crate::control::{CellGrowth, CellParts};
 use crate::maps::{MapKind, REPLICAS, ReplicaMap, Residuals, Unit};
 use crate::scene::Elements;
@@ -216,18 +216,22 @@ impl Job {
         let Some(asks) = &mut self.asks else {
             return true;
         };
-        let per_replica = |rays: f64| (RAYS_PER_SLICE / (rays * REPLICAS as f64)) as u64;
+        let most_rays = context.pace.rays_per_slice();
+        let per_replica = |rays: f64| (most_rays / (rays * REPLICAS as f64)) as u64;
         let most_samples = SAMPLES_OF_A_FILL * goal.fills.div_ceil(entries);
         sets.most_samples = sets.most_samples.max(most_samples.min(MOST_SAMPLES) as u16);
         self.rays += match next_of(asks, &goal) {
-            Some(Activity::Cells) => {
-                asks.fill(&asker, sets, goal.fills, (RAYS_PER_SLICE / (2.0 * RAYS_OF_A_FILL)) as u64)
-            }
+            Some(Activity::Cells) => asks.fill(&asker, sets, goal.fills, (most_rays / (2.0 * RAYS_OF_A_FILL)) as u64),
             Some(Activity::Gathering) => asks.ask(&asker, sets, goal.rays, per_replica(1.0)),
             Some(_) => asks.walk(&asker, sets, goal.walks, per_replica(RAYS_OF_A_WALK)),
             None => 0,
         };
         next_of(asks, &goal).is_none()
+    }
+
+    /// Bytes of what it has asked cells.
+    pub fn bytes_of_asking(&self) -> usize {
+        self.asks.as_ref().map_or(0, CellAsks::bytes)
     }
 
     /// What the next slice of a map that asks cells is about.

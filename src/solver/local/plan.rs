@@ -13,7 +13,7 @@ use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::solver::job::Context;
-use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, scattered};
+use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, is_over, scattered};
 
 /// Chains of the pilot.
 const CHAINS: usize = 256;
@@ -152,7 +152,7 @@ impl Pilot {
         let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 3);
         let mut path_rays = 0;
         let (mut chains, mut vertex_count) = (Vec::with_capacity(CHAINS), 0);
-        while chains.len() < CHAINS && (path_rays < ENOUGH_RAYS || chains.len() < FEWEST_SITES) {
+        while chains.len() < CHAINS && (path_rays < ENOUGH_RAYS && !is_over(context) || chains.len() < FEWEST_SITES) {
             let mut vertices = Vec::new();
             path_rays += trace(anchors, stage, chains.len() as u64, &mut stream, &mut vertices);
             vertex_count += vertices.len();
@@ -324,7 +324,7 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part,
         if point.inside {
             continue;
         }
-        if traced > ENOUGH_RAYS && sites >= FEWEST_SITES as f64 {
+        if traced > ENOUGH_RAYS && sites >= FEWEST_SITES as f64 || sites >= 2.0 && is_over(context) {
             break;
         }
         let (mut sum, mut squares) = (0.0, 0.0);

@@ -11,7 +11,7 @@ use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::estimators::images::AreaImages;
 use crate::light_mesh::exact::look_at_all;
-use crate::light_mesh::{Counts, Lattice, LightMesh, Options, Placing, Samples, Solids, Surroundings, Workroom};
+use crate::light_mesh::{Counts, Lattice, LightMesh, NEVER, Options, Placing, Samples, Solids, Surroundings, Workroom};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Scene, scene_from_json};
 
@@ -70,7 +70,7 @@ impl World {
 
     fn around(&self) -> Surroundings<'_> {
         let World { scene, stage, solids, samples, images } = self;
-        Surroundings { scene, stage, solids, samples, images }
+        Surroundings { scene, stage, solids, samples, images, give_up: NEVER }
     }
 
     /// Lights receivers that face up by a mesh.

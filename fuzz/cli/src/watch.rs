@@ -1,0 +1,117 @@
+//! One execution under limits, and what it must leave.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Address space of a run in KiB: beyond it the system refuses memory. Threads and the program itself take some of it.
+const ADDRESS_SPACE_KIB: u64 = 2 << 20;
+/// Seconds after which a run is ended from outside.
+const LONGEST_S: f64 = 20.0;
+/// Seconds that a run may take beyond a tenth over its time limit: reading, the last slice, and writing.
+const BEYOND_LIMIT_S: f64 = 1.0;
+/// Bytes of a file that are looked through.
+const MOST_BYTES: usize = 64 << 20;
+
+/// What an execution must keep to.
+pub struct Limits {
+    /// Its `--time-limit`.
+    pub time_limit_s: f64,
+    /// Whether it writes results.
+    pub writes: bool,
+}
+
+/// How an execution ended.
+pub struct Outcome {
+    /// Its exit code in words.
+    pub ended: String,
+    /// What was wrong with it.
+    pub fault: Option<String>,
+    /// Whether that was the time alone.
+    pub is_late: bool,
+}
+
+/// Runs the program in a folder.
+pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -> Outcome {
+    let out = folder.join("out");
+    std::fs::remove_dir_all(&out).ok();
+    let errors = folder.join("stderr.txt");
+    let Ok(errors_file) = std::fs::File::create(&errors) else {
+        return broken("the folder cannot be written");
+    };
+    let script = format!("ulimit -v {ADDRESS_SPACE_KIB}; exec \"$0\" \"$@\"");
+    let mut command = Command::new("sh");
+    command.arg("-c").arg(script).arg(luxmc).args(arguments).current_dir(folder);
+    let (started, busy_before_s) = (Instant::now(), busy_s());
+    let Ok(mut child) = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors_file).spawn() else {
+        return broken("it cannot be started");
+    };
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status,
+            Ok(None) if started.elapsed().as_secs_f64() > LONGEST_S => {
+                child.kill().ok();
+                child.wait().ok();
+                let fault = Some(format!("no end within {LONGEST_S} s"));
+                return Outcome { ended: "without end".to_owned(), fault, is_late: true };
+            }
+            Ok(None) => std::thread::sleep(Duration::from_millis(1)),
+            Err(_) => return broken("it cannot be waited for"),
+        }
+    };
+    // On a busy machine the time that passes says little of the work: where the system tells it, that of the processor counts.
+    let passed_s = started.elapsed().as_secs_f64();
+    let took_s = busy_before_s.zip(busy_s()).map_or(passed_s, |(before, after)| after - before);
+    let said = std::fs::read_to_string(&errors).unwrap_or_default();
+    let is_late = took_s > 1.1 * limits.time_limit_s + BEYOND_LIMIT_S;
+    let fault = match status.code() {
+        None => Some(format!("it was ended by a signal ({status})")),
+        _ if said.contains("panicked at") => Some("it panicked".to_owned()),
+        Some(code @ (0 | 2 | 3 | 4)) => left(&out, code, limits),
+        Some(code) => Some(format!("exit code {code}")),
+    };
+    let late = is_late.then(|| format!("it took {took_s:.2} s for a limit of {} s", limits.time_limit_s));
+    let ended = status.code().map_or("by a signal".to_owned(), |code| format!("with exit code {code}"));
+    Outcome { ended, is_late: fault.is_none() && late.is_some(), fault: fault.or(late) }
+}
+
+/// Seconds that all children so far have kept a processor busy.
+fn busy_s() -> Option<f64> {
+    const TICKS_PER_S: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // After the name in brackets: user and system time of children that have ended are the 14th and 15th.
+    let numbers: Vec<f64> =
+        stat.rsplit_once(')')?.1.split_whitespace().skip(1).filter_map(|number| number.parse().ok()).collect();
+    Some((numbers.get(12)? + numbers.get(13)?) / TICKS_PER_S)
+}
+
+fn broken(why: &str) -> Outcome {
+    Outcome { ended: "broken".to_owned(), fault: Some(why.to_owned()), is_late: false }
+}
+
+/// What is wrong with what a run has left.
+fn left(out: &Path, code: i32, limits: &Limits) -> Option<String> {
+    if !limits.writes {
+        return None;
+    }
+    let is_whole = out.join("summary.json").is_file();
+    match code {
+        0 | 3 if !is_whole => return Some(format!("exit code {code} without summary.json")),
+        2 if out.exists() => return Some("refused, and yet something was written".to_owned()),
+        4 if is_whole => return Some("exit code 4, and yet there is a summary.json".to_owned()),
+        _ => {}
+    }
+    let files = std::fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
+    files.filter(|path| code != 4 && !path.is_dir()).find_map(|path| {
+        let name = path.file_name()?.to_string_lossy().into_owned();
+        let is_table = [".csv", ".json", ".vtp"].iter().any(|end| name.ends_with(end));
+        if !is_table {
+            return None;
+        }
+        let bytes = std::fs::read(&path).ok()?;
+        let text = String::from_utf8_lossy(&bytes[..bytes.len().min(MOST_BYTES)]).into_owned();
+        let mut words = text.split(|letter: char| !letter.is_ascii_alphanumeric());
+        let word = words.find(|word| ["NaN", "nan", "inf", "Infinity", "infinity"].contains(word))?;
+        Some(format!("{name} holds {word}"))
+    })
+}

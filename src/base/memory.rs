@@ -1,0 +1,103 @@
+//! Memory that the process has taken, counted, and the limit at which it ends in words instead of by an abort.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::Write;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+static USED_BYTES: AtomicUsize = AtomicUsize::new(0);
+static PEAK_BYTES: AtomicUsize = AtomicUsize::new(0);
+static LIMIT_BYTES: AtomicUsize = AtomicUsize::new(usize::MAX);
+
+/// Exit code of a process that ran out of memory: its results could not be written.
+const OUT_OF_MEMORY: i32 = 4;
+
+/// What a process says then. It is written without taking any memory.
+const SAYS: &[u8] = b"luxmc: error: the memory is used up
+  got:      work that needs more than there is, or more than --memory-limit allows
+  expected: enough for the scene, its maps and the files that are written
+  remedy:   ask for fewer maps with --maps, use a larger max_element_edge, or raise --memory-limit; nothing was written
+";
+
+/// The system's allocator, which counts and knows the limit. The program takes all its memory from it.
+pub struct CountedMemory;
+
+/// Sets the bytes that the process may take.
+pub fn set_limit_bytes(bytes: u64) {
+    LIMIT_BYTES.store(usize::try_from(bytes).unwrap_or(usize::MAX), Ordering::Relaxed);
+}
+
+/// Bytes that the process may take; `u64::MAX` where nothing limits it.
+pub fn limit_bytes() -> u64 {
+    match LIMIT_BYTES.load(Ordering::Relaxed) {
+        usize::MAX => u64::MAX,
+        bytes => bytes as u64,
+    }
+}
+
+/// Bytes that it has taken at most at a time; 0 where they are not counted.
+pub fn peak_bytes() -> u64 {
+    PEAK_BYTES.load(Ordering::Relaxed) as u64
+}
+
+/// Counts bytes before they are taken; whether the limit allows them.
+fn count(bytes: usize) -> bool {
+    let used = USED_BYTES.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
+    if used > PEAK_BYTES.load(Ordering::Relaxed) {
+        PEAK_BYTES.fetch_max(used, Ordering::Relaxed);
+    }
+    used <= LIMIT_BYTES.load(Ordering::Relaxed)
+}
+
+fn give_back(bytes: usize) {
+    USED_BYTES.fetch_sub(bytes, Ordering::Relaxed);
+}
+
+/// Ends the process with its words: what asks for memory cannot do without.
+#[cold]
+fn end() -> ! {
+    let mut errors = std::io::stderr();
+    errors.write_all(SAYS).and_then(|()| errors.flush()).ok();
+    signal_hook::low_level::exit(OUT_OF_MEMORY)
+}
+
+/// What was allocated; ends the process where that is nothing.
+fn told(place: *mut u8) -> *mut u8 {
+    if place.is_null() { end() } else { place }
+}
+
+// SAFETY: all memory is the system's, asked for and given back with the caller's own layouts.
+unsafe impl GlobalAlloc for CountedMemory {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if !count(layout.size()) {
+            end();
+        }
+        // SAFETY: the layout is the caller's.
+        told(unsafe { System.alloc(layout) })
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        if !count(layout.size()) {
+            end();
+        }
+        // SAFETY: the layout is the caller's.
+        told(unsafe { System.alloc_zeroed(layout) })
+    }
+
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        give_back(layout.size());
+        // SAFETY: the place came from the system by that layout.
+        unsafe { System.dealloc(place, layout) }
+    }
+
+    unsafe fn realloc(&self, place: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
+        if new_size > layout.size() {
+            if !count(new_size - layout.size()) {
+                end();
+            }
+        } else {
+            give_back(layout.size() - new_size);
+        }
+        // SAFETY: the place came from the system by that layout.
+        told(unsafe { System.realloc(place, layout, new_size) })
+    }
+}

@@ -1,0 +1,253 @@
+//! How the tree is built: obvhs' very slow build, step by step, or halves where that would not end.
+
+use glam::{DVec3, Vec3};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::cwbvh::node::CwBvhNode;
+use obvhs::ploc::PlocBuilder;
+use obvhs::ploc::morton::morton_encode_u64_unorm;
+use obvhs::splits::split_aabbs_preset;
+use obvhs::triangle::Triangle;
+
+use super::tree::Ball;
+
+/// How much the boxes under the tree are padded on every side, in scaled coordinates. The node test works on
+/// differences of coordinates up to 2 with six roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.
+const PADDING: f32 = 1.0 / (1u32 << 19) as f32;
+
+/// Levels that fit the stack of obvhs' walk, which holds 32 groups of siblings and drops the rest silently.
+const DEEPEST: usize = 30;
+
+/// Boxes on either side among which clustering looks for the best partner of one: obvhs' medium search distance.
+const PARTNERS: usize = 14;
+/// Boxes that all rounds of clustering may look at, over their number, and in any case. Where a third of them pairs up in a
+/// round, as usual, it is 3; where boxes that lie in one another pair up one by one, it is half their number.
+const MOST_LOOKS_A_BOX: usize = 12;
+const LOOKS_IN_ANY_CASE: usize = 1_000_000;
+
+/// Builds the tree over triangles and balls, so that boxes are padded once they are split and temporaries go early.
+///
+/// Scenes that make it too deep for the walk's stack are built without the optimisation that deepens the tree, and those
+/// whose boxes pair up one by one (thousands of triangles about each other or in one place) by halves.
+pub(super) fn build(corners: impl ExactSizeIterator<Item = [Vec3; 3]> + Clone, balls: &[Ball]) -> CwBvh {
+    let (boxes, indices) = padded_boxes(corners, balls);
+    if pairs_up(&boxes) {
+        let params = BvhBuildParams::very_slow_build();
+        for reinsertion_batch_ratio in [params.reinsertion_batch_ratio, 0.0] {
+            let tree = clustered(BvhBuildParams { reinsertion_batch_ratio, ..params }, &boxes, indices.clone());
+            if depth(&tree) <= DEEPEST {
+                return tree;
+            }
+        }
+    }
+    eight_wide(&halved(&boxes, indices))
+}
+
+/// Boxes of all triangles, then of all balls, then of what is cut off large slanted triangles, and the number of the
+/// triangle or ball in each box.
+///
+/// obvhs takes the numbers for places among the boxes, so that whole triangles and balls stand at their own.
+fn padded_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: &[Ball]) -> (Vec<Aabb>, Vec<u32>) {
+    let first_ball = corners.len();
+    let (mut boxes, mut indices) = split_boxes(corners);
+    let around =
+        |ball: &Ball| Aabb { min: (ball.center - ball.radius).as_vec3a(), max: (ball.center + ball.radius).as_vec3a() };
+    boxes.splice(first_ball..first_ball, balls.iter().map(around));
+    indices.splice(first_ball..first_ball, first_ball as u32..(first_ball + balls.len()) as u32);
+    for aabb in &mut boxes {
+        *aabb = Aabb { min: aabb.min - PADDING, max: aabb.max + PADDING };
+    }
+    (boxes, indices)
+}
+
+/// The tree by locally ordered clustering, with its nodes put in better places.
+fn clustered(params: BvhBuildParams, boxes: &[Aabb], indices: Vec<u32>) -> CwBvh {
+    let mut bvh2 = PlocBuilder::new().build(
+        params.ploc_search_distance,
+        boxes,
+        indices,
+        params.sort_precision,
+        params.search_depth_threshold,
+    );
+    bvh2.uses_spatial_splits = params.pre_split;
+    ReinsertionOptimizer::default().run(&mut bvh2, params.reinsertion_batch_ratio, None);
+    eight_wide(&bvh2)
+}
+
+fn eight_wide(bvh2: &Bvh2) -> CwBvh {
+    let mut tree = bvh2_to_cwbvh(bvh2, 3, true, false);
+    tree.nodes.shrink_to_fit();
+    tree.primitive_indices.shrink_to_fit();
+    tree
+}
+
+/// Whether locally ordered clustering of so many boxes ends soon: its rounds, without what they make, and counted.
+///
+/// Source: D. Meister, J. Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction" (2018).
+fn pairs_up(boxes: &[Aabb]) -> bool {
+    let mut left = LOOKS_IN_ANY_CASE.max(MOST_LOOKS_A_BOX * boxes.len());
+    let mut clusters = in_morton_order(boxes);
+    let mut next: Vec<Aabb> = Vec::with_capacity(clusters.len());
+    let mut reach = 1;
+    while clusters.len() > 1 {
+        let Some(rest) = left.checked_sub(clusters.len()) else {
+            return false;
+        };
+        left = rest;
+        let best: Vec<usize> = (0..clusters.len()).map(|index| best_partner(&clusters, index, reach)).collect();
+        next.clear();
+        for (index, partner) in best.iter().enumerate() {
+            match best[*partner] == index {
+                true if *partner < index => next.push(clusters[*partner].union(&clusters[index])),
+                true => {}
+                false => next.push(clusters[index]),
+            }
+        }
+        std::mem::swap(&mut clusters, &mut next);
+        reach = PARTNERS;
+    }
+    true
+}
+
+fn in_morton_order(boxes: &[Aabb]) -> Vec<Aabb> {
+    let whole = boxes.iter().fold(Aabb::empty(), |whole, aabb| whole.union(aabb));
+    let (low, size) = (whole.min.as_dvec3(), whole.diagonal().as_dvec3());
+    let code = |aabb: &Aabb| {
+        let place = (aabb.center().as_dvec3() - low) / size;
+        morton_encode_u64_unorm(place.clamp(DVec3::ZERO, DVec3::ONE))
+    };
+    let mut ordered: Vec<(u64, Aabb)> = boxes.iter().map(|aabb| (code(aabb), *aabb)).collect();
+    ordered.sort_by_key(|(code, _)| *code);
+    ordered.into_iter().map(|(_, aabb)| aabb).collect()
+}
+
+/// The last of those boxes, so many before and after one, with which the smallest box is made.
+fn best_partner(boxes: &[Aabb], index: usize, reach: usize) -> usize {
+    let (mut best, mut best_cost) = (index, f32::INFINITY);
+    for other in index.saturating_sub(reach)..(index + reach + 1).min(boxes.len()) {
+        let cost = boxes[index].union(&boxes[other]).half_area();
+        if other != index && cost <= best_cost {
+            (best, best_cost) = (other, cost);
+        }
+    }
+    best
+}
+
+/// A balanced tree: boxes halved by number along the axis on which their middles spread most, whatever the boxes.
+fn halved(boxes: &[Aabb], indices: Vec<u32>) -> Bvh2 {
+    let mut bvh2 = Bvh2::zeroed(boxes.len());
+    bvh2.primitive_indices = indices;
+    bvh2.uses_spatial_splits = true;
+    bvh2.children_are_ordered_after_parents = true;
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    let mut open = if boxes.is_empty() { vec![] } else { vec![(0, 0..boxes.len())] };
+    let mut used = 1;
+    while let Some((node, range)) = open.pop() {
+        let part = &mut order[range.clone()];
+        let of = |number: u32| &boxes[number as usize];
+        let whole = part.iter().fold(Aabb::empty(), |whole, number| whole.union(of(*number)));
+        if let [number] = part {
+            bvh2.nodes[node] = Bvh2Node::new(whole, 1, *number);
+            continue;
+        }
+        let middles = part.iter().fold(Aabb::empty(), |middles, number| {
+            let middle = of(*number).center();
+            middles.union(&Aabb { min: middle, max: middle })
+        });
+        let axis = middles.largest_axis();
+        let half = part.len() / 2;
+        part.select_nth_unstable_by(half, |one, other| {
+            of(*one).center()[axis].total_cmp(&of(*other).center()[axis]).then(one.cmp(other))
+        });
+        bvh2.nodes[node] = Bvh2Node::new(whole, 0, used as u32);
+        let middle = range.start + half;
+        open.extend([(used, range.start..middle), (used + 1, middle..range.end)]);
+        used += 2;
+    }
+    bvh2
+}
+
+/// Number of levels of a tree.
+fn depth(tree: &CwBvh) -> usize {
+    let mut deepest = 0;
+    let mut open = if tree.nodes.is_empty() { vec![] } else { vec![(0, 1)] };
+    while let Some((index, level)) = open.pop() {
+        deepest = deepest.max(level);
+        let node: &CwBvhNode = &tree.nodes[index];
+        let children = (0..8).filter(|child| !node.is_child_empty(*child) && !node.is_leaf(*child));
+        open.extend(children.map(|child| (node.child_node_index(child) as usize, level + 1)));
+    }
+    deepest
+}
+
+/// Boxes of the triangles, with large slanted triangles cut into several boxes, and the triangle of every box.
+fn split_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> (Vec<Aabb>, Vec<u32>) {
+    let triangles: Vec<Triangle> =
+        corners.map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() }).collect();
+    let mut boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+    let mut indices: Vec<u32> = (0..triangles.len() as u32).collect();
+    let largest = boxes.iter().map(Aabb::half_area).fold(0.0, f32::max);
+    let mean = boxes.iter().map(Aabb::half_area).sum::<f32>() / boxes.len().max(1) as f32;
+    split_aabbs_preset(&mut boxes, &mut indices, &triangles, mean, largest);
+    (boxes, indices)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes about one place, each a little larger: the best partner of each is the one before it.
+    fn in_one_another(count: u32) -> Vec<Aabb> {
+        (0..count)
+            .map(|number| {
+                let size = glam::Vec3A::splat(0.1 + 0.8 * number as f32 / count as f32);
+                Aabb { min: -size, max: size }
+            })
+            .collect()
+    }
+
+    fn side_by_side(count: u32) -> Vec<Aabb> {
+        let low = |number: u32| glam::vec3a((number % 300) as f32, (number / 300) as f32, 0.0) / 300.0;
+        (0..count).map(|number| Aabb { min: low(number), max: low(number) + 0.003 }).collect()
+    }
+
+    fn corners(aabb: &Aabb) -> [Vec3; 3] {
+        let (low, high) = (Vec3::from(aabb.min), Vec3::from(aabb.max));
+        [low, Vec3::new(high.x, low.y, high.z), high]
+    }
+
+    #[test]
+    fn boxes_that_pair_up_one_by_one_are_halved_and_others_are_not() {
+        assert!(pairs_up(&side_by_side(30_000)) && pairs_up(&[]) && pairs_up(&in_one_another(1000)));
+        let one_place = vec![Aabb { min: glam::Vec3A::ZERO, max: glam::Vec3A::ONE }; 20_000];
+        for boxes in [in_one_another(20_000), one_place] {
+            assert!(!pairs_up(&boxes));
+            let tree = build(boxes.iter().map(corners), &[]);
+            assert!(depth(&tree) <= 12, "{} levels", depth(&tree));
+            let mut found = tree.primitive_indices.clone();
+            found.sort_unstable();
+            found.dedup();
+            assert!(found.into_iter().eq(0..boxes.len() as u32));
+        }
+    }
+
+    #[test]
+    fn every_triangle_and_ball_has_a_leaf_where_large_triangles_are_split() {
+        let slanted = [Vec3::new(-1.0, -1.0, -1.0), Vec3::new(1.0, 1.0, 1.0), Vec3::new(0.9, 1.0, 1.0)];
+        let small = side_by_side(500);
+        let all: Vec<[Vec3; 3]> = std::iter::once(slanted).chain(small.iter().map(corners)).collect();
+        let ball =
+            |number: u32| Ball { center: DVec3::splat(0.1 * f64::from(number)), radius: 0.05, luminaire: number };
+        let balls: Vec<Ball> = (0..5).map(ball).collect();
+        let tree = build(all.iter().copied(), &balls);
+        let mut found = tree.primitive_indices.clone();
+        assert!(found.len() > 506, "the large triangle is split");
+        found.sort_unstable();
+        found.dedup();
+        assert!(found.into_iter().eq(0..506));
+    }
+}

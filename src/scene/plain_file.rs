@@ -1,0 +1,68 @@
+//! Files as bytes: plain ones alone, up to a size that a slip or a hoax would pass.
+
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether the user has said that large files are meant. One word holds for all files of a process.
+static ALLOWS_LARGE: AtomicBool = AtomicBool::new(false);
+
+/// Lets files of any size be read that fit into memory.
+pub fn allow_large_files() {
+    ALLOWS_LARGE.store(true, Ordering::Relaxed);
+}
+
+/// Bytes of a plain file of at most so many bytes, or of any size once large files are allowed.
+///
+/// A device has no end and a pipe may never begin, so that neither is opened. No more is read than the file has when it
+/// is opened: one that grows for ever ends there too, and so do those of `/proc`, which have no size.
+///
+/// # Errors
+///
+/// A file that is missing, cannot be read, is no plain file, is too large, or does not fit into memory.
+pub(super) fn read_plain_file(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
+    let largest = if ALLOWS_LARGE.load(Ordering::Relaxed) { u64::MAX } else { most_bytes };
+    read_at_most(path, largest)
+}
+
+fn read_at_most(path: &Path, largest_bytes: u64) -> Result<Vec<u8>> {
+    let metadata = std::fs::metadata(path)?;
+    if metadata.is_dir() {
+        return Err(Error::from(ErrorKind::IsADirectory));
+    }
+    if !metadata.is_file() {
+        return Err(Error::other("this is a device or a pipe, not a plain file"));
+    }
+    let size = metadata.len();
+    if size > largest_bytes {
+        let what = format!("{size} bytes are more than the {largest_bytes} that are read without --allow-large");
+        return Err(Error::new(ErrorKind::FileTooLarge, what));
+    }
+    let mut bytes = Vec::new();
+    if bytes.try_reserve_exact(usize::try_from(size).unwrap_or(usize::MAX)).is_err() {
+        return Err(Error::new(ErrorKind::OutOfMemory, format!("{size} bytes do not fit into memory")));
+    }
+    File::open(path)?.take(size).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn devices_and_files_beyond_the_limit_are_not_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        std::fs::write(&path, b"0123456789").expect("written");
+        assert_eq!(read_at_most(&path, 10).expect("small enough"), b"0123456789");
+        let error = read_at_most(&path, 9).expect_err("too large");
+        assert!(error.kind() == ErrorKind::FileTooLarge && error.to_string().contains("--allow-large"), "{error}");
+        #[cfg(target_os = "linux")]
+        for endless in ["/dev/zero", "/dev/kmsg", "/dev/stdin", "/proc/kmsg"] {
+            let read = read_at_most(Path::new(endless), u64::MAX);
+            assert!(read.as_ref().map_or(true, Vec::is_empty), "{endless}: {read:?}");
+        }
+    }
+}

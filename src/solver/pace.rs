@@ -1,0 +1,92 @@
+//! How much work a slice is: a fixed number of rays, or as few as fit between two looks at the clock where rays are slow.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// Rays of a slice, about: a fraction of a second's work where rays take a microsecond.
+pub const RAYS_PER_SLICE: f64 = 400_000.0;
+/// Rays of the first slice of a run that a time limit may end, and the fewest of any.
+const FIRST_RAYS: f64 = 20_000.0;
+const FEWEST_RAYS: f64 = 64.0;
+/// A slice may take this share of a time limit, and never longer than so many seconds.
+const SHARE_OF_LIMIT: f64 = 0.02;
+const LONGEST_SLICE_S: f64 = 0.25;
+/// The next slice has at most so many times the rays of the one before, or so small a part of them.
+const MOST_GROWTH: f64 = 4.0;
+const LEAST_GROWTH: f64 = 0.01;
+
+/// The rays of the next slice.
+///
+/// Only a run that nothing but a time limit may end early goes by the clock: where it ends is a matter of time there anyway.
+/// With a fixed number of chains the same slices make the same sums, bit by bit.
+#[derive(Debug)]
+pub struct Pace {
+    /// Rays of the next slice, as bits.
+    rays: AtomicU64,
+    /// Seconds that a slice may take.
+    slice_s: f64,
+}
+
+impl Pace {
+    /// Slices of one size.
+    pub fn steady() -> Pace {
+        Pace { rays: AtomicU64::new(RAYS_PER_SLICE.to_bits()), slice_s: f64::INFINITY }
+    }
+
+    /// Slices that take a small part of a time limit.
+    pub fn within(limit_s: f64) -> Pace {
+        let slice_s = (SHARE_OF_LIMIT * limit_s).min(LONGEST_SLICE_S);
+        Pace { rays: AtomicU64::new(FIRST_RAYS.to_bits()), slice_s }
+    }
+
+    /// Rays of the next slice, about.
+    pub fn rays_per_slice(&self) -> f64 {
+        f64::from_bits(self.rays.load(Ordering::Relaxed))
+    }
+
+    /// Learns from pilots how long rays take.
+    pub fn begin(&self, rays: u64, took: Duration) {
+        if self.slice_s.is_finite() && rays > 0 {
+            let fitting = rays as f64 * self.slice_s / took.as_secs_f64().max(f64::MIN_POSITIVE);
+            self.set(fitting.min(FIRST_RAYS));
+        }
+    }
+
+    fn set(&self, rays: f64) {
+        self.rays.store(rays.clamp(FEWEST_RAYS, RAYS_PER_SLICE).to_bits(), Ordering::Relaxed);
+    }
+
+    /// Learns from how long a slice took.
+    pub fn note(&self, took: Duration) {
+        if self.slice_s.is_finite() {
+            let growth = (self.slice_s / took.as_secs_f64().max(f64::MIN_POSITIVE)).clamp(LEAST_GROWTH, MOST_GROWTH);
+            self.set(growth * self.rays_per_slice());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_shrink_where_rays_are_slow_and_grow_again_where_they_are_quick() {
+        let pace = Pace::within(1.0);
+        // Rays of a millisecond, of which pilots know: no slice takes longer than a fiftieth of the limit, or has the fewest.
+        pace.begin(2000, Duration::from_secs(2));
+        let mut rays = Vec::new();
+        for _ in 0..6 {
+            rays.push(pace.rays_per_slice());
+            pace.note(Duration::from_secs_f64(1e-3 * pace.rays_per_slice()));
+        }
+        assert!(rays.iter().all(|rays| *rays <= FEWEST_RAYS), "{rays:?}");
+        for _ in 0..12 {
+            pace.note(Duration::from_secs_f64(1e-8 * pace.rays_per_slice()));
+        }
+        assert_eq!(pace.rays_per_slice(), RAYS_PER_SLICE);
+        // Without a limit the clock has no say.
+        let steady = Pace::steady();
+        steady.note(Duration::from_secs(100));
+        assert_eq!(steady.rays_per_slice(), RAYS_PER_SLICE);
+    }
+}
