@@ -27,6 +27,7 @@ mod report_words;
 mod schedule;
 mod sheet;
 mod summary;
+mod ugr_table;
 mod vtk;
 
 pub use directory::{ResultDirectory, write_files};
@@ -36,6 +37,7 @@ pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_pl
 pub use report::{ReportContext, report_file};
 pub use sheet::shortest;
 pub use summary::{RunRecord, summary_file};
+pub use ugr_table::{UgrTableHeading, range_text, ugr_table_files};
 pub use vtk::vtk_file;
 
 /// A result file before it is written.
