@@ -35,7 +35,7 @@ const fn room(across: u8, along: u8, multipliers: [f64; 4]) -> StandardRoom {
 
 /// The nineteen rooms of a table, with the multipliers F_GL of CIE 190, table 4.
 ///
-/// Four numbers a room stand for the direct flux of any luminaire: Lambertian ones at a spacing of H come out within 0.003.
+/// Four numbers a room stand for the direct flux of any luminaire: Lambertian ones at a spacing of H come out within 0.001.
 pub const STANDARD_ROOMS: [StandardRoom; 19] = [
     room(2, 2, [0.690, 0.109, 0.085, -0.016]),
     room(2, 3, [0.578, 0.200, 0.127, -0.018]),
@@ -245,17 +245,10 @@ mod tests {
     use super::*;
     use crate::base::form_factors::point_parallel_corner;
 
-    /// Lambert's law sends (1 − cos 2γ)/2 of the flux within γ.
-    fn lambertian_zones() -> [f64; ZONES] {
-        let within = |edge: usize| (10.0 * edge.min(9) as f64).to_radians().sin().powi(2);
-        std::array::from_fn(|zone| within(zone + 1) - within(zone))
-    }
-
-    /// A Lambertian luminaire at a height sends a rectangle its form factor. The multipliers of all rooms come out within
-    /// 0.003 for luminaires H apart; a multiplier 0.01 off (the planted fault) does not.
+    /// A Lambertian luminaire sends a rectangle below it its form factor, and 7, 12, 15 and 16 sixteenths into the four cones.
+    /// The multipliers of all rooms come out within 0.001 for luminaires H apart; one 0.004 off (the planted fault) does not.
     #[test]
     fn the_multipliers_are_those_of_luminaires_h_apart() {
-        let zones = lambertian_zones();
         for room in &STANDARD_ROOMS {
             let [x, y] = room.size_h;
             let mut sum = 0.0;
@@ -267,10 +260,26 @@ mod tests {
                 }
             }
             let exact = sum / (x * y);
-            assert!((room.direct_flux_lm(&zones) - exact).abs() < 0.003, "{room:?}: {exact}");
-            let mut wrong = *room;
-            wrong.multipliers[1] += 0.01;
-            assert!((wrong.direct_flux_lm(&zones) - exact).abs() > 0.003, "{room:?}");
+            let [a, b, c, d] = room.multipliers;
+            let direct = (7.0 * a + 12.0 * b + 15.0 * c + 16.0 * d) / 16.0;
+            assert!((direct - exact).abs() < 0.001, "{room:?}: {direct} {exact}");
+            assert!((direct + 0.004 * 12.0 / 16.0 - exact).abs() > 0.001, "{room:?}");
+        }
+    }
+
+    /// Cones are gathered from zones: of one lm in the zone from 40° to 50° 0.130 lie within 41.4°, of one from 70° to 80° 0.547
+    /// within 75.5°, which is linear in solid angle within 0.001.
+    #[test]
+    fn cones_are_gathered_from_zones() {
+        for (zone, cone, edge) in [(4, 0, 0.75), (7, 2, 0.25f64)] {
+            let cosine = |edge: usize| (10.0 * edge as f64).to_radians().cos();
+            let share = (cosine(zone) - edge) / (cosine(zone) - cosine(zone + 1));
+            let mut zones = [0.0; ZONES];
+            zones[zone] = 1.0;
+            let room = STANDARD_ROOMS[0];
+            let whole: f64 = room.multipliers[cone + 1..].iter().sum();
+            let own = (room.direct_flux_lm(&zones) - whole) / room.multipliers[cone];
+            assert!((own - share).abs() < 0.001, "{own} {share}");
         }
     }
 
