@@ -312,8 +312,11 @@ fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
         name: set.name.clone(),
         kind: "points",
         quantity: set.quantity.name(),
-        points: set.points.len(),
-        inside: set.points.iter().filter(|point| point.inside).count(),
+        points: if set.observers.is_empty() { set.points.len() } else { set.observers.len() },
+        inside: match set.observers.is_empty() {
+            true => set.points.iter().filter(|point| point.inside).count(),
+            false => set.observers.iter().filter(|eye| eye.inside).count(),
+        },
         columns: None,
         rows: None,
         column_spacing_m: None,

@@ -16,7 +16,7 @@ mod sparse;
 mod spending;
 mod sweep;
 
-pub use glare::GlareRating;
+pub use glare::{GlareRating, worst_of_sets};
 pub(crate) use job::PACKETS_OF_A_BOUND;
 pub use run::{DEFAULT_TARGET_ERROR, Observer, Progress, map_requests, solve};
 pub use solution::*;
