@@ -250,16 +250,22 @@ CASES = [
 ]
 
 
+def run_name(name, x_h, y_h, reflectances, turned):
+    """Name of the run in case.json."""
+    sides = "/".join(f"{100 * reflectance:.0f}" for reflectance in reflectances)
+    return f"{name}{' turned' if turned else ''} {x_h}H x {y_h}H {sides}"
+
+
 def main():
     check()
     for name in LUMINAIRES:
         write_ies(name)
     with open(FOLDER / "reference.csv", "w", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow("luminaire,x_h,y_h,ceiling,walls,floor,turned,ugr,background_luminance_cd_m2,glare_sum_cd2_sr_m4".split(","))
+        table.writerow("luminaire,x_h,y_h,ceiling,walls,floor,turned,ugr,background_luminance_cd_m2,glare_sum_cd2_sr_m4,set".split(","))
         for name, x_h, y_h, reflectances, turned in CASES:
             ugr, background, glare = rating(name, x_h, y_h, reflectances, turned)
-            table.writerow([name, x_h, y_h, *reflectances, str(turned).lower(), f"{ugr:.3f}", f"{background:.4f}", f"{glare:.2f}"])
+            table.writerow([name, x_h, y_h, *reflectances, str(turned).lower(), f"{ugr:.3f}", f"{background:.4f}", f"{glare:.2f}", run_name(name, x_h, y_h, reflectances, turned)])
     with open(FOLDER / "tables.csv", "w", newline="") as file:
         sheet = csv.writer(file, lineterminator="\n")
         sheet.writerow("luminaire,x_h,y_h,viewing,ceiling,walls,floor,ugr".split(","))
