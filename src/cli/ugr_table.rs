@@ -19,7 +19,8 @@ use crate::scene::photometry::{PhotometricFile, read_photometric_file};
 pub const ABOUT: &str = "\
 UGR table of a luminaire after CIE 190:2010: nineteen rooms of 2H × 2H to 12H × 8H, viewed crosswise and endwise, for
 five sets of reflectances, by the standard's formulas. H is 2 m from the eye to the luminaires, which stand 0.25 H
-apart; the background luminance is that of the tabular method. Ratings hold for the flux and the dimensions of the
+apart as in makers' tables (--spacing 1: as in the standard's own); the background luminance is that of the tabular
+method. Ratings hold for the flux and the dimensions of the
 file; ratings below 10 are told as that.
 
 Standard output carries the table; --out takes it as ugr-table.csv, ugr-corrections.csv and ugr-table.html.";
