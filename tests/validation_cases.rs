@@ -235,8 +235,8 @@ fn compare_climbs_and_writes_its_three_files() {
     assert!(fs::read_to_string(out.join("compare.html")).unwrap().contains("<svg"));
 }
 
-/// The first of the eleven standard rooms passes as it is; with the background of the eye's own plane (the planted fault: less
-/// by 13 to 23%, 0.4 in the rating or more) it does not. A rating without an observer is refused.
+/// The first of the eleven standard rooms passes as it is; with the background of the eye's own plane (the planted fault: the walls are
+/// brighter by 13 to 23%, 0.4 in the rating or more) it does not. A rating without an observer is refused.
 #[test]
 fn ratings_of_standard_rooms_pass_and_the_other_background_does_not() {
     let house = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/ugr-tables");

@@ -94,7 +94,7 @@ pub(super) fn look_around(
     if count > most {
         return Err(refuse_too_many(fields.node(), count));
     }
-    let looking = |place: &ReceiverPoint, normal: DVec3| ReceiverPoint { normal, weight: 1.0, ..place.clone() };
+    let looking = |place: &ReceiverPoint, normal: DVec3| ReceiverPoint { normal, weight: 1.0, ..*place };
     let points = places.iter().flat_map(|place| views.iter().map(move |view| looking(place, *view))).collect();
     Ok((read_background(fields)?, points))
 }

@@ -453,7 +453,7 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
         (What::Points, None) => {
             return refuse("points need a receiver set", comparison.map.clone(), "\"map\": the name of a receiver set");
         }
-        (What::Ugr, set) if !set.is_some_and(|set| set.observers.len() == 1) => {
+        (What::Ugr, set) if set.is_none_or(|set| set.observers.len() != 1) => {
             return refuse("a rating needs an observer", comparison.map.clone(), "\"map\": the name of a ugr receiver");
         }
         (What::Ugr, _) if comparison.light != Light::Total => {
