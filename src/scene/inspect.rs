@@ -325,6 +325,7 @@ fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
     };
     inspected.kind = match set.quantity {
         Quantity::Luminance => "luminance",
+        Quantity::Glare(_) if set.observers.len() > 1 => "ugr_grid",
         Quantity::Glare(_) => "ugr",
         _ => inspected.kind,
     };

@@ -14,10 +14,11 @@ use crate::maps::{Estimate, MapKind, REPLICAS, standard_error};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Background, Observer, Quantity};
 
-/// Rays of all replicas for the luminaires of one observer, about; a rating stays within some thousandths.
+/// Rays of all replicas for the luminaires of a set's observers, about; the rating of a single one stays within some thousandths.
 const RAYS: f64 = 1e6;
-/// Passes over the luminaires in a replica.
+/// Passes over the luminaires in a replica; of a grid of observers one does.
 const FEWEST_PASSES: u64 = 4;
+const FEWEST_PASSES_OF_MANY: u64 = 1;
 const MOST_PASSES: u64 = 512;
 /// Luminaires that a sentence names.
 const MOST_NAMES: usize = 3;
@@ -100,8 +101,9 @@ fn rate_observer(
     let rays = sample_glare(context.stage, &eye, &mut trial, &mut vec![0.0; luminaires]);
     let outside = outside_of_table(context.stage, &eye, &mut trial, luminaires);
     let observers = context.scene.receivers[set].observers.len();
+    let fewest = if observers > 1 { FEWEST_PASSES_OF_MANY } else { FEWEST_PASSES };
     let rays_of_replica = RAYS / (REPLICAS * observers) as f64;
-    let passes = ((rays_of_replica / rays.max(1) as f64) as u64).clamp(FEWEST_PASSES, MOST_PASSES);
+    let passes = ((rays_of_replica / rays.max(1) as f64) as u64).clamp(fewest, MOST_PASSES);
     let by_replica: Vec<Vec<f64>> = (0..REPLICAS as u32)
         .into_par_iter()
         .with_max_len(1)
