@@ -54,7 +54,7 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
     picture
 }
 
-/// The scene from above with the observers of a grid: a wedge for each, which points to where he looks, the darker the worse.
+/// The scene from above with the observers of a grid: a wedge for each along the line of sight, the darker the worse.
 pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Option<Picture> {
     let set = &scene.receivers[ratings.first()?.set];
     let (plan, mut picture) = Plan::begin(scene, format!("Glare ratings of {}", set.name));

@@ -211,7 +211,7 @@ impl<'a> Plan<'a> {
     }
 
     /// An eye with the first, the middle and the last of its directions; of observers of glare all eyes, and if there is
-    /// one alone, his line of sight.
+    /// one alone, the line of sight.
     fn draw_observer(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {
         let Some(first) = set.points.first() else { return };
         let last = set.points.len() - 1;

@@ -96,7 +96,7 @@ fn glare_section(scene: &Scene, solution: &Solution) -> String {
             let of_set: Vec<GlareRating> =
                 solution.glare.iter().filter(|other| other.set == rating.set).cloned().collect();
             let words = format!(
-                "{}: {observers} observers, each a wedge that points to where he looks; the darker, the more glare.",
+                "{}: {observers} observers, each a wedge along the line of sight; the darker, the more glare.",
                 scene.receivers[rating.set].name
             );
             section += &glare_grid_picture(scene, &of_set).map_or(String::new(), |picture| figure(&picture, &words));

@@ -73,7 +73,7 @@ pub(super) fn rate(context: &Context, job: &Job) -> Vec<GlareRating> {
         return Vec::new();
     };
     let seen = receivers.observers.iter().enumerate().filter(|(_, observer)| !observer.inside);
-    // Every observer has a site of his own, or all share those on the walls.
+    // Every observer has a site, or all share those on the walls.
     let sites = |index: usize| match background {
         Background::Observer => index..index + 1,
         Background::Tabular => 0..job.weights.len(),
@@ -81,7 +81,7 @@ pub(super) fn rate(context: &Context, job: &Job) -> Vec<GlareRating> {
     seen.map(|(index, observer)| rate_observer(context, job, [set, index], observer, sites(index))).collect()
 }
 
-/// Rates an observer by the luminaires that he sees and the illuminance at the sites that tell his background.
+/// Rates an observer by the luminaires that he sees and the illuminance at the sites that tell the background.
 ///
 /// The rating is no linear function of what the replicas estimate: it is taken of their means, and its error by the
 /// jackknife, which leaves out one replica at a time.
