@@ -179,3 +179,40 @@ fn shells_get_their_completions() {
         assert!(results(&output).contains("target-error"), "{shell}");
     }
 }
+
+/// Terminal, report and files of a run that rates glare: the worst of a grid with his place, a low rating as "< 10" where people
+/// look and as a number in the file, and the luminaire that does not count by name and reason.
+#[test]
+fn ratings_are_told_where_people_look() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let scene = home.path().join("room.json");
+    let room = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
+      "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [6,4,3], "facing": "inward", "material": "grey" } ],
+      "luminaires": [ { "name": "steep one", "type": "sphere", "center": [1.5,2,2.8], "radius": 0.1, "luminous_flux_lm": 1000 },
+        { "name": "far one", "type": "sphere", "center": [5,2,2.8], "radius": 0.1, "luminous_flux_lm": 300 } ],
+      "receivers": [ { "name": "dim view", "type": "ugr", "position": [1,2,1.2], "view_direction": [1,0,0] },
+        { "name": "seats", "type": "ugr_grid", "origin": [1,1,1.2], "u": [4,0,0], "v": [0,2,0], "columns": 3, "rows": 2, "background": "tabular" } ] }"#;
+    std::fs::write(&scene, room.replace("300 }", "30 }")).expect("a file");
+    let out = home.path().join("out");
+    let solved = run(&["solve", text(&scene), "--out", text(&out), "--chains", "2000", "--maps", "receivers"]);
+    assert_eq!(code(&solved), 0, "{}", errors(&solved));
+    let printed = results(&solved);
+    let row = |name: &str| printed.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{printed}"));
+    assert!(row("dim view").contains("< 10"), "{printed}");
+    assert!(row("seats").contains("worst of 48, at ("), "{printed}");
+
+    let file = read(&out.join("ugr.csv"));
+    let ugr = |line: &str| line.split(',').nth(7).and_then(|cell| cell.parse::<f64>().ok()).expect("a rating");
+    let dim = file.lines().find(|line| line.starts_with("dim view")).expect("a row");
+    assert!(ugr(dim) < 10.0, "{dim}");
+    let worst = file.lines().filter(|line| line.starts_with("seats")).map(ugr).fold(f64::MIN, f64::max);
+    let told = summary(&out)["glare"].clone();
+    assert_eq!(told.as_array().map(Vec::len), Some(2));
+    assert_eq!(told[1]["observers"], 48);
+    assert!((told[1]["ugr"].as_f64().expect("a number") - worst).abs() < 1e-12);
+    assert_eq!(told[0]["outside_position_index"][0]["luminaire"], "steep one");
+
+    let report = read(&out.join("report.html"));
+    assert!(report.contains("&lt; 10") && report.contains("the worst of 48") && report.contains("each a wedge"));
+    assert!(report.contains("too steeply above the eye (H/R beyond the table, at most 1.9): steep one"));
+}

@@ -147,6 +147,7 @@ fn isothermal_office() -> (Scene, f64) {
         name: grid.name,
         layout: ReceiverLayout::Points,
         points,
+        observers: Vec::new(),
     }];
     (scene, illuminance_lx)
 }

@@ -235,6 +235,36 @@ fn compare_climbs_and_writes_its_three_files() {
     assert!(fs::read_to_string(out.join("compare.html")).unwrap().contains("<svg"));
 }
 
+/// The first of the eleven standard rooms passes as it is; with the background of the eye's own plane (the planted fault: the walls are
+/// brighter by 13 to 23%, 0.4 in the rating or more) it does not. A rating without an observer is refused.
+#[test]
+fn ratings_of_standard_rooms_pass_and_the_other_background_does_not() {
+    let house = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/ugr-tables");
+    let home = TempDir::new().unwrap();
+    for name in ["panel.ies", "reference.csv"] {
+        fs::copy(house.join(name), home.path().join(name)).unwrap();
+    }
+    let written: Value = serde_json::from_str(&fs::read_to_string(house.join("case.json")).unwrap()).unwrap();
+    assert_eq!(written["runs"].as_array().map(Vec::len), Some(11));
+    let with = |change: &dyn Fn(&mut Value)| {
+        let mut case = written.clone();
+        case["runs"].as_array_mut().unwrap().truncate(1);
+        change(&mut case);
+        fs::write(home.path().join("case.json"), case.to_string()).unwrap();
+        Case::read(home.path())
+    };
+    let passes = |case: Result<Case, luxmc::validation::CaseError>| {
+        let case = case.unwrap_or_else(|error| panic!("{error}"));
+        run_case(&case, &mut |_| {}).unwrap_or_else(|error| panic!("{error}")).passes()
+    };
+    assert!(passes(with(&|_| {})));
+    assert!(!passes(with(&|case| case["scene"]["receivers"][0]["background"] = json!("observer"))));
+    let refused = with(&|case| case["compare"][0]["map"] = json!("elements")).expect_err("no observer");
+    assert!(refused.to_string().contains("needs an observer"), "{refused}");
+    let refused = with(&|case| case["compare"][0]["criterion"] = json!({ "worst_difference": 0 }));
+    assert!(refused.expect_err("allows nothing").to_string().contains("worst_difference"));
+}
+
 #[test]
 fn every_case_of_the_house_can_be_read() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation");

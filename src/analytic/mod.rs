@@ -6,5 +6,6 @@ pub mod direct;
 pub mod error;
 pub mod sobolev;
 pub mod sphere;
+pub mod ugr_table;
 
 pub use error::AnalyticError;

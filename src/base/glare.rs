@@ -12,6 +12,14 @@ pub fn unified_glare_rating(background_cd_m2: f64, glare_sum: f64) -> Option<f64
     (background_cd_m2 > 0.0 && glare_sum > 0.0).then(|| 8.0 * (0.25 / background_cd_m2 * glare_sum).log10())
 }
 
+/// A rating as people read it: `19.3`, or `< 10` where the scale has no values and where nothing glares.
+pub fn rating_text(ugr: Option<f64>) -> String {
+    match ugr {
+        Some(ugr) if ugr >= LEAST_RATING => format!("{ugr:.1}"),
+        _ => format!("< {LEAST_RATING}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;

@@ -11,4 +11,5 @@ pub mod position_index;
 pub mod quadrature;
 pub mod solid_angle;
 pub mod special;
+pub mod standard_rooms;
 pub mod sum;

@@ -8,6 +8,7 @@ use super::inspect::InspectArguments;
 use super::new::NewArguments;
 use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
+use super::ugr_table::{self, UgrTableArguments};
 use super::validate::ValidateArguments;
 
 const EXAMPLES: &str = "\
@@ -15,6 +16,7 @@ Examples:
   luxmc new office --out my-office
   luxmc inspect my-office/office.json
   luxmc solve my-office/office.json --out my-office/results --target-error 1%
+  luxmc ugr-table downlight.ldt --out out/downlight
   luxmc sobolev --h1 0.5 --rho1 0.5 --rho2 0.5 --r 0:3:31
   luxmc validate --out report
   luxmc compare cube --out report
@@ -53,6 +55,9 @@ pub enum Command {
     Compare(CompareArguments),
     /// Show what was read from a scene or a photometric file
     Inspect(InspectArguments),
+    /// UGR table of a luminaire after CIE 190
+    #[command(long_about = ugr_table::ABOUT)]
+    UgrTable(UgrTableArguments),
     /// Print the JSON Schema of the scene file
     Schema,
     /// Print what a shell needs to complete commands and options

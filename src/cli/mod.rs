@@ -22,6 +22,7 @@ mod selection;
 mod sobolev;
 mod solve;
 mod text_table;
+mod ugr_table;
 mod validate;
 mod values;
 
@@ -47,6 +48,7 @@ pub fn run() -> ExitCode {
         Command::Validate(arguments) => validate::run(arguments, started),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
+        Command::UgrTable(arguments) => ugr_table::run(arguments),
         Command::Schema => schema::run(),
         Command::New(arguments) => new::run(arguments),
         Command::Completions(arguments) => completions::run(arguments),

@@ -2,15 +2,18 @@
 
 use super::number_text::significant;
 use super::text_table::text_table;
+use crate::base::glare::rating_text;
 use crate::maps::{Estimate, TableKind, TableRow};
+use crate::output::observer_words;
 use crate::scene::Scene;
-use crate::solver::Solution;
+use crate::solver::{Solution, worst_of_sets};
 
 const HEADER: &[&str] =
     &["name", "side", "Ē/lx", "±/lx", "Emin/lx", "±/lx", "Emax/lx", "±/lx", "U0", "±", "Ud", "±", "error/%"];
 
 const LUMINANCE_HEADER: &[&str] = &["name", "mean L/(cd/m²)", "±", "Lmin/(cd/m²)", "Lmax/(cd/m²)", "error/%"];
 const GLARE_HEADER: &[&str] = &["name", "UGR", "±", "Lb/(cd/m²)", "±"];
+const GRID_GLARE_HEADER: [&str; 6] = ["name", "UGR", "±", "Lb/(cd/m²)", "±", "observer"];
 
 /// One row a surface side or receiver set: average, minimum, maximum and uniformities, with standard errors. What
 /// observers see follows in tables of its own.
@@ -36,17 +39,26 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
         tables.push(text_table(LUMINANCE_HEADER, &[0], rows));
     }
     if !solution.glare.is_empty() {
-        let rows = solution.glare.iter().map(|rating| {
+        let worst = worst_of_sets(&solution.glare);
+        let has_grids = worst.iter().any(|(rating, _)| scene.receivers[rating.set].observers.len() > 1);
+        let rows = worst.into_iter().map(|(rating, observers)| {
             let [ugr, error] = match rating.ugr {
-                _ if rating.is_low() => ["< 10".to_owned(), "–".to_owned()],
+                _ if rating.is_low() => [rating_text(None), UNKNOWN.to_owned()],
                 Some(ugr) => [format!("{:.2}", ugr.value), significant(ugr.standard_error, 2)],
-                None => ["–".to_owned(), "–".to_owned()],
+                None => [UNKNOWN.to_owned(), UNKNOWN.to_owned()],
             };
             let background = rating.background_cd_m2;
             let [value, spread] = [significant(background.value, 4), significant(background.standard_error, 2)];
-            vec![scene.receivers[rating.set].name.clone(), ugr, error, value, spread]
+            let set = &scene.receivers[rating.set];
+            let mut cells = vec![set.name.clone(), ugr, error, value, spread];
+            if has_grids {
+                let place = observer_words(&set.observers[rating.observer]);
+                cells.push(if set.observers.len() > 1 { format!("worst of {observers}, {place}") } else { place });
+            }
+            cells
         });
-        tables.push(text_table(GLARE_HEADER, &[0], rows));
+        let header = if has_grids { &GRID_GLARE_HEADER[..] } else { GLARE_HEADER };
+        tables.push(text_table(header, &[0, 5], rows));
     }
     tables.join("\n")
 }

@@ -23,6 +23,29 @@ pub fn target_error(text: &str) -> Result<f64, String> {
     Err(format!("{}; {REMEDY}", if error >= 1.0 { "100% or more asks for nothing" } else { "no run can reach it" }))
 }
 
+/// Sets of reflectances of ceiling, walls and reference plane, as fractions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reflectances(pub Vec<[f64; 3]>);
+
+/// Sets of reflectances in percent: `70/50/20,50/30/20`, each from 0 to below 100.
+pub fn reflectances(text: &str) -> Result<Reflectances, String> {
+    const REMEDY: &str = "write ceiling, walls and reference plane in percent, such as 70/50/20 or 70/50/20,50/30/20";
+    let set = |text: &str| {
+        let numbers: Vec<f64> = text
+            .split('/')
+            .map(|part| part.trim().parse().map_err(|_| format!("\"{part}\" is not a number; {REMEDY}")))
+            .collect::<Result<_, String>>()?;
+        if let Some(wrong) = numbers.iter().find(|percent| !(0.0..100.0).contains(*percent)) {
+            return Err(format!("{wrong} is not from 0 to below 100; {REMEDY}"));
+        }
+        let percents: [f64; 3] = numbers
+            .try_into()
+            .map_err(|numbers: Vec<f64>| format!("{} numbers instead of 3; {REMEDY}", numbers.len()))?;
+        Ok(percents.map(|percent| percent / 100.0))
+    };
+    Ok(Reflectances(text.split(',').map(set).collect::<Result<_, String>>()?))
+}
+
 /// A time in s: a number with `ms`, `s`, `m`, `h`, or without a unit (seconds).
 pub fn time_s(text: &str) -> Result<f64, String> {
     const REMEDY: &str = "write a time above 0, such as 60s, 500ms, 5m or 1.5h; a plain number counts seconds";
@@ -129,6 +152,14 @@ fn evenly_spaced(from: f64, to: f64, count: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn reflectances_are_percentages() {
+        assert_eq!(reflectances("70/50/20, 0/0/0"), Ok(Reflectances(vec![[0.7, 0.5, 0.2], [0.0; 3]])));
+        for refused in ["70/50", "70/50/20/10", "100/50/20", "-1/50/20", "a/b/c", "", "70/50/nan"] {
+            assert!(reflectances(refused).is_err(), "{refused}");
+        }
+    }
 
     #[test]
     fn errors_read_as_fractions_or_percent_within_bounds() {

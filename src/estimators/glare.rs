@@ -26,8 +26,8 @@ pub fn sample_glare(stage: &Stage, eye: &Receiver, stream: &mut Stream, sums: &m
     rays
 }
 
-/// Why luminaires that shine into the eye do not count: for each the first reason that a part of it in sight has; `None` for
-/// luminaires of which a part has an index, and for those that are out of sight.
+/// Why luminaires ahead of the eye do not count: for each the first reason that a part of it in sight has; `None` for
+/// luminaires of which a part has an index, and for those that are behind or hidden.
 pub fn outside_of_table(stage: &Stage, eye: &Receiver, stream: &mut Stream, luminaires: usize) -> Vec<Option<Outside>> {
     let mut reasons = vec![None; luminaires];
     let mut counts = vec![false; luminaires];
@@ -35,6 +35,7 @@ pub fn outside_of_table(stage: &Stage, eye: &Receiver, stream: &mut Stream, lumi
         let luminaire = emitter.luminaire as usize;
         emitter.show_parts(eye.point_m, stream, |part| match position_index(eye.normal, part.towards) {
             Ok(_) => counts[luminaire] = true,
+            Err(Outside::Behind) => {}
             Err(reason) if !counts[luminaire] && reasons[luminaire].is_none_or(|known| reason > known) => {
                 if stage.transmittance(eye.origin, &stage.origin(&part.place)) > 0.0 {
                     reasons[luminaire] = Some(reason);

@@ -9,6 +9,7 @@ mod directory;
 mod error;
 mod flat;
 pub mod font;
+mod glare_plot;
 mod halves_plot;
 mod html;
 mod luminance_plot;
@@ -27,6 +28,7 @@ mod report_words;
 mod schedule;
 mod sheet;
 mod summary;
+mod ugr_table;
 mod vtk;
 
 pub use directory::{ResultDirectory, write_files};
@@ -34,8 +36,10 @@ pub use error::OutputError;
 pub use maps::result_files;
 pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_plots};
 pub use report::{ReportContext, report_file};
+pub use report_observers::observer_words;
 pub use sheet::shortest;
 pub use summary::{RunRecord, summary_file};
+pub use ugr_table::{UgrTableHeading, range_text, ugr_table_files};
 pub use vtk::vtk_file;
 
 /// A result file before it is written.

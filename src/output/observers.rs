@@ -56,10 +56,10 @@ pub(super) fn observer_files(scene: &Scene, solution: &Solution) -> Result<Vec<R
         let mut sheet = Sheet::new("ugr.csv", UGR_COLUMNS);
         for rating in &solution.glare {
             let set = &scene.receivers[rating.set];
-            let (Quantity::Glare(observer), Some(ugr)) = (set.quantity, rating.ugr) else {
+            let Some(ugr) = rating.ugr else {
                 continue;
             };
-            let Observer { eye_m, view, .. } = observer;
+            let Observer { eye_m, view, .. } = set.observers[rating.observer];
             sheet.row(&[
                 Field::Text(&set.name),
                 Field::Number(eye_m.x),

@@ -8,8 +8,7 @@ use super::axes::{Frame, Scale, TYPE};
 use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
 use super::picture::{Anchor, Pen, Picture, Spot, Words};
 use super::schedule::Schedule;
-use crate::scene::{Emission, Quantity, ReceiverLayout, ReceiverSet, Scene};
-use crate::solver::GlareRating;
+use crate::scene::{Emission, ReceiverLayout, ReceiverSet, Scene};
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [760.0, 620.0];
@@ -25,13 +24,6 @@ const SQUARE: f64 = 2.0;
 const MOST_SYMBOLS: usize = 10_000;
 /// Symbols of more luminaires than this bear no letters.
 const MOST_LETTERS: usize = 200;
-/// Radius of a disk that stands for all of an observer's glare.
-const LARGEST_DISK: f64 = 40.0;
-/// Half the height of a cross.
-const CROSS: f64 = 3.5;
-/// So many luminaires bear their share of the glare, from this share on.
-const MOST_SHARES: usize = 12;
-const LEAST_SHARE: f64 = 0.02;
 /// Ink of edges.
 const EDGES: Ink = [120, 120, 120];
 
@@ -40,31 +32,6 @@ pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
     let (plan, mut picture) = Plan::begin(scene, "Plan of the scene from above");
     plan.draw_luminaires(&mut picture, schedule);
     plan.draw_receivers(&mut picture);
-    picture
-}
-
-/// The scene from above with what every luminaire adds to the glare of an observer: disks by their share of the sum, crosses
-/// for luminaires in sight that do not count.
-pub fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
-    let set = &scene.receivers[rating.set];
-    let (plan, mut picture) = Plan::begin(scene, format!("What every luminaire adds to the glare of {}", set.name));
-    for (luminaire, _) in &rating.outside {
-        let [x, y] = plan.spot(middle_m(scene, &scene.luminaires[*luminaire].emission));
-        for (i, j) in [(CROSS, CROSS), (CROSS, -CROSS)] {
-            picture.line(vec![[x - i, y - j], [x + i, y + j]], Pen::new(GREY, 1.4));
-        }
-    }
-    for (place, (luminaire, sum)) in rating.contributions.iter().enumerate() {
-        let share = sum / rating.glare_sum.value;
-        let [x, y] = plan.spot(middle_m(scene, &scene.luminaires[*luminaire].emission));
-        let radius = LARGEST_DISK * share.sqrt();
-        picture.disk([x, y], radius, AMBER);
-        picture.circle([x, y], radius, Pen::new(BLACK, 0.8));
-        if place < MOST_SHARES && share >= LEAST_SHARE {
-            picture.words(Words::new(format!("{:.0}%", 100.0 * share), [x, y + 4.0], TYPE).bold().rimmed(2.0));
-        }
-    }
-    plan.draw_observer(&mut picture, &mut Vec::new(), set);
     picture
 }
 
@@ -90,7 +57,7 @@ fn place_m(emission: &Emission) -> Option<DVec3> {
 }
 
 /// The middle of a luminaire.
-fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
+pub(super) fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
     if let Emission::Area { surfaces, .. } = emission {
         let triangles = surfaces.iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
         let corners: Vec<DVec3> = triangles.flat_map(|triangle| scene.corners_m(triangle)).collect();
@@ -99,14 +66,15 @@ fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
     place_m(emission).unwrap_or(DVec3::ZERO)
 }
 
-struct Plan<'a> {
+/// A plan in the making: its frame, and the scene that it shows.
+pub(super) struct Plan<'a> {
     scene: &'a Scene,
     frame: Frame,
 }
 
 impl<'a> Plan<'a> {
     /// The frame and what stands in it.
-    fn begin(scene: &'a Scene, title: impl Into<String>) -> (Plan<'a>, Picture) {
+    pub fn begin(scene: &'a Scene, title: impl Into<String>) -> (Plan<'a>, Picture) {
         let [low_m, high_m] = bounds_m(scene);
         let size_m = (high_m - low_m).max(DVec3::splat(1e-9));
         let scale = (LARGEST[0] / size_m.x).min(LARGEST[1] / size_m.y);
@@ -128,7 +96,8 @@ impl<'a> Plan<'a> {
         (plan, picture)
     }
 
-    fn spot(&self, point_m: DVec3) -> Spot {
+    /// Where a point is drawn.
+    pub fn spot(&self, point_m: DVec3) -> Spot {
         self.frame.spot(point_m.x, point_m.y)
     }
 
@@ -243,22 +212,41 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// An eye with the first, the middle and the last of its directions.
+    /// An eye with the first, the middle and the last of its directions; of observers of glare all eyes, and if there is
+    /// one alone, the line of sight.
     fn draw_observer(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {
-        const SIGHT: f64 = 26.0;
         let Some(first) = set.points.first() else { return };
         let last = set.points.len() - 1;
-        let (eye_m, views) = match set.quantity {
-            Quantity::Glare(observer) => (observer.eye_m, vec![observer.view]),
-            _ => (first.position_m, [0, last / 2, last].map(|index| set.points[index].normal).to_vec()),
+        let eyes_m = match &set.observers[..] {
+            [] => {
+                let views = [0, last / 2, last].map(|index| set.points[index].normal);
+                self.draw_sights(picture, first.position_m, &views);
+                vec![first.position_m]
+            }
+            [observer] => {
+                self.draw_sights(picture, observer.eye_m, &[observer.view]);
+                vec![observer.eye_m]
+            }
+            observers => {
+                let mut eyes_m: Vec<DVec3> = observers.iter().map(|observer| observer.eye_m).collect();
+                eyes_m.dedup();
+                eyes_m.iter().for_each(|eye_m| picture.circle(self.spot(*eye_m), 2.0, Pen::new(BLUE, 1.2)));
+                eyes_m
+            }
         };
+        let spots: Vec<Spot> = eyes_m.into_iter().map(|eye_m| self.spot(eye_m)).collect();
+        self.label(picture, labels, &spots, set.name.clone());
+    }
+
+    /// An eye with lines of sight.
+    pub fn draw_sights(&self, picture: &mut Picture, eye_m: DVec3, views: &[DVec3]) {
+        const SIGHT: f64 = 26.0;
         let eye = self.spot(eye_m);
         for direction in views {
             let end = [eye[0] + SIGHT * direction.x, eye[1] - SIGHT * direction.y];
             picture.line(vec![eye, end], Pen::new(BLUE, 1.2));
         }
         picture.circle(eye, 4.0, Pen::new(BLUE, 1.4));
-        self.label(picture, labels, &[eye], set.name.clone());
     }
 
     fn draw_points(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {
@@ -272,7 +260,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Names a set at its upper left corner, below what is named there already.
-    fn label(&self, picture: &mut Picture, labels: &mut Vec<Spot>, ring: &[Spot], text: String) {
+    pub fn label(&self, picture: &mut Picture, labels: &mut Vec<Spot>, ring: &[Spot], text: String) {
         let least = |axis: usize| ring.iter().map(|spot| spot[axis]).fold(f64::INFINITY, f64::min);
         let mut spot = [least(0) + 5.0, least(1) + 14.0];
         while labels.iter().any(|other| (other[0] - spot[0]).abs() < 160.0 && (other[1] - spot[1]).abs() < 14.0) {

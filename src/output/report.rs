@@ -14,7 +14,7 @@ use crate::scene::photometry::Opening;
 use crate::scene::{Emission, InspectedSurface, Quantity, Scene, inspect};
 use crate::solver::{Activity, Solution, Spending};
 
-const STYLE: &str = include_str!("report.css");
+pub(super) const STYLE: &str = include_str!("report.css");
 /// Plots of surfaces that a report shows at most.
 const MOST_SURFACE_PLOTS: usize = 8;
 /// A surface side with fewer elements shows next to nothing.

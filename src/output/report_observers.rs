@@ -1,16 +1,21 @@
 //! What observers see, for the report: luminances and glare ratings.
 
+use glam::DVec3;
+
+use super::glare_plot::{glare_grid_picture, glare_picture};
 use super::html::{Table, figure, with_error};
 use super::numbers::{lux, percent, uncertainty};
 use super::picture::escaped;
-use super::plan::glare_picture;
-use crate::base::position_index::POSITION_INDEX;
+use crate::base::glare::rating_text;
+use crate::base::position_index::{Outside, POSITION_INDEX};
 use crate::maps::TableKind;
 use crate::scene::{Background, Observer, Quantity, Scene};
-use crate::solver::Solution;
+use crate::solver::{GlareRating, Solution, worst_of_sets};
 
 /// Observers whose glare a report draws, at most.
 const MOST_PICTURES: usize = 6;
+/// Luminaires that are named for each reason why they do not count.
+const MOST_OUTSIDE: usize = 40;
 /// Luminaires that a picture's caption names.
 const MOST_NAMES: usize = 5;
 
@@ -58,20 +63,21 @@ fn glare_section(scene: &Scene, solution: &Solution) -> String {
             ("in sight, but<br>not in the table", false),
         ],
     );
-    for rating in &solution.glare {
+    let worst = worst_of_sets(&solution.glare);
+    for (rating, observers) in &worst {
         let background = rating.background_cd_m2;
         let set = &scene.receivers[rating.set];
         let taken = match set.quantity {
-            Quantity::Glare(Observer { background: Background::Tabular, .. }) => "on the walls, mean",
+            Quantity::Glare(Background::Tabular) => "on the walls, mean",
             _ => "at the eye",
         };
         let ugr = match rating.ugr {
-            _ if rating.is_low() => "&lt; 10".to_owned(),
+            _ if rating.is_low() => escaped(&rating_text(None)),
             None => "–".to_owned(),
             Some(ugr) => with_error(&format!("{:.1}", ugr.value), &uncertainty(ugr.standard_error)),
         };
         table.row(vec![
-            escaped(&set.name),
+            escaped(&set.name) + &place_of_worst(scene, rating, *observers),
             ugr,
             with_error(&lux(background.value), &uncertainty(background.standard_error)),
             taken.to_owned(),
@@ -85,21 +91,82 @@ fn glare_section(scene: &Scene, solution: &Solution) -> String {
         table.markup(),
         escaped(POSITION_INDEX)
     );
-    for rating in solution.glare.iter().filter(|rating| !rating.contributions.is_empty()).take(MOST_PICTURES) {
-        let strongest: Vec<String> = rating
-            .contributions
-            .iter()
-            .take(MOST_NAMES)
-            .map(|(luminaire, sum)| {
-                format!("{} {:.0}%", scene.luminaires[*luminaire].name, 100.0 * sum / rating.glare_sum.value)
-            })
-            .collect();
-        let caption = format!(
-            "{}: every luminaire's share of the glare, as a disk of its size ({}). Crosses: in sight, but without a position index.",
-            scene.receivers[rating.set].name,
-            strongest.join(", ")
-        );
-        section += &figure(&glare_picture(scene, rating), &caption);
+    for (number, (rating, observers)) in worst.iter().enumerate() {
+        if number < MOST_PICTURES && *observers > 1 {
+            let of_set: Vec<GlareRating> =
+                solution.glare.iter().filter(|other| other.set == rating.set).cloned().collect();
+            let words = format!(
+                "{}: {observers} observers, each a wedge along the line of sight; the darker, the more glare.",
+                scene.receivers[rating.set].name
+            );
+            section += &glare_grid_picture(scene, &of_set).map_or(String::new(), |picture| figure(&picture, &words));
+        }
+        if number < MOST_PICTURES && !rating.contributions.is_empty() {
+            section += &glare_figure(scene, rating);
+        }
+        section += &outside_words(scene, rating);
     }
     section
+}
+
+/// What every luminaire adds to the glare of an observer, drawn in plan.
+fn glare_figure(scene: &Scene, rating: &GlareRating) -> String {
+    let strongest: Vec<String> = rating
+        .contributions
+        .iter()
+        .take(MOST_NAMES)
+        .map(|(luminaire, sum)| {
+            format!("{} {:.0}%", scene.luminaires[*luminaire].name, 100.0 * sum / rating.glare_sum.value)
+        })
+        .collect();
+    let set = &scene.receivers[rating.set];
+    let who = match set.observers.len() {
+        1 => set.name.clone(),
+        _ => format!("{}, {}", set.name, observer_words(&set.observers[rating.observer])),
+    };
+    let caption = format!(
+        "{who}: every luminaire's share of the glare, as a disk of its size ({}). Crosses: in sight, but without a position index.",
+        strongest.join(", ")
+    );
+    figure(&glare_picture(scene, rating), &caption)
+}
+
+/// The luminaires that do not count for an observer, by name and reason, as markup.
+fn outside_words(scene: &Scene, rating: &GlareRating) -> String {
+    let mut reasons: Vec<Outside> = rating.outside.iter().map(|(_, reason)| *reason).collect();
+    reasons.sort();
+    reasons.dedup();
+    let items = reasons.into_iter().map(|reason| {
+        let members = rating.outside.iter().filter(|(_, other)| *other == reason);
+        let names: Vec<&str> = members.map(|(index, _)| scene.luminaires[*index].name.as_str()).collect();
+        let rest = match names.len().saturating_sub(MOST_OUTSIDE) {
+            0 => String::new(),
+            more => format!(" and {more} more, see summary.json"),
+        };
+        let listed = names[..names.len().min(MOST_OUTSIDE)].join(", ");
+        format!("<li>{}: {}</li>\n", escaped(reason.says()), escaped(&(listed + &rest)))
+    });
+    let items: String = items.collect();
+    if items.is_empty() {
+        return items;
+    }
+    let name = escaped(&scene.receivers[rating.set].name);
+    format!("<p class=\"small\">{name}: in sight, but not counted:</p>\n<ul class=\"small\">\n{items}</ul>\n")
+}
+
+/// Where the worst of several observers sits and looks, as markup.
+fn place_of_worst(scene: &Scene, rating: &GlareRating, observers: usize) -> String {
+    let all = &scene.receivers[rating.set].observers;
+    if all.len() < 2 {
+        return String::new();
+    }
+    format!("<small>, the worst of {observers}: {}</small>", escaped(&observer_words(&all[rating.observer])))
+}
+
+/// Where an observer sits and looks: `at (2, 3, 1.2) m, towards (1, 0, 0)`.
+pub fn observer_words(observer: &Observer) -> String {
+    let rounded = |vector: DVec3, scale: f64| {
+        vector.to_array().map(|x| ((scale * x).round() / scale + 0.0).to_string()).join(", ")
+    };
+    format!("at ({}) m, towards ({})", rounded(observer.eye_m, 1000.0), rounded(observer.view, 100.0))
 }

@@ -6,7 +6,7 @@ use super::ResultFile;
 use crate::base::position_index::POSITION_INDEX;
 use crate::maps::{MapResult, StatisticalCheck, TableKind};
 use crate::scene::{Background, Luminaire, Quantity, Scene};
-use crate::solver::{Activity, GlareRating, Solution, Spending};
+use crate::solver::{Activity, GlareRating, Solution, Spending, worst_of_sets};
 
 /// Version of the scene file that this program reads.
 const SCENE_FILE_VERSION: u32 = 1;
@@ -72,7 +72,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "target_met": solution.target_met,
         "stop_reason": solution.stop_reason.name(),
         "maps": solution.maps.iter().map(map_entry).collect::<Vec<Value>>(),
-        "glare": solution.glare.iter().map(|rating| glare_entry(scene, rating)).collect::<Vec<Value>>(),
+        "glare": worst_of_sets(&solution.glare).into_iter().map(|worst| glare_entry(scene, worst)).collect::<Vec<Value>>(),
         "flux_balance": flux_balance,
         "flux_balance_note": flux_balance_note,
         "map_check": map_check,
@@ -151,11 +151,14 @@ fn luminance_entry(map: &MapResult) -> Value {
     })
 }
 
-fn glare_entry(scene: &Scene, rating: &GlareRating) -> Value {
-    let background = match scene.receivers[rating.set].quantity {
-        Quantity::Glare(observer) => observer.background,
+/// The rating of an observer, the worst of so many.
+fn glare_entry(scene: &Scene, (rating, observers): (&GlareRating, usize)) -> Value {
+    let set = &scene.receivers[rating.set];
+    let background = match set.quantity {
+        Quantity::Glare(background) => background,
         _ => Background::default(),
     };
+    let observer = &set.observers[rating.observer];
     let name = |index: usize| &scene.luminaires[index].name;
     let contributions: Vec<Value> = rating
         .contributions
@@ -168,7 +171,10 @@ fn glare_entry(scene: &Scene, rating: &GlareRating) -> Value {
         .map(|(index, reason)| json!({ "luminaire": name(*index), "reason": reason.says() }))
         .collect();
     json!({
-        "name": scene.receivers[rating.set].name,
+        "name": set.name,
+        "observers": observers,
+        "position_m": observer.eye_m.to_array(),
+        "view_direction": observer.view.to_array(),
         "ugr": rating.ugr.map(|ugr| ugr.value),
         "standard_error": rating.ugr.map(|ugr| ugr.standard_error),
         "background_luminance_cd_m2": rating.background_cd_m2.value,

@@ -9,7 +9,7 @@ use super::error::SceneError;
 use super::fitted_openings::fit_openings;
 use super::insides::Solids;
 use super::mesh_faults::{MESH, warn_of_faults};
-use super::model::{Emission, Luminaire, Scene};
+use super::model::{Background, Emission, Luminaire, Quantity, Scene};
 use super::names::listed;
 use super::overlaps::{overlaps, overlaps_budget};
 use super::reader::{Node, Source};
@@ -161,8 +161,11 @@ fn warn_of_overlaps(scene: &mut Scene, shells: &[Shell]) {
 
 fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
     let solids = Solids::of(shells, shells::size_m(scene));
-    let points_m: Vec<DVec3> =
-        scene.receivers.iter().flat_map(|set| &set.points).map(|point| point.position_m).collect();
+    let places_m = scene.receivers.iter().flat_map(|set| {
+        let eyes_m = set.observers.iter().map(|observer| observer.eye_m);
+        set.points.iter().map(|point| point.position_m).chain(eyes_m)
+    });
+    let points_m: Vec<DVec3> = places_m.collect();
     let (held, _) = solids.holding(&points_m);
     let mut warnings = Vec::new();
     if held.len() < points_m.len() {
@@ -176,8 +179,15 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
     for set in &mut scene.receivers {
         let all = set.points.len();
         set.points.iter_mut().zip(held.by_ref()).for_each(|(point, is_inside)| point.inside = is_inside);
+        set.observers.iter_mut().zip(held.by_ref()).for_each(|(eye, is_inside)| eye.inside = is_inside);
         let inside = set.points.iter().filter(|point| point.inside).count();
-        if inside > 0 {
+        if set.quantity == Quantity::Glare(Background::Tabular) {
+            let [inside, all] = [set.observers.iter().filter(|eye| eye.inside).count(), set.observers.len()];
+            if inside > 0 {
+                let what = "observers look from inside of a closed solid; they are not rated";
+                warnings.push(format!("{}: {inside} of {all} {what}", set.name));
+            }
+        } else if inside > 0 {
             let what = "lie inside of a closed solid; they are left out of tables and errors";
             let remedy =
                 if inside == all { "; if the solid is a room, let it have \"facing\": \"inward\"" } else { "" };

@@ -312,8 +312,11 @@ fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
         name: set.name.clone(),
         kind: "points",
         quantity: set.quantity.name(),
-        points: set.points.len(),
-        inside: set.points.iter().filter(|point| point.inside).count(),
+        points: if set.observers.is_empty() { set.points.len() } else { set.observers.len() },
+        inside: match set.observers.is_empty() {
+            true => set.points.iter().filter(|point| point.inside).count(),
+            false => set.observers.iter().filter(|eye| eye.inside).count(),
+        },
         columns: None,
         rows: None,
         column_spacing_m: None,
@@ -322,6 +325,7 @@ fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
     };
     inspected.kind = match set.quantity {
         Quantity::Luminance => "luminance",
+        Quantity::Glare(_) if set.observers.len() > 1 => "ugr_grid",
         Quantity::Glare(_) => "ugr",
         _ => inspected.kind,
     };

@@ -242,6 +242,8 @@ pub struct ReceiverSet {
     pub layout: ReceiverLayout,
     /// The points in the order of the tables (a grid row by row).
     pub points: Vec<ReceiverPoint>,
+    /// Observers whose glare is rated; empty where something else is asked for.
+    pub observers: Vec<Observer>,
 }
 
 /// What a receiver asks for.
@@ -260,9 +262,9 @@ pub enum Quantity {
     /// Luminance in cd/m² that an eye at the point sees in the direction of its normal. What maps and tables call
     /// illuminance in lx is then this.
     Luminance,
-    /// Unified glare rating of an observer. The map holds indirect illuminances in lx, the mean of which is π times the
-    /// background luminance.
-    Glare(Observer),
+    /// Unified glare rating of the set's observers. The map holds indirect illuminances in lx, π times the background
+    /// luminance: a point an observer, or where it is that of walls points on these, which tell it for all in the mean.
+    Glare(Background),
 }
 
 /// An observer whose glare is rated.
@@ -272,8 +274,8 @@ pub struct Observer {
     pub eye_m: DVec3,
     /// Unit vector along the line of sight.
     pub view: DVec3,
-    /// Where the background luminance is taken; the set's points lie there.
-    pub background: Background,
+    /// Within a closed solid, where nobody looks.
+    pub inside: bool,
 }
 
 /// Where the indirect illuminance is taken that tells the background luminance.

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::error::SceneError;
-use super::model::{Background, Observer, Quantity, ReceiverLayout, ReceiverPoint};
+use super::model::{Background, Quantity, ReceiverLayout, ReceiverPoint};
 use super::reader::{Fields, Node};
 use super::receivers::refuse_too_many;
 use super::units::LengthUnit;
@@ -15,6 +15,18 @@ pub(super) const VIEW_KEYS: [&str; 5] = ["direction", "up", "field_deg", "column
 
 /// Where the background of a glare rating is taken, as files name it.
 pub(super) const BACKGROUNDS: [&str; 2] = ["observer", "tabular"];
+
+/// Without directions of their own the observers of a grid look to eight sides, counter-clockwise from +x.
+const VIEWS_AROUND: [DVec3; 8] = [
+    DVec3::X,
+    DVec3::new(1.0, 1.0, 0.0),
+    DVec3::Y,
+    DVec3::new(-1.0, 1.0, 0.0),
+    DVec3::NEG_X,
+    DVec3::new(-1.0, -1.0, 0.0),
+    DVec3::NEG_Y,
+    DVec3::new(1.0, -1.0, 0.0),
+];
 
 /// A picture on a flat screen may not be wider than this: beyond it the cells at its rim see next to nothing.
 const WIDEST_FIELD_DEG: f64 = 170.0;
@@ -39,13 +51,9 @@ pub(super) fn read(
     };
     if kind == "ugr" {
         let view = fields.need("view_direction", "[1, 0, 0]")?.direction()?;
-        let background = match fields.get("background").map_or(Ok(0), |node| node.choice(&BACKGROUNDS))? {
-            0 => Background::Observer,
-            _ => Background::Tabular,
-        };
-        let observer = Observer { eye_m: position_m, view, background };
         // Where the background is that of walls, the points move there once they are known.
-        return Ok(Some((Quantity::Glare(observer), ReceiverLayout::Points, looking(vec![view]))));
+        let quantity = Quantity::Glare(read_background(fields)?);
+        return Ok(Some((quantity, ReceiverLayout::Points, looking(vec![view]))));
     }
     let given: Vec<&str> = ["directions", "fan", "view"].into_iter().filter(|key| fields.get(key).is_some()).collect();
     let (layout, directions) = match given[..] {
@@ -62,6 +70,33 @@ pub(super) fn read(
         }
     };
     Ok(Some((Quantity::Luminance, layout, looking(directions))))
+}
+
+fn read_background(fields: &Fields) -> Result<Background, SceneError> {
+    Ok(match fields.get("background").map_or(Ok(0), |node| node.choice(&BACKGROUNDS))? {
+        0 => Background::Observer,
+        _ => Background::Tabular,
+    })
+}
+
+/// Observers at some places, each looking in all directions of a grid of observers, place by place; `most` is how many
+/// there may be.
+pub(super) fn look_around(
+    fields: &Fields,
+    places: &[ReceiverPoint],
+    most: u64,
+) -> Result<(Background, Vec<ReceiverPoint>), SceneError> {
+    let views = match fields.get("view_directions") {
+        Some(node) => read_list(&node)?,
+        None => VIEWS_AROUND.map(DVec3::normalize).to_vec(),
+    };
+    let count = places.len() as u64 * views.len() as u64;
+    if count > most {
+        return Err(refuse_too_many(fields.node(), count));
+    }
+    let looking = |place: &ReceiverPoint, normal: DVec3| ReceiverPoint { normal, weight: 1.0, ..*place };
+    let points = places.iter().flat_map(|place| views.iter().map(move |view| looking(place, *view))).collect();
+    Ok((read_background(fields)?, points))
 }
 
 fn read_list(node: &Node) -> Result<Vec<DVec3>, SceneError> {

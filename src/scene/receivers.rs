@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::error::SceneError;
 use super::limits::MOST_POINTS;
 use super::luminaires::unique_name;
-use super::model::{Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::model::{Observer, Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers;
 use super::reader::{Fields, Node};
 use super::surface_grid::{self, Spacing};
@@ -18,10 +18,10 @@ use super::vectors::{direction, span_a_plane};
 use super::{parse, points_file};
 
 /// The receiver types, as files name them.
-pub(super) const TYPES: [&str; 4] = ["grid", "points", "luminance", "ugr"];
+pub(super) const TYPES: [&str; 5] = ["grid", "points", "luminance", "ugr", "ugr_grid"];
 
-/// Keys of every receiver type; a grid has those of both its forms.
-pub(super) const KEYS: [&[&str]; 4] = [
+/// Keys of every receiver type; grids have those of both their forms.
+pub(super) const KEYS: [&[&str]; 5] = [
     &[
         "name",
         "type",
@@ -40,11 +40,34 @@ pub(super) const KEYS: [&[&str]; 4] = [
     &["name", "type", "file", "quantity", "direction"],
     &["name", "type", "position", "directions", "fan", "view"],
     &["name", "type", "position", "view_direction", "background"],
+    &[
+        "name",
+        "type",
+        "origin",
+        "u",
+        "v",
+        "columns",
+        "rows",
+        "surface",
+        "height",
+        "margin",
+        "spacing",
+        "view_directions",
+        "background",
+    ],
 ];
 /// Keys of a grid by corners.
 const CORNER_KEYS: [&str; 9] = ["name", "type", "origin", "u", "v", "columns", "rows", "quantity", "direction"];
 /// Keys of a grid on a surface.
 const SURFACE_KEYS: [&str; 8] = ["name", "type", "surface", "height", "margin", "spacing", "quantity", "direction"];
+/// Keys of a grid of observers by corners.
+const OBSERVERS_BY_CORNER_KEYS: [&str; 9] =
+    ["name", "type", "origin", "u", "v", "columns", "rows", "view_directions", "background"];
+/// Keys of a grid of observers over a surface.
+const OBSERVERS_OVER_SURFACE_KEYS: [&str; 8] =
+    ["name", "type", "surface", "height", "margin", "spacing", "view_directions", "background"];
+/// Height in m of a seated observer's eye over the floor.
+const SEATED_EYE_M: f64 = 1.2;
 /// What can be asked for at points and grids, as files name it.
 pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertical", "cylindrical", "semi-cylindrical"];
 
@@ -66,7 +89,8 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
     for item in node.items("receivers")? {
         let set = read_one(&item, around, &mut names, left)?;
         // Lists of points and of directions are as long as the file says, and need no limit.
-        if set.layout != ReceiverLayout::Points {
+        let is_made = set.layout != ReceiverLayout::Points || set.observers.len() > 1;
+        if is_made {
             left -= set.points.len() as u64;
         }
         sets.push(set);
@@ -86,15 +110,35 @@ fn read_one(
     fields.only(KEYS[kind])?;
     let name = unique_name(&fields, names)?;
     if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit, most)? {
-        return Ok(ReceiverSet { name, quantity, layout, points });
+        let observers = if matches!(quantity, Quantity::Glare(_)) { observers_at(&points) } else { Vec::new() };
+        return Ok(ReceiverSet { name, quantity, layout, points, observers });
+    }
+    let by_surface = fields.get("surface").is_some();
+    if TYPES[kind] == "ugr_grid" {
+        let (_, places) = match by_surface {
+            true => {
+                let height_m = fields.get("height").is_none().then_some(SEATED_EYE_M);
+                read_surface_grid(node, around, most, &OBSERVERS_OVER_SURFACE_KEYS, height_m)?
+            }
+            false => read_corner_grid(node, around.unit, most, &OBSERVERS_BY_CORNER_KEYS)?,
+        };
+        let (background, points) = observers::look_around(&fields, &places, most)?;
+        let observers = observers_at(&points);
+        let quantity = Quantity::Glare(background);
+        return Ok(ReceiverSet { name, quantity, layout: ReceiverLayout::Points, points, observers });
     }
     let (layout, mut points) = match TYPES[kind] {
-        "grid" if fields.get("surface").is_some() => read_surface_grid(node, around, most)?,
-        "grid" => read_corner_grid(node, around.unit, most)?,
+        "grid" if by_surface => read_surface_grid(node, around, most, &SURFACE_KEYS, None)?,
+        "grid" => read_corner_grid(node, around.unit, most, &CORNER_KEYS)?,
         _ => read_points(&fields, around)?,
     };
     let quantity = read_quantity(&fields, &mut points)?;
-    Ok(ReceiverSet { name, quantity, layout, points })
+    Ok(ReceiverSet { name, quantity, layout, points, observers: Vec::new() })
+}
+
+/// An observer at each point, who looks along its normal.
+fn observers_at(points: &[ReceiverPoint]) -> Vec<Observer> {
+    points.iter().map(|point| Observer { eye_m: point.position_m, view: point.normal, inside: false }).collect()
 }
 
 /// What is asked for at the points; horizontal and vertical illuminance turn their normals.
@@ -178,9 +222,10 @@ fn read_corner_grid(
     node: &Node,
     unit: LengthUnit,
     most: u64,
+    keys: &[&str],
 ) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
     let fields = node.fields("a grid given by its corner")?;
-    fields.only(&CORNER_KEYS)?;
+    fields.only(keys)?;
     let origin = fields.need("origin", "[0.25, 0.25, 0.8], or \"surface\": \"room/floor\"")?.vector()?;
     let u = fields.need("u", "[7.5, 0, 0]")?.vector()?;
     let v_node = fields.need("v", "[0, 5.5, 0]")?;
@@ -208,16 +253,18 @@ fn read_surface_grid(
     node: &Node,
     around: &Around,
     most: u64,
+    keys: &[&str],
+    default_height_m: Option<f64>,
 ) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
     let fields = node.fields("a grid on a surface")?;
-    fields.only(&SURFACE_KEYS)?;
+    fields.only(keys)?;
     let surface_node = fields.need("surface", "\"room/floor\"")?;
     let surfaces = around.surfaces.named(&surface_node)?;
     let length_m = |key: &str, quantity: &str| {
         let length = fields.get(key).map_or(Ok(0.0), |node| node.at_least_zero(quantity))?;
         Ok(around.unit.length_m(length))
     };
-    let height_m = length_m("height", "the height")?;
+    let height_m = default_height_m.map_or_else(|| length_m("height", "the height"), Ok)?;
     let margin_m = length_m("margin", "the margin")?;
     let spacing_node = fields.get("spacing");
     let spacing = match &spacing_node {

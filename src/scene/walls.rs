@@ -25,36 +25,47 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// face the eye: those of the least closed room about it, or else of the whole scene.
 pub(super) fn place_backgrounds(scene: &mut Scene, shells: &[Shell]) {
     for set in 0..scene.receivers.len() {
-        let Quantity::Glare(observer) = scene.receivers[set].quantity else {
-            continue;
-        };
-        if observer.background != Background::Tabular {
+        if scene.receivers[set].quantity != Quantity::Glare(Background::Tabular) {
             continue;
         }
-        let points = points_on_walls(scene, shells, &observer);
+        let observers = &scene.receivers[set].observers;
+        let rooms: Vec<Option<usize>> = observers.iter().map(|observer| room_about(scene, shells, observer)).collect();
+        let is_one_room = rooms.iter().all(|room| *room == rooms[0]);
+        let points = match observers.first() {
+            Some(observer) if is_one_room => points_on_walls(scene, rooms[0].map(|room| &shells[room]), observer),
+            _ => Vec::new(),
+        };
         let receivers = &mut scene.receivers[set];
         if points.is_empty() {
-            receivers.quantity = Quantity::Glare(Observer { background: Background::Observer, ..observer });
-            let what =
-                "no wall between the heights of eye and luminaires; its background luminance is taken at the eye";
-            scene.warnings.push(format!("{}: {what}", receivers.name));
+            receivers.quantity = Quantity::Glare(Background::Observer);
+            let what = if is_one_room {
+                "no wall between the heights of eye and luminaires"
+            } else {
+                "the observers are not all in one room"
+            };
+            let instead = "the background luminance is taken at the eye";
+            scene.warnings.push(format!("{}: {what}; {instead}", receivers.name));
         } else {
             receivers.points = points;
         }
     }
 }
 
+/// The least closed room about an observer, by its place among the shells.
+fn room_about(scene: &Scene, shells: &[Shell], observer: &Observer) -> Option<usize> {
+    let ahead_m = observer.eye_m + AHEAD * size_m(scene) * (observer.view + DVec3::Z);
+    let volume_m3 = |place: &usize| shells[*place].volume_m3.abs();
+    (0..shells.len())
+        .filter(|place| shells[*place].winding(ahead_m) < -WITHIN)
+        .min_by(|one, other| volume_m3(one).total_cmp(&volume_m3(other)))
+}
+
 /// Points spread evenly over the walls, each with its normal.
-fn points_on_walls(scene: &Scene, shells: &[Shell], observer: &Observer) -> Vec<ReceiverPoint> {
+fn points_on_walls(scene: &Scene, room: Option<&Shell>, observer: &Observer) -> Vec<ReceiverPoint> {
     let eye_m = observer.eye_m;
     let Some(top_m) = luminaire_height_m(scene).filter(|height_m| *height_m > eye_m.z) else {
         return Vec::new();
     };
-    let ahead_m = eye_m + AHEAD * size_m(scene) * (observer.view + DVec3::Z);
-    let room = shells
-        .iter()
-        .filter(|shell| shell.winding(ahead_m) < -WITHIN)
-        .min_by(|one, other| one.volume_m3.abs().total_cmp(&other.volume_m3.abs()));
     let in_plane_m = IN_PLANE * size_m(scene);
     let mut pieces: Vec<([DVec3; 3], DVec3, f64)> = Vec::new();
     let mut add = |triangle: u32| {
@@ -195,8 +206,7 @@ mod tests {
     #[test]
     fn without_walls_the_background_is_the_observers() {
         let scene = room("", "[0.5, 1, 2.9]");
-        let Quantity::Glare(observer) = scene.receivers[0].quantity else { panic!("glare") };
-        assert_eq!(observer.background, Background::Observer);
+        assert_eq!(scene.receivers[0].quantity, Quantity::Glare(Background::Observer));
         assert_eq!(scene.receivers[0].points.len(), 1);
         assert!(scene.warnings.iter().any(|warning| warning.contains("no wall between")));
     }

@@ -1,6 +1,6 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
-use super::glare::{GlareRating, rate, words_on_outside};
+use super::glare::{GlareRating, rate, words_on_outside, worst_of_sets};
 use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
 use super::spending::Spending;
 use super::surface_tables::{receiver_table, surface_tables};
@@ -64,8 +64,8 @@ pub(super) fn finish(
     let walks = jobs.iter().any(|job| job.kind != MapKind::Elements && !job.is_black());
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
     warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
-    let glare: Vec<GlareRating> = jobs.iter().filter_map(|job| rate(context, job)).collect();
-    for rating in &glare {
+    let glare: Vec<GlareRating> = jobs.iter().flat_map(|job| rate(context, job)).collect();
+    for (rating, _) in worst_of_sets(&glare) {
         notes.extend(words_on_outside(context, rating));
         if rating.background_cd_m2.value <= 0.0 {
             let name = &context.scene.receivers[rating.set].name;

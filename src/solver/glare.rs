@@ -1,6 +1,7 @@
 //! Glare ratings, from the background that a map's replicas know and the luminaires that the observer sees.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -11,12 +12,13 @@ use crate::estimators::direct::Receiver;
 use crate::estimators::glare::{outside_of_table, sample_glare};
 use crate::maps::{Estimate, MapKind, REPLICAS, standard_error};
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::Quantity;
+use crate::scene::{Background, Observer, Quantity};
 
-/// Rays of all replicas for the luminaires of one observer, about; a rating stays within some thousandths.
+/// Rays of all replicas for the luminaires of a set's observers, about; the rating of a single one stays within some thousandths.
 const RAYS: f64 = 1e6;
-/// Passes over the luminaires in a replica.
+/// Passes over the luminaires in a replica; of a grid of observers one does.
 const FEWEST_PASSES: u64 = 4;
+const FEWEST_PASSES_OF_MANY: u64 = 1;
 const MOST_PASSES: u64 = 512;
 /// Luminaires that a sentence names.
 const MOST_NAMES: usize = 3;
@@ -26,6 +28,8 @@ const MOST_NAMES: usize = 3;
 pub struct GlareRating {
     /// The receiver's place among the scene's receiver sets.
     pub set: usize,
+    /// The observer's place in the set.
+    pub observer: usize,
     /// UGR with its standard error; `None` where no luminaire in view has a position index or nothing lights the background.
     pub ugr: Option<Estimate>,
     /// Background luminance in cd/m²: the mean indirect illuminance at the set's points over π.
@@ -46,32 +50,68 @@ impl GlareRating {
     }
 }
 
-/// Rates a finished job; `None` if it is not about glare.
+/// The worst rating of every set, with how many of the set's observers are rated, in the order of their maps.
+pub fn worst_of_sets(ratings: &[GlareRating]) -> Vec<(&GlareRating, usize)> {
+    let level = |rating: &GlareRating| rating.ugr.map_or(f64::NEG_INFINITY, |ugr| ugr.value);
+    let of_one_set = ratings.chunk_by(|one, other| one.set == other.set);
+    of_one_set
+        .filter_map(|set| {
+            // Of equal ones the first.
+            let worst = set.iter().rev().max_by(|one, other| level(one).total_cmp(&level(other)))?;
+            Some((worst, set.len()))
+        })
+        .collect()
+}
+
+/// Rates the observers of a finished job, those within solids left out; none if it is not about glare.
+pub(super) fn rate(context: &Context, job: &Job) -> Vec<GlareRating> {
+    let MapKind::Receivers(set) = job.kind else {
+        return Vec::new();
+    };
+    let receivers = &context.scene.receivers[set];
+    let Quantity::Glare(background) = receivers.quantity else {
+        return Vec::new();
+    };
+    let seen = receivers.observers.iter().enumerate().filter(|(_, observer)| !observer.inside);
+    // Every observer has a site, or all share those on the walls.
+    let sites = |index: usize| match background {
+        Background::Observer => index..index + 1,
+        Background::Tabular => 0..job.weights.len(),
+    };
+    seen.map(|(index, observer)| rate_observer(context, job, [set, index], observer, sites(index))).collect()
+}
+
+/// Rates an observer by the luminaires that he sees and the illuminance at the sites that tell the background.
 ///
 /// The rating is no linear function of what the replicas estimate: it is taken of their means, and its error by the
 /// jackknife, which leaves out one replica at a time.
-pub(super) fn rate(context: &Context, job: &Job) -> Option<GlareRating> {
-    let MapKind::Receivers(set) = job.kind else {
-        return None;
-    };
-    let Quantity::Glare(observer) = context.scene.receivers[set].quantity else {
-        return None;
-    };
+fn rate_observer(
+    context: &Context,
+    job: &Job,
+    [set, index]: [usize; 2],
+    observer: &Observer,
+    sites: Range<usize>,
+) -> GlareRating {
     let luminaires = context.scene.luminaires.len();
     let origin = context.stage.tracer.side_origin(observer.eye_m, observer.view);
     let eye = Receiver { point_m: observer.eye_m, normal: observer.view, origin: &origin };
-    let mut trial = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 1);
+    let map = MapKind::Receivers(set).number();
+    let mut trial = Stream::new(context.seed, Purpose::Pilot, map, 1);
+    trial.seek(index as u64);
     let rays = sample_glare(context.stage, &eye, &mut trial, &mut vec![0.0; luminaires]);
     let outside = outside_of_table(context.stage, &eye, &mut trial, luminaires);
-    let passes = ((RAYS / (REPLICAS as f64 * rays.max(1) as f64)) as u64).clamp(FEWEST_PASSES, MOST_PASSES);
+    let observers = context.scene.receivers[set].observers.len();
+    let fewest = if observers > 1 { FEWEST_PASSES_OF_MANY } else { FEWEST_PASSES };
+    let rays_of_replica = RAYS / (REPLICAS * observers) as f64;
+    let passes = ((rays_of_replica / rays.max(1) as f64) as u64).clamp(fewest, MOST_PASSES);
     let by_replica: Vec<Vec<f64>> = (0..REPLICAS as u32)
         .into_par_iter()
         .with_max_len(1)
         .map(|replica| {
-            let mut stream = Stream::new(context.seed, Purpose::Direct, MapKind::Receivers(set).number(), replica);
+            let mut stream = Stream::new(context.seed, Purpose::Direct, map, replica);
             let mut sums = vec![0.0; luminaires];
             for pass in 0..passes {
-                stream.seek(pass);
+                stream.seek(index as u64 * MOST_PASSES + pass);
                 sample_glare(context.stage, &eye, &mut stream, &mut sums);
             }
             sums.iter().map(|sum| sum / passes as f64).collect()
@@ -83,12 +123,12 @@ pub(super) fn rate(context: &Context, job: &Job) -> Option<GlareRating> {
         .collect();
     contributions.sort_by(|one, other| other.1.total_cmp(&one.1));
     let sums: Vec<f64> = by_replica.iter().map(|sums| sums.iter().sum()).collect();
-    let all_weights: f64 = job.weights.iter().sum();
+    let all_weights: f64 = job.weights[sites.clone()].iter().sum();
     let backgrounds: Vec<f64> = (0..REPLICAS)
         .map(|replica| {
-            let weighed =
-                job.weights.iter().enumerate().map(|(site, weight)| weight * job.map.illuminance_lx(replica, site));
-            weighed.sum::<f64>() / all_weights / PI
+            let weighed = sites.clone().map(|site| job.weights[site] * job.map.illuminance_lx(replica, site));
+            // Where all sites lie within solids nothing tells of a background.
+            if all_weights > 0.0 { weighed.sum::<f64>() / all_weights / PI } else { 0.0 }
         })
         .collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / REPLICAS as f64;
@@ -105,14 +145,15 @@ pub(super) fn rate(context: &Context, job: &Job) -> Option<GlareRating> {
         // The jackknife's spread is (n − 1) times that of means.
         Estimate { value, standard_error: (REPLICAS - 1) as f64 * standard_error(|replica| leaves[replica]) }
     });
-    Some(GlareRating {
+    GlareRating {
         set,
+        observer: index,
         ugr,
         background_cd_m2: estimate(&backgrounds),
         glare_sum: estimate(&sums),
         contributions,
         outside: outside.into_iter().enumerate().filter_map(|(index, reason)| Some((index, reason?))).collect(),
-    })
+    }
 }
 
 /// What a run tells about the luminaires that do not count, in a sentence.

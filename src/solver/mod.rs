@@ -18,7 +18,7 @@ mod spending;
 mod surface_tables;
 mod sweep;
 
-pub use glare::GlareRating;
+pub use glare::{GlareRating, worst_of_sets};
 pub(crate) use job::PACKETS_OF_A_BOUND;
 pub use run::{DEFAULT_TARGET_ERROR, Observer, Progress, map_requests, solve};
 pub use solution::*;

@@ -110,6 +110,15 @@ pub enum What {
     Points,
     /// Every element of the map.
     Elements,
+    /// The rating of an observer; what is called illuminance in lx is then UGR.
+    Ugr,
+}
+
+impl What {
+    /// Whether it is a number a run, put into one table with those of other runs.
+    pub fn is_one_number(self) -> bool {
+        matches!(self, What::Average | What::Ugr)
+    }
 }
 
 /// Which part of the light is compared.
@@ -154,6 +163,8 @@ pub struct Beside {
 pub struct Criterion {
     /// No value deviates by more than this part of the exact one.
     pub worst: Option<Fraction>,
+    /// No value deviates by more than this, in the unit of what is compared.
+    pub worst_difference: Option<f64>,
     /// The true relative RMS error of the map is at most this.
     pub true_error: Option<Fraction>,
     /// The error bars cover the truth as often as they claim, at this level of significance.
@@ -442,6 +453,13 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
         (What::Points, None) => {
             return refuse("points need a receiver set", comparison.map.clone(), "\"map\": the name of a receiver set");
         }
+        (What::Ugr, set) if set.is_none_or(|set| set.observers.len() != 1) => {
+            return refuse("a rating needs an observer", comparison.map.clone(), "\"map\": the name of a ugr receiver");
+        }
+        (What::Ugr, _) if comparison.light != Light::Total => {
+            let got = comparison.light.name().to_owned();
+            return refuse("a rating is of all light", got, "no \"light\", or \"total\"");
+        }
         (What::Elements, Some(_)) => {
             return refuse("elements come from the element map", comparison.map.clone(), "no \"map\", or \"elements\"");
         }
@@ -469,8 +487,14 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
             "1e-12 to 0.1",
         );
     }
-    if criterion.worst.is_none() && criterion.true_error.is_none() && criterion.coverage_alpha.is_none() {
-        return refuse("no criterion", "{}".into(), "\"worst\", \"true_error\" or \"coverage_alpha\"");
+    if criterion.worst_difference.is_some_and(|most| !(most > 0.0 && most.is_finite())) {
+        let got = format!("{:?}", criterion.worst_difference);
+        return refuse("\"worst_difference\" allows nothing", got, "a number above 0");
+    }
+    let names_none = criterion.worst.is_none() && criterion.worst_difference.is_none();
+    if names_none && criterion.true_error.is_none() && criterion.coverage_alpha.is_none() {
+        let expected = "\"worst\", \"worst_difference\", \"true_error\" or \"coverage_alpha\"";
+        return refuse("no criterion", "{}".into(), expected);
     }
     Ok(())
 }

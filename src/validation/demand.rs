@@ -79,7 +79,7 @@ fn needed_error(what: What, criterion: &Criterion, exact: &[Entry]) -> Option<f6
     }
     let of_rms = criterion.true_error.map(|most| SHARE_OF_RMS * most.0);
     let of_worst = criterion.worst.map(|most| match what {
-        What::Average => most.0 / SHARED_BY_ALL,
+        What::Average | What::Ugr => most.0 / SHARED_BY_ALL,
         // Every value is judged by its own size, and one of many strays far.
         What::Points | What::Elements => {
             let weight: f64 = exact.iter().map(|entry| entry.weight).sum();
@@ -113,6 +113,7 @@ mod tests {
         let exact = entries(&[50.0, 150.0, 150.0, 150.0, 150.0, 150.0, 150.0, 200.0, 200.0]);
         let asks = |worst: Option<f64>, true_error: Option<f64>, coverage_alpha: Option<f64>| Criterion {
             worst: worst.map(Fraction),
+            worst_difference: None,
             true_error: true_error.map(Fraction),
             coverage_alpha,
         };

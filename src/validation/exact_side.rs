@@ -26,7 +26,7 @@ impl<'a> ExactSide<'a> {
     pub fn new(case: &'a Case, run: &'a Run, comparison: &'a Comparison) -> Result<ExactSide<'a>, CaseError> {
         let truth = Truth::prepare(comparison, &run.scene, &case.rooms, &case.folder)?;
         let made = |comparison: &Comparison| match comparison.what {
-            What::Average => average(comparison, &truth),
+            What::Average | What::Ugr => average(comparison, &truth),
             What::Points => points(&run.scene, comparison, &truth),
             What::Elements => elements(&run.scene, comparison, &truth),
         };

@@ -1,6 +1,6 @@
 //! Speed against error: a method climbs from few chains to many, each time judged against the truth.
 
-use super::case::{Case, What};
+use super::case::Case;
 use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::Silent;
@@ -137,7 +137,7 @@ pub fn climb(
 ) -> Result<Vec<Ladder>, CaseError> {
     let run = &case.runs[case.ladder_run];
     let mut ladders: Vec<Ladder> = Vec::new();
-    'comparisons: for comparison in run.comparisons.iter().filter(|comparison| comparison.what != What::Average) {
+    'comparisons: for comparison in run.comparisons.iter().filter(|comparison| !comparison.what.is_one_number()) {
         let settings = |chains: u64, target_error: f64, seed: u64| Settings {
             method: crate::solver::Method::Collision,
             elements: ElementChoice::Given,

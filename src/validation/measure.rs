@@ -107,8 +107,11 @@ pub(super) fn fill_in_measured(
 ) -> Result<(), String> {
     set.degrees_of_freedom = solution.replicas.saturating_sub(1) as f64;
     let map = map_named(solution, &comparison.map)?;
-    if comparison.what == What::Average {
-        let (value_lx, error_lx) = average(&run.scene, comparison, map, solution)?;
+    if comparison.what.is_one_number() {
+        let (value_lx, error_lx) = match comparison.what {
+            What::Ugr => rating(map, solution)?,
+            _ => average(&run.scene, comparison, map, solution)?,
+        };
         for entry in &mut set.entries {
             (entry.measured_lx, entry.standard_error_lx) = (value_lx, error_lx);
         }
@@ -168,6 +171,13 @@ pub(super) fn counts(comparison: &Comparison, surface: &str, geometry: &str) -> 
 
 fn geometry_of<'a>(scene: &'a Scene, surface: &str) -> &'a str {
     scene.surfaces.iter().find(|known| known.name == surface).map_or("", |known| known.geometry.as_str())
+}
+
+/// UGR of a map's only observer, and its standard error.
+fn rating(map: &MapResult, solution: &Solution) -> Result<(f64, f64), String> {
+    let rating = solution.glare.iter().find(|rating| map.kind == MapKind::Receivers(rating.set));
+    let ugr = rating.and_then(|rating| rating.ugr).ok_or_else(|| format!("\"{}\" has no glare rating", map.name))?;
+    Ok((ugr.value, ugr.standard_error))
 }
 
 /// Mean of a surface, a receiver set or the whole enclosure, and its standard error.

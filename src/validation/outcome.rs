@@ -1,6 +1,6 @@
 //! What came out of a case: its runs, its comparisons and whether it passes.
 
-use super::case::{Case, Comparison, Run, What};
+use super::case::{Case, Comparison, Run};
 use super::demand::{Part, parts_of};
 use super::error::CaseError;
 use super::exact_side::ExactSide;
@@ -155,7 +155,7 @@ fn exact_sides<'a>(case: &'a Case, run: &'a Run) -> Result<Vec<ExactSide<'a>>, C
 
 /// Name of the run beside a comparison, where the case has several and the comparison belongs to one.
 fn name_in_tables(case: &Case, run: &Run, comparison: &Comparison) -> Option<String> {
-    (case.runs.len() > 1 && comparison.what != What::Average).then(|| run.name.clone())
+    (case.runs.len() > 1 && !comparison.what.is_one_number()).then(|| run.name.clone())
 }
 
 fn record_of_part(run: &Run, part: &Part, solution: &Solution) -> RunRecord {
@@ -191,7 +191,7 @@ fn merge_averages(parts: Vec<(Option<String>, Comparison, EntrySet)>) -> Vec<(Op
     let mut merged: Vec<(Option<String>, Comparison, EntrySet)> = Vec::new();
     for (run, comparison, mut set) in parts {
         let same = |other: &&mut (Option<String>, Comparison, EntrySet)| {
-            comparison.what == What::Average && other.1.what == What::Average && other.1.name == comparison.name
+            comparison.what.is_one_number() && other.1.what == comparison.what && other.1.name == comparison.name
         };
         match merged.iter_mut().find(same) {
             Some((_, _, whole)) => {
@@ -204,7 +204,7 @@ fn merge_averages(parts: Vec<(Option<String>, Comparison, EntrySet)>) -> Vec<(Op
     }
 
     // Averages go by their run, their surface, or both: whatever tells them apart.
-    for (_, _, set) in merged.iter_mut().filter(|(_, comparison, _)| comparison.what == What::Average) {
+    for (_, _, set) in merged.iter_mut().filter(|(_, comparison, _)| comparison.what.is_one_number()) {
         set.across_runs = true;
         let differ = |of: fn(&super::statistics::Entry) -> &str| {
             set.entries.iter().any(|entry| of(entry) != of(&set.entries[0]))

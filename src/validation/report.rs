@@ -1,7 +1,7 @@
 //! What both reports say: their sentences and tables, before they become HTML or Markdown.
 
 use super::outcome::{CaseOutcome, ComparisonOutcome};
-use super::statistics::Statistics;
+use super::statistics::{Entry, Statistics};
 use super::words::{date, duration, grouped, percent, rounded_count, sigmas, signed_percent};
 
 /// A validation as a whole.
@@ -208,6 +208,9 @@ pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
     if entries.len() > MOST_ROWS {
         return None;
     }
+    if comparison.comparison.what == super::case::What::Ugr {
+        return Some(ratings(entries));
+    }
     let beside = comparison.comparison.beside.is_some();
     let rows = entries.iter().map(|entry| {
         let size_lx = if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { f64::NAN };
@@ -234,6 +237,23 @@ pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
     Some(Table { header, text_columns: vec![0], rows: rows.collect() })
 }
 
+/// Measured and exact ratings: their differences count, not their ratios.
+fn ratings(entries: &[Entry]) -> Table {
+    let signed = |difference: f64| format!("{difference:+.2}").replace('-', "−");
+    let rows = entries.iter().map(|entry| {
+        vec![
+            entry.label.clone(),
+            format!("{:.2}", entry.exact.value_lx),
+            format!("{:.2}", entry.measured_lx),
+            format!("{:.2}", entry.standard_error_lx),
+            signed(entry.deviation_lx()),
+            entry.z().map_or("–".to_owned(), |z| format!("{}{}", if z > 0.0 { "+" } else { "" }, sigmas(z))),
+        ]
+    });
+    let header = vec!["where", "exact UGR", "luxmc", "standard error", "difference", "in σ"];
+    Table { header, text_columns: vec![0], rows: rows.collect() }
+}
+
 fn six_digits(lx: f64) -> String {
     if lx != 0.0 && lx.abs() < 1e-3 {
         return super::words::scientific(lx);
@@ -248,6 +268,9 @@ pub fn subject(comparison: &ComparisonOutcome) -> String {
         super::case::What::Average => "averages",
         super::case::What::Points => "illuminances at points",
         super::case::What::Elements => "element means",
+        super::case::What::Ugr => {
+            return format!("Compared: glare ratings. Exact values: {}.", comparison.set.truth_in_words);
+        }
     };
     format!("Compared: {} {of}. Exact values: {}.", what.light.name(), comparison.set.truth_in_words)
 }

@@ -1,7 +1,7 @@
 //! When a comparison passes, in words and in numbers.
 
 use super::case::Criterion;
-use super::statistics::{EntrySet, Statistics, binomial_p_value, largest_expected_z};
+use super::statistics::{Entry, EntrySet, Statistics, binomial_p_value, largest_expected_z};
 use super::words::{percent, sigmas};
 
 /// Every comparison allows deviations that its error bars make likely: one false alarm in so many comparisons.
@@ -30,6 +30,16 @@ pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> 
             condition: format!("no value deviates by more than {}", percent(worst.0)),
             found: format!("worst {} ({})", percent(statistics.worst.value), statistics.worst.label),
             holds: statistics.worst.value <= worst.0,
+        });
+    }
+    if let Some(most) = criterion.worst_difference {
+        let size = |entry: &&Entry| entry.deviation_lx().abs();
+        let worst = set.entries.iter().max_by(|one, other| size(one).total_cmp(&size(other)));
+        let worst = worst.map_or(String::new(), |entry| format!("worst {:.3} ({})", size(&entry), entry.label));
+        checks.push(Check {
+            condition: format!("no value deviates by more than {most}"),
+            found: worst,
+            holds: set.entries.iter().all(|entry| size(&entry) <= most),
         });
     }
     if let Some(true_error) = criterion.true_error {

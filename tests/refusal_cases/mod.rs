@@ -339,6 +339,20 @@ pub const CASES: &[Case] = &[
     ),
     case(
         "\"type\": \"points\", \"file\": \"probes.csv\"",
+        "\"type\": \"ugr_grid\", \"surface\": \"room/floor\", \"view_directions\": []",
+        "[]",
+        "receivers[2].view_directions",
+        "no direction to look in",
+    ),
+    case(
+        "\"type\": \"points\", \"file\": \"probes.csv\"",
+        "\"type\": \"ugr_grid\", \"surface\": \"room/floor\", \"spacing\": 0.0001",
+        "0.0001",
+        "receivers[2].spacing",
+        "too many points",
+    ),
+    case(
+        "\"type\": \"points\", \"file\": \"probes.csv\"",
         "\"type\": \"luminance\", \"position\": [1,1,1], \"fan\": { \"direction\": [0,0,1], \"from_deg\": 0, \"to_deg\": 9, \"count\": 3 }",
         "{ \"direction\": [0,0,1]",
         "receivers[2].fan",

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""UGR of CIE 190's standard rooms by hand, for luminaires given by formulas: writes reference.csv and their photometric files.
+"""UGR of CIE 190's standard rooms by hand, for luminaires given by formulas: writes reference.csv, tables.csv and their photometric files.
 
     python3 standard_rooms.py
 
@@ -119,6 +119,21 @@ def indirect_wall_lx(x_m, y_m, reflectances, direct_lm):
     return total_lx[1] - direct_lx[1]
 
 
+def glare_sum(intensity, area_m2, x_m, lamps):
+    """Sum of L^2 w/p^2 for the observer at the middle of the wall y = 0 who looks along y."""
+    glare = 0.0
+    for lx, ly in lamps:
+        aside_m, along_m = lx - x_m / 2, ly
+        p = position_index(along_m, aside_m, HEIGHT_M)
+        if math.isnan(p):
+            continue
+        r = math.sqrt(aside_m**2 + along_m**2 + HEIGHT_M**2)
+        cd = intensity(-aside_m / r, -along_m / r, -HEIGHT_M / r)
+        projected_m2 = area_m2 * HEIGHT_M / r
+        glare += cd * cd / (projected_m2 * r * r) / p**2
+    return glare
+
+
 def rating(name, x_h, y_h, reflectances, turned):
     """The observer looks along y from the middle of the wall y = 0; `turned` luminaires have C0 along y."""
     own, (c0_m, c90_m) = LUMINAIRES[name]
@@ -128,16 +143,7 @@ def rating(name, x_h, y_h, reflectances, turned):
     all_lm = flux_lm(intensity) * len(lamps)
     on_floor_lm = floor_flux_lm(intensity, x_m, y_m)
     wall_lx = indirect_wall_lx(x_m, y_m, reflectances, [0.0, all_lm - on_floor_lm, on_floor_lm])
-    glare = 0.0
-    for lx, ly in lamps:
-        aside_m, along_m = lx - x_m / 2, ly
-        p = position_index(along_m, aside_m, HEIGHT_M)
-        if math.isnan(p):
-            continue
-        r = math.sqrt(aside_m**2 + along_m**2 + HEIGHT_M**2)
-        cd = intensity(-aside_m / r, -along_m / r, -HEIGHT_M / r)
-        projected_m2 = c0_m * c90_m * HEIGHT_M / r
-        glare += cd * cd / (projected_m2 * r * r) / p**2
+    glare = glare_sum(intensity, c0_m * c90_m, x_m, lamps)
     background_cd_m2 = wall_lx / math.pi
     return 8 * math.log10(0.25 / background_cd_m2 * glare), background_cd_m2, glare
 
@@ -182,6 +188,53 @@ def write_ies(name):
     (FOLDER / f"{name}.ies").write_text("\n".join(lines) + "\n")
 
 
+# CIE 190:2010, table 4: F_GL of the nineteen rooms X x Y (X across the line of sight), over H.
+MULTIPLIERS = {
+    (2, 2): (0.690, 0.109, 0.085, -0.016), (2, 3): (0.578, 0.200, 0.127, -0.018), (2, 4): (0.528, 0.218, 0.170, -0.017),
+    (2, 6): (0.485, 0.215, 0.222, -0.012), (2, 8): (0.466, 0.207, 0.249, -0.006), (2, 12): (0.448, 0.198, 0.272, 0.005),
+    (4, 2): (0.528, 0.218, 0.170, -0.017), (4, 3): (0.394, 0.275, 0.268, -0.020), (4, 4): (0.338, 0.257, 0.351, -0.018),
+    (4, 6): (0.296, 0.203, 0.449, -0.006), (4, 8): (0.280, 0.165, 0.499, 0.006), (4, 12): (0.264, 0.125, 0.541, 0.027),
+    (8, 4): (0.280, 0.165, 0.499, 0.006), (8, 6): (0.248, 0.058, 0.628, 0.032), (8, 8): (0.239, -0.012, 0.690, 0.058),
+    (8, 12): (0.232, -0.084, 0.740, 0.098), (12, 4): (0.264, 0.125, 0.541, 0.027), (12, 6): (0.238, -0.003, 0.677, 0.063),
+    (12, 8): (0.232, -0.084, 0.740, 0.098),
+}  # fmt: skip
+SETS = [(0.7, 0.5, 0.2), (0.7, 0.3, 0.2), (0.5, 0.5, 0.2), (0.5, 0.3, 0.2), (0.3, 0.3, 0.2)]
+
+
+def zone_lm(intensity, low_deg, high_deg):
+    """Flux between two angles, by the midpoint rule over cos(gamma) and over C."""
+    steps, turns = 200, 64
+    low, high = math.cos(math.radians(high_deg)), math.cos(math.radians(low_deg))
+    total = 0.0
+    for i in range(steps):
+        down = low + (high - low) * (i + 0.5) / steps
+        sine = math.sqrt(max(0.0, 1 - down * down))
+        for k in range(turns):
+            c = 2 * math.pi * k / turns
+            total += intensity(sine * math.cos(c), sine * math.sin(c), -down)
+    return total * 2 * math.pi * (high - low) / (steps * turns)
+
+
+def whole_table(name):
+    """The UGR table of a luminaire by the standard's formulas: direct flux by F_GL from zones of 10 degrees."""
+    own, (c0_m, c90_m) = LUMINAIRES[name]
+    zones = [zone_lm(own, 10 * k, 10 * k + 10) for k in range(9)]
+    cones = (sum(zones[:4]) + 0.130 * zones[4], sum(zones[:6]), sum(zones[:7]) + 0.547 * zones[7], sum(zones))
+    for (x_h, y_h), multipliers in MULTIPLIERS.items():
+        x_m, y_m = x_h * HEIGHT_M, y_h * HEIGHT_M
+        lamps = places(x_m, y_m)
+        on_floor_lm = sum(f * lm for f, lm in zip(multipliers, cones)) * len(lamps)
+        sums = []
+        for turned in (False, True):
+            intensity = (lambda x, y, z: own(y, -x, z)) if turned else own
+            sums.append(glare_sum(intensity, c0_m * c90_m, x_m, lamps))
+        for viewing, glare in zip(("crosswise", "endwise"), sums):
+            for reflectances in SETS:
+                direct = [0.0, cones[3] * len(lamps) - on_floor_lm, on_floor_lm]
+                background = indirect_wall_lx(x_m, y_m, reflectances, direct) / math.pi
+                yield [name, x_h, y_h, viewing, *reflectances, f"{8 * math.log10(0.25 / background * glare):.3f}"]
+
+
 CASES = [
     ("panel", 4, 8, (0.7, 0.5, 0.2), False),
     ("panel", 8, 4, (0.7, 0.5, 0.2), False),
@@ -197,16 +250,27 @@ CASES = [
 ]
 
 
+def run_name(name, x_h, y_h, reflectances, turned):
+    """Name of the run in case.json."""
+    sides = "/".join(f"{100 * reflectance:.0f}" for reflectance in reflectances)
+    return f"{name}{' turned' if turned else ''} {x_h}H x {y_h}H {sides}"
+
+
 def main():
     check()
     for name in LUMINAIRES:
         write_ies(name)
     with open(FOLDER / "reference.csv", "w", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow("luminaire,x_h,y_h,ceiling,walls,floor,turned,ugr,background_luminance_cd_m2,glare_sum_cd2_sr_m4".split(","))
+        table.writerow("luminaire,x_h,y_h,ceiling,walls,floor,turned,ugr,background_luminance_cd_m2,glare_sum_cd2_sr_m4,set".split(","))
         for name, x_h, y_h, reflectances, turned in CASES:
             ugr, background, glare = rating(name, x_h, y_h, reflectances, turned)
-            table.writerow([name, x_h, y_h, *reflectances, str(turned).lower(), f"{ugr:.3f}", f"{background:.4f}", f"{glare:.2f}"])
+            table.writerow([name, x_h, y_h, *reflectances, str(turned).lower(), f"{ugr:.3f}", f"{background:.4f}", f"{glare:.2f}", run_name(name, x_h, y_h, reflectances, turned)])
+    with open(FOLDER / "tables.csv", "w", newline="") as file:
+        sheet = csv.writer(file, lineterminator="\n")
+        sheet.writerow("luminaire,x_h,y_h,viewing,ceiling,walls,floor,ugr".split(","))
+        for name in LUMINAIRES:
+            sheet.writerows(whole_table(name))
 
 
 main()

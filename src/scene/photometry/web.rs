@@ -138,25 +138,32 @@ impl IntensityWeb {
 
     /// Flux in lm below (γ < 90°, first) and above the horizontal plane, exact for type C tables.
     ///
-    /// A zone that crosses γ = 90° is split there. `None` for types A and B.
+    /// `None` for types A and B.
     pub fn hemisphere_fluxes_lm(&self) -> Option<[f64; 2]> {
+        let below_lm = self.flux_within_lm(90.0)?;
+        Some([below_lm, (self.luminous_flux_lm() - below_lm).max(0.0)])
+    }
+
+    /// Flux in lm within a cone about the axis, exact for type C tables; `None` for types A and B.
+    ///
+    /// A zone that crosses the cone is split there.
+    pub fn flux_within_lm(&self, gamma_deg: f64) -> Option<f64> {
         if self.goniometer != PhotometricType::C {
             return None;
         }
-        let mut below = self.clone();
-        let keep = self.gamma_deg.iter().filter(|&&gamma| gamma < 90.0).count();
+        let mut within = self.clone();
+        let keep = self.gamma_deg.iter().filter(|&&own| own < gamma_deg).count();
         if keep == 0 {
-            return Some([0.0, self.luminous_flux_lm()]);
+            return Some(0.0);
         }
-        below.gamma_deg.truncate(keep);
+        within.gamma_deg.truncate(keep);
         let crosses = self.gamma_deg.len() > keep;
         if crosses {
-            below.gamma_deg.push(90.0);
+            within.gamma_deg.push(gamma_deg);
         }
-        let column = |&c: &f64| below.gamma_deg.iter().map(move |&gamma| (c, gamma)).collect::<Vec<_>>();
-        below.intensity_cd = self.c_deg.iter().flat_map(column).map(|(c, gamma)| self.table_cd(c, gamma)).collect();
-        let below_lm = below.luminous_flux_lm();
-        Some([below_lm, (self.luminous_flux_lm() - below_lm).max(0.0)])
+        let column = |&c: &f64| within.gamma_deg.iter().map(move |&gamma| (c, gamma)).collect::<Vec<_>>();
+        within.intensity_cd = self.c_deg.iter().flat_map(column).map(|(c, gamma)| self.table_cd(c, gamma)).collect();
+        Some(within.luminous_flux_lm())
     }
 
     /// Whether nothing is sent to γ > 90°; told of type C tables alone.

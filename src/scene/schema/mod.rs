@@ -298,6 +298,50 @@ enum ReceiverKind {
         /// luminaires in the mean ("tabular", as UGR tables have it).
         background: Option<BackgroundName>,
     },
+    /// Unified glare ratings of observers over a parallelogram, each looking in all directions of view.
+    #[schemars(rename = "ugr_grid")]
+    UgrGrid {
+        /// Name of the receivers.
+        name: String,
+        /// First eye.
+        origin: Vector,
+        /// From the first to the last column.
+        u: Vector,
+        /// From the first to the last row.
+        v: Vector,
+        /// Eyes in a row.
+        #[schemars(range(min = 1))]
+        columns: u32,
+        /// Rows.
+        #[schemars(range(min = 1))]
+        rows: u32,
+        /// Lines of sight; without them eight about the vertical.
+        #[schemars(length(min = 1))]
+        view_directions: Option<Vec<Vector>>,
+        /// Where the background luminance is taken.
+        background: Option<BackgroundName>,
+    },
+    /// Unified glare ratings of observers over a flat rectangular surface, each looking in all directions of view.
+    #[schemars(rename = "ugr_grid")]
+    UgrGridOverSurface {
+        /// Name of the receivers.
+        name: String,
+        /// A geometry or a part of one.
+        surface: String,
+        /// Distance of the eyes from the front of the surface; 1.2 m without it.
+        #[schemars(range(min = 0.0))]
+        height: Option<f64>,
+        /// Strip along the boundary that is left out.
+        #[schemars(range(min = 0.0))]
+        margin: Option<f64>,
+        /// The rule "EN 12464-1" (default), or a distance.
+        spacing: Option<Spacing>,
+        /// Lines of sight; without them eight about the vertical.
+        #[schemars(length(min = 1))]
+        view_directions: Option<Vec<Vector>>,
+        /// Where the background luminance is taken.
+        background: Option<BackgroundName>,
+    },
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::bias::Biases;
 use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
 use crate::solver::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, solve};
-use crate::validation::case::{Case, Comparison, Light, Run, What};
+use crate::validation::case::{Case, Comparison, Light, Run};
 use crate::validation::error::CaseError;
 use crate::validation::exact_side::ExactSide;
 use crate::validation::measure::Silent;
@@ -106,7 +106,7 @@ pub fn calibrate(
 ) -> Result<Vec<Campaign>, CaseError> {
     let run = &case.runs[case.ladder_run];
     let mut campaigns = Vec::new();
-    let counts = |comparison: &&Comparison| comparison.what != What::Average && comparison.light == Light::Total;
+    let counts = |comparison: &&Comparison| !comparison.what.is_one_number() && comparison.light == Light::Total;
     for comparison in run.comparisons.iter().filter(counts) {
         let truth = ExactSide::new(case, run, comparison)?;
         let methods = [("collision", Method::Collision), ("auto", Method::Auto)];

@@ -1,0 +1,125 @@
+//! `luxmc ugr-table`: the ratings of a luminaire in the standard rooms.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::exit::Exit;
+use super::number_text::plain;
+use super::text_table::text_table;
+use super::values::{self, Reflectances};
+use super::{Outcome, console};
+use crate::analytic::ugr_table::{spacing_corrections, table_warnings, ugr_table};
+use crate::base::glare::rating_text;
+use crate::base::standard_rooms::{SpacingCorrection, TABLE_REFLECTANCES, TABLE_SPACING_H, UgrTable, Viewing};
+use crate::output::{UgrTableHeading, photometric_plot, range_text, ugr_table_files, write_files};
+use crate::scene::photometry::{PhotometricFile, read_photometric_file};
+
+/// What the command does, at length.
+pub const ABOUT: &str = "\
+UGR table of a luminaire after CIE 190:2010: nineteen rooms of 2H × 2H to 12H × 8H, viewed crosswise and endwise, for
+five sets of reflectances, by the standard's formulas. H is 2 m from the eye to the luminaires, which stand 0.25 H
+apart as in makers' tables (--spacing 1: as in the standard's own); the background luminance is that of the tabular
+method. Ratings hold for the flux and the dimensions of the
+file; ratings below 10 are told as that.
+
+Standard output carries the table; --out takes it as ugr-table.csv, ugr-corrections.csv and ugr-table.html.";
+
+const EXAMPLES: &str = "\
+Examples:
+  luxmc ugr-table downlight.ldt
+  luxmc ugr-table panel.ies --reflectances 80/50/20,70/50/20 --out out/panel
+  luxmc ugr-table panel.ies --spacing 1";
+
+/// Arguments of `luxmc ugr-table`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct UgrTableArguments {
+    /// Photometric file (.ies or .ldt)
+    #[arg(value_name = "LUMINAIRE")]
+    file: PathBuf,
+    /// Reflectances of ceiling, walls and reference plane in percent, one set after the other; without it the five of the standard
+    #[arg(long, value_name = "C/W/R,…", value_parser = values::reflectances)]
+    reflectances: Option<Reflectances>,
+    /// Distance between luminaires over H: 1, or a whole part of it
+    #[arg(long, value_name = "S", default_value_t = TABLE_SPACING_H, allow_negative_numbers = true)]
+    spacing: f64,
+    /// Write the table into this directory: CSV and HTML
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Prints the table, and writes it where that was asked for.
+pub fn run(arguments: &UgrTableArguments) -> Outcome {
+    let file = read_photometric_file(&arguments.file)?;
+    let sets = arguments.reflectances.as_ref().map_or(TABLE_REFLECTANCES.to_vec(), |Reflectances(sets)| sets.clone());
+    let table = ugr_table(&file, &sets, arguments.spacing)?;
+    let corrections = spacing_corrections(&file, &table)?;
+    let mut warnings = file.warnings.clone();
+    warnings.extend(table_warnings(&file));
+    for warning in &warnings {
+        console::message(&format!("luxmc: warning: {warning}"));
+    }
+    let stem = arguments.file.file_stem().unwrap_or_default().to_string_lossy();
+    let luminaire = name_of(&file, &stem);
+    if let Some(directory) = &arguments.out {
+        let polar = photometric_plot(&luminaire, &file.web).picture;
+        let heading = UgrTableHeading { luminaire: luminaire.clone(), facts: facts(&file, &table), warnings, polar };
+        write_files(directory, &ugr_table_files(&heading, &table, &corrections)?)?;
+    }
+    console::result(&table_text(&luminaire, &file, &table, &corrections))?;
+    Ok(Exit::Done)
+}
+
+fn name_of(file: &PhotometricFile, stem: &str) -> String {
+    let parts: Vec<&str> = [&file.manufacturer, &file.luminaire]
+        .map(|part| part.trim())
+        .into_iter()
+        .filter(|part| !part.is_empty())
+        .collect();
+    if parts.is_empty() { stem.to_owned() } else { parts.join(" ") }
+}
+
+fn facts(file: &PhotometricFile, table: &UgrTable) -> Vec<(String, String)> {
+    let extents: Vec<String> = file.opening.extents_m().iter().map(|extent_m| plain(*extent_m, 4)).collect();
+    let mut facts = vec![
+        ("Luminous flux".to_owned(), format!("{} lm", plain(file.luminous_flux_lm(), 4))),
+        ("Luminous opening: along C0, along C90, height".to_owned(), format!("{} m", extents.join(" × "))),
+        ("Spacing of luminaires".to_owned(), format!("{} H", plain(table.spacing_h, 4))),
+    ];
+    if !file.catalog_number.trim().is_empty() {
+        facts.push(("Catalogue number".to_owned(), file.catalog_number.trim().to_owned()));
+    }
+    facts
+}
+
+/// The table for reading: sets of reflectances over the ratings, crosswise first.
+fn table_text(luminaire: &str, file: &PhotometricFile, table: &UgrTable, corrections: &[SpacingCorrection]) -> String {
+    let sets: Vec<String> =
+        table.reflectances.iter().map(|set| set.map(|reflectance| plain(100.0 * reflectance, 3)).join("/")).collect();
+    let mut text = format!(
+        "UGR of {luminaire}, {} lm, luminaires {} H apart (CIE 190:2010)\n",
+        plain(file.luminous_flux_lm(), 4),
+        plain(table.spacing_h, 4)
+    );
+    for viewing in Viewing::BOTH {
+        let mut header = vec!["X", "Y"];
+        header.extend(sets.iter().map(String::as_str));
+        let rows = table.rooms.iter().map(|room| {
+            let mut cells: Vec<String> = room.size_h.map(|side_h| format!("{side_h}H")).to_vec();
+            cells.extend((0..sets.len()).map(|place| rating_text(room.ugr(viewing, place))));
+            cells
+        });
+        text += &format!("\nviewed {}\n{}", viewing.name(), text_table(&header, &[], rows));
+    }
+    if !corrections.is_empty() {
+        let rows = corrections.iter().map(|correction| {
+            let mut cells = vec![format!("{} H", correction.spacing_h), correction.rooms.len().to_string()];
+            cells.extend(Viewing::BOTH.map(|viewing| range_text(correction.range(viewing))));
+            cells
+        });
+        let table = text_table(&["spacing", "rooms", "crosswise", "endwise"], &[], rows);
+        text += &format!("\ncorrections for spacing, least and greatest\n{table}");
+    }
+    text
+}

@@ -1,0 +1,109 @@
+//! Glare in plan: what every luminaire adds for an observer, and how observers of a grid are rated.
+
+use super::axes::TYPE;
+use super::color::{AMBER, BLACK, GREY, Ink, perceptual};
+use super::picture::{Pen, Picture, Spot, Words};
+use super::plan::{Plan, middle_m};
+use crate::scene::Scene;
+use crate::solver::GlareRating;
+
+/// Radius of a disk that stands for all of an observer's glare.
+const LARGEST_DISK: f64 = 40.0;
+/// Half the height of a cross.
+const CROSS: f64 = 3.5;
+/// So many luminaires bear their share of the glare, from this share on.
+const MOST_SHARES: usize = 12;
+const LEAST_SHARE: f64 = 0.02;
+/// Ratings from which on the next class begins: limits of EN 12464-1.
+const CLASSES: [f64; 4] = [16.0, 19.0, 22.0, 25.0];
+/// Places on the scale of inks of the classes, the mildest first.
+const CLASS_INKS: [f64; 5] = [0.97, 0.76, 0.52, 0.26, 0.0];
+/// Length of the wedge that stands for an observer, at most and at least, and its half width over its length.
+const LONGEST_WEDGE: f64 = 26.0;
+const SHORTEST_WEDGE: f64 = 5.0;
+const WEDGE: f64 = 0.24;
+/// Share of the distance between eyes that a wedge may take.
+const WEDGE_SHARE: f64 = 0.46;
+/// Room for the words below a plan.
+const LEGEND: f64 = 34.0;
+
+/// The scene from above with what every luminaire adds to the glare of an observer: disks by their share of the sum, crosses
+/// for luminaires in sight that do not count.
+pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
+    let set = &scene.receivers[rating.set];
+    let observer = &set.observers[rating.observer];
+    let (plan, mut picture) = Plan::begin(scene, format!("What every luminaire adds to the glare of {}", set.name));
+    for (luminaire, _) in &rating.outside {
+        let [x, y] = plan.spot(middle_m(scene, &scene.luminaires[*luminaire].emission));
+        for (i, j) in [(CROSS, CROSS), (CROSS, -CROSS)] {
+            picture.line(vec![[x - i, y - j], [x + i, y + j]], Pen::new(GREY, 1.4));
+        }
+    }
+    for (place, (luminaire, sum)) in rating.contributions.iter().enumerate() {
+        let share = sum / rating.glare_sum.value;
+        let [x, y] = plan.spot(middle_m(scene, &scene.luminaires[*luminaire].emission));
+        let radius = LARGEST_DISK * share.sqrt();
+        picture.disk([x, y], radius, AMBER);
+        picture.circle([x, y], radius, Pen::new(BLACK, 0.8));
+        if place < MOST_SHARES && share >= LEAST_SHARE {
+            picture.words(Words::new(format!("{:.0}%", 100.0 * share), [x, y + 4.0], TYPE).bold().rimmed(2.0));
+        }
+    }
+    plan.draw_sights(&mut picture, observer.eye_m, &[observer.view]);
+    plan.label(&mut picture, &mut Vec::new(), &[plan.spot(observer.eye_m)], set.name.clone());
+    picture
+}
+
+/// The scene from above with the observers of a grid: a wedge for each along the line of sight, the darker the worse.
+pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Option<Picture> {
+    let set = &scene.receivers[ratings.first()?.set];
+    let (plan, mut picture) = Plan::begin(scene, format!("Glare ratings of {}", set.name));
+    let seen = |rating: &GlareRating| &set.observers[rating.observer];
+    let spots: Vec<Spot> = ratings.iter().map(|rating| plan.spot(seen(rating).eye_m)).collect();
+    let length = wedge_length(&spots);
+    for (rating, [x, y]) in ratings.iter().zip(&spots) {
+        let view = seen(rating).view;
+        // Up is down on paper; who looks straight up or down has no wedge.
+        let (along, across) = ([length * view.x, -length * view.y], [WEDGE * length * view.y, WEDGE * length * view.x]);
+        let end = |side: f64| [x + along[0] + side * across[0], y + along[1] + side * across[1]];
+        picture.area(vec![[*x, *y], end(1.0), end(-1.0)], class_ink(rating), 1.0);
+    }
+    let bottom = picture.height + 14.0;
+    picture.height += LEGEND;
+    let mut left = 58.0;
+    for (class, place) in CLASS_INKS.iter().enumerate() {
+        let name = match class {
+            0 => format!("UGR < {}", CLASSES[0]),
+            4 => format!("{} or more", CLASSES[3]),
+            _ => format!("{} to {}", CLASSES[class - 1], CLASSES[class]),
+        };
+        let square = vec![
+            [left, bottom - 10.0],
+            [left + 12.0, bottom - 10.0],
+            [left + 12.0, bottom + 2.0],
+            [left, bottom + 2.0],
+        ];
+        picture.area(square, perceptual(*place), 1.0);
+        let width = 34.0 + 6.8 * name.len() as f64;
+        picture.words(Words::new(name, [left + 18.0, bottom], TYPE));
+        left += width;
+    }
+    Some(picture)
+}
+
+/// As long as the nearest eyes allow.
+fn wedge_length(spots: &[Spot]) -> f64 {
+    let mut eyes = spots.to_vec();
+    eyes.dedup();
+    let nearest = eyes
+        .windows(2)
+        .map(|pair| super::contour::distance(pair[0], pair[1]))
+        .filter(|distance| *distance > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    (WEDGE_SHARE * nearest).clamp(SHORTEST_WEDGE, LONGEST_WEDGE)
+}
+
+fn class_ink(rating: &GlareRating) -> Ink {
+    let class = rating.ugr.map_or(0, |ugr| CLASSES.iter().filter(|limit| ugr.value >= **limit).count());
+    perceptual(CLASS_INKS[class])
+}

@@ -1,0 +1,204 @@
+//! A luminaire's UGR table as files: `ugr-table.csv`, `ugr-corrections.csv`, and `ugr-table.html` for a data sheet.
+
+use super::html::{Table, figure};
+use super::picture::{Picture, escaped};
+use super::report::STYLE;
+use super::sheet::{Field, Sheet};
+use super::{OutputError, ResultFile};
+use crate::base::glare::rating_text;
+use crate::base::position_index::POSITION_INDEX;
+use crate::base::standard_rooms::{HEIGHT_M, SpacingCorrection, UgrTable, Viewing};
+
+const COLUMNS: &[&str] = &[
+    "x_h",
+    "y_h",
+    "viewing",
+    "ceiling",
+    "walls",
+    "reference_plane",
+    "spacing_h",
+    "ugr",
+    "background_luminance_cd_m2",
+    "glare_sum_cd2_sr_m4",
+    "luminaires",
+    "luminaires_counted",
+];
+const CORRECTION_COLUMNS: &[&str] = &["spacing_h", "x_h", "y_h", "viewing", "ugr_change"];
+
+/// A gap before the columns of each way to look.
+const OWN_STYLE: &str = ".first { padding-left: 1.6rem; }\n.group { text-align: center; }\n";
+
+/// What a page tells of the luminaire besides its ratings.
+#[derive(Clone, Debug)]
+pub struct UgrTableHeading {
+    /// Maker and name of the luminaire; the file's name where it tells neither.
+    pub luminaire: String,
+    /// Terms and what they say, both plain text.
+    pub facts: Vec<(String, String)>,
+    /// What its reader should know.
+    pub warnings: Vec<String>,
+    /// Polar diagram.
+    pub polar: Picture,
+}
+
+/// The files of a table.
+///
+/// # Errors
+///
+/// A number that is not finite: no table holds one.
+pub fn ugr_table_files(
+    heading: &UgrTableHeading,
+    table: &UgrTable,
+    corrections: &[SpacingCorrection],
+) -> Result<Vec<ResultFile>, OutputError> {
+    let page = page(heading, table, corrections).into_bytes();
+    let page = ResultFile { name: "ugr-table.html".to_owned(), bytes: page };
+    Ok(vec![table_sheet(table)?, correction_sheet(corrections)?, page])
+}
+
+/// One row a room, way to look and set of reflectances; those that nothing shines into the eye in have none.
+fn table_sheet(table: &UgrTable) -> Result<ResultFile, OutputError> {
+    let mut sheet = Sheet::new("ugr-table.csv", COLUMNS);
+    for room in &table.rooms {
+        for viewing in Viewing::BOTH {
+            let glare = room.glare[viewing as usize];
+            for (place, [ceiling, walls, plane]) in table.reflectances.iter().enumerate() {
+                let Some(ugr) = room.ugr(viewing, place) else {
+                    continue;
+                };
+                sheet.row(&[
+                    Field::Number(room.size_h[0]),
+                    Field::Number(room.size_h[1]),
+                    Field::Text(viewing.name()),
+                    Field::Number(*ceiling),
+                    Field::Number(*walls),
+                    Field::Number(*plane),
+                    Field::Number(table.spacing_h),
+                    Field::Number(ugr),
+                    Field::Number(room.backgrounds_cd_m2[place]),
+                    Field::Number(glare.sum),
+                    Field::Count(u64::from(glare.luminaires)),
+                    Field::Count(u64::from(glare.counted)),
+                ])?;
+            }
+        }
+    }
+    Ok(sheet.finish())
+}
+
+fn correction_sheet(corrections: &[SpacingCorrection]) -> Result<ResultFile, OutputError> {
+    let mut sheet = Sheet::new("ugr-corrections.csv", CORRECTION_COLUMNS);
+    for correction in corrections {
+        for (size_h, changes) in &correction.rooms {
+            for viewing in Viewing::BOTH {
+                let Some(change) = changes[viewing as usize] else {
+                    continue;
+                };
+                sheet.row(&[
+                    Field::Number(correction.spacing_h),
+                    Field::Number(size_h[0]),
+                    Field::Number(size_h[1]),
+                    Field::Text(viewing.name()),
+                    Field::Number(change),
+                ])?;
+            }
+        }
+    }
+    Ok(sheet.finish())
+}
+
+fn page(heading: &UgrTableHeading, table: &UgrTable, corrections: &[SpacingCorrection]) -> String {
+    let title = escaped(&heading.luminaire);
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title} – UGR table</title>\n<style>\n{STYLE}{OWN_STYLE}</style>\n</head>\n<body>\n\
+         <header>\n<p class=\"kicker\">UGR table</p>\n<h1>{title}</h1>\n</header>\n"
+    );
+    let facts: Vec<(String, String)> =
+        heading.facts.iter().map(|(term, says)| (escaped(term), escaped(says))).collect();
+    page += &super::html::terms("facts", &facts);
+    if !heading.warnings.is_empty() {
+        let items: String = heading.warnings.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
+        page += &format!("<div class=\"warning\">\n<p><b>Please note</b></p>\n<ul>\n{items}</ul>\n</div>\n");
+    }
+    page += &rating_table(table);
+    page += &format!(
+        "<p class=\"soft small\">Unified glare rating after CIE 117 in the standard rooms of CIE 190:2010: X across the line of \
+         sight, Y along it, H = {HEIGHT_M} m from eye to luminaires, luminaires {} H apart, the observer at the middle of a wall. \
+         Position index: {}.</p>\n",
+        table.spacing_h,
+        escaped(POSITION_INDEX)
+    );
+    if !corrections.is_empty() {
+        page += &format!(
+            "<h2>Corrections for spacing</h2>\n{}<p class=\"soft small\">What a rating changes by where luminaires stand farther \
+             apart and give the same light for each m² of floor: from the least to the greatest over the rooms that the spacing \
+             fits. <code>ugr-corrections.csv</code> has every room.</p>\n",
+            correction_table(corrections)
+        );
+    }
+    page += &format!("<h2>Luminous intensity</h2>\n{}", figure(&heading.polar, ""));
+    page += &format!(
+        "<footer>luxmc {}; CIE 190:2010, by its formulas.</footer>\n</body>\n</html>\n",
+        env!("CARGO_PKG_VERSION")
+    );
+    page
+}
+
+fn rating_table(table: &UgrTable) -> String {
+    let sets = table.reflectances.len();
+    let mut page = String::from("<table>\n<thead>\n");
+    for (place, name) in ["Reflectances: ceiling", "walls", "reference plane"].into_iter().enumerate() {
+        page += &format!("<tr><th class=\"text\" colspan=\"2\" scope=\"row\">{name}</th>");
+        for (column, set) in table.reflectances.iter().cycle().take(2 * sets).enumerate() {
+            page += &format!("<th{} scope=\"col\">{}</th>", gap(column % sets), percent_whole(set[place]));
+        }
+        page.push_str("</tr>\n");
+    }
+    page += &format!(
+        "<tr><th scope=\"col\">X</th><th scope=\"col\">Y</th><th class=\"first group\" colspan=\"{sets}\" scope=\"colgroup\">viewed crosswise</th>\
+         <th class=\"first group\" colspan=\"{sets}\" scope=\"colgroup\">viewed endwise</th></tr>\n</thead>\n<tbody>\n"
+    );
+    let mut above = None;
+    for room in &table.rooms {
+        let across = if above == Some(room.size_h[0]) { String::new() } else { format!("{}H", room.size_h[0]) };
+        above = Some(room.size_h[0]);
+        page += &format!("<tr><td>{across}</td><td>{}H</td>", room.size_h[1]);
+        for viewing in Viewing::BOTH {
+            for place in 0..sets {
+                page += &format!("<td{}>{}</td>", gap(place), escaped(&rating_text(room.ugr(viewing, place))));
+            }
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</tbody>\n</table>\n");
+    page
+}
+
+/// The class of a column's cells.
+fn gap(place: usize) -> &'static str {
+    if place == 0 { " class=\"first\"" } else { "" }
+}
+
+/// A reflectance in percent.
+fn percent_whole(reflectance: f64) -> String {
+    format!("{}", (1000.0 * reflectance).round() / 10.0)
+}
+
+fn correction_table(corrections: &[SpacingCorrection]) -> String {
+    let mut table =
+        Table::new("", &[("Spacing", true), ("Rooms", false), ("viewed crosswise", false), ("viewed endwise", false)]);
+    for correction in corrections {
+        let mut cells = vec![format!("{} H", correction.spacing_h), correction.rooms.len().to_string()];
+        cells.extend(Viewing::BOTH.map(|viewing| range_text(correction.range(viewing))));
+        table.row(cells);
+    }
+    table.markup()
+}
+
+/// `−0.2 … +0.4`.
+pub fn range_text(range: Option<[f64; 2]>) -> String {
+    let signed = |change: f64| format!("{:+.1}", (10.0 * change).round() / 10.0 + 0.0).replace('-', "−");
+    range.map_or("–".to_owned(), |[least, most]| format!("{} … {}", signed(least), signed(most)))
+}
