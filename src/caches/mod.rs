@@ -5,5 +5,5 @@ mod directions;
 mod light;
 
 pub use cells::{CellGrid, CellKey, Lookup};
-pub use directions::{DirectionControl, DirectionGuide, DirectionSums, bin_of};
+pub use directions::{DirectionControl, DirectionSums, bin_of};
 pub use light::{CellLight, CellRef, CellSample};

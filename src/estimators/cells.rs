@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::caches::{CellGrid, CellKey, CellLight, CellRef, CellSample, Lookup};
 use crate::chain::{Spot, Stage};
 use crate::estimators::direct::{Care, Receiver, one_look};
-use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, Memory, Met, Recall, gather_along_lx};
+use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, Memory, Met, Recall, gather_along_lx, gather_indirect_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
@@ -124,17 +124,16 @@ pub fn gather(
     (plain_lx, asking.found.map(|asked| asked.question(grid, asked.reflectance)), rays)
 }
 
-/// Sends a ray from a receiver along the direction that two variates make; returns what it found beside the light of the place that it
-/// asks about in lx, that place, if it met one, and the rays.
+/// Sends a ray from a receiver; returns what it found beside the light of the place that it asks about in lx, that place, if it met
+/// one, and the rays.
 pub fn look_for_place(
     stage: &Stage,
     receiver: &Receiver,
-    variates: [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, Option<Asked>, u64) {
     let mut asking = Asking::default();
-    let (plain_lx, rays) = gather_along_lx(stage, receiver, variates, &mut asking, cut, stream);
+    let (plain_lx, rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
     (plain_lx, asking.found, rays)
 }
 
@@ -217,8 +216,7 @@ fn take(stage: &Stage, place: &Place, cut: &mut Cut, stream: &mut Stream) -> Tak
     let receiver = place.receiver();
     let sight = one_look(stage, place.spot, &receiver, Care::Glance, cut, stream);
     let direct_lx = sight.as_ref().map_or(0.0, |sight| sight.direct_lx());
-    let variates = stream.pair();
-    let (plain_lx, next, rays) = look_for_place(stage, &receiver, variates, cut, stream);
+    let (plain_lx, next, rays) = look_for_place(stage, &receiver, cut, stream);
     let goes_on = next.is_some_and(|asked| stream.happens(asked.reflectance));
     Taken {
         direct_lx: direct_lx as f32,
@@ -229,44 +227,37 @@ fn take(stage: &Stage, place: &Place, cut: &mut Cut, stream: &mut Stream) -> Tak
     }
 }
 
-/// Terms of the first place that a residual walk meets, at most: its own cell, and that of the next place.
-pub const TERMS_OF_FIRST_PLACE: usize = 2;
-
-/// A walk that measures how far the cells are off: the mean over walks of `plain_lx`, both parts, and of the sum over all terms is the
-/// exact indirect illuminance less what cells tell of it, in lx.
+/// A walk that measures how far the cells are off: the mean over walks of `plain_lx` and of the sum over all terms is the exact
+/// indirect illuminance less what cells tell of it, in lx.
 ///
 /// Each place y of the walk, in cell c, scores δ = D + P + ρ H_z − H_c by a light sample and a ray to the next place z, and the walk
-/// goes on there with probability ρ. Two variates make the first direction, and all counts with a weight. Returns `plain_lx` of the first place and of all others, and the rays; questions are shown one by
-/// one, those of the first place first.
+/// goes on there with probability ρ. Returns `plain_lx` and the rays; questions are shown one by one.
 pub fn residual_walk(
     stage: &Stage,
     grid: &CellGrid,
     receiver: &Receiver,
-    variates: [f64; 2],
     weight: f64,
     cut: &mut Cut,
     stream: &mut Stream,
     mut ask: impl FnMut(Question),
-) -> ([f64; 2], u64) {
-    let (_, met, mut rays) = look_for_place(stage, receiver, variates, cut, stream);
-    let mut plain_lx = [0.0; 2];
+) -> (f64, u64) {
+    let (_, met, mut rays) = look_for_place(stage, receiver, cut, stream);
+    let mut plain_lx = 0.0;
     let Some(mut here) = met else {
-        return (plain_lx, rays);
+        return (0.0, rays);
     };
     let weight = weight * here.reflectance;
-    let mut part = 0;
     while rays < MOST_RAYS_OF_A_WALK {
         ask(here.question(grid, -weight));
         let receiver = here.place.receiver();
         if !here.indirect_alone
             && let Some(sight) = one_look(stage, here.place.spot, &receiver, Care::Glance, cut, stream)
         {
-            plain_lx[part] += weight * sight.direct_lx();
+            plain_lx += weight * sight.direct_lx();
             rays += 1;
         }
-        let variates = stream.pair();
-        let (beside_lx, met, more_rays) = look_for_place(stage, &receiver, variates, cut, stream);
-        plain_lx[part] += weight * beside_lx;
+        let (beside_lx, met, more_rays) = look_for_place(stage, &receiver, cut, stream);
+        plain_lx += weight * beside_lx;
         rays += more_rays;
         let Some(next) = met else {
             return (plain_lx, rays);
@@ -275,7 +266,7 @@ pub fn residual_walk(
         if !stream.happens(next.reflectance) {
             return (plain_lx, rays);
         }
-        (here, part) = (next, 1);
+        here = next;
     }
     (plain_lx, rays)
 }

@@ -6,9 +6,6 @@
 //! halves shows. Means over the map, over regions of neighbours and over single entries are told apart: a mean over many entries is
 //! known well, a single entry's poorly. Each scale is taken off by the share λ = b²/(b² + σ²) that leaves the least, b² its squared
 //! error and σ² the variance of a half's walks there. The shares for one half come from the other, so that nothing weighs itself.
-//!
-//! What places beyond the first of a walk show is told of regions alone: it comes from all around, and is much the same for neighbours.
-//! An entry differs from its region by what its own rays meet first.
 
 use super::HALF;
 use super::replicas::REPLICAS;
@@ -26,20 +23,17 @@ pub struct Residuals {
     pub walks: u64,
     /// Which entries have walks.
     pub walkers: Vec<bool>,
-    /// One slab a replica: sums in lx over the walks of an element or point.
+    /// One slab a replica: sums over the walks of an entry in lx; behind those of the elements or points, where elements show
+    /// slopes, those times the linear polynomials.
     pub sums_lx: Vec<Vec<f64>>,
-    /// The same of what the first places of the walks showed; behind those of the elements or points, where elements show slopes, those
-    /// times the linear polynomials.
-    pub first_lx: Vec<Vec<f64>>,
     /// Region of every element or point.
     regions: Vec<u32>,
     region_count: usize,
     /// Whether any entry of a region has walks.
     region_walks: Vec<bool>,
-    /// Of every replica, once settled: mean over the map and over every region, in lx where the profile is 1; and that of first places.
+    /// Of every replica, once settled: mean over the map and over every region, in lx where the profile is 1.
     means: Vec<f64>,
     region_means: Vec<Vec<f64>>,
-    first_means: Vec<Vec<f64>>,
     /// Error by which the cells are unsure that each entry asks, over its root mean square in the map.
     profile: Vec<f64>,
     /// Shares of regions and of entries that the even and the odd half take off.
@@ -143,14 +137,12 @@ impl Residuals {
             walks: 0,
             walkers: vec![true; regions.len()],
             profile: vec![1.0; regions.len()],
-            sums_lx: vec![vec![0.0; regions.len()]; REPLICAS],
-            first_lx: vec![vec![0.0; entries]; REPLICAS],
+            sums_lx: vec![vec![0.0; entries]; REPLICAS],
             regions,
             region_count,
             region_walks: Vec::new(),
             means: vec![0.0; REPLICAS],
             region_means: vec![Vec::new(); REPLICAS],
-            first_means: vec![Vec::new(); REPLICAS],
             shares: [[0.0; 2]; 2],
             state: ResidualState::default(),
         }
@@ -184,7 +176,7 @@ impl Residuals {
         }
         let [of_region, of_entry] = self.shares[replica % 2];
         let site = self.site_of(entry);
-        let own_lx = self.first_lx[replica][entry] / self.walks as f64;
+        let own_lx = self.sums_lx[replica][entry] / self.walks as f64;
         if entry > site {
             // Neighbours have no slopes in common.
             return if self.walkers[site] { of_entry * own_lx } else { 0.0 };
@@ -198,7 +190,7 @@ impl Residuals {
         if !self.walkers[site] {
             return corrected_lx;
         }
-        corrected_lx + of_entry * (own_lx - unsure * self.first_means[replica][region])
+        corrected_lx + of_entry * (own_lx - unsure * region_mean)
     }
 
     /// Makes ready what is taken off, for entries that count with these weights.
@@ -222,26 +214,21 @@ impl Residuals {
         let of_all: f64 = of_regions.iter().sum();
         self.region_walks = of_regions.iter().map(|weight| *weight > 0.0).collect();
         for replica in 0..REPLICAS {
-            let sums_of = |sums_lx: &[f64]| {
-                let mut sums = vec![0.0; self.region_count];
-                for ((region, weight), lx) in self.regions.iter().zip(&weights).zip(sums_lx) {
-                    sums[*region as usize] += weight * lx * inverse;
-                }
-                sums
-            };
-            let mean = |(sum, weight): (f64, &f64)| sum / weight.max(f64::MIN_POSITIVE);
-            let [all, first] = [&self.sums_lx, &self.first_lx].map(|sums_lx| sums_of(&sums_lx[replica]));
-            self.means[replica] = all.iter().sum::<f64>() / of_all.max(f64::MIN_POSITIVE);
-            self.region_means[replica] = all.into_iter().zip(&of_regions).map(mean).collect();
-            self.first_means[replica] = first.into_iter().zip(&of_regions).map(mean).collect();
+            let mut means = vec![0.0; self.region_count];
+            for ((region, weight), lx) in self.regions.iter().zip(&weights).zip(&self.sums_lx[replica]) {
+                means[*region as usize] += weight * lx * inverse;
+            }
+            self.means[replica] = means.iter().sum::<f64>() / of_all.max(f64::MIN_POSITIVE);
+            means.iter_mut().zip(&of_regions).for_each(|(mean, weight)| *mean /= weight.max(f64::MIN_POSITIVE));
+            self.region_means[replica] = means;
         }
         let regions = Scale::of(&squares_of_regions, self.region_count, |replica, region| {
             self.region_means[replica][region] - self.means[replica]
         });
         let entries = Scale::of(&weights, sites, |replica, entry| {
             let site = self.site_of(entry);
-            let of_region = if entry == site { self.first_means[replica][self.regions[site] as usize] } else { 0.0 };
-            self.first_lx[replica][entry] * inverse - self.profile[site] * of_region
+            let of_region = if entry == site { self.region_means[replica][self.regions[site] as usize] } else { 0.0 };
+            self.sums_lx[replica][entry] * inverse - self.profile[site] * of_region
         });
         let scales = [&regions, &entries];
         self.shares = [1, 0].map(|other: usize| scales.map(|scale| scale.share_by(other)));
@@ -372,7 +359,6 @@ mod tests {
                 let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
                 let sign = if site % 2 == 0 { 1.0 } else { -1.0 };
                 residuals.sums_lx[replica][site] = sign * bias_lx + sigma * normal;
-                residuals.first_lx[replica][site] = residuals.sums_lx[replica][site];
             }
         }
         residuals.settle(&[1.0; SITES]);

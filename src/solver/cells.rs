@@ -15,8 +15,8 @@ use self::records::Records;
 pub use self::regions::regions_of;
 use super::job::Context;
 use super::order::{Order, WalkOrder};
-use crate::caches::{CellGrid, CellLight, DirectionGuide, DirectionSums};
-use crate::maps::{REPLICAS, Residuals};
+use crate::caches::{CellGrid, CellLight};
+use crate::maps::REPLICAS;
 use crate::sampling::random::{Purpose, Stream};
 
 /// Edge of a cell over the length of the ray that asks: so many times the error that maps go for, within bounds. What a cell is off
@@ -71,11 +71,6 @@ pub struct CellAsks {
     filled: u64,
     asked: u64,
     walks: WalkOrder,
-    /// Where rays go, and the passes of rays that it was learned from.
-    guide: Option<DirectionGuide>,
-    guided_by: u64,
-    /// What the latest sums say of the deviations of rays by region and direction, until a guide is made of it.
-    deviations: Option<DirectionSums>,
     /// Numbers of the three kinds that the latest sums know.
     settled: [u64; 3],
     /// Squared error in lx² of the mean over all replicas by chance of the rays alone, by the latest sums.
@@ -95,9 +90,6 @@ impl CellAsks {
             filled: 0,
             asked: 0,
             walks: WalkOrder::new(order, walkers),
-            guide: None,
-            guided_by: 0,
-            deviations: None,
             settled: [0; 3],
             ray_squared_lx2: 0.0,
             rays: [0; 3],
@@ -135,14 +127,6 @@ impl CellAsks {
         walkers == self.walks.walkers && walks >= passes
     }
 
-    /// Sends further rays by what the latest sums say of those so far.
-    pub fn guide_rays(&mut self, residuals: &Residuals) {
-        if let Some(deviations) = self.deviations.take() {
-            self.guided_by = self.passes();
-            self.guide = Some(deviations.guide(residuals.regions().to_vec()));
-        }
-    }
-
     /// Lets all entries walk.
     pub fn walk_from_all(&mut self) {
         self.walks.take_all();
@@ -151,10 +135,9 @@ impl CellAsks {
     /// Fills cells up to a number of rays of either half, by at most so many; returns how many all rays were.
     pub fn fill(&mut self, asker: &Asker, sets: &mut CellSets, rays: u64, most: u64) -> u64 {
         let range = self.filled..rays.min(self.filled + most.max(1));
-        let (order, guide, most_samples) = (self.order, self.guide.as_ref(), sets.most_samples);
+        let (order, most_samples) = (self.order, sets.most_samples);
         let halves = sets.halves.par_iter_mut().with_max_len(1).enumerate();
-        let traced =
-            halves.map(|(half, cells)| asker.fill(cells, most_samples, half as u32, order, guide, range.clone()));
+        let traced = halves.map(|(half, cells)| asker.fill(cells, most_samples, half as u32, order, range.clone()));
         let rays = traced.sum();
         self.filled = range.end;
         self.rays[1] += rays;
@@ -164,11 +147,10 @@ impl CellAsks {
     /// Sends rays up to so many passes, of every replica at most so many; returns how many rays that took.
     pub fn ask(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
         let range = self.asked..(passes * self.order.sites() as u64).min(self.asked + most.max(1));
-        let (order, guide) = (self.order, self.guide.as_ref());
+        let order = self.order;
         let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
-        let traced = replicas.map(|(replica, records)| {
-            asker.ask(records, &sets.of(replica).grid, replica as u32, order, guide, range.clone())
-        });
+        let traced = replicas
+            .map(|(replica, records)| asker.ask(records, &sets.of(replica).grid, replica as u32, order, range.clone()));
         let rays = traced.sum();
         self.make_cells(sets);
         self.asked = range.end;
@@ -179,10 +161,10 @@ impl CellAsks {
     /// Walks up to so many passes, of every replica at most so many; returns their rays.
     pub fn walk(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
         let range = self.walks.next(passes, most);
-        let (walks, guide) = (&self.walks, self.guide.as_ref());
+        let walks = &self.walks;
         let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
         let traced = replicas.map(|(replica, records)| {
-            asker.walk(records, &sets.of(replica).grid, replica as u32, walks, guide, range.clone())
+            asker.walk(records, &sets.of(replica).grid, replica as u32, walks, range.clone())
         });
         let rays = traced.sum();
         self.make_cells(sets);

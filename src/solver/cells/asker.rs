@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::records::{Records, look_up};
-use crate::caches::{CellGrid, CellLight, DirectionGuide, bin_of};
+use crate::caches::{CellGrid, CellLight, bin_of};
 use crate::estimators::cells::{Asked, Question, fill_cells, gather, look_for_place, residual_walk};
 use crate::estimators::direct::Receiver;
 use crate::estimators::element::Element;
@@ -39,24 +39,9 @@ pub struct Asker<'a> {
     pub slopes: bool,
 }
 
-/// Two even variates, or those by which a guide draws an entry's direction, and the weight of the ray.
-#[inline]
-fn direct(guide: Option<&DirectionGuide>, entry: usize, stream: &mut Stream) -> ([f64; 2], f64) {
-    let variates = stream.pair();
-    guide.map_or((variates, 1.0), |guide| guide.draw(entry, variates))
-}
-
 impl Asker<'_> {
     /// Rays that fill the cells of a half; returns the rays, those of samples too.
-    pub fn fill(
-        &self,
-        cells: &mut CellLight,
-        most_samples: u16,
-        half: u32,
-        order: Order,
-        guide: Option<&DirectionGuide>,
-        range: Range<u64>,
-    ) -> u64 {
+    pub fn fill(&self, cells: &mut CellLight, most_samples: u16, half: u32, order: Order, range: Range<u64>) -> u64 {
         let stage = self.context.stage;
         let room = || (Stream::new(self.context.seed, Purpose::CellFills, self.number, half), Cut::default());
         let numbers = (0..(range.end - range.start) as usize).into_par_iter().with_min_len(BLOCK as usize);
@@ -68,8 +53,7 @@ impl Asker<'_> {
                 };
                 stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                 let start = self.start(&site, stream);
-                let (variates, _) = direct(guide, entry, stream);
-                let (_, asked, rays) = look_for_place(stage, &start.receiver(), variates, cut, stream);
+                let (_, asked, rays) = look_for_place(stage, &start.receiver(), cut, stream);
                 (asked, start.rays + rays)
             })
             .collect();
@@ -81,15 +65,7 @@ impl Asker<'_> {
     }
 
     /// Rays of one replica whose values count; returns the rays.
-    pub fn ask(
-        &self,
-        records: &mut Records,
-        grid: &CellGrid,
-        replica: u32,
-        order: Order,
-        guide: Option<&DirectionGuide>,
-        range: Range<u64>,
-    ) -> u64 {
+    pub fn ask(&self, records: &mut Records, grid: &CellGrid, replica: u32, order: Order, range: Range<u64>) -> u64 {
         let stage = self.context.stage;
         let mut stream = Stream::new(self.context.seed, Purpose::CellRays, self.number, replica);
         let finds_more = self.finds_more_than_cells();
@@ -98,15 +74,15 @@ impl Asker<'_> {
         let mut questions: Vec<Option<Question>> = Vec::with_capacity(BLOCK as usize);
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
-                let (mut plain_lx, mut question, mut bin, mut weight, mut at) = (0.0, None, 0, 1.0, [0.0; 2]);
+                let (mut plain_lx, mut question, mut bin, mut at) = (0.0, None, 0, [0.0; 2]);
                 if let Some(site) = self.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.start(&site, &mut stream);
-                    let (variates, inverse_density) = direct(guide, entry, &mut stream);
+                    let variates = stream.pair();
                     let found = gather(stage, grid, &start.receiver(), variates, &mut cut, &mut stream);
                     plain_lx = start.weight * found.0;
                     question = found.1.map(|found| Question { factor: start.weight as f32 * found.factor, ..found });
-                    (bin, weight, at) = (bin_of(variates), inverse_density, start.at);
+                    (bin, at) = (bin_of(variates), start.at);
                     rays += start.rays + found.2;
                 }
                 if self.slopes {
@@ -114,7 +90,6 @@ impl Asker<'_> {
                 }
                 questions.push(question);
                 records.bins.push(bin);
-                records.weights.push(weight as f32);
                 if finds_more {
                     records.plain_lx.push(plain_lx as f32);
                 }
@@ -132,7 +107,6 @@ impl Asker<'_> {
         grid: &CellGrid,
         replica: u32,
         order: &WalkOrder,
-        guide: Option<&DirectionGuide>,
         range: Range<u64>,
     ) -> u64 {
         let stage = self.context.stage;
@@ -142,21 +116,20 @@ impl Asker<'_> {
         let mut questions: Vec<Question> = Vec::new();
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
-                let (mut plain_lx, mut at) = ([0.0; 2], [0.0; 2]);
+                let (mut plain_lx, mut at) = (0.0, [0.0; 2]);
                 if let Some(site) = self.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.start(&site, &mut stream);
-                    let (variates, weight) = direct(guide, entry, &mut stream);
                     let ask = |question: Question| questions.push(question);
-                    let (receiver, weight) = (start.receiver(), weight * start.weight);
-                    let walked = residual_walk(stage, grid, &receiver, variates, weight, &mut cut, &mut stream, ask);
+                    let walked =
+                        residual_walk(stage, grid, &start.receiver(), start.weight, &mut cut, &mut stream, ask);
                     (plain_lx, at) = (walked.0, start.at);
                     rays += start.rays + walked.1;
                 }
                 if self.slopes {
                     records.walk_starts.push(at.map(|weight| weight as f32));
                 }
-                records.walks.push((plain_lx.map(|lx| lx as f32), (records.walk_terms.len() + questions.len()) as u32));
+                records.walks.push((plain_lx as f32, (records.walk_terms.len() + questions.len()) as u32));
             }
             let asked = questions.drain(..).map(Some);
             asked.for_each(|question| look_up(grid, question, &mut records.walk_terms, &mut records.new_of_walks));

@@ -10,14 +10,12 @@ pub struct Records {
     pub terms: Vec<Term>,
     /// Part of the hemisphere into which it went.
     pub bins: Vec<u8>,
-    /// Even density over the one by which its direction was drawn.
-    pub weights: Vec<f32>,
     /// What it found beside, in lx; empty where rays can find nothing else.
     pub plain_lx: Vec<f32>,
     /// Where in its element it began; empty where elements show no slopes.
     pub starts: Vec<[f32; 2]>,
-    /// Of every walk, pass by pass: what its first place and its others showed beside cells, in lx, and the number of terms up to its end.
-    pub walks: Vec<([f32; 2], u32)>,
+    /// Of every walk, pass by pass: what it found beside cells, in lx, and the number of terms up to its end.
+    pub walks: Vec<(f32, u32)>,
     pub walk_terms: Vec<Term>,
     pub walk_starts: Vec<[f32; 2]>,
     /// Places among the terms of rays, and of walks, whose cells are new.
@@ -30,9 +28,9 @@ impl Records {
     pub fn bytes(&self) -> usize {
         size_of::<Term>() * (self.terms.capacity() + self.walk_terms.capacity())
             + self.bins.capacity()
-            + size_of::<f32>() * (self.plain_lx.capacity() + self.weights.capacity())
+            + size_of::<f32>() * self.plain_lx.capacity()
             + size_of::<[f32; 2]>() * (self.starts.capacity() + self.walk_starts.capacity())
-            + size_of::<([f32; 2], u32)>() * self.walks.capacity()
+            + size_of::<(f32, u32)>() * self.walks.capacity()
     }
 
     /// Makes the cells that were asked for the first time.

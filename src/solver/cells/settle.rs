@@ -4,13 +4,9 @@ use rayon::prelude::*;
 
 use super::{CellAsks, CellSets};
 use crate::caches::{DirectionControl, DirectionSums};
-use crate::estimators::cells::{TERMS_OF_FIRST_PLACE, Term};
 use crate::maps::basis::{BENDS, Linear, PARTS, bends_at, part_of, slopes_at};
 use crate::maps::{IndirectDetail, REPLICAS, ReplicaMap, Residuals, Tally};
 use crate::solver::broad::Shape;
-
-/// Passes of rays over those that the latest guide was learned from, from which on a new one is made.
-const PASSES_TO_A_GUIDE: u64 = 2;
 
 impl CellAsks {
     /// Sums up all that complete passes found, by the light that cells have now. What elements show beside their means goes by their
@@ -28,9 +24,6 @@ impl CellAsks {
         let told: Vec<Vec<f32>> = replicas.map(|(replica, records)| records.told_lx(sets.of(replica), rays)).collect();
         let controls: Vec<DirectionControl> =
             [0, 1].into_par_iter().map(|half| self.control(half, &told, residuals)).collect();
-        if passes >= PASSES_TO_A_GUIDE * self.guided_by.max(1) {
-            self.deviations = Some(self.deviations(&told, &controls, residuals));
-        }
         let references = shape.as_ref().map(|shape| &shape.references_lx[..]);
         let regions = residuals.regions();
         let slabs = map.indirect.par_iter_mut().with_max_len(1).enumerate();
@@ -63,29 +56,6 @@ impl CellAsks {
         sums.control()
     }
 
-    /// Squared deviations of all rays from what is expected of them, in lx², by region and direction.
-    fn deviations(&self, told: &[Vec<f32>], controls: &[DirectionControl], residuals: &Residuals) -> DirectionSums {
-        let mut of_halves = [0, 1]
-            .into_par_iter()
-            .map(|half: usize| {
-                let mut sums = DirectionSums::new(residuals.region_count());
-                for replica in (half..REPLICAS).step_by(2) {
-                    let rays = self.order.entries(0..told[replica].len() as u64).zip(&self.records[replica].bins);
-                    for (((_, entry), bin), lx) in
-                        rays.zip(&told[replica]).filter(|(((_, entry), _), _)| self.sees[*entry])
-                    {
-                        let region = residuals.regions()[entry];
-                        sums.add(region, *bin, (lx - controls[1 - half].told_lx(region, *bin)).powi(2));
-                    }
-                }
-                sums
-            })
-            .collect::<Vec<_>>();
-        let mut sums = of_halves.remove(0);
-        sums.add_all(&of_halves[0]);
-        sums
-    }
-
     /// Sums of one replica's rays.
     fn sum_up(
         &self,
@@ -102,12 +72,12 @@ impl CellAsks {
         if references_lx.is_some() {
             found.make_room(sites);
         }
-        let rays = self.order.entries(0..told.len() as u64).zip(&records.bins).zip(&records.weights).zip(told);
-        for (ray, ((((pass, entry), bin), weight), lx)) in rays.enumerate() {
+        let rays = self.order.entries(0..told.len() as u64).zip(&records.bins).zip(told);
+        for (ray, (((pass, entry), bin), lx)) in rays.enumerate() {
             if !self.sees[entry] {
                 continue;
             }
-            let lx = control.controlled_lx(regions[entry], *bin, *lx, *weight);
+            let lx = f64::from(lx - control.expected_lx(regions[entry], *bin));
             let half = usize::from(pass >= passes / 2);
             let mut add = |entry: usize, lx: f64| {
                 found.by_half_lx[entry][half] += lx;
@@ -138,28 +108,23 @@ impl CellAsks {
         residuals.walks = walks;
         residuals.walkers = vec![false; sites];
         (0..walkers).for_each(|place| residuals.walkers[order.entry(place)] = true);
-        let sums = residuals.sums_lx.iter_mut().zip(&mut residuals.first_lx);
-        let replicas: Vec<_> = self.records.iter().zip(sums).enumerate().collect();
-        replicas.into_par_iter().with_max_len(1).for_each(|(replica, (records, (all_lx, first_lx)))| {
+        let replicas = self.records.par_iter().with_max_len(1).zip(&mut residuals.sums_lx).enumerate();
+        replicas.for_each(|(replica, (records, walked))| {
             let cells = sets.of(replica);
-            all_lx.fill(0.0);
-            first_lx.fill(0.0);
-            let mut begin = 0;
+            walked.fill(0.0);
+            let mut first = 0;
             let walks = records.walks.iter().zip(self.walks.entries(0..walk_count)).enumerate();
             for (walk, ((plain_lx, end), (_, entry))) in walks {
-                let terms = &records.walk_terms[begin as usize..*end as usize];
-                let (of_first, of_others) = terms.split_at(terms.len().min(TERMS_OF_FIRST_PLACE));
-                let told = |terms: &[Term]| -> f64 {
-                    terms.iter().map(|term| f64::from(term.factor) * f64::from(cells.value_lx(term.asked))).sum()
-                };
-                let lx = f64::from(plain_lx[0]) + told(of_first);
-                first_lx[entry] += lx;
-                all_lx[entry] += lx + f64::from(plain_lx[1]) + told(of_others);
+                let terms = &records.walk_terms[first as usize..*end as usize];
+                let told: f64 =
+                    terms.iter().map(|term| f64::from(term.factor) * f64::from(cells.value_lx(term.asked))).sum();
+                let lx = f64::from(*plain_lx) + told;
+                walked[entry] += lx;
                 if let Some(at) = records.walk_starts.get(walk) {
                     let slopes = slopes_at(at.map(f64::from)).into_iter().enumerate();
-                    slopes.for_each(|(k, slope)| first_lx[(1 + k) * sites + entry] += lx * slope);
+                    slopes.for_each(|(k, slope)| walked[(1 + k) * sites + entry] += lx * slope);
                 }
-                begin = *end;
+                first = *end;
             }
         });
     }
@@ -169,9 +134,8 @@ impl CellAsks {
         let mut unsure_lx2 = vec![0.0; self.order.sites()];
         for (replica, records) in self.records.iter().enumerate().take(2) {
             let cells = sets.of(replica);
-            let rays = self.order.entries(0..rays as u64).zip(&records.terms).zip(&records.weights);
-            for (((_, entry), term), weight) in rays {
-                unsure_lx2[entry] += f64::from(weight * term.factor * term.factor * cells.variance_lx2(term.asked));
+            for ((_, entry), term) in self.order.entries(0..rays as u64).zip(&records.terms) {
+                unsure_lx2[entry] += f64::from(term.factor * term.factor * cells.variance_lx2(term.asked));
             }
         }
         unsure_lx2

@@ -318,10 +318,6 @@ impl Job {
         {
             asks.walk_from_all();
         }
-        let residuals = self.broad.as_ref().map_or(&self.map, |broad| &broad.map).residuals.as_ref();
-        if let (Some(asks), Some(residuals)) = (&mut self.asks, residuals) {
-            asks.guide_rays(residuals);
-        }
         let now = self.cell_goal;
         let [direct, rays, fills, walks] = growth.factors;
         let goal = CellGoal {
