@@ -21,7 +21,7 @@ use crate::sampling::random::{Purpose, Stream};
 
 /// Edge of a cell over the length of the ray that asks: so many times the error that maps go for, within bounds. What a cell is off
 /// by grows with its edge.
-const EDGES_AN_ERROR: f64 = 25.0;
+const EDGES_AN_ERROR: f64 = 50.0;
 const LEAST_EDGE_SHARE: f64 = 0.05;
 const MOST_EDGE_SHARE: f64 = 0.5;
 
