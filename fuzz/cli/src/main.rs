@@ -26,6 +26,7 @@ struct Wishes {
     count: u64,
     first: u64,
     seed: u64,
+    beyond_s: f64,
 }
 
 fn wishes() -> Result<Wishes, String> {
@@ -37,6 +38,7 @@ fn wishes() -> Result<Wishes, String> {
         count: 1000,
         first: 0,
         seed: 1,
+        beyond_s: 1.0,
     };
     let mut arguments = std::env::args().skip(1);
     while let Some(name) = arguments.next() {
@@ -49,9 +51,10 @@ fn wishes() -> Result<Wishes, String> {
             "--count" => wishes.count = number()?,
             "--first" => wishes.first = number()?,
             "--seed" => wishes.seed = number()?,
+            "--beyond" => wishes.beyond_s = number()? as f64,
             _ => {
                 return Err(format!(
-                    "no option {name}; there are --luxmc, --corpus, --keep, --count, --first and --seed"
+                    "no option {name}; there are --luxmc, --corpus, --keep, --count, --first, --seed and --beyond"
                 ));
             }
         }
@@ -97,11 +100,11 @@ fn lay_out(from: &Path, to: &Path, mut random: Option<&mut Random>) -> std::io::
 }
 
 /// Arguments of one execution and its limits.
-fn arguments(method: &str, random: &mut Random) -> (Vec<String>, Limits) {
+fn arguments(method: &str, beyond_s: f64, random: &mut Random) -> (Vec<String>, Limits) {
     if random.below(6) == 0 {
         let mut all = vec!["inspect".to_owned(), "scene.json".to_owned()];
         all.extend((random.below(2) == 0).then(|| "--json".to_owned()));
-        return (all, Limits { time_limit_s: 0.0, writes: false });
+        return (all, Limits { time_limit_s: 0.0, beyond_s, writes: false });
     }
     let time_limit_s = [0.03, 0.06, 0.1][random.below(3)];
     let mut all: Vec<String> = [
@@ -139,7 +142,7 @@ fn arguments(method: &str, random: &mut Random) -> (Vec<String>, Limits) {
         2 => add("--elements", "given".to_owned()),
         _ => {}
     }
-    (all, Limits { time_limit_s, writes: true })
+    (all, Limits { time_limit_s, beyond_s, writes: true })
 }
 
 fn campaign(wishes: &Wishes) -> Result<u64, String> {
@@ -159,7 +162,7 @@ fn campaign(wishes: &Wishes) -> Result<u64, String> {
         };
         let mutation = (!is_plain).then_some(&mut random);
         lay_out(&folders[folder], &work, mutation).map_err(|error| format!("{}: {error}", work.display()))?;
-        let (arguments, limits) = arguments(method, &mut random);
+        let (arguments, limits) = arguments(method, wishes.beyond_s, &mut random);
         let mut outcome = run(&luxmc, &arguments, &work, &limits);
         // A busy machine makes a run late once; a run that has no limit is late again.
         if outcome.is_late {

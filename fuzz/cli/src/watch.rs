@@ -8,8 +8,6 @@ use std::time::{Duration, Instant};
 const ADDRESS_SPACE_KIB: u64 = 2 << 20;
 /// Seconds after which a run is ended from outside.
 const LONGEST_S: f64 = 20.0;
-/// Seconds that a run may take beyond a tenth over its time limit: reading, the last slice, and writing.
-const BEYOND_LIMIT_S: f64 = 1.0;
 /// Bytes of a file that are looked through.
 const MOST_BYTES: usize = 64 << 20;
 
@@ -17,6 +15,8 @@ const MOST_BYTES: usize = 64 << 20;
 pub struct Limits {
     /// Its `--time-limit`.
     pub time_limit_s: f64,
+    /// Seconds that it may take beyond a tenth over that: reading, the last slice, and writing.
+    pub beyond_s: f64,
     /// Whether it writes results.
     pub writes: bool,
 }
@@ -63,7 +63,7 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let passed_s = started.elapsed().as_secs_f64();
     let took_s = busy_before_s.zip(busy_s()).map_or(passed_s, |(before, after)| after - before);
     let said = std::fs::read_to_string(&errors).unwrap_or_default();
-    let is_late = took_s > 1.1 * limits.time_limit_s + BEYOND_LIMIT_S;
+    let is_late = took_s > 1.1 * limits.time_limit_s + limits.beyond_s;
     let fault = match status.code() {
         None => Some(format!("it was ended by a signal ({status})")),
         _ if said.contains("panicked at") => Some("it panicked".to_owned()),
