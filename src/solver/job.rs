@@ -71,6 +71,8 @@ pub struct Context<'a> {
 /// the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TimeLeft {
+    /// None for long: what a map could still gain is given up.
+    LongOver,
     /// None: a limit has passed, or the user wants to stop.
     None,
     /// Too little for cutting elements before the run.

@@ -289,7 +289,7 @@ fn over_receivers<S: Send>(
 
 /// Whether a limit or the user has ended the run: what a pilot has seen must do.
 pub fn is_over(context: &Context) -> bool {
-    (context.time_left)() == TimeLeft::None
+    (context.time_left)() <= TimeLeft::None
 }
 
 /// The numbers below `count`, so ordered that the first of them are spread over all.

@@ -95,6 +95,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let is_later_than = |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
     let time_left = || match () {
+        _ if is_long_over(settings, observer) => TimeLeft::LongOver,
         _ if observer.is_interrupted() || is_later_than(1.0) => TimeLeft::None,
         _ if is_later_than(CUTTING_SHARE) => TimeLeft::Little,
         _ => TimeLeft::Enough,

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::job::{Context, Job};
+use super::job::{Context, Job, TimeLeft};
 use super::spending::Activity;
 use crate::estimators::direct::Receiver;
 use crate::estimators::element::Element;
@@ -60,7 +60,14 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
     let probes: Vec<u32> = longer.iter().step_by(count.div_ceil(PROBES)).copied().collect();
     let mut cut = Cut::default();
     let mut stream = Stream::new(context.seed, Purpose::Pilot, 0, 1);
-    let probe_rays: u64 = probes.iter().map(|cell| walk_from_cell(context, *cell, 0, &mut cut, &mut stream).1).sum();
+    let is_long_over = || (context.time_left)() == TimeLeft::LongOver;
+    let mut probe_rays = 0;
+    for cell in &probes {
+        if is_long_over() {
+            return 0;
+        }
+        probe_rays += walk_from_cell(context, *cell, 0, &mut cut, &mut stream).1;
+    }
     let rays_per_walk = (probe_rays as f64 / probes.len() as f64).max(1.0);
     let budget = (RAY_SHARE * job.rays as f64).max(RAYS_IN_ANY_CASE);
     let walks = ((budget / (rays_per_walk * count as f64 * REPLICAS as f64)) as u64).min(MOST_WALKS);
@@ -69,33 +76,39 @@ pub fn fill_sparse_elements(context: &Context, job: &mut Job) -> usize {
         return 0;
     }
 
-    let samples = job.map.indirect_samples.complete as f64;
-    let rays: Vec<u64> = job
-        .map
-        .indirect
-        .par_iter_mut()
+    let walked: Vec<(Vec<f64>, u64)> = (0..REPLICAS)
+        .into_par_iter()
         .with_max_len(1)
-        .enumerate()
-        .map(|(replica, indirect)| {
+        .map(|replica| {
             let mut cut = Cut::default();
             let mut stream = Stream::new(context.seed, Purpose::Walks, 0, replica as u32);
-            let mut rays = 0;
-            for cell in &sparse[replica % 2] {
+            let (mut means_lx, mut rays) = (Vec::new(), 0);
+            for cell in sparse[replica % 2].iter().take_while(|_| !is_long_over()) {
                 let mut sum_lx = 0.0;
                 for walk in 0..walks {
                     let (lx, walk_rays) = walk_from_cell(context, *cell, walk, &mut cut, &mut stream);
                     sum_lx += lx;
                     rays += walk_rays;
                 }
-                // The count of packets that would have brought as much.
-                indirect[*cell as usize] = sum_lx / walks as f64 * areas[*cell as usize] / flux_lm * samples;
+                means_lx.push(sum_lx / walks as f64);
             }
-            rays
+            (means_lx, rays)
         })
         .collect();
-    let rays = rays.iter().sum::<u64>();
+    let rays = walked.iter().map(|(_, rays)| rays).sum::<u64>();
     job.rays += rays;
     job.spending.add(Activity::Walks, rays, started.elapsed());
+    // A limit that has passed for long leaves some elements without walks: the counts of all must do, lest replicas differ.
+    if walked.iter().enumerate().any(|(replica, (means_lx, _))| means_lx.len() < sparse[replica % 2].len()) {
+        return 0;
+    }
+    let samples = job.map.indirect_samples.complete as f64;
+    for (replica, (means_lx, _)) in walked.iter().enumerate() {
+        for (cell, mean_lx) in sparse[replica % 2].iter().zip(means_lx) {
+            // The count of packets that would have brought as much.
+            job.map.indirect[replica][*cell as usize] = mean_lx * areas[*cell as usize] / flux_lm * samples;
+        }
+    }
     count
 }
 
