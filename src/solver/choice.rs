@@ -10,16 +10,19 @@ use crate::control::needed_work;
 use crate::maps::MapKind;
 use crate::scene::Quantity;
 
-/// Work by walks below which local estimation is not weighed: its first looks take about as many.
+/// Work by the cheapest other way below which local estimation is not weighed: its first looks take about as many, and its pilot, which
+/// looks at all points, is worth so many rays of each, up to so many points.
 const LEAST_WORK: f64 = 6e4;
-/// Points up to which local estimation is weighed before gathering. Where there are more, gathering is the cheaper wherever
-/// it applies (docs/performance.md), and is asked first.
-const FEW_POINTS: usize = 256;
+const LEAST_WORK_A_POINT: f64 = 2e3;
+const MOST_POINTS: usize = 1024;
+/// What a ray of local estimation takes over one of gathering or of a walk: connections to points beside one another are quick.
+/// Measured in eight made-up rooms: 0.3 to 0.7.
+const WORK_OF_A_CONNECTION: f64 = 0.5;
 /// Variance of a chain's scores over their squared mean above which a pilot of some hundred chains is not believed.
 const MOST_SCATTER: f64 = 16.0;
 /// What the chains of the pilot bring, were nothing in the way, over what walks say that they do: beyond these bounds either
 /// most connections are blocked or chains seldom come to where the light comes from.
-const MOST_HIDDEN: f64 = 2.0;
+const MOST_HIDDEN: f64 = 4.0;
 const LEAST_FOUND: f64 = 0.5;
 /// A map leaves local estimation for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 2.0;
@@ -30,7 +33,7 @@ const USUAL_ERROR: f64 = 0.01;
 /// Local estimation as a map could have it.
 pub struct Offer {
     plan: LocalPlan,
-    /// Work to the target: rays alone, since its chains begin at luminaires and choose none.
+    /// Work to the target: its chains begin at luminaires and choose none.
     pub work: f64,
 }
 
@@ -40,22 +43,10 @@ pub type Offered = Result<Offer, &'static str>;
 /// Elements are not connected to chains.
 const POINTS_ONLY: Offered = Err("for points only");
 
-/// When a map is asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
-    /// Before gathering is piloted: maps of few points.
-    First,
-    /// After it: maps of many, which it does not suit.
-    Last,
-}
-
-/// Why a map of many points is not asked at first.
-const NOT_YET: &str = "dearer than gathering for so many points";
-
 /// Pilots local estimation for a map, if it can pay: the pilot's samples enter no result, and its rays are counted.
 ///
-/// Without a target nothing tells how far a run will go, and it is not weighed.
-pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) -> Offered {
+/// `at_best` is the work by the cheapest other way. Without a target nothing tells how far a run will go, and it is not weighed.
+fn offer(context: &Context, job: &mut Job, target: Option<f64>, at_best: f64) -> Offered {
     let MapKind::Receivers(set) = job.kind else {
         return POINTS_ONLY;
     };
@@ -72,18 +63,15 @@ pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) 
         return Err("for diffuse surfaces only");
     }
     let error_lx = target * job.mean_without_gathering_lx();
-    if job.work_without_gathering(context, error_lx) < LEAST_WORK {
-        return Err("walks take less work than its first looks");
-    }
-    if turn == Turn::First && job.map.len() > FEW_POINTS {
-        return Err(NOT_YET);
+    if at_best < LEAST_WORK.max(LEAST_WORK_A_POINT * job.map.len().min(MOST_POINTS) as f64) {
+        return Err("the target takes less work than its pilot and its first looks");
     }
     let plan = LocalPlan::of(context, set, Kernel::Bounded);
     job.pilot_rays += plan.pilot_rays;
     if !(LEAST_FOUND..=MOST_HIDDEN).contains(&plan.found) || plan.scatter(&job.weights) > MOST_SCATTER {
         return Err("its chains seldom reach the points");
     }
-    let work = job.rays_by_connecting(&plan, error_lx);
+    let work = WORK_OF_A_CONNECTION * job.rays_by_connecting(&plan, error_lx);
     Ok(Offer { plan, work })
 }
 
@@ -91,21 +79,13 @@ pub fn offer(context: &Context, job: &mut Job, target: Option<f64>, turn: Turn) 
 type Gathering = Result<f64, &'static str>;
 
 /// Takes the cheapest way for a map and says what was weighed; whether it gathers. A method that was asked for stays.
-pub fn settle(
-    context: &Context,
-    job: &mut Job,
-    mut offered: Offered,
-    gathering: Gathering,
-    target: Option<f64>,
-) -> bool {
+pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Option<f64>) -> bool {
     if context.method != Method::Auto {
         return gathering.is_ok();
     }
     let error = target.unwrap_or(USUAL_ERROR);
     let without = job.work_without_gathering(context, error * job.mean_without_gathering_lx());
-    if !gathering.is_ok_and(|work| work < without) && matches!(offered, Err(NOT_YET)) {
-        offered = offer(context, job, target, Turn::Last);
-    }
+    let offered = offer(context, job, target, gathering.map_or(without, |work| work.min(without)));
     job.method_reason = reason(job.kind, error, gathering, without, &offered);
     let at_best = offered.as_ref().map_or(without, |offer| offer.work.min(without));
     if gathering.is_ok_and(|work| work < at_best) {
@@ -127,10 +107,10 @@ fn reason(kind: MapKind, error: f64, gathering: Gathering, without: f64, offered
     };
     let (target, gathering) = ((error * 1e4).round() / 100.0, of(gathering, "gathering"));
     if kind == MapKind::Elements {
-        return format!("by the pilot, work in rays to {target} %: {without:.1e} by counts, {gathering}");
+        return format!("by the pilot, work to {target} %: {without:.1e} by counts, {gathering}");
     }
     let local = of(offered.as_ref().map(|offer| offer.work).map_err(|why| *why), "local estimation");
-    format!("by the pilot, work in rays to {target} %: {without:.1e} by walks, {local}, {gathering}")
+    format!("by the pilot, work to {target} %: {without:.1e} by walks, {local}, {gathering}")
 }
 
 /// After a look: leaves local estimation, or cells, for walks, where these would be done with far less work than it still takes.

@@ -21,6 +21,7 @@ use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
+use super::local::Kernel;
 use super::local::LocalPlan;
 use super::pace::Pace;
 pub use super::pace::RAYS_PER_SLICE;
@@ -497,7 +498,11 @@ impl Job {
     /// Asks the statistical checks about what has been judged; whether all pass.
     pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
         let [direct, _] = self.map.score_evidence();
-        let [_, indirect] = self.gathered().score_evidence();
+        let [_, mut indirect] = self.gathered().score_evidence();
+        if self.engine == Engine::Connecting(Kernel::Bounded) {
+            // Its kernel and its walks are bounded: however the largest scores fall off, they have an end.
+            indirect.shape = None;
+        }
         let parts = [direct, indirect];
         self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since, target_error);
         let all_pass = self.checks.iter().all(|check| check.passed);

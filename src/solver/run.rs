@@ -5,7 +5,7 @@ mod forecast;
 use std::time::{Duration, Instant};
 
 use super::cells::CellSets;
-use super::choice::{self, Turn};
+use super::choice;
 use super::finish::finish;
 use super::job::{Context, Engine, Job, Refinement, TimeLeft};
 use super::pace::Pace;
@@ -234,7 +234,6 @@ impl Run<'_> {
         let error = self.error_to_plan_for();
         let target = self.settings.target_error;
         for job in &mut self.jobs {
-            let offered = choice::offer(self.context, job, target, Turn::First);
             let mean_lx = job.mean_without_gathering_lx();
             let can_ask = job.can_ask_cells(self.context);
             if can_ask && mean_lx > 0.0 {
@@ -245,7 +244,7 @@ impl Run<'_> {
                 true => Err("its pilot found no light"),
                 false => Err("it knows no luminances, nor light that only chains find"),
             };
-            if choice::settle(self.context, job, offered, by_cells, target) {
+            if choice::settle(self.context, job, by_cells, target) {
                 job.start_asking(self.context, error, self.settings.chains);
             } else {
                 job.broad = None;
