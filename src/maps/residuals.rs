@@ -101,18 +101,19 @@ impl ResidualState {
     /// What is left where walks and samples are so many times as many.
     pub fn left_lx2(&self, walks: f64, samples: f64) -> Left {
         let state = self.with_samples(samples);
-        state.left_by([0, 1].map(|scale| state.share(scale, walks)), walks)
+        state.left_by([0, 1].map(|scale| state.share(scale, walks)), walks, SURE)
     }
 
-    /// What is left after such shares are taken off, where walks are so many times as many.
-    fn left_by(&self, shares: [f64; 2], walks: f64) -> Left {
+    /// What is left after such shares are taken off, where walks are so many times as many; so many standard errors are added to what is
+    /// measured.
+    fn left_by(&self, shares: [f64; 2], walks: f64, sure: f64) -> Left {
         let kept = |scale: usize| {
             let silent = if scale == 0 { 0.0 } else { self.silent_share };
             (1.0 - silent) * (1.0 - shares[scale]).powi(2) + silent
         };
         let sum = |of: &dyn Fn(usize) -> f64| kept(0) * of(0) + kept(1) * of(1);
         Left {
-            common: sum(&|scale| self.squared(scale)[0] + SURE * self.standard_error[scale] / walks),
+            common: sum(&|scale| self.squared(scale)[0] + sure * self.standard_error[scale] / walks),
             chance: sum(&|scale| self.squared(scale)[1]),
         }
     }
@@ -256,20 +257,22 @@ impl Residuals {
         }
     }
 
-    /// What is left of the cells' error once corrections are taken.
+    /// What is left of the cells' error once corrections are taken. The map's error is stated with what is not known of it; bars of single
+    /// entries are to hold as often as they say, and have it as it is expected.
     pub fn cells_error(&self) -> CellsError {
-        let left = self.left();
-        let left_lx = (left.common + left.chance).sqrt();
+        let left = self.left(SURE);
+        let expected = self.left(0.0);
+        let left_lx = (expected.common + expected.chance).sqrt();
         CellsError { left, by_site_lx: self.profile.iter().map(|unsure| left_lx * unsure).collect() }
     }
 
     /// What is left of the cells' error at both scales: squared bias that both halves share, with its chance, and squared chance of
     /// the cells, in lx².
-    fn left(&self) -> Left {
+    fn left(&self, sure: f64) -> Left {
         if self.walks == 0 {
             return Left::default();
         }
-        let [one, other] = self.shares.map(|shares| self.state.left_by(shares, 1.0));
+        let [one, other] = self.shares.map(|shares| self.state.left_by(shares, 1.0, sure));
         Left { common: 0.5 * (one.common + other.common), chance: 0.5 * (one.chance + other.chance) }
     }
 }
@@ -383,6 +386,6 @@ mod tests {
         assert!(off < 3.0 && known.shares[0][1] > 0.9, "{off} {:?}", known.shares);
         let chance = walked(3, 0.0, 10.0);
         assert!(chance.shares[0][1] < 0.2, "{:?}", chance.shares);
-        assert!(known.left().common < 1.0 && walked(3, 3.0, 100.0).left().common > 4.0);
+        assert!(known.left(SURE).common < 1.0 && walked(3, 3.0, 100.0).left(SURE).common > 4.0);
     }
 }

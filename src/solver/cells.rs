@@ -22,6 +22,9 @@ use crate::sampling::random::{Purpose, Stream};
 /// Edge of a cell over the length of the ray that asks: so many times the error that maps go for, within bounds. What a cell is off
 /// by grows with its edge.
 const EDGES_AN_ERROR: f64 = 50.0;
+/// Rays of a walk up to which that holds. Where walks are longer, light is reflected more often, and with each reflection cells are
+/// off anew: their edges are as many times shorter as walks are longer.
+const RAYS_OF_A_SHORT_WALK: f64 = 5.0;
 const LEAST_EDGE_SHARE: f64 = 0.05;
 const MOST_EDGE_SHARE: f64 = 0.5;
 
@@ -33,9 +36,10 @@ pub struct CellSets {
 }
 
 impl CellSets {
-    /// No cells yet, for an error of the maps.
-    pub fn new(context: &Context, error: f64) -> CellSets {
-        let edge_share = (EDGES_AN_ERROR * error).clamp(LEAST_EDGE_SHARE, MOST_EDGE_SHARE);
+    /// No cells yet, for an error of the maps and walks of so many rays.
+    pub fn new(context: &Context, error: f64, rays_of_a_walk: f64) -> CellSets {
+        let reflected_seldom = (RAYS_OF_A_SHORT_WALK / rays_of_a_walk).min(1.0);
+        let edge_share = (EDGES_AN_ERROR * error * reflected_seldom).clamp(LEAST_EDGE_SHARE, MOST_EDGE_SHARE);
         let bounds_m = context.stage.tracer.bounds_m();
         let cells = |half: u32| {
             let mut stream = Stream::new(context.seed, Purpose::Cells, 1, half);

@@ -18,14 +18,17 @@ const MOST_POINTS: usize = 1024;
 /// What a ray of local estimation takes over one of gathering or of a walk: connections to points beside one another are quick.
 /// Measured in eight made-up rooms: 0.3 to 0.7.
 const WORK_OF_A_CONNECTION: f64 = 0.5;
-/// Variance of a chain's scores over their squared mean above which a pilot of some hundred chains is not believed.
-const MOST_SCATTER: f64 = 16.0;
+/// Variance of a chain's scores over their squared mean, for each chain of a pilot, above which the pilot is not believed.
+const MOST_SCATTER: f64 = 1.0 / 16.0;
 /// What the chains of the pilot bring, were nothing in the way, over what walks say that they do: beyond these bounds either
 /// most connections are blocked or chains seldom come to where the light comes from.
 const MOST_HIDDEN: f64 = 4.0;
 const LEAST_FOUND: f64 = 0.5;
 /// A map leaves local estimation for what is so many times cheaper by all that a look tells: early looks are unsure.
-const LEAVING: f64 = 2.0;
+const LEAVING: f64 = 1.5;
+
+/// Share of the work by gathering up to which its first look is taken before local estimation is weighed.
+const SHARE_OF_A_LOOK: f64 = 0.3;
 
 /// Error at which methods are weighed against each other where no target is set.
 const USUAL_ERROR: f64 = 0.01;
@@ -41,34 +44,44 @@ pub struct Offer {
 pub type Offered = Result<Offer, &'static str>;
 
 /// Elements are not connected to chains.
-const POINTS_ONLY: Offered = Err("for points only");
+const POINTS_ONLY: Result<usize, &str> = Err("for points only");
 
-/// Pilots local estimation for a map, if it can pay: the pilot's samples enter no result, and its rays are counted.
-///
-/// `at_best` is the work by the cheapest other way. Without a target nothing tells how far a run will go, and it is not weighed.
-fn offer(context: &Context, job: &mut Job, target: Option<f64>, at_best: f64) -> Offered {
+/// Whether the cheapest other way takes so much work that local estimation is worth its pilot.
+fn is_worth_a_pilot(job: &Job, at_best: f64) -> bool {
+    at_best >= LEAST_WORK.max(LEAST_WORK_A_POINT * job.map.len().min(MOST_POINTS) as f64)
+}
+
+/// The receiver set whose points can be connected to chains, or why there is none. Without a target nothing tells how far a run will
+/// go, and local estimation is not weighed either.
+fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     let MapKind::Receivers(set) = job.kind else {
         return POINTS_ONLY;
     };
-    let Some(target) = target.filter(|_| job.bound && context.method == Method::Auto) else {
-        return Err("without a target");
-    };
+    if !job.bound {
+        return Err("no target binds it");
+    }
     if matches!(context.scene.receivers[set].quantity, Quantity::Luminance | Quantity::Glare(_)) {
         return Err("for illuminances only");
-    }
-    if is_over(context) {
-        return Err("the run is over");
     }
     if !context.stage.is_diffuse() {
         return Err("for diffuse surfaces only");
     }
-    let error_lx = target * job.mean_without_gathering_lx();
-    if at_best < LEAST_WORK.max(LEAST_WORK_A_POINT * job.map.len().min(MOST_POINTS) as f64) {
-        return Err("the target takes less work than its pilot and its first looks");
+    Ok(set)
+}
+
+/// Pilots local estimation for a map, if it can pay: the pilot's samples enter no result, and its rays are counted.
+///
+/// `at_best` is the work by the cheapest other way.
+fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64) -> Offered {
+    if is_over(context) {
+        return Err("the run is over");
     }
-    let plan = LocalPlan::of(context, set, Kernel::Bounded);
+    let error_lx = target * job.mean_without_gathering_lx();
+    let plan = LocalPlan::of(context, set, Kernel::Bounded, at_best);
     job.pilot_rays += plan.pilot_rays;
-    if !(LEAST_FOUND..=MOST_HIDDEN).contains(&plan.found) || plan.scatter(&job.weights) > MOST_SCATTER {
+    if !(LEAST_FOUND..=MOST_HIDDEN).contains(&plan.found)
+        || plan.scatter(&job.weights) > MOST_SCATTER * plan.pilot_chains as f64
+    {
         return Err("its chains seldom reach the points");
     }
     let work = WORK_OF_A_CONNECTION * job.rays_by_connecting(&plan, error_lx);
@@ -79,13 +92,24 @@ fn offer(context: &Context, job: &mut Job, target: Option<f64>, at_best: f64) ->
 type Gathering = Result<f64, &'static str>;
 
 /// Takes the cheapest way for a map and says what was weighed; whether it gathers. A method that was asked for stays.
+///
+/// Where a first look at cells is cheap it is taken before local estimation is piloted: see [`reconsider`].
 pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Option<f64>) -> bool {
     if context.method != Method::Auto {
         return gathering.is_ok();
     }
     let error = target.unwrap_or(USUAL_ERROR);
     let without = job.work_without_gathering(context, error * job.mean_without_gathering_lx());
-    let offered = offer(context, job, target, gathering.map_or(without, |work| work.min(without)));
+    let at_best = gathering.map_or(without, |work| work.min(without));
+    let looks_first =
+        gathering.is_ok_and(|work| work < without && job.rays_to_first_look(error) < SHARE_OF_A_LOOK * work);
+    let offered = match (connectable(context, job), target) {
+        (Err(why), _) => Err(why),
+        (_, None) => Err("without a target"),
+        _ if looks_first => Err("until a look at cells has told what they take"),
+        _ if !is_worth_a_pilot(job, at_best) => Err("the target takes less work than its pilot and its first looks"),
+        (Ok(set), Some(target)) => offer(context, job, set, target, at_best),
+    };
     job.method_reason = reason(job.kind, error, gathering, without, &offered);
     let at_best = offered.as_ref().map_or(without, |offer| offer.work.min(without));
     if gathering.is_ok_and(|work| work < at_best) {
@@ -113,26 +137,41 @@ fn reason(kind: MapKind, error: f64, gathering: Gathering, without: f64, offered
     format!("by the pilot, work to {target} %: {without:.1e} by walks, {local}, {gathering}")
 }
 
-/// After a look: leaves local estimation, or cells, for walks, where these would be done with far less work than it still takes.
+/// After a look: leaves cells for local estimation, or either for walks, where these would be done with far less work than it still
+/// takes.
 pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
     if job.met || job.refused {
         return;
     }
     let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
     if let Some(more) = job.rays_to_ask() {
-        if more > LEAVING * walks {
+        let at_best = more.min(walks);
+        if job.offered.is_none() && is_worth_a_pilot(job, at_best) {
+            let offered = connectable(context, job).and_then(|set| offer(context, job, set, target, at_best));
+            job.offered = Some(offered);
+        }
+        let is_far_cheaper = |offer: &mut Offer| LEAVING * offer.work < at_best;
+        if let Some(Ok(offer)) = job.offered.take_if(|offered| offered.as_mut().is_ok_and(is_far_cheaper)) {
+            job.method_reason = format!(
+                "by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks, {:.1e} by local estimation",
+                offer.work
+            );
+            job.stop_asking(context);
+            job.start_connecting(offer.plan);
+            job.next_judgement = job.first_samples();
+        } else if more > LEAVING * walks {
             job.stop_asking(context);
             job.method_reason =
-                format!("by a look in the run, {more:.1e} rays more by gathering and {walks:.1e} by walks or counts");
+                format!("by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks or counts");
             job.next_judgement = job.first_samples();
         }
     } else if job.connects() {
         let needed = needed_work(target, &job.judgement, job.error_exponent());
-        let more = (needed - 1.0).max(0.0) * job.rays as f64;
+        let more = WORK_OF_A_CONNECTION * (needed - 1.0).max(0.0) * job.rays as f64;
         if more > LEAVING * walks {
             job.stop_connecting();
             job.method_reason =
-                format!("by a look in the run, {more:.1e} rays more by local estimation and {walks:.1e} by walks");
+                format!("by a look in the run, work to come: {more:.1e} by local estimation, {walks:.1e} by walks");
             job.next_judgement = job.first_samples();
         }
     }

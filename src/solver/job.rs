@@ -21,6 +21,7 @@ use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
+use super::choice::Offered;
 use super::local::Kernel;
 use super::local::LocalPlan;
 use super::pace::Pace;
@@ -156,6 +157,8 @@ pub struct Job {
     loss: Loss,
     /// Rounds of local estimation, where vertices of chains score.
     local: Option<LocalPlan>,
+    /// Local estimation, once it has been weighed after a look.
+    pub offered: Option<Offered>,
     black: bool,
 }
 
@@ -205,7 +208,7 @@ impl Job {
         let engine = Engine::unbiased(kind, context.method);
         let local = match (kind, engine) {
             (MapKind::Receivers(set), Engine::Connecting(kernel)) if context.stage.reflects() => {
-                Some(LocalPlan::of(context, set, kernel))
+                Some(LocalPlan::of(context, set, kernel, 0.0))
             }
             _ => None,
         };
@@ -232,6 +235,7 @@ impl Job {
             rays: 0,
             pilot_rays: direct.pilot_rays + indirect.pilot_rays + cutting_rays,
             direct_rays: 0,
+            offered: None,
             given_up_rays: 0,
             spending: Spending::default(),
             ends: [Ends::default(); REPLICAS],

@@ -40,6 +40,8 @@ pub struct LocalPlan {
     pub degrees_of_freedom: f64,
     /// What the pilot's chains bring, were nothing in the way, over what walks say that they do.
     pub found: f64,
+    /// Chains of the pilot.
+    pub pilot_chains: usize,
     /// Rays that the pilot took.
     pub pilot_rays: u64,
     /// Mean of the indirect light that the pilot found.
@@ -58,11 +60,11 @@ pub enum Kernel {
 }
 
 impl LocalPlan {
-    /// Plans the rounds of a receiver set, by a pilot whose samples enter no result.
-    pub fn of(context: &Context, set: usize, kernel: Kernel) -> LocalPlan {
+    /// Plans the rounds of a receiver set, by a pilot whose samples enter no result: the larger, the more work is at stake.
+    pub fn of(context: &Context, set: usize, kernel: Kernel, at_stake: f64) -> LocalPlan {
         let anchors =
             Anchors::of(context.stage, &context.scene.receivers[set], context.seed, MapKind::Receivers(set).number());
-        plan::plan(context, set, kernel, anchors)
+        plan::plan(context, set, kernel, anchors, at_stake)
     }
 
     /// What a round costs an entry and how it scatters; the weights are those of the entries.
@@ -239,7 +241,7 @@ mod tests {
             time_left: &|| TimeLeft::Enough,
             pace: Pace::steady(),
         };
-        let plan = LocalPlan::of(&context, 0, Kernel::Bounded);
+        let plan = LocalPlan::of(&context, 0, Kernel::Bounded, 0.0);
         let done = |ranges: &[std::ops::Range<u64>]| {
             let mut map = ReplicaMap::new(5, Unit::Lux);
             let rays: u64 = ranges.iter().map(|range| plan.rounds(&context, 0, &mut map, range.clone())).sum();

@@ -250,9 +250,9 @@ impl Run<'_> {
                 job.broad = None;
             }
         }
-        if self.jobs.iter().any(|job| job.engine == Engine::Gathering) {
-            self.sets = Some(CellSets::new(self.context, error));
-        }
+        let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gathering);
+        let longest = gathering.map(Job::rays_of_a_walk).reduce(f64::max);
+        self.sets = longest.map(|rays_of_a_walk| CellSets::new(self.context, error, rays_of_a_walk));
     }
 
     /// The target, or the error that a time limit affords, about.
@@ -391,7 +391,7 @@ impl Run<'_> {
         if !arrived || goal < job.next_judgement {
             return;
         }
-        let started = Instant::now();
+        let mut started = Instant::now();
         job.settle_cells(self.sets.as_mut());
         let samples = job.samples;
         job.judge(self.context);
@@ -408,7 +408,10 @@ impl Run<'_> {
             self.plan_cells(index);
             if let (Some(target), None, Method::Auto) = (self.target_error, self.settings.chains, self.settings.method)
             {
+                let (judged, piloted) = (started.elapsed(), Instant::now());
                 choice::reconsider(self.context, &mut self.jobs[index], target);
+                self.spending.add(Activity::Pilots, 0, piloted.elapsed());
+                started = Instant::now() - judged;
             }
         }
         self.spending.add(Activity::Judging, 0, started.elapsed());

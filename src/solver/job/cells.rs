@@ -115,6 +115,11 @@ impl Job {
         }
     }
 
+    /// Rays of a walk, as the pilot counted them.
+    pub fn rays_of_a_walk(&self) -> f64 {
+        self.walked.rays
+    }
+
     /// What holds its indirect light: its own map, or that of broader elements.
     pub fn gathered(&self) -> &ReplicaMap {
         self.broad.as_ref().map_or(&self.map, |broad| &broad.map)
@@ -146,7 +151,7 @@ impl Job {
     }
 
     /// Rays of indirect light before the first look, about.
-    fn rays_to_first_look(&self, error: f64) -> f64 {
+    pub fn rays_to_first_look(&self, error: f64) -> f64 {
         let first = self.first_goal(error);
         let filled = 2.0 * first.fills as f64 * RAYS_OF_A_FILL;
         let asked = first.rays as f64 * self.gathered().len() as f64;
@@ -258,6 +263,7 @@ impl Job {
             adaptive.detail.restart_indirect();
         }
         self.forget_looks();
+        self.given_up_rays = self.rays;
         self.engine = Engine::unbiased(self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;

@@ -15,13 +15,15 @@ use crate::sampling::random::{Purpose, Stream};
 use crate::solver::job::Context;
 use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, is_over, scattered};
 
-/// Chains of the pilot.
-const CHAINS: usize = 256;
+/// Chains of the pilot at least and at most, and work by the cheapest other way for which it traces each of them.
+const FEWEST_CHAINS: usize = 256;
+const MOST_CHAINS: usize = 2048;
+const WORK_A_CHAIN: f64 = 8e3;
 /// Entries that the pilot's chains score at, at least and at most, and pairs of vertices and entries that it keeps: in nearly
 /// white rooms chains have thousands of vertices.
 const FEWEST_ENTRIES: usize = 16;
 const MOST_ENTRIES: usize = 256;
-const MOST_PAIRS: usize = 8_000_000;
+const MOST_PAIRS: usize = 4_000_000;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;
@@ -48,7 +50,7 @@ struct Part {
     rays: f64,
 }
 
-pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: Anchors) -> LocalPlan {
+pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: Anchors, at_stake: f64) -> LocalPlan {
     let mut pilot_rays = 0;
     let mut walks = |anchors: &Anchors, bound: f64| {
         let (part, mean, rays) = walks(context, set, anchors, bound);
@@ -58,7 +60,8 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
     let (whole, mean) = walks(&anchors, 0.0);
     let mean_level_lx = mean / anchors.mean_scale().max(f64::MIN_POSITIVE);
     anchors.set_levels(context.stage, mean_level_lx);
-    let mut pilot = Pilot::new(context, set, &anchors);
+    let mut pilot =
+        Pilot::new(context, set, &anchors, ((at_stake / WORK_A_CHAIN) as usize).clamp(FEWEST_CHAINS, MOST_CHAINS));
     if kernel == Kernel::Naive {
         let connecting = Connecting { bound: f64::INFINITY, threshold: 0.0 };
         let scores = pilot.scores(f64::INFINITY);
@@ -72,6 +75,7 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
             mean_lx: mean,
             quasi: false,
             degrees_of_freedom: pilot.degrees(&scores),
+            pilot_chains: pilot.chains.len(),
             found: 1.0,
             pilot_rays: pilot_rays + pilot.all_rays(),
             anchors,
@@ -99,6 +103,7 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
         mean_lx: mean,
         quasi: true,
         degrees_of_freedom: pilot.degrees(&scores),
+        pilot_chains: pilot.chains.len(),
         found,
         pilot_rays: pilot_rays + pilot.all_rays(),
         anchors,
@@ -147,12 +152,13 @@ struct Scores {
 }
 
 impl Pilot {
-    fn new(context: &Context, set: usize, anchors: &Anchors) -> Pilot {
+    fn new(context: &Context, set: usize, anchors: &Anchors, most: usize) -> Pilot {
         let stage = context.stage;
         let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 3);
+        let enough_rays = ENOUGH_RAYS * (most / FEWEST_CHAINS) as u64;
         let mut path_rays = 0;
-        let (mut chains, mut vertex_count) = (Vec::with_capacity(CHAINS), 0);
-        while chains.len() < CHAINS && (path_rays < ENOUGH_RAYS && !is_over(context) || chains.len() < FEWEST_SITES) {
+        let (mut chains, mut vertex_count) = (Vec::with_capacity(most), 0);
+        while chains.len() < most && (path_rays < enough_rays && !is_over(context) || chains.len() < FEWEST_SITES) {
             let mut vertices = Vec::new();
             path_rays += trace(anchors, stage, chains.len() as u64, &mut stream, &mut vertices);
             vertex_count += vertices.len();
@@ -246,9 +252,11 @@ impl Pilot {
     fn degrees(&self, scores: &Scores) -> f64 {
         let entries = self.weights.len();
         let roots: Vec<f64> = self.weights.iter().map(|weight| weight.sqrt()).collect();
-        let mut of_chains = vec![0.0; entries * self.chains.len()];
+        // Every two chains are compared: some hundred must do.
+        let some_chains = &self.chains[..self.chains.len().min(FEWEST_CHAINS)];
+        let mut of_chains = vec![0.0; entries * some_chains.len()];
         let mut of_vertices = scores.each.chunks(self.anchors.len().max(1));
-        for (vertices, of_chain) in self.chains.iter().zip(of_chains.chunks_mut(entries.max(1))) {
+        for (vertices, of_chain) in some_chains.iter().zip(of_chains.chunks_mut(entries.max(1))) {
             for scores in of_vertices.by_ref().take(vertices.len()) {
                 scores.iter().zip(&self.anchors).for_each(|(score, anchor)| {
                     of_chain[anchor.entry] += roots[anchor.entry] * score;
