@@ -152,7 +152,10 @@ impl Pilot {
         let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 3);
         let mut path_rays = 0;
         let (mut chains, mut vertex_count) = (Vec::with_capacity(CHAINS), 0);
-        while chains.len() < CHAINS && (path_rays < ENOUGH_RAYS && !is_over(context) || chains.len() < FEWEST_SITES) {
+        let is_done = |chains: usize, rays: u64| {
+            chains == CHAINS || chains >= FEWEST_SITES && rays >= ENOUGH_RAYS || chains >= 2 && is_over(context)
+        };
+        while !is_done(chains.len(), path_rays) {
             let mut vertices = Vec::new();
             path_rays += trace(anchors, stage, chains.len() as u64, &mut stream, &mut vertices);
             vertex_count += vertices.len();
