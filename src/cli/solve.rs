@@ -174,7 +174,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     for note in &solution.notes {
         tell(&format!("note: {note}"));
     }
-    tell(&closing_lines(&solution, &arguments.out.display().to_string(), started.elapsed().as_secs_f64()));
+    tell(&closing_lines(&solution, &arguments.out.display().to_string(), computed_s));
     Ok(exit_of(&solution))
 }
 
