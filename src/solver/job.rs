@@ -319,13 +319,6 @@ impl Job {
         (direct + samples as f64 * self.share.rays_per_indirect) * REPLICAS as f64
     }
 
-    /// Rays that a slice of its indirect light takes at least, by what the pilot counted.
-    pub fn rays_at_least(&self) -> f64 {
-        let entries =
-            if matches!(self.engine, Engine::Walking | Engine::Gathering) { self.map.len().max(1) } else { 1 };
-        self.share.rays_per_indirect * REPLICAS as f64 / entries as f64
-    }
-
     /// Whether every entry has direct and, where light bounces, indirect samples.
     pub fn has_started(&self) -> bool {
         self.map.direct_samples.complete > 0 && (self.black || self.gathered().indirect_samples.complete > 0)
