@@ -96,3 +96,66 @@ fn what_there_is_no_time_for_is_left_out_and_named() {
     // Some millions of rays of the six billion that a walk in every replica from every point would take.
     assert!(summary["rays"].as_u64().expect("a number") < 100_000_000, "{}", summary["rays"]);
 }
+
+/// 20,000 luminaires by one entry: every one stands in the summary, the plan draws a symbol where there is room for one, and a limit
+/// that reading alone takes longer than is told of before the run.
+#[test]
+fn very_many_luminaires_are_written_once_and_drawn_where_there_is_room() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let scene = home.path().join("scene.json");
+    let text_of = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+        "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [20,20,3], "facing": "inward", "material": "m" } ],
+        "luminaires": [ { "name": "l", "type": "point", "position": [1,1,2], "luminous_flux_lm": 10,
+            "columns": 200, "rows": 100, "u": [18,0,0], "v": [0,18,0] } ] }"#;
+    std::fs::write(&scene, text_of).expect("written");
+    let out = home.path().join("out");
+    let output = solve_file(&scene, &out, &["--method", "collision", "--time-limit", "0.1ms", "--plots", "none"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let said = errors(&output);
+    let told = said.find("reading and checking the scene took").expect("told");
+    assert!(told < said.find("time limit reached").expect("an end"), "{said}");
+    let luminaires = summary(&out)["luminaires"].as_array().expect("luminaires").clone();
+    assert_eq!(luminaires.len(), 20_000);
+    assert_eq!(luminaires[19_999]["luminous_flux_lm"], 10.0);
+    let report = std::fs::read_to_string(out.join("report.html")).expect("a report");
+    assert!(report.len() < 3_000_000, "{} bytes", report.len());
+}
+
+/// A white box of sheets that do not quite meet, which is no room and thus not refused: packets in it would meet tens of millions of
+/// surfaces. They are cut off, and told of, and a run does no more of them than a time limit lets it.
+#[test]
+fn packets_in_a_white_pocket_are_cut_off_and_told_of() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/cli/corpus/white-pocket/scene.json");
+    let options = |method: &'static str| {
+        ["--method", method, "--time-limit", "30ms", "--plots", "none", "--maps", "elements", "--elements", "given"]
+    };
+    for method in ["collision", "local", "gather"] {
+        let out = home.path().join(method);
+        let output = solve_file(&scene, &out, &options(method));
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        // 16 packets of 200,000 rays, and a pilot.
+        let rays = summary(&out)["rays"].as_u64().expect("a number");
+        assert!(rays < 20_000_000, "{rays}");
+    }
+    let out = home.path().join("one");
+    let options =
+        ["--method", "collision", "--chains", "1", "--plots", "none", "--maps", "elements", "--elements", "given"];
+    let output = solve_file(&scene, &out, &options);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(errors(&output).contains("of the flux was cut off"), "{}", errors(&output));
+    let balance = &summary(&out)["flux_balance"];
+    assert!(balance["truncated_lm"].as_f64().expect("a number") > 0.0, "{balance}");
+}
+
+/// 400 luminaires of a measured distribution: radiosity has nothing to show in 20 ms, says so and leaves nothing.
+#[test]
+fn radiosity_without_time_for_its_coarsest_meshes_is_refused() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/cli/corpus/many-directed/scene.json");
+    let out = home.path().join("out");
+    let output = solve_file(&scene, &out, &["--method", "radiosity", "--time-limit", "20ms", "--plots", "none"]);
+    assert_eq!(code(&output), 2, "{}", errors(&output));
+    assert!(errors(&output).contains("grant more time"), "{}", errors(&output));
+    assert!(!out.exists());
+}

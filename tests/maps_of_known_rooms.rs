@@ -134,6 +134,7 @@ fn isothermal_office() -> (Scene, f64) {
                 dimming: 1.0,
                 maintenance_factor: 1.0,
                 power_w: None,
+                product: None,
                 emission: Emission::Area { surfaces: vec![id as u32], front: true, back: false, exitance_lm_m2 },
             }
         })

@@ -18,8 +18,10 @@ use crate::sampling::reflection::{Law, Way};
 /// Packets that show what luminaires light, and chains that show how far surfaces are apart.
 const PACKETS: u64 = 1024;
 const CHAINS: u64 = 256;
-/// Distances that tell their median well enough, and the fewest chains that they must come from.
+/// Distances that tell their median well enough, the fewest chains that they must come from, and distances that tell it however
+/// few these are: a chain of so many has been everywhere.
 const ENOUGH_DISTANCES: usize = 100_000;
+const MOST_DISTANCES: usize = 400_000;
 const FEWEST_CHAINS: u64 = 16;
 /// E/Φ over K, K that of places that face each other at the median distance of surfaces, from which on a luminaire lights a place
 /// from near: a point nearer than a fifth of that distance.
@@ -205,7 +207,7 @@ pub fn median_distance_m(stage: &Stage) -> (f64, u64) {
         });
         rays += chain_rays;
         // In nearly white rooms a chain meets thousands of surfaces.
-        if distances_m.len() > ENOUGH_DISTANCES && chain >= FEWEST_CHAINS {
+        if distances_m.len() > MOST_DISTANCES || distances_m.len() > ENOUGH_DISTANCES && chain >= FEWEST_CHAINS {
             break;
         }
     }

@@ -15,8 +15,8 @@ use super::{Outcome, console};
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
 use crate::scene::{
-    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, allow_large_files, inspect,
-    read_scene,
+    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, Product, allow_large_files,
+    inspect, read_scene,
 };
 use crate::solver::Settings;
 
@@ -117,6 +117,7 @@ fn scene_text(inspection: &Inspection, memory_bytes: u64) -> String {
 
     text += &format!("\nLuminaires: {}, {} lm maintained\n", totals.luminaires, plain(totals.luminous_flux_lm, 5));
     text += &luminaire_table(&inspection.luminaires);
+    text += &product_lines(&inspection.luminaires);
 
     if !inspection.receivers.is_empty() {
         text += &format!("\nReceivers: {} points\n", totals.receiver_points);
@@ -228,6 +229,7 @@ fn luminaire_table(luminaires: &[InspectedLuminaire]) -> String {
             luminaire.kind.to_owned(),
             place(luminaire.position_m),
             luminaire.aim.map_or("-".to_owned(), place),
+            luminaire.c0.map_or("-".to_owned(), place),
             plain(luminaire.luminous_flux_lm, 5),
             maybe(luminaire.intensity_cd),
             maybe(luminaire.exitance_lm_m2),
@@ -236,9 +238,44 @@ fn luminaire_table(luminaires: &[InspectedLuminaire]) -> String {
             maybe(luminaire.power_w),
         ]
     };
-    let header =
-        ["name", "type", "position/m", "aim", "flux/lm", "I0/cd", "M/(lm/m²)", "dimming", "maintenance", "power/W"];
-    table_of_first(&header, &[0, 1, 2, 3], luminaires, row)
+    let header = [
+        "name",
+        "type",
+        "position/m",
+        "aim",
+        "C0 towards",
+        "flux/lm",
+        "I0/cd",
+        "M/(lm/m²)",
+        "dimming",
+        "maintenance",
+        "power/W",
+    ];
+    table_of_first(&header, &[0, 1, 2, 3, 4], luminaires, row)
+}
+
+/// Lines on the products that hang in a scene; none where no photometric file is used.
+fn product_lines(luminaires: &[InspectedLuminaire]) -> String {
+    let mut products: Vec<(&Product, &InspectedLuminaire, usize)> = Vec::new();
+    for luminaire in luminaires {
+        let Some(product) = luminaire.product.as_deref() else { continue };
+        match products.iter_mut().find(|(known, _, _)| *known == product) {
+            Some((_, _, count)) => *count += 1,
+            None => products.push((product, luminaire, 1)),
+        }
+    }
+    let line = |(product, first, count): (&Product, &InspectedLuminaire, usize)| {
+        let what = match product.words() {
+            words if words.is_empty() => "says neither maker nor catalogue number".to_owned(),
+            words => words,
+        };
+        let opening = first.opening_m.map_or("a point".to_owned(), |[c0_m, c90_m, height_m]| {
+            let height = if height_m > 0.0 { format!(", {} m high", plain(height_m, 3)) } else { String::new() };
+            format!("opening {} m along C0, {} m along C90{height}", plain(c0_m, 3), plain(c90_m, 3))
+        });
+        format!("{}: {what}; {opening}; of {count} luminaire{}\n", product.file, if count == 1 { "" } else { "s" })
+    };
+    products.into_iter().map(line).collect()
 }
 
 fn receiver_table(receivers: &[InspectedReceivers]) -> String {

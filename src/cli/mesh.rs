@@ -18,7 +18,8 @@ pub struct MeshArguments {
     /// With --method light-mesh: what mesh points keep of indirect light [default: directional]
     #[arg(long, value_name = "FORM", value_enum)]
     mesh_indirect: Option<Form>,
-    /// With --method light-mesh: accelerations to switch off, with commas between
+    /// With --method light-mesh: short cuts to do without, with commas between; maps stay the same within their errors, the
+    /// run takes longer (for comparisons)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     mesh_without: Vec<Saving>,
 }
@@ -35,13 +36,13 @@ enum Form {
 /// An acceleration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Saving {
-    /// MU1
+    /// The tree of rays from mesh points (MU1); without it every ray is traced by itself
     Tree,
-    /// MU2
+    /// Templates of the mesh points near a place (MU2)
     Templates,
-    /// MU3
+    /// Outer points of a set first, inner ones taken for seen where those are (MU3)
     OuterFirst,
-    /// MU4
+    /// Flags of the points inside of solids (MU4)
     InsideFlags,
 }
 

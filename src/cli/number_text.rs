@@ -27,6 +27,9 @@ pub fn plain(number: f64, digits: usize) -> String {
 
 /// A fraction as percent: `1.23 %`.
 pub fn percent(fraction: f64) -> String {
+    if !fraction.is_finite() {
+        return "unknown".to_owned();
+    }
     format!("{} %", significant(100.0 * fraction, 3))
 }
 

@@ -123,13 +123,24 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         console::message(&format!("warning: {warning}"));
     }
 
+    if let Some(line) = late_line(arguments.time_limit, started.elapsed().as_secs_f64()) {
+        console::message(&line);
+    }
+
     let watcher = Watcher::new(started, quiet);
-    let solution = pool.install(|| match arguments.method {
+    let solution: Result<_, Failure> = pool.install(|| match arguments.method {
         Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
         Method::LightMesh => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
         _ => Ok(solve(&scene, &settings, &watcher)),
-    })?;
+    });
     watcher.finish();
+    let solution = match solution {
+        Ok(solution) => solution,
+        Err(failure) => {
+            directory.withdraw();
+            return Err(failure);
+        }
+    };
 
     let write_started = Instant::now();
     let computed_s = started.elapsed().as_secs_f64();
@@ -163,7 +174,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     for note in &solution.notes {
         tell(&format!("note: {note}"));
     }
-    tell(&closing_lines(&solution, &arguments.out.display().to_string(), started.elapsed().as_secs_f64()));
+    tell(&closing_lines(&solution, &arguments.out.display().to_string(), computed_s));
     Ok(exit_of(&solution))
 }
 
@@ -294,6 +305,17 @@ fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, 
         rules.join(", "),
         counted(threads, "thread")
     )
+}
+
+/// What is told before the run where reading alone has taken all the time there was.
+fn late_line(time_limit_s: Option<f64>, read_s: f64) -> Option<String> {
+    let limit_s = time_limit_s.filter(|limit_s| read_s >= *limit_s)?;
+    Some(format!(
+        "warning: reading and checking the scene took {}, more than the time limit of {}: what follows is a first look, and a limit \
+         leaves time to compute from twice that on",
+        time(read_s),
+        time(limit_s)
+    ))
 }
 
 /// A number of things: `1 thread`, `2 threads`.

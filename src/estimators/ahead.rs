@@ -55,14 +55,16 @@ struct Item {
 pub struct Expectations {
     /// Looks ahead at an emitter that brings everything.
     pub looks_ahead: f64,
+    /// Rays that looking ahead takes at a point of which nothing is kept, about.
+    pub rays_ahead: f64,
     of_points: Vec<Option<Expectation>>,
     items: usize,
 }
 
 impl Expectations {
-    /// None yet, from so many looks ahead at an emitter that brings everything.
-    pub fn planned(looks_ahead: f64) -> Expectations {
-        Expectations { looks_ahead, ..Expectations::default() }
+    /// None yet, from so many looks ahead at an emitter that brings everything; at a point they take so many rays.
+    pub fn planned(looks_ahead: f64, rays_ahead: f64) -> Expectations {
+        Expectations { looks_ahead, rays_ahead, ..Expectations::default() }
     }
 
     /// That of a point, if it is kept.

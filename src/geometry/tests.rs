@@ -90,6 +90,7 @@ fn with_ball(mut scene: Scene, center_m: DVec3, radius_m: f64) -> Scene {
         dimming: 1.0,
         maintenance_factor: 1.0,
         power_w: None,
+        product: None,
         emission: Emission::Sphere { center_m, radius_m, exitance_lm_m2: 1.0 },
     });
     scene

@@ -33,6 +33,8 @@ pub struct ResultDirectory {
     /// Held as long as the run lasts, where the system can lock a directory; the system lets go of it with the process.
     _lock: Option<std::fs::File>,
     staged: Vec<(String, NamedTempFile)>,
+    /// Whether it was made for this run.
+    is_new: bool,
 }
 
 impl ResultDirectory {
@@ -42,6 +44,7 @@ impl ResultDirectory {
     ///
     /// A path that is no directory, cannot be made, cannot be written to, or is being written to by another run.
     pub fn open(path: &Path) -> Result<ResultDirectory, OutputError> {
+        let is_new = !path.exists();
         make(path)?;
         let lock = locked(path)?;
         let mut probe = temporary(path)?;
@@ -53,7 +56,16 @@ impl ResultDirectory {
         for name in OWN_NAMES.iter().chain([&SUMMARY]) {
             refuse_directory(&path.join(name))?;
         }
-        Ok(ResultDirectory { path: path.to_path_buf(), _lock: lock, staged: Vec::new() })
+        Ok(ResultDirectory { path: path.to_path_buf(), _lock: lock, staged: Vec::new(), is_new })
+    }
+
+    /// Takes a directory that was made for a run without results away again.
+    pub fn withdraw(self) {
+        let ResultDirectory { path, staged, is_new, .. } = self;
+        drop(staged);
+        if is_new {
+            std::fs::remove_dir(path).ok();
+        }
     }
 
     /// Where the results go.

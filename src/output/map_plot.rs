@@ -104,7 +104,7 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     let drawn = if map.field.nodes.len() < FEWEST_NODES || is_too_noisy { Vec::new() } else { levels };
     draw_isolines(&mut picture, map, &layout, &drawn);
     draw_axes(&mut picture, map, &layout);
-    colors.draw_legend(&mut picture, &layout, &drawn);
+    colors.draw_legend(&mut picture, &layout, &drawn, map.quantity);
     let remark = if is_too_noisy { "No isolux lines: with this error they would show noise. " } else { "" };
     foot(&mut picture, map, &format!("{remark}{note}"));
     picture
@@ -116,7 +116,7 @@ pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
     let colors = ColorScale::of(map);
     draw_cells(&mut picture, map, &layout, &|value| mixed(colors.ink(value), WHITE, 0.72));
     draw_axes(&mut picture, map, &layout);
-    colors.draw_legend(&mut picture, &layout, &[]);
+    colors.draw_legend(&mut picture, &layout, &[], map.quantity);
     let thinning = match draw_values(&mut picture, map, &layout) {
         [1, 1] => String::new(),
         [across, 1] => format!("; every {} column shown", ordinal(across)),
@@ -426,7 +426,7 @@ impl ColorScale {
         perceptual(shade / (SHADES - 1) as f64)
     }
 
-    fn draw_legend(&self, picture: &mut Picture, layout: &Layout, levels: &[f64]) {
+    fn draw_legend(&self, picture: &mut Picture, layout: &Layout, levels: &[f64], quantity: &str) {
         let (left, width) = (layout.left + layout.width + 22.0, 16.0);
         // A flat drawing still has room for a legend.
         let height = layout.height.max(90.0);
@@ -450,8 +450,13 @@ impl ColorScale {
             picture.line(vec![[left + width, at], [left + width + 4.0, at]], Pen::new(BLACK, 0.8));
             picture.words(Words::new(tick(rounded(number)), [left + width + 8.0, at + 4.0], TYPE));
         }
-        let title = if self.is_cut { "lx (top: and more)" } else { "lx" };
-        let anchor = if self.is_cut { Anchor::Middle } else { Anchor::Start };
+        let title = match (self.is_cut, quantity) {
+            (true, _) => "lx (top: and more)",
+            (false, "Cylindrical illuminance") => "lx, cylindrical",
+            (false, "Semi-cylindrical illuminance") => "lx, semi-cylindrical",
+            _ => "lx",
+        };
+        let anchor = if title == "lx" { Anchor::Start } else { Anchor::Middle };
         picture.words(Words::new(title, [left, top - 8.0], TYPE).anchored(anchor).ink(SOFT));
     }
 }

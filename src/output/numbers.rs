@@ -60,6 +60,9 @@ pub fn ratio(number: f64) -> String {
 
 /// A fraction as percent with two digits: `1.9 %`.
 pub fn percent(fraction: f64) -> String {
+    if !fraction.is_finite() {
+        return "unknown".to_owned();
+    }
     format!("{}\u{a0}%", rounded(100.0 * fraction, 2))
 }
 

@@ -20,8 +20,9 @@ const MOST_EDGES: usize = 4000;
 const SMOOTH_COSINE: f64 = 0.94;
 /// Side of a square that is covered or not, where there are too many edges.
 const SQUARE: f64 = 2.0;
-/// Of more luminaires than this only one is drawn at each place of a picture.
+/// Of more luminaires than this only one is drawn in each square of a picture that symbols fill.
 const MOST_SYMBOLS: usize = 10_000;
+const SYMBOL: f64 = 10.0;
 /// Symbols of more luminaires than this bear no letters.
 const MOST_LETTERS: usize = 200;
 /// Ink of edges.
@@ -281,7 +282,7 @@ impl<'a> Plan<'a> {
                 emission => {
                     let place_m = place_m(emission).unwrap_or(DVec3::ZERO);
                     let spot = self.spot(place_m);
-                    let at = spot.map(|coordinate| coordinate.round() as i64);
+                    let at = spot.map(|coordinate| (coordinate / SYMBOL).round() as i64);
                     if is_crowded && !drawn.insert(at) {
                         continue;
                     }

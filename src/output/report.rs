@@ -11,7 +11,7 @@ use super::schedule::{Power, Schedule, floor_area_m2};
 use super::{ResultFile, date::utc_date};
 use crate::maps::{Estimate, TableKind, TableRow};
 use crate::scene::photometry::Opening;
-use crate::scene::{Emission, InspectedSurface, Quantity, Scene, inspect};
+use crate::scene::{Emission, InspectedSurface, Luminaire, Quantity, Scene, inspect};
 use crate::solver::{Activity, Solution, Spending};
 
 pub(super) const STYLE: &str = include_str!("report.css");
@@ -291,7 +291,7 @@ impl Report<'_> {
             table.row(vec![
                 format!("<b>{}</b>", row.letter),
                 self.names(&row.members),
-                format!("{}{}", row.kind, self.mounting(&row.members)),
+                format!("{}{}{}", row.kind, product_markup(luminaire), self.mounting(&row.members)),
                 count.to_string(),
                 amount(luminaire.luminous_flux_lm),
                 ratio(luminaire.maintenance_factor),
@@ -386,11 +386,11 @@ impl Report<'_> {
         let mut page = String::from("<h2 class=\"page\">How exact this is, and how to compute it again</h2>\n");
         page += &format!("<p>{}</p>\n<p>{}</p>\n", escaped(&target_words(solution)), escaped(&stop_words(solution)));
         page += &format!(
-            "<p>Computed in {} with {} {}: {} light paths, {} rays, seed {}.</p>\n",
+            "<p>Computed in {} with {} {}: {} light paths (chains), {} rays, seed {}.</p>\n",
             duration(self.context.wall_s),
             self.context.threads,
             if self.context.threads == 1 { "thread" } else { "threads" },
-            count_tick(round_count(solution.chains)),
+            solution.chains,
             count_tick(round_count(solution.rays)),
             solution.seed
         );
@@ -421,6 +421,12 @@ impl Report<'_> {
         );
         page
     }
+}
+
+/// What a luminaire's photometric file says that it is, small.
+fn product_markup(luminaire: &Luminaire) -> String {
+    let words = luminaire.product.as_ref().map_or(String::new(), |product| product.words());
+    if words.is_empty() { words } else { format!("<br><small>{}</small>", escaped(&words)) }
 }
 
 fn round_count(count: u64) -> f64 {

@@ -1,5 +1,7 @@
 //! `summary.json`: the run in one object.
 
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
@@ -79,13 +81,14 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "map_check_note": map_check_note,
         "position_accuracy_m": record.position_accuracy_m,
         "luminous_flux_lm": scene.luminous_flux_lm(),
-        "luminaires": scene.luminaires.iter().map(luminaire_entry).collect::<Vec<Value>>(),
+        "luminaires": null,
         "paths_not_found": solution.paths_not_found,
         "warnings": warnings,
         "notes": solution.notes,
         "files": record.files,
         "versions": versions(),
     });
+    let summary = Summary { rest: summary.as_object(), luminaires: &scene.luminaires };
     let mut bytes = serde_json::to_vec_pretty(&summary).expect("a JSON value has text keys alone");
     bytes.push(b'\n');
     ResultFile { name: "summary.json".to_owned(), bytes }
@@ -187,14 +190,44 @@ fn glare_entry(scene: &Scene, (rating, observers): (&GlareRating, usize)) -> Val
     })
 }
 
-fn luminaire_entry(luminaire: &Luminaire) -> Value {
-    json!({
-        "name": luminaire.name,
-        "luminous_flux_lm": luminaire.luminous_flux_lm,
-        "dimming": luminaire.dimming,
-        "maintenance_factor": luminaire.maintenance_factor,
-        "power_w": luminaire.power_w,
-    })
+/// A summary whose luminaires are written one by one, since there may be a million of them.
+struct Summary<'a> {
+    rest: Option<&'a Map<String, Value>>,
+    luminaires: &'a [Luminaire],
+}
+
+/// What it says of a luminaire.
+#[derive(Serialize)]
+struct LuminaireEntry<'a> {
+    name: &'a str,
+    luminous_flux_lm: f64,
+    dimming: f64,
+    maintenance_factor: f64,
+    power_w: Option<f64>,
+}
+
+impl Serialize for Summary<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let luminaires: Vec<LuminaireEntry> = self.luminaires.iter().map(luminaire_entry).collect();
+        let mut map = serializer.serialize_map(None)?;
+        for (key, value) in self.rest.into_iter().flatten() {
+            match key.as_str() {
+                "luminaires" => map.serialize_entry(key, &luminaires)?,
+                _ => map.serialize_entry(key, value)?,
+            }
+        }
+        map.end()
+    }
+}
+
+fn luminaire_entry(luminaire: &Luminaire) -> LuminaireEntry<'_> {
+    LuminaireEntry {
+        name: &luminaire.name,
+        luminous_flux_lm: luminaire.luminous_flux_lm,
+        dimming: luminaire.dimming,
+        maintenance_factor: luminaire.maintenance_factor,
+        power_w: luminaire.power_w,
+    }
 }
 
 fn versions() -> Map<String, Value> {

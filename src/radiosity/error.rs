@@ -25,3 +25,13 @@ pub(super) fn refuse<T>(what: &str, got: String, expected: &str) -> Result<T, No
         remedy: "use --method collision, which computes every scene".to_owned(),
     })
 }
+
+/// What is said where time is over before there is anything to show.
+pub(super) fn out_of_time() -> NotARoom {
+    NotARoom {
+        what: "the room in the time given".to_owned(),
+        got: "a time limit that passed before the three coarsest meshes were solved".to_owned(),
+        expected: "time for these, which grows with the number of luminaires".to_owned(),
+        remedy: "grant more time, or use --method collision, which shows something sooner".to_owned(),
+    }
+}

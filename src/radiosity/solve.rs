@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::error::NotARoom;
+use super::error::{NotARoom, out_of_time};
 use super::faces::{RoomFace, triangle_rule};
 use super::field::{Field, Line, Nodes};
 use super::mesh::{RoomMesh, extrapolated, graded_edges};
@@ -70,11 +70,22 @@ impl<'a> Radiosity<'a> {
     /// # Errors
     /// As [`Radiosity::check`].
     pub fn new(scene: &'a Scene) -> Result<Radiosity<'a>, NotARoom> {
+        Radiosity::new_within(scene, &|| false)
+    }
+
+    /// The same, unless time is over before: hundreds of luminaires of a measured distribution take long.
+    ///
+    /// # Errors
+    /// As [`Radiosity::check`], and where time is over.
+    pub fn new_within(scene: &'a Scene, is_over: &dyn Fn() -> bool) -> Result<Radiosity<'a>, NotARoom> {
         let room = Room::of(scene)?;
         let nodes = Nodes { lines: [0, 1, 2].map(|axis| Line::new(&room.breaks[axis])) };
         let mut radiosity = Radiosity { scene, room, nodes, meshes: Vec::new() };
         for _ in 0..3 {
-            radiosity.add_mesh();
+            radiosity.add_mesh(is_over);
+            if is_over() {
+                return Err(out_of_time());
+            }
         }
         Ok(radiosity)
     }
@@ -87,7 +98,7 @@ impl<'a> Radiosity<'a> {
         if 2 * (parts[0] * parts[1] + parts[1] * parts[2] + parts[2] * parts[0]) > MOST_RECTANGLES {
             return false;
         }
-        self.add_mesh();
+        self.add_mesh(&|| false);
         true
     }
 
@@ -96,7 +107,8 @@ impl<'a> Radiosity<'a> {
         self.meshes.last().map_or(0, |(mesh, _)| mesh.len())
     }
 
-    fn add_mesh(&mut self) {
+    /// Adds a mesh, which is worth nothing where time is over in between.
+    fn add_mesh(&mut self, is_over: &dyn Fn() -> bool) {
         let room = &self.room;
         let divisions = DIVISIONS[self.meshes.len()];
         let edges = [0, 1, 2].map(|axis| graded_edges(&room.breaks[axis], divisions));
@@ -104,7 +116,7 @@ impl<'a> Radiosity<'a> {
             room.size_m,
             edges,
             |face, [u, v]| room.reflectance(face, [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])]),
-            |face, stretches| room.direct_over_rectangle_lx(face, stretches),
+            |face, stretches| if is_over() { 0.0 } else { room.direct_over_rectangle_lx(face, stretches) },
         );
         self.meshes.push((mesh, OnceLock::new()));
     }

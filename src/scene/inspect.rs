@@ -1,13 +1,17 @@
 //! What was read: the plain facts of a scene, for people and for programs.
 
-use serde::Serialize;
+use std::sync::Arc;
+
+use serde::{Serialize, Serializer};
 
 use crate::base::pane::pane_shares;
 
 use super::elements::{Elements, Side};
 use super::insides::Enclosures;
 use super::mesh_faults::{MeshFaults, mesh_faults};
-use super::model::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId};
+use super::model::{
+    Emission, Luminaire, Product, Quantity, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId,
+};
 use super::shells::{bounds_m, one_vertex_a_place, shells_over};
 
 /// The plain facts of a scene; everything in SI and photometric units.
@@ -105,6 +109,11 @@ pub struct InspectedLuminaire {
     pub position_m: [f64; 3],
     /// Direction of γ = 0, where there is one.
     pub aim: Option<[f64; 3]>,
+    /// Direction of C0 with its rotation, of photometric luminaires.
+    pub c0: Option<[f64; 3]>,
+    /// What their file says that they are.
+    #[serde(serialize_with = "product_itself")]
+    pub product: Option<Arc<Product>>,
     /// Luminous flux in lm.
     pub luminous_flux_lm: f64,
     /// Dimming, 0 to 1.
@@ -255,6 +264,8 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
         kind: "",
         position_m: [0.0; 3],
         aim: None,
+        c0: None,
+        product: luminaire.product.clone(),
         luminous_flux_lm: luminaire.luminous_flux_lm,
         dimming: luminaire.dimming,
         maintenance_factor: luminaire.maintenance_factor,
@@ -281,6 +292,7 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
             inspected.opening_m = Some(opening.extents_m()).filter(|extents| extents.iter().any(|m| *m > 0.0));
             inspected.position_m = position_m.to_array();
             inspected.aim = Some(frame[2].to_array());
+            inspected.c0 = Some(frame[0].to_array());
         }
         Emission::Sphere { center_m, exitance_lm_m2, .. } => {
             inspected.kind = "sphere";
@@ -295,6 +307,10 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
         }
     }
     inspected
+}
+
+fn product_itself<S: Serializer>(product: &Option<Arc<Product>>, serializer: S) -> Result<S::Ok, S::Error> {
+    product.as_deref().serialize(serializer)
 }
 
 /// Middle of some surfaces, weighted by area.

@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::arrays;
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
-use super::model::{Emission, Luminaire};
+use super::model::{Emission, Luminaire, Product};
 use super::photometry::{IntensityWeb, Opening, read_photometric_file};
 use super::reader::{Fields, Node};
 use super::surfaces::Surfaces;
@@ -66,6 +66,7 @@ struct Known {
 
 /// What a photometric file says of every luminaire that names it.
 struct Distribution {
+    product: Arc<Product>,
     web: Arc<IntensityWeb>,
     luminous_flux_lm: f64,
     opening: Opening,
@@ -140,14 +141,16 @@ fn read_one(
     let maintained = dimming * maintenance_factor;
 
     let mut power_w = fields.get("power_w").map(|node| node.at_least_zero("the electric power")).transpose()?;
+    let mut product = None;
     let (luminous_flux_lm, emission) = match TYPES[kind] {
         "point" => read_point(&fields, &name, around.unit, maintained, warnings)?,
         "sphere" => read_sphere(&fields, around.unit, maintained)?,
         "area" => read_area(&fields, around.surfaces, maintained)?,
         _ => {
-            let (flux_lm, emission, file_power_w) =
+            let (flux_lm, emission, file) =
                 read_photometric(&fields, &name, around, maintained, &mut known.files, warnings)?;
-            power_w = power_w.or(file_power_w);
+            power_w = power_w.or(file.power_w);
+            product = Some(file.product.clone());
             (flux_lm, emission)
         }
     };
@@ -164,7 +167,7 @@ fn read_one(
     if luminous_flux_lm == 0.0 {
         warnings.push(format!("{name}: this luminaire gives no light"));
     }
-    Ok(Luminaire { name, luminous_flux_lm, dimming, maintenance_factor, power_w, emission })
+    Ok(Luminaire { name, luminous_flux_lm, dimming, maintenance_factor, power_w, product, emission })
 }
 
 fn place_m(fields: &Fields, key: &str, unit: LengthUnit) -> Result<DVec3, SceneError> {
@@ -239,14 +242,14 @@ fn read_area(fields: &Fields, surfaces: &Surfaces, maintained: f64) -> Result<(f
     Ok((luminous_flux_lm, Emission::Area { surfaces: emitting, front, back, exitance_lm_m2 }))
 }
 
-fn read_photometric(
+fn read_photometric<'a>(
     fields: &Fields,
     name: &str,
     around: &Around,
     maintained: f64,
-    files: &mut HashMap<PathBuf, Distribution>,
+    files: &'a mut HashMap<PathBuf, Distribution>,
     warnings: &mut Vec<String>,
-) -> Result<(f64, Emission, Option<f64>), SceneError> {
+) -> Result<(f64, Emission, &'a Distribution), SceneError> {
     let position_m = place_m(fields, "position", around.unit)?;
     let aim = aim(fields)?;
     let rotation_deg = fields.get("rotation_deg").map_or(Ok(0.0), |node| node.number())?;
@@ -264,7 +267,7 @@ fn read_photometric(
     let frame = photometric_frame(aim, rotation_deg);
     let (web, opening) = (file.web.clone(), file.opening);
     let emission = Emission::Photometric { position_m, frame, web, opening, scale: maintained };
-    Ok((luminous_flux_lm, emission, file.power_w))
+    Ok((luminous_flux_lm, emission, file))
 }
 
 fn read_distribution(path: &Path) -> Result<Distribution, SceneError> {
@@ -276,7 +279,14 @@ fn read_distribution(path: &Path) -> Result<Distribution, SceneError> {
     })?;
     let warnings = file.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
     let luminous_flux_lm = file.web.luminous_flux_lm();
+    let product = Product {
+        file: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        manufacturer: file.manufacturer,
+        luminaire: file.luminaire,
+        catalog_number: file.catalog_number,
+    };
     Ok(Distribution {
+        product: Arc::new(product),
         luminous_flux_lm,
         opening: file.opening,
         power_w: file.power_w,

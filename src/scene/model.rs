@@ -173,8 +173,40 @@ pub struct Luminaire {
     pub maintenance_factor: f64,
     /// Electric power in W, not dimmed, where the scene or the photometric file tells it.
     pub power_w: Option<f64>,
+    /// What its photometric file says that it is.
+    pub product: Option<std::sync::Arc<Product>>,
     /// How and where it emits.
     pub emission: Emission,
+}
+
+/// A product, by its photometric file; empty where that says nothing.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Product {
+    /// Name of the file.
+    pub file: String,
+    /// Maker.
+    pub manufacturer: String,
+    /// Name of the luminaire.
+    pub luminaire: String,
+    /// Catalogue number.
+    pub catalog_number: String,
+}
+
+impl Product {
+    /// Maker, luminaire and catalogue number, as far as they are told; a name that says the same again is left out.
+    pub fn words(&self) -> String {
+        let number = match self.catalog_number.trim() {
+            "" => String::new(),
+            number => format!("no. {number}"),
+        };
+        let mut parts: Vec<&str> = Vec::new();
+        for part in [self.manufacturer.trim(), self.luminaire.trim(), number.as_str()] {
+            if !part.is_empty() && !parts.contains(&part) {
+                parts.push(part);
+            }
+        }
+        parts.join(", ")
+    }
 }
 
 /// How and where a luminaire emits.

@@ -5,6 +5,7 @@ use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
 use super::spending::Spending;
 use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
+use crate::chain::MOST_RAYS_OF_A_CHAIN;
 use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, standard_error};
 use crate::sampling::reflection::Law;
 use crate::scene::luminaires_behind_surfaces;
@@ -60,6 +61,14 @@ pub(super) fn finish(
         let share = 100.0 * balance.back_face_lm / balance.emitted_lm;
         warnings
             .push(format!("{share:.3} % of the flux hits the back of one-sided surfaces and is absorbed there: {why}"));
+    }
+    if let Ok(balance) = &flux_balance
+        && balance.truncated_lm > 0.0
+    {
+        let share = 100.0 * balance.truncated_lm / balance.emitted_lm;
+        warnings.push(format!(
+            "{share:.3} % of the flux was cut off, after {MOST_RAYS_OF_A_CHAIN} reflections: in a white place next to nothing absorbs it"
+        ));
     }
     let walks = jobs.iter().any(|job| job.kind != MapKind::Elements && !job.is_black());
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
@@ -197,7 +206,7 @@ fn flux_balance(context: &Context, ends: &[Ends; REPLICAS]) -> FluxBalance {
         absorbed_lm: share(all.absorbed + all.panes + all.balls),
         escaped_lm: share(all.escaped),
         back_face_lm: share(all.back_faces),
-        truncated_lm: 0.0,
+        truncated_lm: share(all.cut_off),
     }
 }
 
@@ -224,6 +233,9 @@ fn map_check(context: &Context, jobs: &[Job], ends: &[Ends; REPLICAS]) -> Result
     let job = jobs.iter().find(|job| job.kind == MapKind::Elements).ok_or("the element map was not asked for")?;
     if ends.iter().any(|ends| ends.escaped > 0) {
         return Err("the scene is open: flux escaped".to_owned());
+    }
+    if ends.iter().any(|ends| ends.cut_off > 0) {
+        return Err("packets were cut off, so the map need not absorb the flux emitted".to_owned());
     }
     if ends.iter().any(|ends| ends.back_faces > 0) {
         return Err("flux hits the back of one-sided surfaces".to_owned());

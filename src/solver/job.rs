@@ -204,7 +204,7 @@ impl Job {
     ) -> Job {
         // Where elements show slopes, these have chance of their own.
         let numbers = numbers_per_site(&weights, map.len());
-        let (direct, looks_ahead) = direct_cost(context, kind, &elements, adaptive.as_ref());
+        let (direct, expectations) = direct_cost(context, kind, &elements, adaptive.as_ref());
         let engine = Engine::unbiased(kind, context.method);
         let local = match (kind, engine) {
             (MapKind::Receivers(set), Engine::Connecting(kernel)) if context.stage.reflects() => {
@@ -257,7 +257,7 @@ impl Job {
             indirect,
             walked: indirect,
             share: DirectShare::of(direct, indirect, [entries; 2]),
-            expectations: Expectations::planned(looks_ahead),
+            expectations,
             loss: Loss::default(),
             local,
             black: !context.stage.reflects(),
@@ -377,8 +377,10 @@ impl Job {
         let passes = self.passes_at(goal);
         let elements = &self.elements;
         if self.map.direct_samples.complete < passes {
-            let (entries, times) =
-                slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), self.share.rays_per_pass);
+            // The first pass looks ahead at every point, too.
+            let rays_ahead = if self.map.direct_samples.complete == 0 { self.expectations.rays_ahead } else { 0.0 };
+            let rays = self.share.rays_per_pass + rays_ahead * self.map.len() as f64 / REPLICAS as f64;
+            let (entries, times) = slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), rays);
             let (map, part) = (&mut self.map, (entries.clone(), times.clone()));
             let rays = match (self.kind, &mut self.adaptive) {
                 (MapKind::Elements, Some(adaptive)) => {
@@ -419,10 +421,12 @@ impl Job {
                 let most = (context.pace.rays_per_slice() / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64))
                     .ceil() as u64;
                 let until = goal.min(done + most);
-                if let Some(plan) = &self.local {
-                    self.rays += plan.rounds(context, set, &mut self.map, done..until);
+                if let Some(plan) = &self.local
+                    && let Some(rays) = plan.rounds(context, set, &mut self.map, done..until)
+                {
+                    self.rays += rays;
+                    self.map.indirect_samples.complete = until;
                 }
-                self.map.indirect_samples.complete = until;
             }
             MapKind::Receivers(set) => {
                 let rays = self.share.rays_per_indirect;

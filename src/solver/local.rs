@@ -4,9 +4,12 @@
 //! A round is B chains, whose vertices score at every receiver, and W walks from every receiver. B to W, the bound that
 //! follows from it and the thinning of connections are chosen from a pilot by counted rays.
 
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
+
 use rayon::prelude::*;
 
-use super::job::Context;
+use super::job::{Context, TimeLeft};
 use super::pilot::PartCost;
 use super::sweep::{emission_shift, merged, spread_choice};
 use crate::chain::Stage;
@@ -22,6 +25,9 @@ const WALK_BITS: u32 = 40;
 
 /// Marks the indices of the numbers by which a chain's scores are thinned.
 const THINNING: u64 = 1 << 63;
+
+/// Rays of a task between two looks at the clock.
+const RAYS_BETWEEN_LOOKS: u64 = 10_000;
 
 /// What a set's rounds are made of.
 pub struct LocalPlan {
@@ -86,8 +92,17 @@ impl LocalPlan {
             / (self.mean_lx * self.mean_lx).max(f64::MIN_POSITIVE)
     }
 
-    /// Does some rounds in every replica; returns the rays traced.
-    pub fn rounds(&self, context: &Context, set: usize, map: &mut ReplicaMap, rounds: std::ops::Range<u64>) -> u64 {
+    /// Does some rounds in every replica; returns the rays traced. A single round, which in a nearly white room takes long, is
+    /// given up where the run should have ended long ago: `None`, and the map is as it was.
+    pub fn rounds(
+        &self,
+        context: &Context,
+        set: usize,
+        map: &mut ReplicaMap,
+        rounds: std::ops::Range<u64>,
+    ) -> Option<u64> {
+        let before = (rounds.end - rounds.start == 1).then(|| map.indirect.clone());
+        let patience = Patience { context, may_end: before.is_some(), given_up: AtomicBool::new(false) };
         let whole = &map.scores[1];
         let done: Vec<(u64, PartScores)> = map
             .indirect
@@ -97,23 +112,31 @@ impl LocalPlan {
             .map(|(replica, sums)| {
                 let chains = rounds.start * self.chains_per_round..rounds.end * self.chains_per_round;
                 let mut task = Task { replica: replica as u32, sums, scores: PartScores::for_task(whole) };
-                let chain_rays = self.chains(context, set, chains, &mut task);
-                let walk_rays = self.walks(context, set, rounds.clone(), &mut task);
+                let chain_rays = self.chains(&patience, set, chains, &mut task);
+                let walk_rays = self.walks(&patience, set, rounds.clone(), &mut task);
                 (chain_rays + walk_rays, task.scores)
             })
             .collect();
-        merged(&mut map.scores[1], done)
+        if let (true, Some(before)) = (patience.given_up.load(Relaxed), before) {
+            map.indirect = before;
+            return None;
+        }
+        Some(merged(&mut map.scores[1], done))
     }
 
-    fn chains(&self, context: &Context, set: usize, chains: std::ops::Range<u64>, task: &mut Task) -> u64 {
+    fn chains(&self, patience: &Patience, set: usize, chains: std::ops::Range<u64>, task: &mut Task) -> u64 {
+        let context = patience.context;
         let (stage, points) = (context.stage, &context.scene.receivers[set].points);
         let flux_lm = stage.emitters.luminous_flux_lm() / self.chains_per_round as f64;
         let mut stream = Stream::new(context.seed, Purpose::Chains, MapKind::Receivers(set).number(), task.replica);
         let shift = emission_shift(&mut stream);
         let mut vertices = Vec::new();
         let mut scores = Vec::new();
-        let mut rays = 0;
+        let (mut rays, mut asked_at) = (0, 0);
         for chain in chains {
+            if patience.is_at_an_end(rays, &mut asked_at) {
+                break;
+            }
             rays += if self.quasi {
                 let rays = trace(&self.anchors, stage, chain, &mut stream, &mut vertices);
                 // What is left of the last branch's point tells, by shifted digits, where vertices of the others lie.
@@ -135,16 +158,20 @@ impl LocalPlan {
 
     /// Walks of some rounds. An entry of less than one walk a round gets one every few rounds; in which of them its
     /// first falls is drawn, so that the mean is right after any number of rounds.
-    fn walks(&self, context: &Context, set: usize, rounds: std::ops::Range<u64>, task: &mut Task) -> u64 {
+    fn walks(&self, patience: &Patience, set: usize, rounds: std::ops::Range<u64>, task: &mut Task) -> u64 {
+        let context = patience.context;
         let receivers = &context.scene.receivers[set];
         let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), task.replica);
         let mut cut = Cut::default();
-        let mut rays = 0;
+        let (mut rays, mut asked_at) = (0, 0);
         for (entry, point) in receivers.points.iter().enumerate() {
             let a_round = self.walks_per_round as f64 * self.anchors.walk_rate(entry);
             stream.seek(u64::MAX - entry as u64);
             let phase = stream.unit();
             let until = |round: u64| (round as f64 * a_round + phase) as u64;
+            if patience.is_at_an_end(rays, &mut asked_at) {
+                break;
+            }
             for walk in until(rounds.start)..until(rounds.end) {
                 stream.seek_quasi((entry as u64) << WALK_BITS | walk, entry as u64, walk);
                 let bound = self.connecting.bound;
@@ -155,6 +182,28 @@ impl LocalPlan {
             }
         }
         rays
+    }
+}
+
+/// Whether tasks go on with a round.
+struct Patience<'a> {
+    context: &'a Context<'a>,
+    /// Whether the round may be given up.
+    may_end: bool,
+    /// Whether it was.
+    given_up: AtomicBool,
+}
+
+impl Patience<'_> {
+    /// Whether the round is given up; looks at the clock every so many rays of a task.
+    fn is_at_an_end(&self, rays: u64, asked_at: &mut u64) -> bool {
+        if self.may_end && rays > *asked_at + RAYS_BETWEEN_LOOKS {
+            *asked_at = rays;
+            if (self.context.time_left)() == TimeLeft::LongOver {
+                self.given_up.store(true, Relaxed);
+            }
+        }
+        self.given_up.load(Relaxed)
     }
 }
 
@@ -215,7 +264,6 @@ mod tests {
     use crate::maps::{REPLICAS, Unit};
     use crate::scene::scene_from_json;
     use crate::solver::Method;
-    use crate::solver::job::TimeLeft;
     use crate::solver::pace::Pace;
 
     const CUBE: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
@@ -244,7 +292,10 @@ mod tests {
         let plan = LocalPlan::of(&context, 0, Kernel::Bounded, 0.0);
         let done = |ranges: &[std::ops::Range<u64>]| {
             let mut map = ReplicaMap::new(5, Unit::Lux);
-            let rays: u64 = ranges.iter().map(|range| plan.rounds(&context, 0, &mut map, range.clone())).sum();
+            let rays: u64 = ranges
+                .iter()
+                .map(|range| plan.rounds(&context, 0, &mut map, range.clone()).expect("time enough"))
+                .sum();
             let means = map.indirect.iter().map(|slab| slab.iter().sum::<f64>() / 5.0);
             (means.collect::<Vec<f64>>(), rays)
         };

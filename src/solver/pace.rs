@@ -8,6 +8,10 @@ pub const RAYS_PER_SLICE: f64 = 400_000.0;
 /// Rays of the first slice of a run that a time limit may end, and the fewest of any.
 const FIRST_RAYS: f64 = 20_000.0;
 const FEWEST_RAYS: f64 = 64.0;
+/// Rays of the first slice of a run of a fixed number of chains, and the most of any: the clock has no say in how large they are,
+/// but a limit may end the run after each of them, and there are rays of 25 µs.
+const FIRST_RAYS_OF_CHAINS: f64 = 4_000.0;
+const MOST_RAYS_OF_CHAINS: f64 = 50_000.0;
 /// A slice may take this share of a time limit, and never longer than so many seconds.
 const SHARE_OF_LIMIT: f64 = 0.02;
 const LONGEST_SLICE_S: f64 = 0.25;
@@ -25,18 +29,26 @@ pub struct Pace {
     rays: AtomicU64,
     /// Seconds that a slice may take.
     slice_s: f64,
+    /// Most rays of a slice that grows with every one done, whatever it took.
+    growing_to: Option<f64>,
 }
 
 impl Pace {
     /// Slices of one size.
     pub fn steady() -> Pace {
-        Pace { rays: AtomicU64::new(RAYS_PER_SLICE.to_bits()), slice_s: f64::INFINITY }
+        Pace { rays: AtomicU64::new(RAYS_PER_SLICE.to_bits()), slice_s: f64::INFINITY, growing_to: None }
+    }
+
+    /// Slices that are small at first, each twice the one before up to a size: the same ones on every machine.
+    pub fn of_chains() -> Pace {
+        let rays = AtomicU64::new(FIRST_RAYS_OF_CHAINS.to_bits());
+        Pace { rays, slice_s: f64::INFINITY, growing_to: Some(MOST_RAYS_OF_CHAINS) }
     }
 
     /// Slices that take a small part of a time limit.
     pub fn within(limit_s: f64) -> Pace {
         let slice_s = (SHARE_OF_LIMIT * limit_s).min(LONGEST_SLICE_S);
-        Pace { rays: AtomicU64::new(FIRST_RAYS.to_bits()), slice_s }
+        Pace { rays: AtomicU64::new(FIRST_RAYS.to_bits()), slice_s, growing_to: None }
     }
 
     /// Rays of the next slice, about.
@@ -58,6 +70,9 @@ impl Pace {
 
     /// Learns from how long a slice took.
     pub fn note(&self, took: Duration) {
+        if let Some(most) = self.growing_to {
+            self.set((2.0 * self.rays_per_slice()).min(most));
+        }
         if self.slice_s.is_finite() {
             let growth = (self.slice_s / took.as_secs_f64().max(f64::MIN_POSITIVE)).clamp(LEAST_GROWTH, MOST_GROWTH);
             self.set(growth * self.rays_per_slice());
@@ -84,6 +99,19 @@ mod tests {
             pace.note(Duration::from_secs_f64(1e-8 * pace.rays_per_slice()));
         }
         assert_eq!(pace.rays_per_slice(), RAYS_PER_SLICE);
+        // With a fixed number of chains slices grow alike, however long they take.
+        let sizes = |took: Duration| -> Vec<f64> {
+            let pace = Pace::of_chains();
+            pace.begin(2000, took);
+            let size = |_| {
+                pace.note(took);
+                pace.rays_per_slice()
+            };
+            (0..6).map(size).collect()
+        };
+        let slow = sizes(Duration::from_secs(2));
+        assert_eq!(slow, sizes(Duration::from_micros(2)));
+        assert_eq!([slow[0], slow[5]], [2.0 * FIRST_RAYS_OF_CHAINS, MOST_RAYS_OF_CHAINS]);
         // Without a limit the clock has no say.
         let steady = Pace::steady();
         steady.note(Duration::from_secs(100));

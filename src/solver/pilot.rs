@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::adapt::Adaptive;
 use super::job::{Context, TimeLeft};
+use crate::estimators::ahead::Expectations;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
@@ -102,14 +103,14 @@ impl DirectShare {
     }
 }
 
-/// Measures a pass over the direct light of a map; elements that adapt are looked at point by point. With it comes how
-/// often points look ahead at an emitter that brings everything.
+/// Measures a pass over the direct light of a map; elements that adapt are looked at point by point. With it comes what
+/// points are to expect: nothing yet.
 pub fn direct_cost(
     context: &Context,
     kind: MapKind,
     elements: &Elements,
     adaptive: Option<&Adaptive>,
-) -> (PartCost, f64) {
+) -> (PartCost, Expectations) {
     let (stage, scene) = (context.stage, context.scene);
     if let MapKind::Receivers(set) = kind {
         return direct_cost_at_points(context, set);
@@ -137,22 +138,23 @@ pub fn direct_cost(
             None => sites.add(context, element.area_m2, PASSES, || room.over_element(stage, &element, &mut stream)),
         }
     }
-    (sites.cost(), USUAL_LOOKS)
+    (sites.cost(), Expectations::planned(USUAL_LOOKS, 0.0))
 }
 
 /// The same at points: first with the usual looks ahead and then, if that is far from it, with as many as samples will take
 /// rays: where what samples find beyond what is expected falls with the root of the looks, that is best.
-fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, f64) {
+fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, Expectations) {
     let (usual, rays_ahead) = looked_ahead(context, set, USUAL_LOOKS);
     let error_lx = context.target_error * usual.mean_lx;
     let rays_of_samples = usual.variance * usual.rays / (SHARE_OF_ERROR * error_lx * error_lx);
     let looks = USUAL_LOOKS * rays_of_samples / rays_ahead;
     if !looks.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(looks / USUAL_LOOKS)) {
-        return (usual, USUAL_LOOKS);
+        return (usual, Expectations::planned(USUAL_LOOKS, rays_ahead));
     }
     let looks = looks.clamp(FEWEST_LOOKS, MOST_LOOKS);
-    let (cost, _) = looked_ahead(context, set, looks);
-    (PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost }, looks)
+    let (cost, rays_ahead) = looked_ahead(context, set, looks);
+    let cost = PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost };
+    (cost, Expectations::planned(looks, rays_ahead))
 }
 
 /// Cost of direct light at points that look ahead so often, and the rays of looking ahead at one of them.
@@ -235,8 +237,10 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
     };
     let mut sites = Sites::default();
     for some in indices.chunks(FEWEST_SITES) {
-        let found: Vec<Sites> = some.par_iter().with_max_len(1).map(walk_from).collect();
-        found.iter().for_each(|site| sites.merge(site));
+        // A walk in a white place takes long.
+        let walk_in_time = |(place, index)| (place == 0 || !is_over(context)).then(|| walk_from(index));
+        let found: Vec<Option<Sites>> = some.par_iter().with_max_len(1).enumerate().map(walk_in_time).collect();
+        found.iter().flatten().for_each(|site| sites.merge(site));
         if sites.rays > ENOUGH_RAYS as f64 || is_over(context) {
             break;
         }
@@ -274,8 +278,10 @@ fn over_receivers<S: Send>(
     };
     let mut done = 0;
     for some in indices.chunks(FEWEST_SITES) {
-        let found: Vec<S> = some.par_iter().with_max_len(1).map(look).collect();
-        for site in found {
+        // Where a million luminaires shine a single point takes long.
+        let look_in_time = |(place, index): (usize, &usize)| (place == 0 || !is_over(context)).then(|| look(index));
+        let found: Vec<Option<S>> = some.par_iter().with_max_len(1).enumerate().map(look_in_time).collect();
+        for site in found.into_iter().flatten() {
             done += 1;
             if !needs_more_after(site) && done >= FEWEST_SITES {
                 return;
@@ -322,7 +328,7 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
         });
         rays += chain_rays;
         chains += 1;
-        if chains >= FEWEST_SITES && (rays > ENOUGH_RAYS || is_over(context)) {
+        if chains >= FEWEST_SITES && rays > ENOUGH_RAYS || is_over(context) {
             break;
         }
     }

@@ -101,8 +101,9 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         _ => TimeLeft::Enough,
     };
     let pace = match (settings.time_limit_s, settings.chains) {
+        (_, Some(_)) => Pace::of_chains(),
         (Some(limit_s), None) => Pace::within(limit_s),
-        _ => Pace::steady(),
+        (None, None) => Pace::steady(),
     };
     let context = Context {
         scene,
@@ -131,7 +132,9 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     run.prepare();
     run.spending.add(Activity::Pilots, stage.outlook_rays(), piloted.elapsed());
     let stop_reason = run.work();
-    let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
+    // A single sample, where no more are asked for, may have taken all the time there was.
+    let in_haste =
+        matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted) || time_left() <= TimeLeft::None;
     run.give_every_map_a_start(in_haste);
     let left_out = run.leave_out();
     run.judge_all(in_haste);
@@ -145,6 +148,10 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, build_s, compute_s);
     if left_out.iter().any(|(_, bound)| *bound) {
         solution.target_met = solution.target_met.map(|_| false);
+        if !solution.maps.iter().any(|map| map.bound) {
+            // Of nothing nobody knows an error.
+            solution.estimated_error = f64::INFINITY;
+        }
     }
     solution.warnings.extend(left_out.iter().map(|(name, _)| {
         format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
@@ -220,6 +227,9 @@ impl Run<'_> {
             let Some(index) = self.next_job() else {
                 return self.why_all_is_done();
             };
+            if !self.fits(&self.jobs[index]) {
+                return StopReason::TimeLimit;
+            }
             self.slice(index);
             self.observer.progress(&self.progress());
         }
@@ -278,6 +288,17 @@ impl Run<'_> {
         let wall_s = self.observer.wall_s();
         let rays = self.progress().rays as f64;
         0.5 * (limit_s - wall_s).max(0.0) * rays / wall_s.max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether the least that can be done next of a map ends soon after a time limit, or now where that has passed, at the rate so far: in
+    /// a nearly white place that is not refused, a single packet of every replica may take seconds.
+    fn fits(&self, job: &Job) -> bool {
+        let Some(limit_s) = self.settings.time_limit_s else {
+            return true;
+        };
+        let wall_s = self.observer.wall_s();
+        let took_s = (wall_s - self.started_wall_s) * job.rays_at_least() / (self.progress().rays as f64).max(1.0);
+        took_s <= (LONG_OVER * limit_s - wall_s).max(0.0) + PATIENCE_S
     }
 
     /// Rays, about, in which walks and gathering look for luminaires until the run's end, by what the pilots measured;
@@ -461,8 +482,10 @@ impl Run<'_> {
         // In haste no more than some slices take, which were short where rays are slow.
         let in_slices = SLICES_IN_HASTE * self.context.pace.rays_per_slice();
         let most_rays = if in_haste { in_slices.min(RAYS_IN_HASTE) } else { FIRST_LOOK_RAYS };
+        let fits: Vec<bool> = self.jobs.iter().map(|job| self.fits(job)).collect();
         let starts = |job: &&mut Job| !job.has_started() || in_haste && !job.knows_its_bias();
-        for job in self.jobs.iter_mut().filter(starts).filter(|job| !job.map.is_empty()) {
+        let jobs = self.jobs.iter_mut().zip(fits).filter(|(_, fits)| *fits).map(|(job, _)| job);
+        for job in jobs.filter(starts).filter(|job| !job.map.is_empty()) {
             if in_haste && !job.knows_its_bias() {
                 job.stop_asking(self.context);
                 job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
@@ -482,7 +505,7 @@ impl Run<'_> {
                 }
                 _ => {
                     while !job.advance(self.context, self.sets.as_mut(), 1) {
-                        if in_haste && is_long_over(self.settings, self.observer) {
+                        if is_long_over(self.settings, self.observer) {
                             break;
                         }
                     }
@@ -493,7 +516,7 @@ impl Run<'_> {
 
     /// Maps that show nothing when a time limit is long over: a walk from each of their points would take far longer.
     fn leave_out(&mut self) -> Vec<(String, bool)> {
-        if !is_long_over(self.settings, self.observer) {
+        if (self.context.time_left)() > TimeLeft::None && self.jobs.iter().all(|job| self.fits(job)) {
             return Vec::new();
         }
         let shows = |job: &Job| job.has_started() || job.map.is_empty();

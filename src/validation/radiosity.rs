@@ -10,19 +10,24 @@ use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
 /// A finer mesh takes some 16 times as long as the one before; a run with a time limit begins none that would end late.
 const NEXT_MESH_TAKES: f64 = 16.0;
+/// Meshes of which nothing can be shown yet are given up once so many times the limit and so many seconds more have passed.
+const LONG_OVER: f64 = 1.1;
+const PATIENCE_S: f64 = 0.5;
 /// The check of the map does not claim to see less than this part of the flux: the sums' rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Solves a room for the maps asked for.
 ///
 /// # Errors
-/// What of the scene radiosity cannot compute.
+/// What of the scene radiosity cannot compute, or not in the time given.
 pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Solution, NotARoom> {
     let started = Instant::now();
     let target_error =
         settings.target_error.or_else(|| settings.time_limit_s.is_none().then_some(DEFAULT_TARGET_ERROR));
     let requests = map_requests(scene, &settings.maps);
-    let mut radiosity = Radiosity::new(scene)?;
+    let is_long_over =
+        || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S);
+    let mut radiosity = Radiosity::new_within(scene, &is_long_over)?;
     let mut convergence = Vec::new();
     let mut last_s = started.elapsed().as_secs_f64();
     let (maps, estimated_error, stop_reason) = loop {

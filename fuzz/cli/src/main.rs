@@ -106,7 +106,7 @@ fn arguments(method: &str, beyond_s: f64, random: &mut Random) -> (Vec<String>, 
         all.extend((random.below(2) == 0).then(|| "--json".to_owned()));
         return (all, Limits { time_limit_s: 0.0, beyond_s, writes: false });
     }
-    let time_limit_s = [0.03, 0.06, 0.1][random.below(3)];
+    let time_limit_s = [0.03, 0.06, 0.1, 0.3][random.below(4)];
     let mut all: Vec<String> = [
         "solve",
         "scene.json",

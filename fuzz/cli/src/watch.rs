@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 const ADDRESS_SPACE_KIB: u64 = 2 << 20;
 /// Seconds after which a run is ended from outside.
 const LONGEST_S: f64 = 20.0;
+/// Seconds that reading a scene may take: it has no limit, but is told of.
+const READING_S: f64 = 10.0;
 /// Bytes of a file that are looked through.
 const MOST_BYTES: usize = 64 << 20;
 
@@ -63,7 +65,13 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let passed_s = started.elapsed().as_secs_f64();
     let took_s = busy_before_s.zip(busy_s()).map_or(passed_s, |(before, after)| after - before);
     let said = std::fs::read_to_string(&errors).unwrap_or_default();
-    let is_late = took_s > 1.1 * limits.time_limit_s + limits.beyond_s;
+    let reading_s = match status.code() {
+        // Inspected or refused.
+        _ if !limits.writes => READING_S,
+        Some(2) => READING_S,
+        _ => read_s(&out),
+    };
+    let is_late = took_s > 1.1 * limits.time_limit_s + limits.beyond_s + reading_s;
     let fault = match status.code() {
         None => Some(format!("it was ended by a signal ({status})")),
         _ if said.contains("panicked at") => Some("it panicked".to_owned()),
@@ -73,6 +81,13 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let late = is_late.then(|| format!("it took {took_s:.2} s for a limit of {} s", limits.time_limit_s));
     let ended = status.code().map_or("by a signal".to_owned(), |code| format!("with exit code {code}"));
     Outcome { ended, is_late: fault.is_none() && late.is_some(), fault: fault.or(late) }
+}
+
+/// Seconds of reading, by the summary of a run.
+fn read_s(out: &Path) -> f64 {
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap_or_default();
+    let number = summary.split_once("\"read_s\": ").and_then(|(_, rest)| rest.split(',').next()?.parse().ok());
+    number.unwrap_or(0.0)
 }
 
 /// Seconds that all children so far have kept a processor busy.
@@ -110,6 +125,8 @@ fn left(out: &Path, code: i32, limits: &Limits) -> Option<String> {
         }
         let bytes = std::fs::read(&path).ok()?;
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(MOST_BYTES)]).into_owned();
+        // What follows in ParaView's file is in base 64, where chance spells such words.
+        let text = text.split("<AppendedData").next()?;
         let mut words = text.split(|letter: char| !letter.is_ascii_alphanumeric());
         let word = words.find(|word| ["NaN", "nan", "inf", "Infinity", "infinity"].contains(word))?;
         Some(format!("{name} holds {word}"))

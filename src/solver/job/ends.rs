@@ -15,6 +15,8 @@ pub struct Ends {
     pub back_faces: u64,
     /// Left the scene.
     pub escaped: u64,
+    /// Cut off after very many surfaces.
+    pub cut_off: u64,
 }
 
 impl Ends {
@@ -25,12 +27,13 @@ impl Ends {
             End::Ball => self.balls += 1,
             End::BackFace => self.back_faces += 1,
             End::Escaped => self.escaped += 1,
+            End::CutOff => self.cut_off += 1,
         }
     }
 
     /// All packets.
     pub fn packets(&self) -> u64 {
-        self.absorbed + self.panes + self.balls + self.back_faces + self.escaped
+        self.absorbed + self.panes + self.balls + self.back_faces + self.escaped + self.cut_off
     }
 }
 
@@ -41,5 +44,6 @@ impl std::ops::AddAssign for Ends {
         self.balls += other.balls;
         self.back_faces += other.back_faces;
         self.escaped += other.escaped;
+        self.cut_off += other.cut_off;
     }
 }

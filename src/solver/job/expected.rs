@@ -13,6 +13,13 @@ pub fn first_look(engine: Engine) -> u64 {
 }
 
 impl Job {
+    /// Rays that a slice of its indirect light takes at least, by what the pilot counted.
+    pub fn rays_at_least(&self) -> f64 {
+        let entries =
+            if matches!(self.engine, Engine::Walking | Engine::Gathering) { self.map.len().max(1) } else { 1 };
+        self.share.rays_per_indirect * REPLICAS as f64 / entries as f64
+    }
+
     /// Rays that counting or walking takes to an error in lx, by what the pilot measured: at least those to its first look.
     pub fn rays_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         self.without_gathering(context, error_lx, self.indirect.rays)

@@ -158,7 +158,10 @@ impl Pilot {
         let enough_rays = ENOUGH_RAYS * (most / FEWEST_CHAINS) as u64;
         let mut path_rays = 0;
         let (mut chains, mut vertex_count) = (Vec::with_capacity(most), 0);
-        while chains.len() < most && (path_rays < enough_rays && !is_over(context) || chains.len() < FEWEST_SITES) {
+        let is_done = |chains: usize, rays: u64| {
+            chains == most || chains >= FEWEST_SITES && rays >= enough_rays || chains >= 2 && is_over(context)
+        };
+        while !is_done(chains.len(), path_rays) {
             let mut vertices = Vec::new();
             path_rays += trace(anchors, stage, chains.len() as u64, &mut stream, &mut vertices);
             vertex_count += vertices.len();
