@@ -49,7 +49,10 @@ fn tables_have_their_columns_and_no_empty_cell() {
             "tables.csv",
             "name,kind,side,average_lx,average_standard_error_lx,minimum_lx,minimum_standard_error_lx,maximum_lx,uniformity_u0,uniformity_u0_standard_error,uniformity_ud,area_m2,estimated_error,maximum_standard_error_lx,uniformity_ud_standard_error,evaluation_points,covered_area_m2",
         ),
-        ("convergence.csv", "wall_s,chains,estimated_error,forecast_wall_s,forecast_chains"),
+        (
+            "convergence.csv",
+            "wall_s,rays,chains,estimated_error,random_error,bias,forecast_rays,forecast_rays_low,forecast_rays_high,forecast_wall_s,forecast_wall_low_s,forecast_wall_high_s",
+        ),
     ];
     const TEXTS: [&str; 6] = ["surface", "side", "receiver", "name", "kind", "inside"];
     for (name, expected) in headers {

@@ -372,7 +372,7 @@ fn a_gathered_run_knows_its_work_once_every_map_had_a_look() {
         let in_reach = ratios.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count();
         (0.5 * (off[5] + off[6]) <= 0.3, in_reach >= 9)
     };
-    let forecasts = ratios(&|row| row.forecast_rays);
+    let forecasts = ratios(&|row| row.forecast_rays.expected);
     assert_eq!(holds(forecasts.clone()), (true, true), "{forecasts:?}");
     assert_ne!(holds(ratios(&|row| row.rays as f64)), (true, true));
 }

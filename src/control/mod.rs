@@ -4,6 +4,7 @@ mod adapt;
 mod cells;
 mod checks;
 mod exponent;
+mod forecast;
 mod schedule;
 mod stop;
 
@@ -11,5 +12,6 @@ pub use adapt::{ElementLoss, cuts_for};
 pub use cells::{CellGrowth, CellParts, KINDS};
 pub use checks::statistical_checks;
 pub use exponent::{ErrorHistory, USUAL_EXPONENT};
+pub use forecast::{Forecast, deviation_of_work};
 pub use schedule::{after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};

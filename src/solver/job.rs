@@ -6,6 +6,7 @@ mod elements;
 mod ends;
 mod engine;
 mod expected;
+mod forecast;
 
 use std::ops::Range;
 use std::time::Instant;
@@ -144,6 +145,8 @@ pub struct Job {
     pub cell_goal: CellGoal,
     pub cell_growth: Option<(CellGrowth, u64)>,
     judged_samples: u64,
+    /// What is known of its error, and the samples of which it is known: the latest judgement, or a glance since.
+    seen: Option<(Judgement, u64)>,
     pace: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
@@ -248,6 +251,7 @@ impl Job {
             cell_goal: CellGoal::default(),
             cell_growth: None,
             judged_samples: 0,
+            seen: None,
             pace: ErrorHistory::default(),
             direct,
             indirect,
@@ -486,6 +490,7 @@ impl Job {
             // Cells know more at every look: its samples are not those of the look before and some more.
             self.history.clear();
         }
+        self.seen = Some((self.judgement, self.samples));
         self.history.add(Look {
             samples: self.samples,
             rays: self.rays,
@@ -555,11 +560,7 @@ impl Job {
         self.history.clear();
         self.pace.clear();
         self.held_since = None;
-    }
-
-    /// Samples at the latest judgement.
-    pub fn judged_samples(&self) -> u64 {
-        self.judged_samples
+        self.seen = None;
     }
 }
 

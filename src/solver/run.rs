@@ -1,9 +1,11 @@
 //! The run: jobs go forward in slices until the stop rule, a limit or the user ends it.
 
+mod clock;
 mod forecast;
 
 use std::time::{Duration, Instant};
 
+use self::clock::Clock;
 use super::cells::CellSets;
 use super::choice;
 use super::finish::finish;
@@ -14,7 +16,7 @@ use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::base::memory::limit_bytes;
 use crate::chain::{NearLights, Stage};
-use crate::control::{accepts, after_refusal, needed_work, next_judgement};
+use crate::control::{Forecast, accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::MapKind;
 use crate::scene::Scene;
 
@@ -44,7 +46,7 @@ pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 /// How a run stands.
 #[derive(Clone, Debug)]
 pub struct Progress {
-    /// Worst stated error of the bound maps, once it has been judged.
+    /// Worst stated error of the bound maps, once all have been judged.
     pub estimated_error: Option<f64>,
     /// Target, if one is set.
     pub target_error: Option<f64>,
@@ -52,12 +54,10 @@ pub struct Progress {
     pub chains: u64,
     /// Rays so far.
     pub rays: u64,
-    /// Forecast of the chains at the end, once there is one.
-    pub forecast_chains: Option<f64>,
-    /// Forecast of the rays at the end, once there is one.
-    pub forecast_rays: Option<f64>,
-    /// Forecast of the seconds that remain, once there is one.
-    pub remaining_s: Option<f64>,
+    /// Forecast of the rays at the end, where there is one.
+    pub forecast_rays: Option<Forecast>,
+    /// Forecast of the seconds that remain, where there is one.
+    pub remaining_s: Option<Forecast>,
     /// The map that the rest of the time goes to most, once there is a forecast.
     pub slowest_map: Option<String>,
     /// Share of the work done, 0 to 1.
@@ -114,7 +114,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         time_left: &time_left,
         pace,
     };
-    let piloted = Instant::now();
+    let (piloted, begun_wall_s) = (Instant::now(), observer.wall_s());
     let mut run = Run {
         context: &context,
         settings,
@@ -125,11 +125,13 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         most_bytes_of_cells: limit_bytes() / SHARE_OF_MEMORY,
         convergence: Vec::new(),
         spending: Spending::default(),
-        started_wall_s: observer.wall_s(),
+        clock: Clock::begun(begun_wall_s),
     };
     run.context.pace.begin(run.progress().rays, piloted.elapsed());
     run.prepare();
     run.spending.add(Activity::Pilots, stage.outlook_rays(), piloted.elapsed());
+    run.clock.pilots_end(run.all_rays(), observer.wall_s());
+    run.record(false);
     let stop_reason = run.work();
     let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
     run.give_every_map_a_start(in_haste);
@@ -141,8 +143,18 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
-    let mut solution =
-        finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, build_s, compute_s);
+    let mut solution = finish(
+        &context,
+        settings,
+        target_error,
+        jobs,
+        convergence,
+        spending,
+        stop_reason,
+        begun_wall_s,
+        build_s,
+        compute_s,
+    );
     if left_out.iter().any(|(_, bound)| *bound) {
         solution.target_met = solution.target_met.map(|_| false);
     }
@@ -193,8 +205,8 @@ struct Run<'a> {
     convergence: Vec<ConvergenceRow>,
     /// Seconds of pilots and of judging.
     spending: Spending,
-    /// Wall time at which pilots and maps were begun.
-    started_wall_s: f64,
+    /// How fast its rays are.
+    clock: Clock,
 }
 
 impl Run<'_> {
@@ -221,6 +233,7 @@ impl Run<'_> {
                 return self.why_all_is_done();
             };
             self.slice(index);
+            self.record(false);
             self.observer.progress(&self.progress());
         }
     }
@@ -413,8 +426,7 @@ impl Run<'_> {
         }
         self.spending.add(Activity::Judging, 0, started.elapsed());
         if bound {
-            let row = self.convergence_row();
-            self.convergence.extend(row);
+            self.record(true);
         }
     }
 
@@ -514,11 +526,7 @@ impl Run<'_> {
             }
             self.spending.add(Activity::Judging, 0, started.elapsed());
         }
-        if let Some(row) = self.convergence_row()
-            && self.convergence.last().is_none_or(|last| last.chains != row.chains)
-        {
-            self.convergence.push(row);
-        }
+        self.record_end();
     }
 }
 
