@@ -462,7 +462,7 @@ impl Run<'_> {
     fn affords_first_look(&self, job: &Job) -> bool {
         let started = job.samples > 0 || job.rays > 0;
         let share = (UNBOUND_SHARE * self.rays_of(true)).max(FIRST_LOOK_RAYS);
-        job.samples < job.first_samples() && (started || job.rays_to(job.first_samples()) <= share)
+        !job.is_judged() && (started || job.rays_to(job.first_samples()) <= share)
     }
 
     /// Every map that was asked for shows something, however the run ended.
