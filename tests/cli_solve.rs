@@ -70,6 +70,25 @@ fn tables_have_their_columns_and_no_empty_cell() {
 }
 
 /// The mean of both halves is the illuminance, and they differ: by 2 standard errors of it in the root mean square of many.
+/// A dry run prints what every method would take to four errors and to the target, needs no directory, and writes nothing.
+#[test]
+fn a_dry_run_tells_what_targets_take() {
+    let scene = scene("room.json");
+    let output = run(&["solve", text(&scene), "--dry-run", "--target-error", "2%"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let results = results(&output);
+    let lines = |method: &str| results.lines().filter(|line| line.starts_with(method)).count();
+    assert_eq!(["auto", "gather", "collision", "local"].map(lines), [5; 4], "{results}");
+    let refused = run(&["solve", text(&scene), "--dry-run", "--method", "radiosity"]);
+    assert!(code(&refused) == 2 && results_are_empty(&refused), "{}", errors(&refused));
+    let without = run(&["solve", text(&scene), "--target-error", "2%"]);
+    assert!(code(&without) == 2 && errors(&without).contains("--out"), "{}", errors(&without));
+}
+
+fn results_are_empty(output: &std::process::Output) -> bool {
+    output.stdout.is_empty()
+}
+
 #[test]
 fn the_halves_of_every_value_are_told() {
     let home = directory();

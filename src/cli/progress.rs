@@ -128,6 +128,15 @@ impl Observer for Watcher {
         }
     }
 
+    fn expects(&self, error: Forecast) {
+        let line = limit_line(error);
+        match &self.display {
+            Display::Quiet => {}
+            Display::Bar(bar) => bar.println(line),
+            Display::Lines(_) => console::message(&line),
+        }
+    }
+
     fn is_interrupted(&self) -> bool {
         is_interrupted()
     }
@@ -159,6 +168,12 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
         parts.push(format!("{:.1} Mrays/s", progress.rays as f64 / running_s / 1e6));
     }
     parts.join(", ")
+}
+
+/// The error that a time limit may be expected to afford.
+fn limit_line(error: Forecast) -> String {
+    let [low, expected, high] = [error.low, error.expected, error.high].map(percent);
+    format!("by the pilots the time limit affords a stated error of {expected} or so ({low} to {high} in 90 % of runs)")
 }
 
 /// Seconds that remain, with the interval that holds them in nine runs of ten.

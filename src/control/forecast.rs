@@ -3,7 +3,7 @@
 use crate::maps::REPLICAS;
 
 /// Standard deviations of the normal distribution beyond which 5 % lie on either side.
-const NINE_OF_TEN: f64 = 1.645;
+pub const NINE_OF_TEN: f64 = 1.645;
 
 /// A number to come and the interval that holds it in 90 % of runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,6 +26,15 @@ impl Forecast {
     pub fn spread(expected: f64, deviation_ln: f64) -> Forecast {
         let factor = (NINE_OF_TEN * deviation_ln).exp();
         Forecast { expected, low: expected / factor, high: expected * factor }
+    }
+
+    /// What two sayings of one number above 0 tell together, each with the standard deviation of its logarithm: they weigh by its
+    /// inverse square.
+    pub fn pooled(sayings: [(f64, f64); 2]) -> Forecast {
+        let weights = sayings.map(|(_, deviation_ln)| deviation_ln.max(LEAST_DEVIATION).powi(-2));
+        let sum: f64 = weights.iter().sum();
+        let ln = sayings.iter().zip(weights).map(|((number, _), weight)| weight * number.ln()).sum::<f64>() / sum;
+        Forecast::spread(ln.exp(), sum.sqrt().recip())
     }
 
     /// The sum of two numbers whose deviations know nothing of each other.
@@ -64,6 +73,8 @@ impl Forecast {
     }
 }
 
+/// No saying is surer than this.
+const LEAST_DEVIATION: f64 = 1e-3;
 /// A deviation that no interval exceeds: a number that may as well be 0.
 const MOST_DEVIATION: f64 = 8.0;
 
@@ -87,6 +98,8 @@ mod tests {
             Forecast { expected: 10.0, low: 7.0, high: 13.0 }.plus(Forecast { expected: 20.0, low: 16.0, high: 24.0 });
         assert_eq!(sum, Forecast { expected: 30.0, low: 25.0, high: 35.0 });
         assert_eq!(sum.less(27.0), Forecast { expected: 3.0, low: 0.0, high: 8.0 });
+        let pooled = Forecast::pooled([(10.0, 0.1), (1000.0, 1.0)]);
+        assert!((pooled.expected - 10.0 * 100f64.powf(1.0 / 101.0)).abs() < 1e-9, "{pooled:?}");
         let slower = Forecast::known(10.0).times(2.0, 0.1);
         assert!((slower.high / 20.0 - (0.1 * NINE_OF_TEN).exp()).abs() < 1e-12, "{slower:?}");
     }

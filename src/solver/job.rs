@@ -144,6 +144,8 @@ pub struct Job {
     /// How far it is to go before the next look, and what it needs to the target by the latest, where it asks cells.
     pub cell_goal: CellGoal,
     pub cell_growth: Option<(CellGrowth, u64)>,
+    /// Least and most rays, about, that the plan would take if the look were off.
+    plan_bounds: Option<[f64; 2]>,
     judged_samples: u64,
     /// What is known of its error, and the samples of which it is known: the latest judgement, or a glance since.
     seen: Option<(Judgement, u64)>,
@@ -250,6 +252,7 @@ impl Job {
             asks: None,
             cell_goal: CellGoal::default(),
             cell_growth: None,
+            plan_bounds: None,
             judged_samples: 0,
             seen: None,
             pace: ErrorHistory::default(),

@@ -1,11 +1,13 @@
 //! The run: jobs go forward in slices until the stop rule, a limit or the user ends it.
 
 mod clock;
+mod expectations;
 mod forecast;
 
 use std::time::{Duration, Instant};
 
 use self::clock::Clock;
+pub use self::expectations::{Expectation, expectations};
 use super::cells::CellSets;
 use super::choice;
 use super::finish::finish;
@@ -70,6 +72,8 @@ pub struct Progress {
 pub trait Observer: Sync {
     /// Called after every slice of work.
     fn progress(&self, progress: &Progress);
+    /// Called once before the work where only a time limit ends the run: the stated error that it may be expected to reach.
+    fn expects(&self, _error: Forecast) {}
     /// Whether the user wants to stop.
     fn is_interrupted(&self) -> bool;
     /// Seconds since the process started.
@@ -132,6 +136,10 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     run.spending.add(Activity::Pilots, stage.outlook_rays(), piloted.elapsed());
     run.clock.pilots_end(run.all_rays(), observer.wall_s());
     run.record(false);
+    if let Some(error) = run.affordable_error() {
+        observer.expects(error);
+    }
+    observer.progress(&run.progress());
     let stop_reason = run.work();
     let in_haste = matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
     run.give_every_map_a_start(in_haste);

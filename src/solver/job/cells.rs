@@ -146,7 +146,7 @@ impl Job {
     }
 
     /// Rays of indirect light before the first look, about.
-    fn rays_to_first_look(&self, error: f64) -> f64 {
+    pub(super) fn rays_to_first_look(&self, error: f64) -> f64 {
         let first = self.first_goal(error);
         let filled = 2.0 * first.fills as f64 * RAYS_OF_A_FILL;
         let asked = first.rays as f64 * self.gathered().len() as f64;
@@ -304,7 +304,9 @@ impl Job {
             // What elements cannot show takes its part of the target.
             Some(target) => {
                 let share = (1.0 - (self.judgement.discretisation / target).powi(2)).max(LEAST_SHARE_OF_CHANCE);
-                parts.growth(share.sqrt() * target * self.judgement.mean_lx)
+                let chance_lx = share.sqrt() * target * self.judgement.mean_lx;
+                self.plan_bounds = Some(parts.bounds(chance_lx));
+                parts.growth(chance_lx)
             }
             None => CellGrowth { factors: [2.0; 4], all_walk: true, rays: parts.rays.iter().sum(), reaches: false },
         };

@@ -1,8 +1,8 @@
 //! What a map is known to be off by, and what it is still to take.
 
-use super::{Context, Engine, Job};
+use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
 use crate::control::{Forecast, deviation_of_work, needed_work};
-use crate::maps::judge;
+use crate::maps::{MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
 
 /// An entry is judged in the time of this many rays, about, and glances may take this share of a run.
@@ -10,8 +10,13 @@ const RAYS_OF_AN_ENTRY: f64 = 1.0;
 const SHARE_OF_GLANCES: f64 = 0.01;
 /// Share of the squared target that is left to chance where elements are to be cut before they can meet it.
 const SHARE_OF_CHANCE: f64 = 0.75;
-/// Standard deviations of the logarithm of the work, by a pilot and where elements are to be cut.
+/// Standard deviations of the logarithm of the work, by a pilot of walks or chains, by one of cells, by a look (beside what its own chance
+/// tells), by a plan (of what is left, likewise), and where elements are to be cut.
+/// Measured in six kinds of rooms; in some, cells are far better than a pilot of walks can tell.
 const DEVIATION_BY_PILOT: f64 = 0.5;
+const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.8;
+const DEVIATION_OF_LOOK: f64 = 0.05;
+const DEVIATION_OF_PLAN: f64 = 0.3;
 const DEVIATION_BY_CUTTING: f64 = 0.7;
 
 impl Job {
@@ -42,7 +47,8 @@ impl Job {
     pub fn glance(&mut self, rays: f64) {
         let is_cheap = RAYS_OF_AN_ENTRY * self.map.entries() as f64 <= SHARE_OF_GLANCES * rays;
         let is_whole = self.map.direct_samples.ahead == 0 && self.map.indirect_samples.ahead == 0;
-        let is_new = self.seen.as_ref().is_none_or(|(_, samples)| self.samples > *samples);
+        // Before a first look there are too few samples to tell more than the pilot.
+        let is_new = self.seen.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
         let counts = !self.black && self.engine != Engine::Gathering && self.samples > 0 && !self.met;
         if !(is_cheap && is_whole && is_new && counts && self.has_started()) {
             return;
@@ -51,9 +57,7 @@ impl Job {
         if judgement.mean_lx > 0.0 && !judgement.unseen {
             // What elements cannot show is what it was.
             judgement.discretisation = self.seen.map_or(0.0, |(seen, _)| seen.discretisation);
-            if self.adaptive.is_none() || self.seen.is_some() {
-                self.seen = Some((judgement, self.samples));
-            }
+            self.seen = Some((judgement, self.samples));
         }
     }
 
@@ -61,29 +65,62 @@ impl Job {
     /// no light.
     pub fn rays_left(&self, context: &Context, target: f64) -> Option<Forecast> {
         match (&self.seen, self.rays_to_ask()) {
-            (_, Some(rays)) => Some(Forecast::spread(rays + self.rays as f64, 0.2).less(self.rays as f64)),
+            (_, Some(rays)) => Some(self.left_by_plan(rays)),
             (Some((judgement, samples)), None) if judgement.mean_lx > 0.0 && *samples > 0 => {
-                Some(self.left_by_look(target))
+                Some(self.left_by_look(context, target))
             }
             _ => self.left_by_pilot(context, target),
         }
     }
 
-    fn left_by_pilot(&self, context: &Context, target: f64) -> Option<Forecast> {
-        let error_lx = target * self.mean_without_gathering_lx();
-        if error_lx <= 0.0 {
-            return None;
-        }
-        let rays = match (&self.local, self.engine) {
-            (_, Engine::Gathering) => self.work_by_cells(context, target),
-            (Some(plan), Engine::Connecting(_)) => self.rays_by_connecting(plan, error_lx),
-            _ => self.rays_without_gathering(context, error_lx),
+    /// By its plan, of which so many rays are left.
+    fn left_by_plan(&self, rays: f64) -> Forecast {
+        let done = self.rays as f64;
+        let [low, high] = match (&self.plan_bounds, &self.cell_growth) {
+            (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + more),
+            _ => [done + rays; 2],
         };
-        Some(Forecast::spread(rays, DEVIATION_BY_PILOT).less(self.kept_rays() as f64))
+        let all = done + rays;
+        let model = Forecast::spread(rays, DEVIATION_OF_PLAN);
+        let of_look = Forecast { expected: all, low: low.min(all), high: high.max(all) };
+        of_look.less(done).plus(Forecast { expected: 0.0, low: model.low - rays, high: model.high - rays }).less(0.0)
+    }
+
+    /// Rays to its first look, for a map that has had none.
+    pub fn rays_to_look(&self, context: &Context) -> f64 {
+        if self.engine != Engine::Gathering {
+            return self.rays_to(self.first_samples());
+        }
+        let direct = self.cell_goal.direct as f64 * self.rays_of_a_pass();
+        (direct + self.rays_to_first_look(context.target_error) - self.kept_rays() as f64).max(0.0)
+    }
+
+    /// Rays of the chains that tell where flux goes, for elements that count none.
+    pub fn rays_of_balance(&self) -> f64 {
+        let gathers = self.kind == MapKind::Elements && self.engine == Engine::Gathering;
+        let rays_of_a_chain = self.indirect.rays * self.elements.len() as f64;
+        if gathers { (CHAINS_OF_BALANCE * REPLICAS as u64) as f64 * rays_of_a_chain } else { 0.0 }
+    }
+
+    fn left_by_pilot(&self, context: &Context, target: f64) -> Option<Forecast> {
+        let (rays, deviation_ln) = self.rays_by_pilot(context, target)?;
+        Some(Forecast::spread(rays, deviation_ln).less(self.kept_rays() as f64))
+    }
+
+    /// Rays to a target by the pilot, and the standard deviation of their logarithm.
+    fn rays_by_pilot(&self, context: &Context, target: f64) -> Option<(f64, f64)> {
+        let error_lx = target * self.mean_without_gathering_lx();
+        let (rays, deviation_ln) = match (&self.local, self.engine) {
+            _ if error_lx <= 0.0 => return None,
+            (_, Engine::Gathering) => (self.work_by_cells(context, target), DEVIATION_BY_PILOT_OF_CELLS),
+            (Some(plan), Engine::Connecting(_)) => (self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT),
+            _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
+        };
+        (rays.is_finite() && rays > 0.0).then_some((rays, deviation_ln))
     }
 
     /// By its samples so far and the error that they left.
-    fn left_by_look(&self, target: f64) -> Forecast {
+    fn left_by_look(&self, context: &Context, target: f64) -> Forecast {
         let Some((judgement, seen_at)) = &self.seen else {
             return Forecast::default();
         };
@@ -102,7 +139,18 @@ impl Job {
         let all = needed * *seen_at as f64 * rays_per_sample;
         let of_chance = deviation_of_work(judgement.degrees_of_freedom, 1.0 / needed, exponent);
         let of_law = self.deviation_of_exponent() * needed.ln() / exponent;
-        Forecast::spread(all, of_chance.hypot(of_law)).less(done)
+        let of_look = of_chance.hypot(of_law).hypot(DEVIATION_OF_LOOK * (1.0 - 1.0 / needed).max(0.0));
+        // What the pilot said counts the more the less the look tells.
+        match self.rays_by_pilot(context, target) {
+            Some((rays, of_pilot)) => Forecast::pooled([(all, of_look), (rays, of_pilot)]).less(done),
+            None => Forecast::spread(all, of_look).less(done),
+        }
+    }
+
+    /// Rays that a statistical check would have it take once more, where it refuses the map when it meets the target.
+    pub fn rays_if_refused(&self, left: f64) -> f64 {
+        let growth = if self.engine == Engine::Gathering { 1.0 } else { 0.5 };
+        growth * (self.kept_rays() as f64 + left)
     }
 
     /// Standard deviation of the power of the work with which its error falls.

@@ -3,11 +3,13 @@
 use crate::control::Forecast;
 
 /// Rays of the maps, over those of pilots, after which the rate is that of the maps alone.
-const ENOUGH_RAYS: f64 = 1.0;
+const ENOUGH_RAYS: f64 = 0.25;
 /// Standard deviation of the logarithm of the rate at which a run goes on, about that of pilots and about its own. Measured in
-/// ten rooms.
+/// six kinds of rooms on a busy machine.
 const DEVIATION_BY_PILOTS: f64 = 0.35;
-const DEVIATION: f64 = 0.08;
+const DEVIATION: f64 = 0.1;
+/// No ray takes less, in s: a clock that stands still tells nothing.
+const LEAST_SECONDS: f64 = 1e-12;
 
 /// When a run's parts began.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,7 +46,7 @@ impl Clock {
 
     /// Rays so far over the seconds that they took.
     pub fn rays_per_s(&self, rays: u64, wall_s: f64) -> f64 {
-        1.0 / self.seconds_per_ray(rays, wall_s).0.max(f64::MIN_POSITIVE)
+        1.0 / self.seconds_per_ray(rays, wall_s).0.max(LEAST_SECONDS)
     }
 
     /// Seconds that so many rays will take.

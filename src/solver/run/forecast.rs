@@ -8,10 +8,13 @@ use crate::solver::job::Job;
 /// Share of the forecast run after which its history has another row, whether a map was judged or not.
 const STEP_OF_ROWS: f64 = 0.02;
 
+/// Standard deviation of the logarithm of the rays that maps take which the target does not bind.
+const DEVIATION_OF_UNBOUND: f64 = 0.3;
+
 /// Work that is left to do.
 #[derive(Default)]
-struct Left {
-    rays: Forecast,
+pub(super) struct Left {
+    pub rays: Forecast,
     /// The map that takes the most of it, and its rays.
     slowest: Option<(String, f64)>,
 }
@@ -99,7 +102,7 @@ impl Run<'_> {
     }
 
     /// Rays and seconds to the end, whichever rule brings it; none where only the user does.
-    fn remaining(&self, rays: u64, wall_s: f64) -> Option<(Left, Forecast)> {
+    pub(super) fn remaining(&self, rays: u64, wall_s: f64) -> Option<(Left, Forecast)> {
         let to_limit_s = self.settings.time_limit_s.map(|limit_s| (limit_s - wall_s).max(0.0));
         let to_limit_rays = to_limit_s.map(|seconds| seconds * self.clock.rays_per_s(rays, wall_s));
         if self.target_error.is_none() && self.settings.chains.is_none() {
@@ -118,11 +121,18 @@ impl Run<'_> {
     /// What all maps are still to take; none where nothing is known of one.
     fn left(&self) -> Option<Left> {
         let mut left = Left::default();
+        // In one run of four or so a check refuses a map once: within the interval.
+        let mut refused = 0.0f64;
         for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
-            left.add(&job.name, self.left_of(job)?);
+            let rays = self.left_of(job)?;
+            left.add(&job.name, rays);
+            refused = job.rays_if_refused(rays.expected).max(refused);
+        }
+        if self.settings.chains.is_none() {
+            left.rays = left.rays.plus(Forecast { expected: 0.0, low: 0.0, high: refused });
         }
         let unbound = self.left_of_unbound(left.rays.expected);
-        left.rays = left.rays.plus(Forecast::known(unbound));
+        left.rays = left.rays.plus(unbound);
         Some(left)
     }
 
@@ -140,19 +150,23 @@ impl Run<'_> {
         }
     }
 
-    /// Rays that maps still take which the target does not bind, beside so many of those that it binds: what they need, within their
-    /// share, and a first look in any case.
-    fn left_of_unbound(&self, bound_rays: f64) -> f64 {
+    /// Rays that maps still take which the target does not bind, beside so many of those that it binds: a first look, what they need to
+    /// the target where it fits into their share, and the chains that tell where flux goes.
+    fn left_of_unbound(&self, bound_rays: f64) -> Forecast {
         let mut share = UNBOUND_SHARE * (self.rays_of(true) + bound_rays) - self.rays_of(false);
         let mut sum = 0.0;
         for job in self.jobs.iter().filter(|job| !job.bound && !self.is_done(job)) {
-            let needed = self.left_of(job).map_or(0.0, |left| left.expected);
-            let first = job.rays_to(job.first_samples().min(job.next_judgement.max(1)));
-            let looks = if job.has_started() || first > FIRST_LOOK_RAYS.max(share) { 0.0 } else { first };
-            let rays = if needed <= share { needed } else { looks.max(share.min(looks)) };
+            let rays = if job.is_judged() || self.settings.chains.is_some() {
+                let needed = self.left_of(job).map_or(0.0, |left| left.expected);
+                if needed <= share { needed } else { 0.0 }
+            } else {
+                let look = job.rays_to_look(self.context);
+                if job.rays > 0 || look <= share.max(FIRST_LOOK_RAYS) { look } else { 0.0 }
+            };
             share -= rays;
             sum += rays;
         }
-        sum
+        let balance: f64 = self.jobs.iter().map(Job::rays_of_balance).sum();
+        Forecast::spread(sum + balance, DEVIATION_OF_UNBOUND)
     }
 }
