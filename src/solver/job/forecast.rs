@@ -136,7 +136,7 @@ impl Job {
             let anew = judgement.expected_error.powi(2) / chance * *seen_at as f64 * rays_per_sample;
             return Forecast::spread(anew, DEVIATION_BY_CUTTING);
         }
-        let all = needed * *seen_at as f64 * rays_per_sample;
+        let all = self.rays_of(needed * *seen_at as f64);
         let of_chance = deviation_of_work(judgement.degrees_of_freedom, 1.0 / needed, exponent);
         let of_law = self.deviation_of_exponent() * needed.ln() / exponent;
         let of_look = of_chance.hypot(of_law).hypot(DEVIATION_OF_LOOK * (1.0 - 1.0 / needed).max(0.0));
@@ -145,6 +145,14 @@ impl Job {
             Some((rays, of_pilot)) => Forecast::pooled([(all, of_look), (rays, of_pilot)]).less(done),
             None => Forecast::spread(all, of_look).less(done),
         }
+    }
+
+    /// Rays that so many samples take in all, by those so far: passes over direct light do not grow evenly with samples.
+    fn rays_of(&self, samples: f64) -> f64 {
+        let passes = self.map.direct_samples.complete.max(1) as f64;
+        let direct = self.direct_rays as f64 / passes * self.passes_at(samples.ceil() as u64) as f64;
+        let indirect = self.kept_rays().saturating_sub(self.direct_rays) as f64 / self.samples.max(1) as f64;
+        direct + indirect * samples
     }
 
     /// Rays that a statistical check would have it take once more, where it refuses the map when it meets the target.
