@@ -49,7 +49,10 @@ fn tables_have_their_columns_and_no_empty_cell() {
             "tables.csv",
             "name,kind,side,average_lx,average_standard_error_lx,minimum_lx,minimum_standard_error_lx,maximum_lx,uniformity_u0,uniformity_u0_standard_error,uniformity_ud,area_m2,estimated_error,maximum_standard_error_lx,uniformity_ud_standard_error,evaluation_points,covered_area_m2",
         ),
-        ("convergence.csv", "wall_s,chains,estimated_error,forecast_wall_s,forecast_chains"),
+        (
+            "convergence.csv",
+            "wall_s,rays,chains,estimated_error,random_error,bias,forecast_rays,forecast_rays_low,forecast_rays_high,forecast_wall_s,forecast_wall_low_s,forecast_wall_high_s",
+        ),
     ];
     const TEXTS: [&str; 6] = ["surface", "side", "receiver", "name", "kind", "inside"];
     for (name, expected) in headers {
@@ -67,6 +70,25 @@ fn tables_have_their_columns_and_no_empty_cell() {
 }
 
 /// The mean of both halves is the illuminance, and they differ: by 2 standard errors of it in the root mean square of many.
+/// A dry run prints what every method would take to four errors and to the target, needs no directory, and writes nothing.
+#[test]
+fn a_dry_run_tells_what_targets_take() {
+    let scene = scene("room.json");
+    let output = run(&["solve", text(&scene), "--dry-run", "--target-error", "2%"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let results = results(&output);
+    let lines = |method: &str| results.lines().filter(|line| line.starts_with(method)).count();
+    assert_eq!(["auto", "gather", "collision", "local"].map(lines), [5; 4], "{results}");
+    let refused = run(&["solve", text(&scene), "--dry-run", "--method", "radiosity"]);
+    assert!(code(&refused) == 2 && results_are_empty(&refused), "{}", errors(&refused));
+    let without = run(&["solve", text(&scene), "--target-error", "2%"]);
+    assert!(code(&without) == 2 && errors(&without).contains("--out"), "{}", errors(&without));
+}
+
+fn results_are_empty(output: &std::process::Output) -> bool {
+    output.stdout.is_empty()
+}
+
 #[test]
 fn the_halves_of_every_value_are_told() {
     let home = directory();

@@ -4,6 +4,7 @@ mod arguments;
 mod compare;
 mod completions;
 mod console;
+mod dry_run;
 mod exit;
 mod inspect;
 mod inspect_photometric;

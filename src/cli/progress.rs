@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::console;
 use super::exit::Exit;
 use super::number_text::{count, percent, time};
+use crate::control::Forecast;
 use crate::solver::{Observer, Progress};
 
 /// Seconds between two lines where there is no terminal.
@@ -127,6 +128,15 @@ impl Observer for Watcher {
         }
     }
 
+    fn expects(&self, error: Forecast) {
+        let line = limit_line(error);
+        match &self.display {
+            Display::Quiet => {}
+            Display::Bar(bar) => bar.println(line),
+            Display::Lines(_) => console::message(&line),
+        }
+    }
+
     fn is_interrupted(&self) -> bool {
         is_interrupted()
     }
@@ -136,7 +146,7 @@ impl Observer for Watcher {
     }
 }
 
-/// Error, target, remaining time, chains with their forecast, and speed: what matters most comes first, as a narrow
+/// Error, target, remaining time with its interval, rays with their forecast, and speed: what matters most comes first, as a narrow
 /// terminal cuts the end off.
 fn line(progress: &Progress, run_started_s: f64) -> String {
     let mut parts = Vec::new();
@@ -147,11 +157,11 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
         (None, None) => {}
     }
     if let Some(remaining_s) = progress.remaining_s {
-        parts.push(format!("{} left", time(remaining_s)));
+        parts.push(remaining(remaining_s));
     }
-    match progress.forecast_chains {
-        Some(forecast) => parts.push(format!("{} of {} chains", count(progress.chains as f64), count(forecast))),
-        None => parts.push(format!("{} chains", count(progress.chains as f64))),
+    match progress.forecast_rays {
+        Some(all) => parts.push(format!("{} of {} rays", count(progress.rays as f64), count(all.expected))),
+        None => parts.push(format!("{} rays", count(progress.rays as f64))),
     }
     let running_s = progress.wall_s - run_started_s;
     if running_s > 0.0 {
@@ -160,9 +170,22 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
     parts.join(", ")
 }
 
+/// The error that a time limit may be expected to afford.
+fn limit_line(error: Forecast) -> String {
+    let [low, expected, high] = [error.low, error.expected, error.high].map(percent);
+    format!("by the pilots the time limit affords a stated error of {expected} or so ({low} to {high} in 90 % of runs)")
+}
+
+/// Seconds that remain, with the interval that holds them in nine runs of ten.
+fn remaining(left_s: Forecast) -> String {
+    let [low, expected, high] = [left_s.low, left_s.expected, left_s.high].map(time);
+    if low == high { format!("{expected} left") } else { format!("{expected} left ({low} to {high})") }
+}
+
 /// A forecast beyond an hour in words, with its cause and what to do; `None` where the run is shorter or has no target.
 fn long_run_line(progress: &Progress) -> Option<String> {
-    let (remaining_s, target) = (progress.remaining_s.filter(|left_s| *left_s > LONG_S)?, progress.target_error?);
+    let left_s = progress.remaining_s.map(|left_s| left_s.expected);
+    let (remaining_s, target) = (left_s.filter(|left_s| *left_s > LONG_S)?, progress.target_error?);
     let when = match remaining_s {
         left_s if left_s > NEVER_S => "as good as never at this rate".to_owned(),
         left_s => format!("in some {} at this rate", time(left_s)),
@@ -196,9 +219,8 @@ mod tests {
             target_error: Some(0.01),
             chains: 1,
             rays: 1,
-            forecast_chains: None,
             forecast_rays: None,
-            remaining_s: Some(remaining_s),
+            remaining_s: Some(Forecast::known(remaining_s)),
             slowest_map: Some("corners".to_owned()),
             fraction: 0.0,
             wall_s: 20.0,
@@ -217,16 +239,15 @@ mod tests {
             target_error: Some(0.01),
             chains: 1_500_000,
             rays: 8_000_000,
-            forecast_chains: Some(2.4e6),
-            forecast_rays: Some(1.2e7),
-            remaining_s: Some(1.2),
+            forecast_rays: Some(Forecast::known(1.2e7)),
+            remaining_s: Some(Forecast { expected: 1.2, low: 0.9, high: 1.8 }),
             slowest_map: None,
             fraction: 0.6,
             wall_s: 2.5,
         };
         assert_eq!(
             line(&progress, 0.5),
-            "error 1.23 % (target 1.00 %), 1.2 s left, 1.50 M of 2.40 M chains, 4.0 Mrays/s"
+            "error 1.23 % (target 1.00 %), 1.2 s left (0.90 s to 1.8 s), 8.00 M of 12.0 M rays, 4.0 Mrays/s"
         );
     }
 }

@@ -5,6 +5,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 
+use super::dry_run::{self, dry_run};
 use super::exit::{Exit, Failure};
 use super::memory::{check_memory, limit_memory};
 use super::mesh::MeshArguments;
@@ -31,6 +32,7 @@ Examples:
   luxmc solve office.json --out out --target-error 0.5%   finer
   luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
   luxmc solve office.json --out out --chains 1e6          the same bytes in every run
+  luxmc solve office.json --dry-run                       what targets would take: rays, seconds, memory
   luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
 
 The first stop rule met ends the run. Standard output carries the result table alone.
@@ -44,8 +46,12 @@ pub struct SolveArguments {
     /// Scene file (JSON)
     scene: PathBuf,
     /// Directory for the results; made where missing, other files in it stay
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
+    out: Option<PathBuf>,
+    /// Pilots alone: print what a run would take (rays, seconds, memory) by every method that applies, or by --method, to errors
+    /// of 3, 1, 0.3 and 0.1%, and to --target-error
+    #[arg(long)]
+    dry_run: bool,
     /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
@@ -109,7 +115,11 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     }
     check_memory(&scene, &settings)?;
     let pool = thread_pool(arguments.threads)?;
-    let mut directory = ResultDirectory::open(&arguments.out)?;
+    let Some(out) = arguments.out.as_ref().filter(|_| !arguments.dry_run) else {
+        dry_run::check(arguments.method)?;
+        return pool.install(|| dry_run(&scene, &settings, arguments.method, started, arguments.quiet));
+    };
+    let mut directory = ResultDirectory::open(out)?;
 
     let quiet = arguments.quiet;
     let tell = |line: &str| {
@@ -174,7 +184,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     for note in &solution.notes {
         tell(&format!("note: {note}"));
     }
-    tell(&closing_lines(&solution, &arguments.out.display().to_string(), computed_s));
+    tell(&closing_lines(&solution, &out.display().to_string(), computed_s));
     Ok(exit_of(&solution))
 }
 

@@ -40,6 +40,14 @@ impl ErrorHistory {
         self.looks.clear();
     }
 
+    /// Standard deviation of the exponent, by the looks and by what is known beforehand.
+    pub fn deviation(&self) -> f64 {
+        let weight_sum: f64 = self.looks.iter().map(|look| 1.0 / look[2]).sum();
+        let mean = self.looks.iter().map(|look| look[0] / look[2]).sum::<f64>() / weight_sum.max(f64::MIN_POSITIVE);
+        let squares: f64 = self.looks.iter().map(|look| (look[0] - mean).powi(2) / look[2]).sum();
+        (squares + DOUBT.powi(-2)).sqrt().recip()
+    }
+
     /// The exponent α: the slope of the weighted regression of ln error on ln work, drawn towards ½ by what is known
     /// beforehand.
     pub fn exponent(&self) -> f64 {

@@ -4,6 +4,8 @@ mod adapt;
 mod cells;
 mod checks;
 mod exponent;
+mod forecast;
+mod plan_bounds;
 mod schedule;
 mod stop;
 
@@ -11,5 +13,6 @@ pub use adapt::{ElementLoss, cuts_for};
 pub use cells::{CellGrowth, CellParts, KINDS};
 pub use checks::statistical_checks;
 pub use exponent::{ErrorHistory, USUAL_EXPONENT};
+pub use forecast::{Forecast, NINE_OF_TEN, deviation_of_work};
 pub use schedule::{after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};

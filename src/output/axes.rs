@@ -102,31 +102,59 @@ impl Frame {
 
     /// Draws grid lines, ticks, their numbers and the axes' labels. `show` writes the numbers of either axis.
     pub fn draw(&self, picture: &mut Picture, labels: [&str; 2], show: [&dyn Fn(f64) -> String; 2]) {
-        let (bottom, right) = (self.top + self.height, self.left + self.width);
+        self.draw_x(picture, Some((labels[0], show[0])));
+        self.draw_y(picture, labels[1], show[1]);
+        self.draw_rim(picture);
+    }
+
+    /// The same without numbers and label of the horizontal axis, which another frame below has.
+    pub fn draw_upper(&self, picture: &mut Picture, label: &str, show: &dyn Fn(f64) -> String) {
+        self.draw_x(picture, None);
+        self.draw_y(picture, label, show);
+        self.draw_rim(picture);
+    }
+
+    /// The same with a horizontal axis alone.
+    pub fn draw_lower(&self, picture: &mut Picture, label: &str, show: &dyn Fn(f64) -> String) {
+        self.draw_x(picture, Some((label, show)));
+        self.draw_rim(picture);
+    }
+
+    fn draw_x(&self, picture: &mut Picture, numbers: Option<(&str, &dyn Fn(f64) -> String)>) {
+        let bottom = self.top + self.height;
         for number in self.x.ticks((self.width / 70.0) as usize) {
             let [x, _] = self.spot(number, self.y.low);
             picture.line(vec![[x, self.top], [x, bottom]], Pen::new(FAINT, 0.8));
             picture.line(vec![[x, bottom], [x, bottom + TICK]], Pen::new(BLACK, 0.8));
-            let spot = [x, bottom + TICK + TYPE];
-            picture.words(Words::new(show[0](number), spot, TYPE).anchored(Anchor::Middle));
+            if let Some((_, show)) = numbers {
+                let spot = [x, bottom + TICK + TYPE];
+                picture.words(Words::new(show(number), spot, TYPE).anchored(Anchor::Middle));
+            }
         }
+        if let Some((label, _)) = numbers {
+            let below = [self.left + 0.5 * self.width, bottom + TICK + 2.5 * TYPE];
+            picture.words(Words::new(label, below, TYPE).anchored(Anchor::Middle).ink(SOFT));
+        }
+    }
+
+    fn draw_y(&self, picture: &mut Picture, label: &str, show: &dyn Fn(f64) -> String) {
         let mut widest = 0.0f64;
         for number in self.y.ticks((self.height / 40.0) as usize) {
             let [_, y] = self.spot(self.x.low, number);
-            picture.line(vec![[self.left, y], [right, y]], Pen::new(FAINT, 0.8));
+            picture.line(vec![[self.left, y], [self.left + self.width, y]], Pen::new(FAINT, 0.8));
             picture.line(vec![[self.left - TICK, y], [self.left, y]], Pen::new(BLACK, 0.8));
-            let text = show[1](number);
+            let text = show(number);
             widest = widest.max(super::font::text_width(&text, TYPE, false));
             picture.words(Words::new(text, [self.left - TICK - 3.0, y + 4.0], TYPE).anchored(Anchor::End));
         }
-        picture.ring(
-            vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]],
-            Pen::new(BLACK, 1.0),
-        );
-        let below = [self.left + 0.5 * self.width, bottom + TICK + 2.5 * TYPE];
-        picture.words(Words::new(labels[0], below, TYPE).anchored(Anchor::Middle).ink(SOFT));
         let beside = [self.left - TICK - widest - 12.0, self.top + 0.5 * self.height];
-        picture.words(Words::new(labels[1], beside, TYPE).anchored(Anchor::Middle).ink(SOFT).turned(-90.0));
+        picture.words(Words::new(label, beside, TYPE).anchored(Anchor::Middle).ink(SOFT).turned(-90.0));
+    }
+
+    fn draw_rim(&self, picture: &mut Picture) {
+        let (bottom, right) = (self.top + self.height, self.left + self.width);
+        let corners = vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]];
+        picture.ring(corners, Pen::new(BLACK, 1.0));
     }
 
     /// The same with plain numbers on both axes.

@@ -17,6 +17,10 @@ pub const WHITE: Ink = [255, 255, 255];
 pub const BLUE: Ink = [0, 114, 178];
 /// Vermilion of targets and truths (the same).
 pub const VERMILION: Ink = [213, 94, 0];
+/// Sky blue, green and purple of parts of what was computed (the same).
+pub const SKY: Ink = [86, 180, 233];
+pub const GREEN: Ink = [0, 158, 115];
+pub const PURPLE: Ink = [204, 121, 167];
 /// Amber of luminaires (after the same).
 pub const AMBER: Ink = [240, 170, 20];
 

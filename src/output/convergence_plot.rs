@@ -1,49 +1,78 @@
-//! The error during a run against time and chains, and the forecasts as they stood and as they came true.
+//! The error during a run against rays and seconds of computing, and the forecasts as they stood and as they came true.
 
 use super::axes::{Frame, Scale, TYPE};
-use super::color::{BLUE, SOFT, VERMILION};
+use super::color::{BLACK, BLUE, FAINT, GREEN, Ink, PURPLE, SKY, SOFT, VERMILION};
 use super::numbers::{count_tick, duration, percent, tick};
 use super::picture::{Anchor, Pen, Picture, Spot, Words};
-use crate::solver::{ConvergenceRow, Solution};
+use crate::control::Forecast;
+use crate::solver::{ConvergenceRow, ErrorParts, Solution};
 
-const WIDTH: f64 = 900.0;
-const HEIGHT: f64 = 752.0;
+const WIDTH: f64 = 940.0;
+const HEIGHT: f64 = 572.0;
+/// Tops and heights of the panels: errors, and forecasts below them on the same axis.
+const ERRORS: [f64; 2] = [96.0, 270.0];
+const FORECASTS: [f64; 2] = [384.0, 104.0];
+/// Left edges of the columns, and the width of one.
+const LEFTS: [f64; 2] = [92.0, 552.0];
+const COLUMN: f64 = 360.0;
+/// Shares of the run's rays at which forecasts are shown as they stood.
+const SHARES: [f64; 4] = [0.02, 0.05, 0.2, 0.5];
+/// Parts of the error are drawn down to this share of the least error or target.
+const LEAST_PART: f64 = 0.2;
 
-/// One quantity of the judgements that spending grows.
+/// One quantity that a run spends.
 struct Spending {
     name: &'static str,
-    spent: fn(&ConvergenceRow) -> f64,
-    forecast: fn(&ConvergenceRow) -> f64,
-    forecast_name: &'static str,
+    spent: fn(&ConvergenceRow, f64) -> f64,
+    forecast: fn(&ConvergenceRow, f64) -> Forecast,
     show: fn(f64) -> String,
 }
 
 const SPENDINGS: [Spending; 2] = [
+    Spending { name: "rays", spent: |row, _| row.rays as f64, forecast: |row, _| row.forecast_rays, show: count_tick },
     Spending {
-        name: "time since start / s",
-        spent: |row| row.wall_s,
-        forecast: |row| row.forecast_wall_s,
-        forecast_name: "forecast of the time needed / s",
+        name: "time of computing / s",
+        spent: |row, begun_s| row.wall_s - begun_s,
+        forecast: |row, begun_s| {
+            let since = |wall_s: f64| wall_s - begun_s;
+            let wall_s = row.forecast_wall_s;
+            Forecast { expected: since(wall_s.expected), low: since(wall_s.low), high: since(wall_s.high) }
+        },
         show: tick,
-    },
-    Spending {
-        name: "chains",
-        spent: |row| row.chains as f64,
-        forecast: |row| row.forecast_chains,
-        forecast_name: "forecast of the chains needed",
-        show: count_tick,
     },
 ];
 
-/// The stated error of the worst bound map over time and over chains (above), and what was forecast of the whole run
-/// at every judgement beside what it came to (below).
+/// A part of the error, with the ink of its line.
+struct Part {
+    name: &'static str,
+    of: fn(&ErrorParts) -> f64,
+    ink: Ink,
+}
+
+const PARTS: [Part; 3] = [
+    Part { name: "random", of: |error| error.random, ink: SKY },
+    Part { name: "bias", of: |error| error.bias, ink: PURPLE },
+    Part { name: "discretisation", of: |error| error.discretisation, ink: GREEN },
+];
+
+/// A forecast as it stood when so much of the run was done.
+struct Stood<'a> {
+    label: String,
+    row: &'a ConvergenceRow,
+}
+
+/// The stated error of the worst bound map over rays and over seconds of computing (above), and the forecasts of the whole run as they
+/// stood during it beside what it came to (below).
 ///
-/// In the spirit of figure 1 of Volobuev et al. on the accuracy of Monte Carlo illuminance: straight lines of slope
-/// −1/2 are what independent chains give.
+/// In the spirit of figure 1 of Volobuev et al. on the accuracy of Monte Carlo illuminance: straight lines of slope −1/2 are what
+/// independent chains give.
 pub fn convergence_picture(solution: &Solution) -> Picture {
-    let mut picture = Picture::new(WIDTH, HEIGHT, "Error against time and chains, with forecasts");
+    let mut picture = Picture::new(WIDTH, HEIGHT, "Error against rays and time, with forecasts");
     picture.words(Words::new("How the error fell, and what was forecast", [62.0, 26.0], 17.0).bold());
-    let rows: Vec<ConvergenceRow> = solution.convergence.iter().copied().filter(is_drawable).collect();
+    let begun_s = solution.begun_wall_s;
+    let is_drawable =
+        |row: &&ConvergenceRow| row.error.estimated > 0.0 && row.error.estimated.is_finite() && row.wall_s > begun_s;
+    let rows: Vec<ConvergenceRow> = solution.convergence.iter().filter(is_drawable).copied().collect();
     let Some(last) = rows.last() else {
         let why = "The error was not judged while it was above 0: there is no curve to draw.";
         picture.words(Words::new(why, [62.0, 52.0], 13.0).ink(SOFT));
@@ -51,27 +80,66 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
     };
     let target = solution.target_error.filter(|target| *target > 0.0);
     let aim = target.map_or(String::new(), |target| format!(", target {}", percent(target)));
+    let rays = if last.rays == 0 { String::new() } else { format!("{} rays in ", count(last.rays)) };
     let line = format!(
-        "Stated error {}{aim}, after {} chains in {}",
+        "Stated error {}{aim}, after {rays}{} of computing; starting, reading and building took {} before that",
         percent(solution.estimated_error),
-        super::numbers::amount(solution.chains as f64),
-        duration(last.wall_s)
+        duration(last.wall_s - begun_s),
+        duration(begun_s)
     );
     picture.words(Words::new(line, [62.0, 46.0], 13.0).ink(SOFT));
-    for (index, spending) in SPENDINGS.iter().enumerate() {
-        let left = 76.0 + 440.0 * index as f64;
-        draw_error(&mut picture, [left, 74.0], &rows, target, spending);
-        draw_forecast(&mut picture, [left, 404.0], &rows, target, spending);
+    let parts: Vec<&Part> = shown_parts(&rows);
+    let stood = as_they_stood(&rows);
+    let spendings = SPENDINGS.iter().filter(|spending| rows.iter().all(|row| (spending.spent)(row, begun_s) > 0.0));
+    for (spending, left) in spendings.zip(LEFTS) {
+        let numbers = |row: &ConvergenceRow| (spending.spent)(row, begun_s);
+        let reach = |stood: &Stood| {
+            let forecast = (spending.forecast)(stood.row, begun_s);
+            [forecast.low, forecast.expected, forecast.high]
+        };
+        let x = around(rows.iter().map(numbers).chain(stood.iter().flat_map(reach)), 1.15);
+        let panel = Panel { spending, begun_s, rows: &rows, stood: &stood, target };
+        panel.draw_errors(&mut picture, left, x, &parts);
+        panel.draw_forecasts(&mut picture, left, x);
     }
-    draw_key(&mut picture, [76.0, HEIGHT - 20.0], target.is_some());
+    draw_key(&mut picture, &parts, target.is_some(), rows.iter().any(|row| !row.judged));
     picture
 }
 
-fn is_drawable(row: &ConvergenceRow) -> bool {
-    row.estimated_error > 0.0 && row.estimated_error.is_finite() && row.wall_s > 0.0 && row.chains > 0
+/// A count with three digits: `5.17 M`.
+fn count(number: u64) -> String {
+    let unit = 10f64.powf((number.max(1) as f64).log10().floor() - 2.0).max(1.0);
+    count_tick((number as f64 / unit).round() * unit)
 }
 
-/// A logarithmic scale around numbers above 0.
+/// The parts that the error has, where it has more than one.
+fn shown_parts(rows: &[ConvergenceRow]) -> Vec<&'static Part> {
+    let judged = || rows.iter().filter(|row| row.judged);
+    let shown: Vec<&Part> = PARTS.iter().filter(|part| judged().any(|row| (part.of)(&row.error) > 0.0)).collect();
+    if shown.len() > 1 { shown } else { Vec::new() }
+}
+
+/// The latest forecasts before so much of the run was done; where the first came later, that.
+fn as_they_stood(rows: &[ConvergenceRow]) -> Vec<Stood<'_>> {
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+        return Vec::new();
+    };
+    // What traces no rays goes by its time.
+    let done = |row: &ConvergenceRow| if last.rays > 0 { row.rays as f64 } else { row.wall_s };
+    let first_share = done(first) / done(last);
+    let mut stood = Vec::new();
+    if SHARES[0] < first_share && first_share < 1.0 {
+        stood.push(Stood { label: format!("at {:.0} %", (100.0 * first_share).max(1.0)), row: first });
+    }
+    for share in SHARES.into_iter().filter(|share| *share > first_share) {
+        if let Some(row) = rows.iter().rfind(|row| done(row) <= share * done(last)) {
+            stood.push(Stood { label: format!("at {:.0} %", 100.0 * share), row });
+        }
+    }
+    stood
+}
+
+/// A logarithmic scale around numbers above 0, with so much room at either end.
 fn around(numbers: impl Iterator<Item = f64>, room: f64) -> Scale {
     let (low, high) = numbers
         .filter(|number| number.is_finite() && *number > 0.0)
@@ -82,83 +150,95 @@ fn around(numbers: impl Iterator<Item = f64>, room: f64) -> Scale {
     Scale::logarithmic(low / room, high * room)
 }
 
-fn frame([left, top]: Spot, x: Scale, y: Scale) -> Frame {
-    Frame { left, top, width: 365.0, height: 250.0, x, y }
+/// Errors and forecasts over one quantity that was spent.
+struct Panel<'a> {
+    spending: &'a Spending,
+    begun_s: f64,
+    rows: &'a [ConvergenceRow],
+    stood: &'a [Stood<'a>],
+    target: Option<f64>,
 }
 
-fn draw_error(picture: &mut Picture, corner: Spot, rows: &[ConvergenceRow], target: Option<f64>, spending: &Spending) {
-    let spent = || rows.iter().map(|row| (spending.spent)(row));
-    let forecasts = || rows.iter().map(|row| (spending.forecast)(row)).filter(|forecast| *forecast > 0.0);
-    let x = around(spent().chain(forecasts()), 1.25);
-    let y = around(rows.iter().map(|row| row.estimated_error).chain(target), 1.3);
-    let frame = frame(corner, x, y);
-    let as_percent = |fraction: f64| format!("{} %", tick(((100.0 * fraction) * 1e9).round() / 1e9));
-    frame.draw(picture, [spending.name, "stated error"], [&spending.show, &as_percent]);
+impl Panel<'_> {
+    fn spent(&self, row: &ConvergenceRow) -> f64 {
+        (self.spending.spent)(row, self.begun_s)
+    }
 
-    // Each forecast leads from where it was made to where it saw the target met.
-    if let Some(target) = target {
-        for row in with_forecast(rows, Some(target), spending) {
-            let from = frame.spot((spending.spent)(row), row.estimated_error);
-            let to = frame.spot((spending.forecast)(row), target);
-            if frame.holds(to) {
-                picture.line(vec![from, to], Pen::new(SOFT, 0.8).dashed(2.0, 3.0).faint(0.7));
-                picture.ring(diamond(to), Pen::new(SOFT, 1.2));
+    fn forecast(&self, stood: &Stood) -> Forecast {
+        (self.spending.forecast)(stood.row, self.begun_s)
+    }
+
+    /// What the run came to.
+    fn end(&self) -> f64 {
+        self.rows.last().map_or(0.0, |row| self.spent(row))
+    }
+
+    fn draw_errors(&self, picture: &mut Picture, left: f64, x: Scale, parts: &[&Part]) {
+        let errors = || self.rows.iter().map(|row| row.error.estimated).chain(self.target);
+        let least = LEAST_PART * errors().fold(f64::INFINITY, f64::min);
+        let of_parts = self.rows.iter().flat_map(|row| parts.iter().map(|part| (part.of)(&row.error)));
+        let y = around(errors().chain(of_parts.filter(|part| *part >= least)), 1.3);
+        let [top, height] = ERRORS;
+        let frame = Frame { left, top, width: COLUMN, height, x, y };
+        // Bands lie below the grid.
+        if let Some(target) = self.target {
+            for stood in self.stood {
+                let forecast = self.forecast(stood);
+                let from = frame.spot(self.spent(stood.row), stood.row.error.estimated);
+                let [low, high] = [forecast.low, forecast.high].map(|end| frame.spot(end, target));
+                picture.area(vec![from, low, high], FAINT, 0.45);
             }
         }
-        let ends = [frame.x.low, frame.x.high].map(|x| frame.spot(x, target));
-        picture.line(ends.to_vec(), Pen::new(VERMILION, 1.6).dashed(7.0, 4.0));
+        let as_percent = |fraction: f64| format!("{} %", tick(((100.0 * fraction) * 1e9).round() / 1e9));
+        frame.draw_upper(picture, "stated error", &as_percent);
+        if let Some(target) = self.target {
+            for stood in self.stood {
+                let from = frame.spot(self.spent(stood.row), stood.row.error.estimated);
+                let to = frame.spot(self.forecast(stood).expected, target);
+                picture.line(vec![from, to], Pen::new(SOFT, 1.0).dashed(2.0, 3.0));
+            }
+            let ends = [x.low, x.high].map(|x| frame.spot(x, target));
+            picture.line(ends.to_vec(), Pen::new(VERMILION, 1.6).dashed(7.0, 4.0));
+        }
+        let rim = [y.low, y.high].map(|y| frame.spot(self.end(), y));
+        picture.line(rim.to_vec(), Pen::new(VERMILION, 1.6));
+        for part in parts {
+            let judged = self.rows.iter().filter(|row| row.judged && (part.of)(&row.error) >= least);
+            let spots = judged.map(|row| frame.spot(self.spent(row), (part.of)(&row.error))).collect();
+            picture.line(spots, Pen::new(part.ink, 1.4));
+        }
+        let spot = |row: &ConvergenceRow| frame.spot(self.spent(row), row.error.estimated);
+        let spots: Vec<Spot> = self.rows.iter().map(spot).collect();
+        picture.line(spots, Pen::new(BLUE, 1.8));
+        for row in self.rows {
+            match row.judged {
+                true => picture.disk(spot(row), 2.6, BLUE),
+                false => picture.circle(spot(row), 3.0, Pen::new(BLUE, 1.2)),
+            }
+        }
     }
-    let spots: Vec<Spot> = rows.iter().map(|row| frame.spot((spending.spent)(row), row.estimated_error)).collect();
-    picture.line(spots.clone(), Pen::new(BLUE, 1.8));
-    for spot in spots {
-        picture.disk(spot, 3.2, BLUE);
+
+    /// A bar for each forecast, from the low to the high end of its interval.
+    fn draw_forecasts(&self, picture: &mut Picture, left: f64, x: Scale) {
+        let [top, height] = FORECASTS;
+        let lines = self.stood.len().max(1);
+        let frame = Frame { left, top, width: COLUMN, height, x, y: Scale::linear(lines as f64, 0.0) };
+        frame.draw_lower(picture, self.spending.name, &self.spending.show);
+        let ends = [0.0, lines as f64].map(|y| frame.spot(self.end(), y));
+        picture.line(ends.to_vec(), Pen::new(VERMILION, 1.6));
+        for (line, stood) in self.stood.iter().enumerate() {
+            let (forecast, y) = (self.forecast(stood), line as f64 + 0.5);
+            let [low, middle, high] =
+                [forecast.low, forecast.expected, forecast.high].map(|number| frame.spot(number, y));
+            picture.line(vec![low, high], Pen::new(SOFT, 1.4));
+            for [x, y] in [low, high] {
+                picture.line(vec![[x, y - 4.0], [x, y + 4.0]], Pen::new(SOFT, 1.4));
+            }
+            picture.area(diamond(middle), BLACK, 1.0);
+            let label = [left - 7.0, middle[1] + 4.0];
+            picture.words(Words::new(&stood.label, label, TYPE).anchored(Anchor::End));
+        }
     }
-}
-
-fn draw_forecast(
-    picture: &mut Picture,
-    corner: Spot,
-    rows: &[ConvergenceRow],
-    target: Option<f64>,
-    spending: &Spending,
-) {
-    let end = end_of(rows, target);
-    let drawn = with_forecast(rows, target, spending);
-    let rows = &rows[..=end];
-    let came_true = (spending.spent)(&rows[end]);
-    let x = around(rows.iter().map(|row| (spending.spent)(row)), 1.25);
-    let y = around(drawn.iter().map(|row| (spending.forecast)(row)).chain([came_true]), 1.6);
-    let frame = frame(corner, x, y);
-    let below = format!("when the forecast was made: {}", spending.name);
-    frame.draw(picture, [&below, spending.forecast_name], [&spending.show, &spending.show]);
-    let ends = [frame.x.low, frame.x.high].map(|x| frame.spot(x, came_true));
-    picture.line(ends.to_vec(), Pen::new(VERMILION, 1.6));
-    let spots: Vec<Spot> =
-        drawn.iter().map(|row| frame.spot((spending.spent)(row), (spending.forecast)(row))).collect();
-    picture.line(spots.clone(), Pen::new(SOFT, 0.8).dashed(2.0, 3.0));
-    for spot in spots {
-        picture.ring(diamond(spot), Pen::new(SOFT, 1.2));
-    }
-}
-
-/// The judgement from which on the target was met, or else the last.
-///
-/// One map may meet it before another is judged at all. After it a run may still work on maps that the target does not
-/// bind.
-fn end_of(rows: &[ConvergenceRow], target: Option<f64>) -> usize {
-    let is_met = |row: &ConvergenceRow| {
-        target.is_some_and(|target| row.estimated_error <= target) && row.forecast_chains <= row.chains as f64
-    };
-    rows.iter().rposition(|row| !is_met(row)).map_or(0, |missed| (missed + 1).min(rows.len() - 1))
-}
-
-/// The judgements that forecast something, up to the end: while a map that the target binds is not judged yet, there is
-/// nothing to forecast, and the rows repeat the present.
-fn with_forecast<'a>(rows: &'a [ConvergenceRow], target: Option<f64>, spending: &Spending) -> Vec<&'a ConvergenceRow> {
-    let end = end_of(rows, target);
-    let is_ahead = |row: &ConvergenceRow| (spending.forecast)(row) > (spending.spent)(row);
-    let kept = rows.iter().enumerate().filter(|(index, row)| *index == end || (*index < end && is_ahead(row)));
-    kept.map(|(_, row)| row).collect()
 }
 
 fn diamond([x, y]: Spot) -> Vec<Spot> {
@@ -166,18 +246,49 @@ fn diamond([x, y]: Spot) -> Vec<Spot> {
     vec![[x, y - R], [x + R, y], [x, y + R], [x - R, y]]
 }
 
-fn draw_key(picture: &mut Picture, [left, y]: Spot, has_target: bool) {
-    let middle = y - 4.0;
-    picture.line(vec![[left, middle], [left + 24.0, middle]], Pen::new(BLUE, 1.8));
-    picture.disk([left + 12.0, middle], 3.2, BLUE);
-    picture.words(Words::new("error as judged", [left + 32.0, y], TYPE));
-    picture.ring(diamond([left + 170.0, middle]), Pen::new(SOFT, 1.2));
-    picture.words(Words::new("forecast as it stood at each judgement", [left + 182.0, y], TYPE));
-    picture.line(vec![[left + 440.0, middle], [left + 464.0, middle]], Pen::new(VERMILION, 1.6));
-    picture.words(Words::new("what it came to", [left + 472.0, y], TYPE));
+fn draw_key(picture: &mut Picture, parts: &[&Part], has_target: bool, has_pilot: bool) {
+    let mut at = [92.0, 70.0];
+    let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, Spot)| {
+        draw(picture, [at[0], at[1] - 4.0]);
+        picture.words(Words::new(words, [at[0] + 30.0, at[1]], TYPE));
+        at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;
+    };
+    let line = |pen: Pen| move |picture: &mut Picture, [x, y]: Spot| picture.line(vec![[x, y], [x + 24.0, y]], pen);
+    entry(picture, "stated error", &|picture, [x, y]| {
+        line(Pen::new(BLUE, 1.8))(picture, [x, y]);
+        picture.disk([x + 12.0, y], 2.6, BLUE);
+    });
+    if has_pilot {
+        entry(picture, "expected by the pilot", &|picture, [x, y]| {
+            line(Pen::new(BLUE, 1.8))(picture, [x, y]);
+            picture.circle([x + 12.0, y], 3.0, Pen::new(BLUE, 1.2));
+        });
+    }
+    for part in parts {
+        entry(picture, part.name, &line(Pen::new(part.ink, 1.4)));
+    }
     if has_target {
-        picture.line(vec![[left + 630.0, middle], [left + 654.0, middle]], Pen::new(VERMILION, 1.6).dashed(7.0, 4.0));
-        picture.words(Words::new("target", [left + 662.0, y], TYPE).anchored(Anchor::Start));
+        entry(picture, "target", &line(Pen::new(VERMILION, 1.6).dashed(7.0, 4.0)));
+    }
+    entry(picture, "end of the run", &|picture, [x, y]| {
+        picture.line(vec![[x + 12.0, y - 7.0], [x + 12.0, y + 7.0]], Pen::new(VERMILION, 1.6));
+    });
+    at = [92.0, HEIGHT - 18.0];
+    let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, Spot)| {
+        draw(picture, [at[0], at[1] - 4.0]);
+        picture.words(Words::new(words, [at[0] + 30.0, at[1]], TYPE));
+        at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;
+    };
+    entry(picture, "forecast of the whole run as it stood then, with the interval that holds 90 % of runs", &|picture,
+                                                                                                              [
+        x,
+        y,
+    ]| {
+        line(Pen::new(SOFT, 1.4))(picture, [x, y]);
+        picture.area(diamond([x + 12.0, y]), BLACK, 1.0);
+    });
+    if has_target {
+        entry(picture, "law fitted by then", &line(Pen::new(SOFT, 1.0).dashed(2.0, 3.0)));
     }
 }
 
@@ -185,30 +296,50 @@ fn draw_key(picture: &mut Picture, [left, y]: Spot, has_target: bool) {
 mod tests {
     use super::*;
 
-    fn row(wall_s: f64, estimated_error: f64, forecast_wall_s: f64) -> ConvergenceRow {
+    fn row(rays: u64, estimated: f64, forecast: f64) -> ConvergenceRow {
         ConvergenceRow {
-            wall_s,
-            chains: 100,
-            estimated_error,
-            forecast_wall_s,
-            forecast_chains: 100.0,
-            rays: 500,
-            forecast_rays: 500.0,
+            wall_s: rays as f64 * 1e-6,
+            rays,
+            chains: 0,
+            error: ErrorParts::random(estimated),
+            judged: true,
+            forecast_rays: Forecast { expected: forecast, low: 0.9 * forecast, high: 1.1 * forecast },
+            forecast_wall_s: Forecast::known(forecast * 1e-6),
         }
     }
 
-    /// A map that meets the target before the next one is judged does not end the run, and what it repeats of the
-    /// present is no forecast.
+    /// Forecasts are shown as they stood at 2, 5, 20 and 50 % of the rays: by the last row before. Where the first row is later, it is
+    /// shown under its own share.
     #[test]
-    fn a_run_ends_with_its_last_map() {
-        let rows = [row(0.1, 0.012, 0.1), row(0.2, 0.008, 0.2), row(0.3, 0.013, 0.5), row(0.4, 0.009, 0.4)];
-        assert_eq!(end_of(&rows, Some(0.01)), 3);
-        let forecasts: Vec<f64> =
-            with_forecast(&rows, Some(0.01), &SPENDINGS[0]).iter().map(|row| row.forecast_wall_s).collect();
-        assert_eq!(forecasts, [0.5, 0.4]);
-        // Without a target, and where it was missed, the last judgement is the end; met from the first, the first.
-        assert_eq!(end_of(&rows, None), 3);
-        assert_eq!(end_of(&rows[..3], Some(0.01)), 2);
-        assert_eq!(end_of(&rows, Some(0.02)), 0);
+    fn forecasts_are_shown_as_they_stood() {
+        let rows = [(10, 90.0), (40, 80.0), (190, 95.0), (450, 99.0), (1000, 1000.0)];
+        let rows = rows.map(|(rays, forecast)| row(rays, 1.0 / rays as f64, forecast));
+        let shown = |rows: &[ConvergenceRow]| -> Vec<(String, f64)> {
+            let stood = as_they_stood(rows);
+            stood.iter().map(|stood| (stood.label.clone(), stood.row.forecast_rays.expected)).collect()
+        };
+        let labelled = |shares: [&str; 4], forecasts: [f64; 4]| -> Vec<(String, f64)> {
+            shares.into_iter().map(str::to_owned).zip(forecasts).collect()
+        };
+        let shares = ["at 2 %", "at 5 %", "at 20 %", "at 50 %"];
+        assert_eq!(shown(&rows), labelled(shares, [90.0, 80.0, 95.0, 99.0]));
+        assert_eq!(shown(&rows[2..])[0], ("at 19 %".to_owned(), 95.0));
+        assert_eq!(shown(&rows[2..]).len(), 3);
+        assert!(shown(&rows[4..]).is_empty());
+    }
+
+    #[test]
+    fn counts_have_three_digits() {
+        assert_eq!([7, 12_345, 5_170_903].map(count), ["7", "12.3 k", "5.17 M"]);
+    }
+
+    /// Where elements adapt, both errors are shown; an error of one part is shown once.
+    #[test]
+    fn parts_of_the_error_are_shown_where_there_are_some() {
+        let mut rows = [row(10, 0.1, 20.0)];
+        assert!(shown_parts(&rows).is_empty());
+        rows[0].error.discretisation = 0.05;
+        let names: Vec<&str> = shown_parts(&rows).iter().map(|part| part.name).collect();
+        assert_eq!(names, ["random", "discretisation"]);
     }
 }

@@ -71,7 +71,20 @@ const TABLE_COLUMNS: &[&str] = &[
     "evaluation_points",
     "covered_area_m2",
 ];
-const CONVERGENCE_COLUMNS: &[&str] = &["wall_s", "chains", "estimated_error", "forecast_wall_s", "forecast_chains"];
+const CONVERGENCE_COLUMNS: &[&str] = &[
+    "wall_s",
+    "rays",
+    "chains",
+    "estimated_error",
+    "random_error",
+    "bias",
+    "forecast_rays",
+    "forecast_rays_low",
+    "forecast_rays_high",
+    "forecast_wall_s",
+    "forecast_wall_low_s",
+    "forecast_wall_high_s",
+];
 
 /// All tables of a run, those alone that have a map to show: a map that was not asked for has no file.
 ///
@@ -268,10 +281,17 @@ fn convergence_file(rows: &[ConvergenceRow]) -> Result<ResultFile, OutputError> 
     for row in rows {
         sheet.row(&[
             Field::Number(row.wall_s),
+            Field::Count(row.rays),
             Field::Count(row.chains),
-            Field::Number(row.estimated_error),
-            Field::Number(row.forecast_wall_s),
-            Field::Number(row.forecast_chains),
+            Field::Number(row.error.estimated),
+            Field::Number(row.error.random),
+            Field::Number(row.error.bias),
+            Field::Number(row.forecast_rays.expected),
+            Field::Number(row.forecast_rays.low),
+            Field::Number(row.forecast_rays.high),
+            Field::Number(row.forecast_wall_s.expected),
+            Field::Number(row.forecast_wall_s.low),
+            Field::Number(row.forecast_wall_s.high),
         ])?;
     }
     Ok(sheet.finish())

@@ -12,7 +12,8 @@ use rayon::prelude::*;
 
 pub use self::sides::SideLosses;
 use super::broad::{Broad, BroadLoss};
-use super::job::{Context, Shows, TimeLeft};
+use super::job::{Context, Shows};
+use super::pace::TimeLeft;
 use super::pilot::is_over;
 use super::sweep::stream_number;
 use crate::control::{ElementLoss, cuts_for};

@@ -23,6 +23,7 @@ pub(super) fn finish(
     convergence: Vec<ConvergenceRow>,
     spending: Spending,
     stop_reason: StopReason,
+    begun_wall_s: f64,
     build_s: f64,
     compute_s: f64,
 ) -> Solution {
@@ -129,6 +130,7 @@ pub(super) fn finish(
         map_check,
         convergence,
         spending,
+        begun_wall_s,
         build_s,
         compute_s,
         paths_not_found,

@@ -6,6 +6,7 @@ mod elements;
 mod ends;
 mod engine;
 mod expected;
+mod forecast;
 
 use std::ops::Range;
 use std::time::Instant;
@@ -24,8 +25,8 @@ use super::cells::{CellAsks, CellSets};
 use super::choice::Offered;
 use super::local::Kernel;
 use super::local::LocalPlan;
-use super::pace::Pace;
 pub use super::pace::RAYS_PER_SLICE;
+use super::pace::{Pace, TimeLeft};
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::spending::{Activity, Spending};
 use super::sweep::{self, Deposits};
@@ -67,20 +68,6 @@ pub struct Context<'a> {
     pub time_left: &'a (dyn Fn() -> TimeLeft + Sync),
     /// How much work it does between two looks at the clock.
     pub pace: Pace,
-}
-
-/// What time a run has left, for work that takes long between two slices. Results hang on it only where a limit or the user ends
-/// the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum TimeLeft {
-    /// None for long: what a map could still gain is given up.
-    LongOver,
-    /// None: a limit has passed, or the user wants to stop.
-    None,
-    /// Too little for cutting elements before the run.
-    Little,
-    /// Enough.
-    Enough,
 }
 
 /// One map in the making.
@@ -144,7 +131,11 @@ pub struct Job {
     /// How far it is to go before the next look, and what it needs to the target by the latest, where it asks cells.
     pub cell_goal: CellGoal,
     pub cell_growth: Option<(CellGrowth, u64)>,
+    /// Least and most rays, about, that the plan would take if the look were off.
+    plan_bounds: Option<[f64; 2]>,
     judged_samples: u64,
+    /// What is known of its error, and the samples of which it is known: the latest judgement, or a glance since.
+    seen: Option<(Judgement, u64)>,
     pace: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
@@ -251,7 +242,9 @@ impl Job {
             asks: None,
             cell_goal: CellGoal::default(),
             cell_growth: None,
+            plan_bounds: None,
             judged_samples: 0,
+            seen: None,
             pace: ErrorHistory::default(),
             direct,
             indirect,
@@ -494,6 +487,7 @@ impl Job {
             // Cells know more at every look: its samples are not those of the look before and some more.
             self.history.clear();
         }
+        self.seen = Some((self.judgement, self.samples));
         self.history.add(Look {
             samples: self.samples,
             rays: self.rays,
@@ -563,11 +557,7 @@ impl Job {
         self.history.clear();
         self.pace.clear();
         self.held_since = None;
-    }
-
-    /// Samples at the latest judgement.
-    pub fn judged_samples(&self) -> u64 {
-        self.judged_samples
+        self.seen = None;
     }
 }
 

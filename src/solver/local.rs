@@ -9,7 +9,8 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use rayon::prelude::*;
 
-use super::job::{Context, TimeLeft};
+use super::job::Context;
+use super::pace::TimeLeft;
 use super::pilot::PartCost;
 use super::sweep::{emission_shift, merged, spread_choice};
 use crate::chain::Stage;

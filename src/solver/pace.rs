@@ -1,4 +1,5 @@
-//! How much work a slice is: a fixed number of rays, or as few as fit between two looks at the clock where rays are slow.
+//! How much work a slice is: a fixed number of rays, or as few as fit between two looks at the clock where rays are slow; and what
+//! time a run has left.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -18,6 +19,20 @@ const LONGEST_SLICE_S: f64 = 0.25;
 /// The next slice has at most so many times the rays of the one before, or so small a part of them.
 const MOST_GROWTH: f64 = 4.0;
 const LEAST_GROWTH: f64 = 0.01;
+
+/// What time a run has left, for work that takes long between two slices. Results hang on it only where a limit or the user ends
+/// the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TimeLeft {
+    /// None for long: what a map could still gain is given up.
+    LongOver,
+    /// None: a limit has passed, or the user wants to stop.
+    None,
+    /// Too little for cutting elements before the run.
+    Little,
+    /// Enough.
+    Enough,
+}
 
 /// The rays of the next slice.
 ///

@@ -6,7 +6,8 @@
 use rayon::prelude::*;
 
 use super::adapt::Adaptive;
-use super::job::{Context, TimeLeft};
+use super::job::Context;
+use super::pace::TimeLeft;
 use crate::estimators::ahead::Expectations;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;

@@ -1,20 +1,24 @@
 //! The run: jobs go forward in slices until the stop rule, a limit or the user ends it.
 
+mod clock;
+mod expectations;
 mod forecast;
 
 use std::time::{Duration, Instant};
 
+use self::clock::Clock;
+pub use self::expectations::{Expectation, expectations};
 use super::cells::CellSets;
 use super::choice;
 use super::finish::finish;
-use super::job::{Context, Engine, Job, Refinement, TimeLeft};
-use super::pace::Pace;
+use super::job::{Context, Engine, Job, Refinement};
+use super::pace::{Pace, TimeLeft};
 use super::sparse::fill_sparse_elements;
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::base::memory::limit_bytes;
 use crate::chain::{NearLights, Stage};
-use crate::control::{accepts, after_refusal, needed_work, next_judgement};
+use crate::control::{Forecast, accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::MapKind;
 use crate::scene::Scene;
 
@@ -44,7 +48,7 @@ pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 /// How a run stands.
 #[derive(Clone, Debug)]
 pub struct Progress {
-    /// Worst stated error of the bound maps, once it has been judged.
+    /// Worst stated error of the bound maps, once all have been judged.
     pub estimated_error: Option<f64>,
     /// Target, if one is set.
     pub target_error: Option<f64>,
@@ -52,12 +56,10 @@ pub struct Progress {
     pub chains: u64,
     /// Rays so far.
     pub rays: u64,
-    /// Forecast of the chains at the end, once there is one.
-    pub forecast_chains: Option<f64>,
-    /// Forecast of the rays at the end, once there is one.
-    pub forecast_rays: Option<f64>,
-    /// Forecast of the seconds that remain, once there is one.
-    pub remaining_s: Option<f64>,
+    /// Forecast of the rays at the end, where there is one.
+    pub forecast_rays: Option<Forecast>,
+    /// Forecast of the seconds that remain, where there is one.
+    pub remaining_s: Option<Forecast>,
     /// The map that the rest of the time goes to most, once there is a forecast.
     pub slowest_map: Option<String>,
     /// Share of the work done, 0 to 1.
@@ -70,6 +72,8 @@ pub struct Progress {
 pub trait Observer: Sync {
     /// Called after every slice of work.
     fn progress(&self, progress: &Progress);
+    /// Called once before the work where only a time limit ends the run: the stated error that it may be expected to reach.
+    fn expects(&self, _error: Forecast) {}
     /// Whether the user wants to stop.
     fn is_interrupted(&self) -> bool;
     /// Seconds since the process started.
@@ -115,7 +119,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         time_left: &time_left,
         pace,
     };
-    let piloted = Instant::now();
+    let (piloted, begun_wall_s) = (Instant::now(), observer.wall_s());
     let mut run = Run {
         context: &context,
         settings,
@@ -126,11 +130,17 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         most_bytes_of_cells: limit_bytes() / SHARE_OF_MEMORY,
         convergence: Vec::new(),
         spending: Spending::default(),
-        started_wall_s: observer.wall_s(),
+        clock: Clock::begun(begun_wall_s),
     };
     run.context.pace.begin(run.progress().rays, piloted.elapsed());
     run.prepare();
     run.spending.add(Activity::Pilots, stage.outlook_rays(), piloted.elapsed());
+    run.clock.pilots_end(run.all_rays(), observer.wall_s());
+    run.record(false);
+    if let Some(error) = run.affordable_error() {
+        observer.expects(error);
+    }
+    observer.progress(&run.progress());
     let stop_reason = run.work();
     // A single sample, where no more are asked for, may have taken all the time there was.
     let in_haste =
@@ -144,8 +154,18 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
-    let mut solution =
-        finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, build_s, compute_s);
+    let mut solution = finish(
+        &context,
+        settings,
+        target_error,
+        jobs,
+        convergence,
+        spending,
+        stop_reason,
+        begun_wall_s,
+        build_s,
+        compute_s,
+    );
     if left_out.iter().any(|(_, bound)| *bound) {
         solution.target_met = solution.target_met.map(|_| false);
         if !solution.maps.iter().any(|map| map.bound) {
@@ -200,8 +220,8 @@ struct Run<'a> {
     convergence: Vec<ConvergenceRow>,
     /// Seconds of pilots and of judging.
     spending: Spending,
-    /// Wall time at which pilots and maps were begun.
-    started_wall_s: f64,
+    /// How fast its rays are.
+    clock: Clock,
 }
 
 impl Run<'_> {
@@ -231,6 +251,7 @@ impl Run<'_> {
                 return StopReason::TimeLimit;
             }
             self.slice(index);
+            self.record(false);
             self.observer.progress(&self.progress());
         }
     }
@@ -297,7 +318,8 @@ impl Run<'_> {
             return true;
         };
         let wall_s = self.observer.wall_s();
-        let took_s = (wall_s - self.started_wall_s) * job.rays_at_least() / (self.progress().rays as f64).max(1.0);
+        let took_s =
+            (wall_s - self.clock.begun_wall_s()) * job.rays_at_least() / (self.progress().rays as f64).max(1.0);
         took_s <= (LONG_OVER * limit_s - wall_s).max(0.0) + PATIENCE_S
     }
 
@@ -437,8 +459,7 @@ impl Run<'_> {
         }
         self.spending.add(Activity::Judging, 0, started.elapsed());
         if bound {
-            let row = self.convergence_row();
-            self.convergence.extend(row);
+            self.record(true);
         }
     }
 
@@ -474,7 +495,7 @@ impl Run<'_> {
     fn affords_first_look(&self, job: &Job) -> bool {
         let started = job.samples > 0 || job.rays > 0;
         let share = (UNBOUND_SHARE * self.rays_of(true)).max(FIRST_LOOK_RAYS);
-        job.samples < job.first_samples() && (started || job.rays_to(job.first_samples()) <= share)
+        !job.is_judged() && (started || job.rays_to(job.first_samples()) <= share)
     }
 
     /// Every map that was asked for shows something, however the run ended.
@@ -540,11 +561,7 @@ impl Run<'_> {
             }
             self.spending.add(Activity::Judging, 0, started.elapsed());
         }
-        if let Some(row) = self.convergence_row()
-            && self.convergence.last().is_none_or(|last| last.chains != row.chains)
-        {
-            self.convergence.push(row);
-        }
+        self.record_end();
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::glare::GlareRating;
 use super::spending::Spending;
-use crate::maps::MapResult;
+use crate::control::Forecast;
+use crate::maps::{Judgement, MapResult};
 use crate::scene::Elements;
 
 /// How maps are estimated.
@@ -126,23 +127,58 @@ pub struct MapCheck {
     pub z_score: f64,
 }
 
-/// One judgement of the error during a run.
+/// How a run stood at a time, and what it then was to come to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConvergenceRow {
     /// Seconds since process start.
     pub wall_s: f64,
-    /// Chains so far, all maps.
-    pub chains: u64,
-    /// Worst bound map's stated error.
-    pub estimated_error: f64,
-    /// Forecast of `wall_s` at the target.
-    pub forecast_wall_s: f64,
-    /// Forecast of `chains` at the target.
-    pub forecast_chains: f64,
     /// Rays so far, those of pilots too.
     pub rays: u64,
-    /// Forecast of `rays` at the target.
-    pub forecast_rays: f64,
+    /// Chains so far, all maps.
+    pub chains: u64,
+    /// Errors of the bound map whose stated error is the worst.
+    pub error: ErrorParts,
+    /// Whether all bound maps have been judged: before, what a pilot lets expect of the others stands in.
+    pub judged: bool,
+    /// Rays at the end.
+    pub forecast_rays: Forecast,
+    /// Seconds from process start to the end.
+    pub forecast_wall_s: Forecast,
+}
+
+/// The stated error of a map and what it is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ErrorParts {
+    /// The stated error: its parts in quadrature.
+    pub estimated: f64,
+    /// Random error.
+    pub random: f64,
+    /// What even and odd halves share.
+    pub bias: f64,
+    /// What elements cannot show.
+    pub discretisation: f64,
+}
+
+impl ErrorParts {
+    /// Of a random error alone.
+    pub fn random(error: f64) -> ErrorParts {
+        ErrorParts { estimated: error, random: error, ..ErrorParts::default() }
+    }
+
+    /// Of an error that is none of chance.
+    pub fn bias(error: f64) -> ErrorParts {
+        ErrorParts { estimated: error, bias: error, ..ErrorParts::default() }
+    }
+
+    /// Of a judgement.
+    pub fn of(judgement: &Judgement) -> ErrorParts {
+        ErrorParts {
+            estimated: judgement.stated_error(),
+            random: judgement.halves_error,
+            bias: judgement.bias,
+            discretisation: judgement.discretisation,
+        }
+    }
 }
 
 /// Everything that a run found out.
@@ -176,10 +212,12 @@ pub struct Solution {
     pub flux_balance: Result<FluxBalance, String>,
     /// Check of the element map, or why there is none.
     pub map_check: Result<MapCheck, String>,
-    /// Judgements in order.
+    /// How the run stood and what it was to come to, in order.
     pub convergence: Vec<ConvergenceRow>,
     /// Rays and seconds by what they were for.
     pub spending: Spending,
+    /// Seconds from process start to where computing began: starting, reading and building.
+    pub begun_wall_s: f64,
     /// Seconds for building the ray accelerator.
     pub build_s: f64,
     /// Seconds of computing.

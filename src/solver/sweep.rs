@@ -361,8 +361,7 @@ mod tests {
     use crate::chain::Stage;
     use crate::scene::scene_from_json;
     use crate::solver::Method;
-    use crate::solver::job::TimeLeft;
-    use crate::solver::pace::Pace;
+    use crate::solver::pace::{Pace, TimeLeft};
 
     #[test]
     fn choices_spread_evenly_and_stay_below_one() {

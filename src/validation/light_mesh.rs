@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use crate::chain::Stage;
+use crate::control::Forecast;
 use crate::estimators::images::AreaImages;
 use crate::light_mesh::{
     Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP,
@@ -12,7 +13,7 @@ use crate::light_mesh::{
 };
 use crate::maps::{MapError, MapKind, MapResult};
 use crate::scene::{Elements, Scene};
-use crate::solver::{ConvergenceRow, Observer, Progress, Settings, Solution, Spending, StopReason};
+use crate::solver::{ConvergenceRow, ErrorParts, Observer, Progress, Settings, Solution, Spending, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, PACKETS_OF_A_BOUND, map_requests};
 
 /// Plans of a map after the first whose last check missed the target.
@@ -86,6 +87,7 @@ pub fn solve_by_light_mesh(
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
+    let begun_wall_s = observer.wall_s();
     let solids = Solids::of(scene);
     let samples = Samples::of(&stage, Placing::Stratified, settings.seed);
     // A step that the user gives is taken as it is, if no error is asked for besides.
@@ -178,12 +180,12 @@ pub fn solve_by_light_mesh(
         if bound {
             convergence.push(ConvergenceRow {
                 wall_s,
-                chains: 0,
-                estimated_error,
-                forecast_wall_s: wall_s,
-                forecast_chains: 0.0,
                 rays,
-                forecast_rays: rays as f64,
+                chains: 0,
+                error: ErrorParts::bias(estimated_error),
+                judged: true,
+                forecast_rays: Forecast::known(rays as f64),
+                forecast_wall_s: Forecast::known(wall_s),
             });
         }
         observer.progress(&Progress {
@@ -191,7 +193,6 @@ pub fn solve_by_light_mesh(
             target_error,
             chains: 0,
             rays,
-            forecast_chains: None,
             forecast_rays: None,
             remaining_s: None,
             slowest_map: None,
@@ -254,6 +255,7 @@ pub fn solve_by_light_mesh(
         map_check: Err("light meshes trace no chains".to_owned()),
         convergence,
         spending: Spending::default(),
+        begun_wall_s,
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s,
         paths_not_found: stage.paths_not_found.clone(),

@@ -37,7 +37,7 @@ mod verdict;
 mod words;
 
 pub use calibration::{
-    Campaign, CampaignSettings, Forecast, SeedRun, calibrate, calibration_csv, calibration_html, calibration_md,
+    Campaign, CampaignSettings, JudgedForecast, SeedRun, calibrate, calibration_csv, calibration_html, calibration_md,
     calibration_pictures, calibration_table,
 };
 pub use case::{Case, Comparison, Criterion, Light, Run, What};

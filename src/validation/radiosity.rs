@@ -2,10 +2,13 @@
 
 use std::time::Instant;
 
+use crate::control::Forecast;
 use crate::maps::{MapKind, MapResult};
 use crate::radiosity::{NotARoom, Radiosity};
 use crate::scene::{Elements, Scene};
-use crate::solver::{ConvergenceRow, MapCheck, Observer, Progress, Settings, Solution, Spending, StopReason};
+use crate::solver::{
+    ConvergenceRow, ErrorParts, MapCheck, Observer, Progress, Settings, Solution, Spending, StopReason,
+};
 use crate::solver::{DEFAULT_TARGET_ERROR, map_requests};
 
 /// A finer mesh takes some 16 times as long as the one before; a run with a time limit begins none that would end late.
@@ -22,6 +25,7 @@ const ROUNDING: f64 = 1e-9;
 /// What of the scene radiosity cannot compute, or not in the time given.
 pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Solution, NotARoom> {
     let started = Instant::now();
+    let begun_wall_s = observer.wall_s();
     let target_error =
         settings.target_error.or_else(|| settings.time_limit_s.is_none().then_some(DEFAULT_TARGET_ERROR));
     let requests = map_requests(scene, &settings.maps);
@@ -37,19 +41,18 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         let wall_s = observer.wall_s();
         convergence.push(ConvergenceRow {
             wall_s,
-            chains: 0,
-            estimated_error,
-            forecast_wall_s: wall_s,
-            forecast_chains: 0.0,
             rays: 0,
-            forecast_rays: 0.0,
+            chains: 0,
+            error: ErrorParts::bias(estimated_error),
+            judged: true,
+            forecast_rays: Forecast::known(0.0),
+            forecast_wall_s: Forecast::known(wall_s),
         });
         observer.progress(&Progress {
             estimated_error: Some(estimated_error),
             target_error,
             chains: 0,
             rays: 0,
-            forecast_chains: None,
             forecast_rays: None,
             remaining_s: None,
             slowest_map: None,
@@ -101,6 +104,7 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         map_check,
         convergence,
         spending: Spending::default(),
+        begun_wall_s,
         build_s: 0.0,
         compute_s: started.elapsed().as_secs_f64(),
         warnings: Vec::new(),

@@ -91,6 +91,7 @@ pub fn solve_by_points(
         map_check: Err("shadow rays trace no chains".to_owned()),
         convergence: Vec::new(),
         spending: Spending::default(),
+        begun_wall_s: 0.0,
         build_s,
         compute_s: started.elapsed().as_secs_f64() - build_s - check_s,
         paths_not_found: Vec::new(),

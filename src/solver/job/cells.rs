@@ -310,7 +310,9 @@ impl Job {
             // What elements cannot show takes its part of the target.
             Some(target) => {
                 let share = (1.0 - (self.judgement.discretisation / target).powi(2)).max(LEAST_SHARE_OF_CHANCE);
-                parts.growth(share.sqrt() * target * self.judgement.mean_lx)
+                let chance_lx = share.sqrt() * target * self.judgement.mean_lx;
+                self.plan_bounds = Some(parts.bounds(chance_lx));
+                parts.growth(chance_lx)
             }
             None => CellGrowth { factors: [2.0; 4], all_walk: true, rays: parts.rays.iter().sum(), reaches: false },
         };

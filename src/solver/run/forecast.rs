@@ -1,129 +1,172 @@
 //! How a run stands, and what it is still to take.
 
-use super::{Progress, Run};
-use crate::control::needed_work;
+use super::{FIRST_LOOK_RAYS, Progress, Run, UNBOUND_SHARE};
+use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
-use crate::solver::job::{Engine, Job};
+use crate::solver::job::Job;
+
+/// Share of the forecast run after which its history has another row, whether a map was judged or not.
+const STEP_OF_ROWS: f64 = 0.02;
+
+/// Standard deviation of the logarithm of the rays that maps take which the target does not bind.
+const DEVIATION_OF_UNBOUND: f64 = 0.3;
 
 /// Work that is left to do.
 #[derive(Default)]
-struct Left {
-    chains: f64,
-    rays: f64,
-    seconds: f64,
-    /// The map that takes the most of it, and its seconds.
+pub(super) struct Left {
+    pub rays: Forecast,
+    /// The map that takes the most of it, and its rays.
     slowest: Option<(String, f64)>,
 }
 
 impl Left {
-    fn add(&mut self, map: &str, chains: f64, rays: f64, seconds: f64) {
-        if self.slowest.as_ref().is_none_or(|(_, most)| seconds > *most) {
-            self.slowest = Some((map.to_owned(), seconds));
+    fn add(&mut self, map: &str, rays: Forecast) {
+        if self.slowest.as_ref().is_none_or(|(_, most)| rays.expected > *most) {
+            self.slowest = Some((map.to_owned(), rays.expected));
         }
-        self.chains += chains;
-        self.rays += rays;
-        self.seconds += seconds;
+        self.rays = self.rays.plus(rays);
     }
 }
 
 impl Run<'_> {
-    /// How the run stands as a row of its history, once a map has been judged.
-    pub(super) fn convergence_row(&self) -> Option<ConvergenceRow> {
-        let progress = self.progress();
+    /// All rays so far.
+    pub(super) fn all_rays(&self) -> u64 {
+        self.context.stage.outlook_rays() + self.jobs.iter().map(Job::all_rays).sum::<u64>()
+    }
+
+    /// Adds a row to the history: where a map was judged, and every so often.
+    pub(super) fn record(&mut self, judged: bool) {
+        let is_due = match self.convergence.last() {
+            Some(last) => self.all_rays() as f64 >= last.rays as f64 + STEP_OF_ROWS * last.forecast_rays.expected,
+            None => true,
+        };
+        if !judged && !is_due {
+            return;
+        }
+        let since = self.convergence.last().map_or(0, |last| last.rays);
+        let affordable = (self.all_rays() - since) as f64;
+        for job in self.jobs.iter_mut().filter(|job| job.bound) {
+            job.glance(affordable);
+        }
+        let row = self.convergence_row();
+        self.convergence.extend(row);
+    }
+
+    /// The last row: what it came to.
+    pub(super) fn record_end(&mut self) {
+        let Some(row) = self.convergence_row() else {
+            return;
+        };
+        let (rays, wall_s) = (Forecast::known(row.rays as f64), Forecast::known(row.wall_s));
+        self.convergence.push(ConvergenceRow { forecast_rays: rays, forecast_wall_s: wall_s, ..row });
+    }
+
+    /// How the run stands as a row of its history; none as long as nothing is known of a bound map's error.
+    fn convergence_row(&self) -> Option<ConvergenceRow> {
+        let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
+        let bound = || self.jobs.iter().filter(|job| job.bound && !job.map.is_empty());
+        let errors = bound().filter_map(|job| job.error_so_far(self.context));
+        let error = errors.max_by(|a, b| a.estimated.total_cmp(&b.estimated))?;
+        let (left, remaining_s) = self.remaining(rays, wall_s).unwrap_or_default();
         Some(ConvergenceRow {
-            wall_s: progress.wall_s,
-            chains: progress.chains,
-            estimated_error: progress.estimated_error?,
-            forecast_wall_s: progress.wall_s + progress.remaining_s.unwrap_or(0.0),
-            forecast_chains: progress.forecast_chains.unwrap_or(progress.chains as f64),
-            rays: progress.rays,
-            forecast_rays: progress.forecast_rays.unwrap_or(progress.rays as f64),
+            wall_s,
+            rays,
+            chains: self.jobs.iter().map(Job::chains).sum::<u64>(),
+            error,
+            judged: bound().all(Job::is_judged),
+            forecast_rays: Forecast::known(rays as f64).plus(left.rays),
+            forecast_wall_s: Forecast::known(wall_s).plus(remaining_s),
         })
     }
 
-    /// How the run stands, with a forecast once a look has told what the target takes.
+    /// How the run stands, with a forecast where a target, chains or a limit end it.
     pub(super) fn progress(&self) -> Progress {
-        let judged = || self.jobs.iter().filter(|job| job.bound && job.judgement.mean_lx > 0.0);
-        let chains: u64 = self.jobs.iter().map(Job::chains).sum::<u64>();
-        let rays = self.context.stage.outlook_rays() + self.jobs.iter().map(Job::all_rays).sum::<u64>();
-        let wall_s = self.observer.wall_s();
-        let left = self.left(rays as f64 / (wall_s - self.started_wall_s).max(f64::MIN_POSITIVE));
+        let judged = || self.jobs.iter().filter(|job| job.bound && job.is_judged());
+        let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
+        let remaining = self.remaining(rays, wall_s);
         let time_fraction = self.settings.time_limit_s.map_or(0.0, |limit_s| wall_s / limit_s);
-        let work_fraction = rays as f64 / (rays as f64 + left.rays).max(1.0);
-        // What gathers has a plan before its first look.
-        let is_judged = |job: &Job| job.judged_samples() > 0;
-        let has_plan = |job: &Job| job.engine == Engine::Gathering;
-        let is_known = |job: &Job| is_judged(job) || job.map.is_empty() || has_plan(job);
-        let bound = || self.jobs.iter().filter(|job| job.bound);
-        let known = bound().all(is_known)
-            && bound().any(is_judged)
-            && (self.target_error.is_some() || self.settings.chains.is_some());
+        let rays_left = remaining.as_ref().map_or(f64::INFINITY, |(left, _)| left.rays.expected);
+        let work_fraction = rays as f64 / (rays as f64 + rays_left).max(1.0);
+        let errors = judged().filter_map(|job| job.error_so_far(self.context)).map(|error| error.estimated);
         Progress {
-            estimated_error: judged().map(|job| job.judgement.stated_error()).reduce(f64::max),
+            estimated_error: errors.reduce(f64::max),
             target_error: self.target_error,
-            chains,
+            chains: self.jobs.iter().map(Job::chains).sum::<u64>(),
             rays,
-            forecast_chains: known.then_some(chains as f64 + left.chains),
-            forecast_rays: known.then_some(rays as f64 + left.rays),
-            remaining_s: known.then_some(left.seconds),
-            slowest_map: left.slowest.filter(|_| known).map(|(name, _)| name),
-            fraction: if known { work_fraction.max(time_fraction) } else { time_fraction }.min(1.0),
+            forecast_rays: remaining.as_ref().map(|(left, _)| Forecast::known(rays as f64).plus(left.rays)),
+            remaining_s: remaining.as_ref().map(|(_, seconds)| *seconds),
+            slowest_map: remaining.and_then(|(left, _)| left.slowest).map(|(name, _)| name),
+            fraction: work_fraction.max(time_fraction).min(1.0),
             wall_s,
         }
     }
 
-    /// What the bound maps are still to take, by their latest looks and plans, at a rate of all rays so far.
-    fn left(&self, rays_per_s: f64) -> Left {
+    /// Rays and seconds to the end, whichever rule brings it; none where only the user does.
+    pub(super) fn remaining(&self, rays: u64, wall_s: f64) -> Option<(Left, Forecast)> {
+        let to_limit_s = self.settings.time_limit_s.map(|limit_s| (limit_s - wall_s).max(0.0));
+        let to_limit_rays = to_limit_s.map(|seconds| seconds * self.clock.rays_per_s(rays, wall_s));
+        if self.target_error.is_none() && self.settings.chains.is_none() {
+            let left = Left { rays: Forecast::known(to_limit_rays?), slowest: None };
+            return Some((left, Forecast::known(to_limit_s?)));
+        }
+        let mut left = self.left()?;
+        let mut seconds = self.clock.seconds_of(left.rays, rays, wall_s);
+        if let (Some(limit_rays), Some(limit_s)) = (to_limit_rays, to_limit_s) {
+            left.rays = left.rays.at_most(limit_rays);
+            seconds = seconds.at_most(limit_s);
+        }
+        Some((left, seconds))
+    }
+
+    /// What all maps are still to take; none where nothing is known of one.
+    fn left(&self) -> Option<Left> {
         let mut left = Left::default();
-        for job in self.jobs.iter().filter(|job| job.bound && !job.met && !job.finest) {
-            if job.engine == Engine::Gathering {
-                let rays = self.rays_to_ask(job);
-                left.add(&job.name, 0.0, rays, rays / rays_per_s);
-            } else if job.samples > 0 {
-                let more = self.more_samples(job);
-                let share = more / job.samples as f64;
-                left.add(
-                    &job.name,
-                    share * job.chains() as f64,
-                    job.rays_to(job.samples + more as u64),
-                    share * job.spending.all_seconds(),
-                );
-            } else if let Some(target) = self.target_error {
-                let rays = job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
-                left.add(&job.name, 0.0, rays, rays / rays_per_s);
-            }
+        // In one run of four or so a check refuses a map once: within the interval.
+        let mut refused = 0.0f64;
+        for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
+            let rays = self.left_of(job)?;
+            left.add(&job.name, rays);
+            refused = job.rays_if_refused(rays.expected).max(refused);
         }
-        left
+        if self.settings.chains.is_none() {
+            left.rays = left.rays.plus(Forecast { expected: 0.0, low: 0.0, high: refused });
+        }
+        let unbound = self.left_of_unbound(left.rays.expected);
+        left.rays = left.rays.plus(unbound);
+        Some(left)
     }
 
-    /// Rays that a map which asks cells still takes: by its latest plan, before its first look by its pilot.
-    fn rays_to_ask(&self, job: &Job) -> f64 {
-        match (job.rays_to_ask(), self.target_error) {
-            (Some(rays), _) => rays,
-            (None, Some(target)) if self.settings.chains.is_none() => {
-                (job.work_by_cells(self.context, target) - job.rays as f64).max(0.0)
+    /// Rays that a map still takes to the target, or to the chains asked for.
+    fn left_of(&self, job: &Job) -> Option<Forecast> {
+        let to_chains = |chains: u64| Forecast::known(job.rays_to(job.samples_for(chains)));
+        match (self.settings.chains, self.target_error) {
+            (Some(chains), None) => Some(to_chains(chains)),
+            (Some(chains), Some(target)) => {
+                let most = to_chains(chains).expected;
+                Some(job.rays_left(self.context, target).map_or(Forecast::known(most), |left| left.at_most(most)))
             }
-            _ => 0.0,
+            (None, Some(target)) => job.rays_left(self.context, target),
+            (None, None) => None,
         }
     }
 
-    /// Samples that a bound job which has not met the target still needs, by its own latest judgement or by the chains asked for.
-    fn more_samples(&self, job: &Job) -> f64 {
-        let done = job.samples as f64;
-        let to_target = match self.target_error {
-            Some(_) if job.refused => job.next_judgement as f64 - done,
-            Some(target) if job.judgement.mean_lx > 0.0 => {
-                // The judgement is of the last look; samples have been added since.
-                (needed_work(target, &job.judgement, job.error_exponent()) * job.judged_samples() as f64 - done)
-                    .max(0.0)
-            }
-            _ => f64::INFINITY,
-        };
-        let to_chains = self
-            .settings
-            .chains
-            .map_or(f64::INFINITY, |chains| job.samples_for(chains).saturating_sub(job.samples) as f64);
-        let more = to_target.min(to_chains);
-        if more.is_finite() { more } else { 0.0 }
+    /// Rays that maps still take which the target does not bind, beside so many of those that it binds: a first look, what they need to
+    /// the target where it fits into their share, and the chains that tell where flux goes.
+    fn left_of_unbound(&self, bound_rays: f64) -> Forecast {
+        let mut share = UNBOUND_SHARE * (self.rays_of(true) + bound_rays) - self.rays_of(false);
+        let mut sum = 0.0;
+        for job in self.jobs.iter().filter(|job| !job.bound && !self.is_done(job)) {
+            let rays = if job.is_judged() || self.settings.chains.is_some() {
+                let needed = self.left_of(job).map_or(0.0, |left| left.expected);
+                if needed <= share { needed } else { 0.0 }
+            } else {
+                let look = job.rays_to_look(self.context);
+                if job.rays > 0 || look <= share.max(FIRST_LOOK_RAYS) { look } else { 0.0 }
+            };
+            share -= rays;
+            sum += rays;
+        }
+        let balance: f64 = self.jobs.iter().map(Job::rays_of_balance).sum();
+        Forecast::spread(sum + balance, DEVIATION_OF_UNBOUND)
     }
 }

@@ -33,12 +33,12 @@ pub struct CampaignSettings {
     pub threads: usize,
 }
 
-/// A forecast during a run.
+/// A forecast during a run, held against what came true.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Forecast {
-    /// Share of the run that was done: of its rays where it gathers, else of its chains.
+pub struct JudgedForecast {
+    /// Share of the run's rays that were done.
     pub share: f64,
-    /// Forecast over what these came to.
+    /// JudgedForecast of its rays over what these came to.
     pub ratio: f64,
 }
 
@@ -72,7 +72,7 @@ pub struct SeedRun {
     /// Weighted mean deviation over the mean exact value.
     pub bias: f64,
     /// Forecasts.
-    pub forecasts: Vec<Forecast>,
+    pub forecasts: Vec<JudgedForecast>,
 }
 
 /// Runs of one map of one case by one method.
@@ -177,18 +177,10 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &Entry
         let most = student_within(level, degrees);
         scores.iter().filter(|z| z.abs() <= most).count()
     });
-    // The chains that gathering looks up are but a part of its work.
-    let by_rays = map.is_some_and(|map| map.method == "gather");
-    let forecast = |row: &ConvergenceRow| {
-        let (done, forecast, all) = if by_rays {
-            (row.rays, row.forecast_rays, solution.rays)
-        } else {
-            (row.chains, row.forecast_chains, solution.chains)
-        };
-        let all = all.max(1) as f64;
-        Forecast { share: done as f64 / all, ratio: forecast / all }
-    };
-    let rows = solution.convergence.iter().filter(|row| row.chains > 0);
+    let all = solution.rays.max(1) as f64;
+    let forecast =
+        |row: &ConvergenceRow| JudgedForecast { share: row.rays as f64 / all, ratio: row.forecast_rays.expected / all };
+    let rows = solution.convergence.iter().filter(|row| row.rays > 0);
     SeedRun {
         seed,
         estimator: map.map_or(String::new(), |map| map.method.clone()),
@@ -278,7 +270,7 @@ impl Campaign {
 
     /// Median and largest relative error of forecasts made between two shares of the work.
     pub fn forecast_error(&self, low: f64, high: f64) -> Option<(f64, f64)> {
-        let between = |forecast: &&Forecast| (low..high).contains(&forecast.share);
+        let between = |forecast: &&JudgedForecast| (low..high).contains(&forecast.share);
         let errors: Vec<f64> = self
             .runs
             .iter()

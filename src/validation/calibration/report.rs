@@ -13,7 +13,7 @@ const HOW_TO_READ: [&str; 5] = [
     "Covered is the share of the error bars (Student's t with 15 degrees of freedom, nominally 95.4 %) that hold the truth. Met is how many of the runs that said “target met” truly are at or under the target; at least 95 % should be, and the bound is what chance leaves of it.",
     "Bias is the mean error over all runs of a value, beside the error that the value states: the share of the values for which it is at most a third (of 300 seeds and more, 99 % must be), and the largest, four of its own standard errors less, over what is stated (at most a third). The mean bias is that of the whole map, in its own standard errors.",
     "Cost is the mean of the rays over those of an oracle that knows the expected error and stops where it equals the target. It may be 1.3 where the error has 200 degrees of freedom and more, else 1.2·χ²(k, 95 %)/k.",
-    "Forecasts are of the chains at the end, those of gathered maps of the rays; a forecast is held against what came true, by the share of the run that was done when it was made. Refused counts the runs in which a statistical check held up a run that the stop rule would have ended.",
+    "Forecasts are of the rays at the end; a forecast is held against what came true, by the share of the run that was done when it was made. Refused counts the runs in which a statistical check held up a run that the stop rule would have ended.",
 ];
 
 /// One row a campaign.
@@ -136,7 +136,7 @@ pub fn calibration_html(campaigns: &[Campaign], settings: &CampaignSettings, uni
         ),
         (
             forecast_picture(campaigns),
-            "Forecast of the chains at the end over what they came to, against the share of the run that was done.",
+            "Forecast of the rays at the end over what they came to, against the share of the run that was done.",
         ),
     ];
     for (picture, caption) in pictures {

@@ -1,0 +1,136 @@
+//! `luxmc solve --dry-run`: what a target would take, by pilots alone.
+
+use std::time::Instant;
+
+use super::exit::Failure;
+use super::memory::needed_bytes;
+use super::method::Method;
+use super::number_text::{count, percent, significant, time};
+use super::progress::Watcher;
+use super::text_table::text_table;
+use super::{Outcome, console};
+use crate::control::Forecast;
+use crate::radiosity::Radiosity;
+use crate::scene::Scene;
+use crate::solver::{DEFAULT_TARGET_ERROR, Expectation, Settings, expectations};
+use crate::validation::check_light_mesh;
+
+/// Targets that are told beside the one asked for.
+const TARGETS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
+
+/// Methods that pilots tell of, by their names.
+const PILOTED: [(crate::solver::Method, &str); 4] = [
+    (crate::solver::Method::Auto, "auto"),
+    (crate::solver::Method::Gather, "gather"),
+    (crate::solver::Method::Collision, "collision"),
+    (crate::solver::Method::Local, "local"),
+];
+
+/// Prints what runs of a scene would take: by every method that applies, or by the one that was asked for.
+pub fn dry_run(scene: &Scene, settings: &Settings, method: Method, started: Instant, quiet: bool) -> Outcome {
+    let mut targets = TARGETS.to_vec();
+    if let Some(target) = settings.target_error.filter(|target| !TARGETS.contains(target)) {
+        targets.push(target);
+        targets.sort_by(|a, b| b.total_cmp(a));
+    }
+    let asked_for = |piloted: &crate::solver::Method| *piloted == settings.method || method == Method::Auto;
+    let methods: Vec<crate::solver::Method> = PILOTED
+        .iter()
+        .map(|(method, _)| *method)
+        .filter(asked_for)
+        .filter(|of| applies(*of, scene, settings))
+        .collect();
+    let watcher = Watcher::new(started, true);
+    let expected = expectations(scene, settings, &methods, &targets, &watcher);
+    if expected.is_empty() {
+        console::message("no forecast: the pilots found no light in a map that the target binds");
+    }
+    let map_bytes = needed_bytes(scene, settings) as f64;
+    console::result(&table(&expected, map_bytes))?;
+    if !quiet {
+        let target = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
+        console::message(&format!(
+            "forecasts by pilots alone, with the interval that holds 90 % of runs; a run to {} forecasts anew at every look",
+            percent(target)
+        ));
+        let mut others = Vec::new();
+        others.extend(Radiosity::check(scene).is_ok().then_some("radiosity"));
+        others.extend(check_light_mesh(scene, settings).is_ok().then_some("light-mesh"));
+        if method == Method::Auto && !others.is_empty() {
+            console::message(&format!("without pilots, and not forecast: {}", others.join(", ")));
+        }
+    }
+    Ok(super::exit::Exit::Done)
+}
+
+/// Whether a method differs from walks and counts in this scene.
+fn applies(method: crate::solver::Method, scene: &Scene, settings: &Settings) -> bool {
+    method != crate::solver::Method::Local
+        || !scene.receivers.is_empty() && settings.maps != crate::solver::MapSelection::Elements
+}
+
+fn table(expected: &[Expectation], map_bytes: f64) -> String {
+    let rows = expected.iter().map(|run| {
+        let name = PILOTED.iter().find(|(method, _)| *method == run.method).map_or("", |(_, name)| *name);
+        let [low_s, high_s] = [run.compute_s.low, run.compute_s.high].map(time);
+        vec![
+            name.to_owned(),
+            run.engines.join(", "),
+            percent(run.target_error),
+            count(run.rays.expected),
+            between(run.rays, count),
+            time(run.compute_s.expected),
+            format!("{low_s} to {high_s}"),
+            megabytes(map_bytes + run.bytes_of_cells),
+        ]
+    });
+    let header = ["method", "estimates by", "target", "rays", "90 % of runs", "time", "90 % of runs", "memory"];
+    text_table(&header, &[0, 1], rows)
+}
+
+fn between(forecast: Forecast, show: fn(f64) -> String) -> String {
+    format!("{} to {}", show(forecast.low), show(forecast.high))
+}
+
+fn megabytes(bytes: f64) -> String {
+    format!("{} MB", significant((bytes / 1e6).max(1.0), 2))
+}
+
+/// Whether a method has pilots.
+pub fn check(method: Method) -> Result<(), Failure> {
+    let name = match method {
+        Method::Radiosity => "radiosity",
+        Method::LightMesh => "light-mesh",
+        Method::Auto | Method::Gather | Method::Collision | Method::Local | Method::LocalNaive => return Ok(()),
+    };
+    Err(Failure::Usage {
+        what: format!("{name} has no pilot that could tell what a run takes"),
+        got: format!("--dry-run with --method {name}"),
+        expected: "--method auto, gather, collision or local".to_owned(),
+        remedy: format!("leave out --method, or run {name} with a --time-limit"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_is_told_in_one_line_with_its_intervals() {
+        let expected = Expectation {
+            method: crate::solver::Method::Gather,
+            engines: vec!["gather", "walk"],
+            target_error: 0.003,
+            rays: Forecast { expected: 1.5e6, low: 1e6, high: 2e6 },
+            compute_s: Forecast { expected: 3.0, low: 2.0, high: 6.5 },
+            bytes_of_cells: 3e7,
+        };
+        let text = table(&[expected], 2e7);
+        let line = text.lines().nth(1).unwrap_or_default();
+        let cells: Vec<&str> = line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).collect();
+        assert_eq!(
+            cells,
+            ["gather", "gather, walk", "0.300 %", "1.50 M", "1.00 M to 2.00 M", "3.0 s", "2.0 s to 6.5 s", "50 MB"]
+        );
+    }
+}

@@ -1,0 +1,168 @@
+//! What a map is known to be off by, and what it is still to take.
+
+use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
+use crate::control::{Forecast, deviation_of_work, needed_work};
+use crate::maps::{MapKind, REPLICAS, judge};
+use crate::solver::ErrorParts;
+
+/// An entry is judged in the time of this many rays, about, and glances may take this share of a run.
+const RAYS_OF_AN_ENTRY: f64 = 1.0;
+const SHARE_OF_GLANCES: f64 = 0.01;
+/// Share of the squared target that is left to chance where elements are to be cut before they can meet it.
+const SHARE_OF_CHANCE: f64 = 0.75;
+/// Standard deviations of the logarithm of the work, by a pilot of walks or chains, by one of cells, by a look (beside what its own chance
+/// tells), by a plan (of what is left, likewise), and where elements are to be cut.
+/// Measured in six kinds of rooms; in some, cells are far better than a pilot of walks can tell.
+const DEVIATION_BY_PILOT: f64 = 0.5;
+const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.8;
+const DEVIATION_OF_LOOK: f64 = 0.05;
+const DEVIATION_OF_PLAN: f64 = 0.3;
+const DEVIATION_BY_CUTTING: f64 = 0.7;
+
+impl Job {
+    /// Whether anything of the error of its present samples is known but what its pilot lets expect.
+    pub fn is_judged(&self) -> bool {
+        self.seen.is_some()
+    }
+
+    /// The error so far: by the latest look, or what as many rays of walks or counts would leave by the pilot. None where
+    /// the pilot found no light.
+    pub fn error_so_far(&self, context: &Context) -> Option<ErrorParts> {
+        match &self.seen {
+            Some((judgement, _)) if judgement.mean_lx > 0.0 => Some(ErrorParts::of(judgement)),
+            _ => self.error_by_pilot(context),
+        }
+    }
+
+    fn error_by_pilot(&self, context: &Context) -> Option<ErrorParts> {
+        let mean_lx = self.mean_without_gathering_lx();
+        let indirect = self.indirect.variance * self.indirect.rays * self.map.len() as f64;
+        let direct = self.direct.variance * self.direct.rays * self.map.len() as f64;
+        let rays = self.all_rays() + context.stage.outlook_rays();
+        let error = (direct.sqrt() + indirect.sqrt()) / (rays as f64).sqrt() / mean_lx;
+        (mean_lx > 0.0 && rays > 0).then_some(ErrorParts::random(error))
+    }
+
+    /// Looks at the error, to tell it and not to decide by it, where that takes little beside so many rays.
+    pub fn glance(&mut self, rays: f64) {
+        let is_cheap = RAYS_OF_AN_ENTRY * self.map.entries() as f64 <= SHARE_OF_GLANCES * rays;
+        let is_whole = self.map.direct_samples.ahead == 0 && self.map.indirect_samples.ahead == 0;
+        // Before a first look there are too few samples to tell more than the pilot.
+        let is_new = self.seen.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
+        let counts = !self.black && self.engine != Engine::Gathering && self.samples > 0 && !self.met;
+        if !(is_cheap && is_whole && is_new && counts && self.has_started()) {
+            return;
+        }
+        let mut judgement = judge(&self.map, self.weights.iter().copied().enumerate());
+        if judgement.mean_lx > 0.0 && !judgement.unseen {
+            // What elements cannot show is what it was.
+            judgement.discretisation = self.seen.map_or(0.0, |(seen, _)| seen.discretisation);
+            self.seen = Some((judgement, self.samples));
+        }
+    }
+
+    /// Rays that it still takes to a target: by its plan, its latest look, or before these by its pilot; none where the pilot found
+    /// no light.
+    pub fn rays_left(&self, context: &Context, target: f64) -> Option<Forecast> {
+        match (&self.seen, self.rays_to_ask()) {
+            (_, Some(rays)) => Some(self.left_by_plan(rays)),
+            (Some((judgement, samples)), None) if judgement.mean_lx > 0.0 && *samples > 0 => {
+                Some(self.left_by_look(context, target))
+            }
+            _ => self.left_by_pilot(context, target),
+        }
+    }
+
+    /// By its plan, of which so many rays are left.
+    fn left_by_plan(&self, rays: f64) -> Forecast {
+        let done = self.rays as f64;
+        let [low, high] = match (&self.plan_bounds, &self.cell_growth) {
+            (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + more),
+            _ => [done + rays; 2],
+        };
+        let all = done + rays;
+        let model = Forecast::spread(rays, DEVIATION_OF_PLAN);
+        let of_look = Forecast { expected: all, low: low.min(all), high: high.max(all) };
+        of_look.less(done).plus(Forecast { expected: 0.0, low: model.low - rays, high: model.high - rays }).less(0.0)
+    }
+
+    /// Rays to its first look, for a map that has had none.
+    pub fn rays_to_look(&self, context: &Context) -> f64 {
+        if self.engine != Engine::Gathering {
+            return self.rays_to(self.first_samples());
+        }
+        let direct = self.cell_goal.direct as f64 * self.rays_of_a_pass();
+        (direct + self.rays_to_first_look(context.target_error) - self.kept_rays() as f64).max(0.0)
+    }
+
+    /// Rays of the chains that tell where flux goes, for elements that count none.
+    pub fn rays_of_balance(&self) -> f64 {
+        let gathers = self.kind == MapKind::Elements && self.engine == Engine::Gathering;
+        let rays_of_a_chain = self.indirect.rays * self.elements.len() as f64;
+        if gathers { (CHAINS_OF_BALANCE * REPLICAS as u64) as f64 * rays_of_a_chain } else { 0.0 }
+    }
+
+    fn left_by_pilot(&self, context: &Context, target: f64) -> Option<Forecast> {
+        let (rays, deviation_ln) = self.rays_by_pilot(context, target)?;
+        Some(Forecast::spread(rays, deviation_ln).less(self.kept_rays() as f64))
+    }
+
+    /// Rays to a target by the pilot, and the standard deviation of their logarithm.
+    fn rays_by_pilot(&self, context: &Context, target: f64) -> Option<(f64, f64)> {
+        let error_lx = target * self.mean_without_gathering_lx();
+        let (rays, deviation_ln) = match (&self.local, self.engine) {
+            _ if error_lx <= 0.0 => return None,
+            (_, Engine::Gathering) => (self.work_by_cells(context, target), DEVIATION_BY_PILOT_OF_CELLS),
+            (Some(plan), Engine::Connecting(_)) => (self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT),
+            _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
+        };
+        (rays.is_finite() && rays > 0.0).then_some((rays, deviation_ln))
+    }
+
+    /// By its samples so far and the error that they left.
+    fn left_by_look(&self, context: &Context, target: f64) -> Forecast {
+        let Some((judgement, seen_at)) = &self.seen else {
+            return Forecast::default();
+        };
+        let done = self.kept_rays() as f64;
+        let rays_per_sample = done / self.samples.max(1) as f64;
+        if self.refused {
+            return Forecast::known(rays_per_sample * self.next_judgement.saturating_sub(self.samples) as f64);
+        }
+        let exponent = self.error_exponent();
+        let needed = needed_work(target, judgement, exponent);
+        if !needed.is_finite() {
+            let chance = SHARE_OF_CHANCE * target * target;
+            let anew = judgement.expected_error.powi(2) / chance * *seen_at as f64 * rays_per_sample;
+            return Forecast::spread(anew, DEVIATION_BY_CUTTING);
+        }
+        let all = self.rays_of(needed * *seen_at as f64);
+        let of_chance = deviation_of_work(judgement.degrees_of_freedom, 1.0 / needed, exponent);
+        let of_law = self.deviation_of_exponent() * needed.ln() / exponent;
+        let of_look = of_chance.hypot(of_law).hypot(DEVIATION_OF_LOOK * (1.0 - 1.0 / needed).max(0.0));
+        // What the pilot said counts the more the less the look tells.
+        match self.rays_by_pilot(context, target) {
+            Some((rays, of_pilot)) => Forecast::pooled([(all, of_look), (rays, of_pilot)]).less(done),
+            None => Forecast::spread(all, of_look).less(done),
+        }
+    }
+
+    /// Rays that so many samples take in all, by those so far: passes over direct light do not grow evenly with samples.
+    fn rays_of(&self, samples: f64) -> f64 {
+        let passes = self.map.direct_samples.complete.max(1) as f64;
+        let direct = self.direct_rays as f64 / passes * self.passes_at(samples.ceil() as u64) as f64;
+        let indirect = self.kept_rays().saturating_sub(self.direct_rays) as f64 / self.samples.max(1) as f64;
+        direct + indirect * samples
+    }
+
+    /// Rays that a statistical check would have it take once more, where it refuses the map when it meets the target.
+    pub fn rays_if_refused(&self, left: f64) -> f64 {
+        let growth = if self.engine == Engine::Gathering { 1.0 } else { 0.5 };
+        growth * (self.kept_rays() as f64 + left)
+    }
+
+    /// Standard deviation of the power of the work with which its error falls.
+    fn deviation_of_exponent(&self) -> f64 {
+        if self.engine == Engine::Counting { 0.0 } else { self.pace.deviation() }
+    }
+}

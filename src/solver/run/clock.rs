@@ -1,0 +1,62 @@
+//! How fast a run's rays are: start-up, reading and building are no part of it, and pilots only as long as there is nothing else.
+
+use crate::control::Forecast;
+
+/// Rays of the maps, over those of pilots, after which the rate is that of the maps alone.
+const ENOUGH_RAYS: f64 = 0.25;
+/// Standard deviation of the logarithm of the rate at which a run goes on, about that of pilots and about its own. Measured in
+/// six kinds of rooms on a busy machine.
+const DEVIATION_BY_PILOTS: f64 = 0.35;
+const DEVIATION: f64 = 0.1;
+/// No ray takes less, in s: a clock that stands still tells nothing.
+const LEAST_SECONDS: f64 = 1e-12;
+
+/// When a run's parts began.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Clock {
+    /// Wall time at which pilots were begun.
+    begun_wall_s: f64,
+    /// Rays and wall time at their end.
+    piloted: Option<(u64, f64)>,
+}
+
+impl Clock {
+    /// Pilots begin.
+    pub fn begun(wall_s: f64) -> Clock {
+        Clock { begun_wall_s: wall_s, piloted: None }
+    }
+
+    /// Wall time at which pilots were begun.
+    pub fn begun_wall_s(&self) -> f64 {
+        self.begun_wall_s
+    }
+
+    /// Pilots have ended.
+    pub fn pilots_end(&mut self, rays: u64, wall_s: f64) {
+        self.piloted = Some((rays, wall_s));
+    }
+
+    /// Seconds of a ray at a time, with their deviation.
+    fn seconds_per_ray(&self, rays: u64, wall_s: f64) -> (f64, f64) {
+        let of_all = (wall_s - self.begun_wall_s) / rays.max(1) as f64;
+        let Some((pilot_rays, pilots_wall_s)) = self.piloted else {
+            return (of_all, DEVIATION_BY_PILOTS);
+        };
+        let own = rays.saturating_sub(pilot_rays) as f64;
+        if own < ENOUGH_RAYS * pilot_rays as f64 || own == 0.0 {
+            return (of_all, DEVIATION_BY_PILOTS);
+        }
+        ((wall_s - pilots_wall_s) / own, DEVIATION)
+    }
+
+    /// Rays so far over the seconds that they took.
+    pub fn rays_per_s(&self, rays: u64, wall_s: f64) -> f64 {
+        1.0 / self.seconds_per_ray(rays, wall_s).0.max(LEAST_SECONDS)
+    }
+
+    /// Seconds that so many rays will take.
+    pub fn seconds_of(&self, left: Forecast, rays: u64, wall_s: f64) -> Forecast {
+        let (seconds, deviation_ln) = self.seconds_per_ray(rays, wall_s);
+        left.times(seconds, deviation_ln)
+    }
+}

@@ -1,0 +1,154 @@
+//! What a run may be expected to take, by its pilots and a few slices of work: for several targets and methods, and the error that a time limit affords.
+
+use std::time::Instant;
+
+use super::clock::Clock;
+use super::{Context, Observer, Pace, Run, TimeLeft, choose_jobs};
+use crate::base::memory::limit_bytes;
+use crate::chain::{NearLights, Stage};
+use crate::control::Forecast;
+use crate::scene::Scene;
+use crate::solver::job::Engine;
+use crate::solver::spending::Spending;
+use crate::solver::{ElementChoice, Method, Settings};
+
+/// Bytes that a ray leaves behind which asks cells, with what these take.
+const BYTES_OF_A_RAY: f64 = 16.0;
+/// Slices of work by which a map's rays are timed, as short as those of a run that may take so many seconds.
+const SLICES: u32 = 5;
+const PACE_S: f64 = 1.0;
+/// Errors between which the one is looked for that a time limit affords, and halvings of what lies between.
+const ERRORS: [f64; 2] = [1e-5, 1.0];
+const HALVINGS: u32 = 40;
+
+/// What a run may be expected to take to a target.
+#[derive(Clone, Debug)]
+pub struct Expectation {
+    /// How maps are estimated.
+    pub method: Method,
+    /// What estimates the bound maps then, by their names in results: each once.
+    pub engines: Vec<&'static str>,
+    /// Target as a fraction.
+    pub target_error: f64,
+    /// Rays, those of pilots too.
+    pub rays: Forecast,
+    /// Seconds of computing.
+    pub compute_s: Forecast,
+    /// Bytes that cells, and what is asked of them, take beside the maps.
+    pub bytes_of_cells: f64,
+}
+
+/// Pilots a scene with each of the methods for each of the targets, and tells what runs would take; those whose pilots find no light are
+/// left out.
+///
+/// Seconds are by the rate of a few slices of work. No map comes out: settings tell seed, maps and elements alone.
+pub fn expectations(
+    scene: &Scene,
+    settings: &Settings,
+    methods: &[Method],
+    targets: &[f64],
+    observer: &dyn Observer,
+) -> Vec<Expectation> {
+    let stage = Stage::new(scene);
+    let adapts =
+        settings.elements == ElementChoice::Adaptive && !stage.near_lights.as_ref().is_some_and(NearLights::touch);
+    let time_left = || if observer.is_interrupted() { TimeLeft::LongOver } else { TimeLeft::Enough };
+    let mut expected = Vec::new();
+    for (method, target) in methods.iter().flat_map(|method| targets.iter().map(move |target| (*method, *target))) {
+        if observer.is_interrupted() {
+            break;
+        }
+        let settings =
+            Settings { method, target_error: Some(target), chains: None, time_limit_s: None, ..settings.clone() };
+        let context = Context {
+            scene,
+            stage: &stage,
+            seed: settings.seed,
+            method,
+            target_error: target,
+            adapt_to: adapts.then_some(target),
+            time_left: &time_left,
+            pace: Pace::within(PACE_S),
+        };
+        let clock = Clock::begun(observer.wall_s());
+        let mut run = Run {
+            context: &context,
+            settings: &settings,
+            target_error: Some(target),
+            observer,
+            jobs: choose_jobs(&context, &settings.maps),
+            sets: None,
+            most_bytes_of_cells: u64::MAX,
+            convergence: Vec::new(),
+            spending: Spending::default(),
+            clock,
+        };
+        run.start_asking();
+        run.clock.pilots_end(run.all_rays(), observer.wall_s());
+        run.time_some_slices();
+        expected.extend(run.expectation(method, target));
+    }
+    expected
+}
+
+impl Run<'_> {
+    /// Works a little on every map that the target binds, to tell how fast its rays are.
+    fn time_some_slices(&mut self) {
+        for job in self.jobs.iter_mut().filter(|job| job.bound && !job.map.is_empty()) {
+            job.next_judgement = job.first_samples();
+            for _ in 0..SLICES {
+                let slice_started = Instant::now();
+                if job.advance(self.context, self.sets.as_mut(), job.next_judgement) {
+                    break;
+                }
+                self.context.pace.note(slice_started.elapsed());
+            }
+        }
+    }
+
+    /// What the run may be expected to take by its pilots.
+    fn expectation(&self, method: Method, target_error: f64) -> Option<Expectation> {
+        let rays = self.all_rays();
+        let (left, seconds) = self.remaining(rays, self.observer.wall_s())?;
+        let bound = || self.jobs.iter().filter(|job| job.bound);
+        let mut engines: Vec<&str> = bound().map(|job| job.engine.name()).collect();
+        engines.dedup();
+        let gathers = bound().any(|job| job.engine == Engine::Gathering);
+        let most_bytes = limit_bytes() as f64 / super::SHARE_OF_MEMORY as f64;
+        Some(Expectation {
+            method,
+            engines,
+            target_error,
+            rays: Forecast::known(rays as f64).plus(left.rays),
+            compute_s: seconds,
+            bytes_of_cells: if gathers { (BYTES_OF_A_RAY * left.rays.expected).min(most_bytes) } else { 0.0 },
+        })
+    }
+
+    /// The error that a time limit affords, by the pilots: none where one of them found no light, where something else may end the run, or
+    /// where there is no time for any.
+    pub(super) fn affordable_error(&self) -> Option<Forecast> {
+        if self.settings.target_error.is_some() || self.settings.chains.is_some() {
+            return None;
+        }
+        let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
+        let left_s = (self.settings.time_limit_s? - wall_s).max(0.0);
+        let affordable = left_s * self.clock.rays_per_s(rays, wall_s);
+        let rays_to = |error: f64| {
+            let bound = self.jobs.iter().filter(|job| job.bound && !job.map.is_empty());
+            bound
+                .map(|job| job.rays_left(self.context, error))
+                .try_fold(Forecast::default(), |sum, left| Some(sum.plus(left?)))
+        };
+        let error_of = |part: fn(&Forecast) -> f64| -> Option<f64> {
+            let [mut low, mut high] = ERRORS;
+            for _ in 0..HALVINGS {
+                let middle = f64::sqrt(low * high);
+                if part(&rays_to(middle)?) > affordable { low = middle } else { high = middle }
+            }
+            Some(high)
+        };
+        let expected = error_of(|rays| rays.expected).filter(|error| *error < ERRORS[1])?;
+        Some(Forecast { expected, low: error_of(|rays| rays.low)?, high: error_of(|rays| rays.high)? })
+    }
+}

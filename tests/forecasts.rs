@@ -1,0 +1,103 @@
+//! What runs say of their end: from the pilot on, every so often, and before anything is computed.
+
+mod common;
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use common::{Silent, cube, scene, to_target};
+use luxmc::control::Forecast;
+use luxmc::solver::{ConvergenceRow, MapSelection, Method, Observer, Progress, Settings, expectations, solve};
+
+/// Largest step between rows, in shares of the run's rays.
+fn widest_step(rows: &[&ConvergenceRow]) -> f64 {
+    let all = rows.last().expect("rows").rays as f64;
+    rows.windows(2).map(|pair| (pair[1].rays - pair[0].rays) as f64 / all).fold(0.0, f64::max)
+}
+
+/// A cube by counting: the first row comes when no more than 2 % of the rays are traced and tells what the pilot lets expect, no two
+/// rows are more than 5 % of the run apart, every interval holds its forecast, and the last row is what it came to. Every third row
+/// alone is refused.
+#[test]
+fn the_history_of_a_run_begins_with_its_pilot_and_has_no_gaps() {
+    let run = to_target(&cube(0.8, 0.5), 0, MapSelection::Elements, 0.008);
+    let rows: Vec<&ConvergenceRow> = run.convergence.iter().collect();
+    let (first, last) = (rows[0], rows[rows.len() - 1]);
+    assert!(!first.judged && first.rays as f64 <= 0.02 * run.rays as f64, "{first:?}");
+    assert!(first.forecast_rays.low < run.rays as f64 && (run.rays as f64) < first.forecast_rays.high, "{first:?}");
+    assert!(last.judged && last.forecast_rays == Forecast::known(run.rays as f64), "{last:?}");
+    let thinned: Vec<&ConvergenceRow> = rows.iter().copied().step_by(3).collect();
+    assert!(widest_step(&rows) <= 0.05 && widest_step(&thinned) > 0.05, "{} rows", rows.len());
+    for row in rows {
+        let rays = row.forecast_rays;
+        assert!(rays.low <= rays.expected && rays.expected <= rays.high && rays.low >= row.rays as f64, "{row:?}");
+        let parts = row.error.random.hypot(row.error.bias).hypot(row.error.discretisation);
+        assert!((parts / row.error.estimated - 1.0).abs() < 1e-9, "{row:?}");
+    }
+}
+
+/// Pilots alone tell what the cube takes by counting to 1 %: the run of the same seed lies in the interval, and not in that for 3 %.
+/// Smaller targets take more rays by every method.
+#[test]
+fn a_dry_run_tells_the_rays_of_the_run() {
+    let scene = cube(0.8, 0.5);
+    let settings =
+        Settings { maps: MapSelection::Elements, elements: luxmc::solver::ElementChoice::Given, ..Settings::default() };
+    let methods = [Method::Auto, Method::Gather, Method::Collision];
+    let targets = [0.03, 0.01, 0.003];
+    let told = expectations(&scene, &settings, &methods, &targets, &Silent);
+    assert_eq!(told.len(), methods.len() * targets.len());
+    for of_method in told.chunks(targets.len()) {
+        let rays: Vec<f64> = of_method.iter().map(|run| run.rays.expected).collect();
+        assert!(rays.is_sorted() && rays[2] > 2.0 * rays[0], "{rays:?}");
+    }
+    let rays = to_target(&scene, 0, MapSelection::Elements, 0.01).rays as f64;
+    let holds = |interval: Forecast| interval.low <= rays && rays <= interval.high;
+    let by_counts: Vec<Forecast> = told[6..].iter().map(|run| run.rays).collect();
+    assert!(holds(by_counts[1]) && !holds(by_counts[0]), "{rays} {by_counts:?}");
+}
+
+/// A clock that goes on by a millisecond whenever it is looked at, and what it was told. Its run ends with its first progress.
+struct Counting {
+    looks: AtomicU64,
+    has_begun: AtomicBool,
+    expected: Mutex<Vec<Forecast>>,
+}
+
+impl Observer for Counting {
+    fn progress(&self, _: &Progress) {
+        self.has_begun.store(true, Ordering::Relaxed);
+    }
+    fn expects(&self, error: Forecast) {
+        self.expected.lock().expect("one thread").push(error);
+    }
+    fn is_interrupted(&self) -> bool {
+        self.has_begun.load(Ordering::Relaxed)
+    }
+    fn wall_s(&self) -> f64 {
+        1e-3 * self.looks.fetch_add(1, Ordering::Relaxed) as f64
+    }
+}
+
+/// A run that only a time limit ends says once which error it expects to reach, a smaller one where there is more time; a run with a
+/// target says nothing of the kind.
+#[test]
+fn a_time_limit_alone_says_what_it_affords() {
+    let scene = scene("office.json");
+    let told = |time_limit_s: f64, target_error: Option<f64>| {
+        let clock =
+            Counting { looks: AtomicU64::new(0), has_begun: AtomicBool::new(false), expected: Mutex::default() };
+        let settings = Settings {
+            time_limit_s: Some(time_limit_s),
+            target_error,
+            maps: MapSelection::Receivers,
+            ..Settings::default()
+        };
+        solve(&scene, &settings, &clock);
+        clock.expected.into_inner().expect("one thread")
+    };
+    let (short, long) = (told(4.0, None), told(16.0, None));
+    assert_eq!((short.len(), long.len(), told(4.0, Some(0.01)).len()), (1, 1, 0));
+    assert!(long[0].expected < short[0].expected && short[0].expected < 1.0, "{short:?} {long:?}");
+    assert!(short[0].low < short[0].expected && short[0].expected < short[0].high, "{short:?}");
+}
