@@ -14,20 +14,27 @@ impl CellParts {
     /// Rays beyond those so far by which the plan reaches a target in lx, where all that was measured is as low, and as high, as it is
     /// in one run of twenty.
     ///
-    /// Variances are known to 2/(15 k) of their squares, the cells' squared error by its own standard error.
+    /// The plan itself lies within: where walks find less bias they take less of it off, and what they do not know of it may then take
+    /// more walks. Variances are known to 2/(15 k) of their squares, the cells' squared error by its own standard error.
     pub fn bounds(&self, target_lx: f64) -> [f64; 2] {
         let of_variance = (2.0 / ((REPLICAS - 1) as f64 * self.degrees_of_freedom.max(1.0))).sqrt();
-        [-1.0, 1.0].map(|sign| {
+        let planned = self.rays_of_growth(target_lx);
+        let bounds = [-1.0, 1.0].map(|sign| {
             let mut parts = *self;
             let factor = (1.0 + sign * NINE_OF_TEN * of_variance).max(LEAST_SHARE);
             parts.squared_lx2.iter_mut().for_each(|squared| *squared *= factor);
             for (common, error) in parts.residuals.common.iter_mut().zip(self.residuals.standard_error) {
                 *common += sign * OF_BIAS * error;
             }
-            let growth = parts.growth(target_lx);
-            // Beyond what can be planned lies the most that was tried.
-            if growth.reaches { growth.rays } else { growth.rays.min(BEYOND * self.rays.iter().sum::<f64>()) }
-        })
+            parts.rays_of_growth(target_lx)
+        });
+        [bounds[0].min(bounds[1]).min(planned), bounds[0].max(bounds[1]).max(planned)]
+    }
+
+    /// Rays of the plan; beyond what can be planned lies the most that was tried.
+    fn rays_of_growth(&self, target_lx: f64) -> f64 {
+        let growth = self.growth(target_lx);
+        if growth.reaches { growth.rays } else { growth.rays.min(BEYOND * self.rays.iter().sum::<f64>()) }
     }
 }
 

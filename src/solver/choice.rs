@@ -27,7 +27,7 @@ const LEAST_FOUND: f64 = 0.5;
 /// A map leaves local estimation for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 1.5;
 
-/// Share of the work by gathering up to which its first look is taken before local estimation is weighed.
+/// Share of the least work of all ways up to which a first look at cells is taken in any case: it tells more than pilots can.
 const SHARE_OF_A_LOOK: f64 = 0.3;
 
 /// Error at which methods are weighed against each other where no target is set.
@@ -43,6 +43,8 @@ pub struct Offer {
 /// Local estimation, or why it was not weighed.
 pub type Offered = Result<Offer, &'static str>;
 
+/// Local estimation is not weighed before more is to be done.
+const TOO_LITTLE_WORK: &str = "the target takes less work than its pilot and its first looks";
 /// Elements are not connected to chains.
 const POINTS_ONLY: Result<usize, &str> = Err("for points only");
 
@@ -93,7 +95,7 @@ type Gathering = Result<f64, &'static str>;
 
 /// Takes the cheapest way for a map and says what was weighed; whether it gathers. A method that was asked for stays.
 ///
-/// Where a first look at cells is cheap it is taken before local estimation is piloted: see [`reconsider`].
+/// Where a first look at cells is cheap it is taken in any case; what follows from it [`reconsider`] tells.
 pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Option<f64>) -> bool {
     if context.method != Method::Auto {
         return gathering.is_ok();
@@ -101,16 +103,18 @@ pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Op
     let error = target.unwrap_or(USUAL_ERROR);
     let without = job.work_without_gathering(context, error * job.mean_without_gathering_lx());
     let at_best = gathering.map_or(without, |work| work.min(without));
-    let looks_first =
-        gathering.is_ok_and(|work| work < without && job.rays_to_first_look(error) < SHARE_OF_A_LOOK * work);
     let offered = match (connectable(context, job), target) {
         (Err(why), _) => Err(why),
         (_, None) => Err("without a target"),
-        _ if looks_first => Err("until a look at cells has told what they take"),
-        _ if !is_worth_a_pilot(job, at_best) => Err("the target takes less work than its pilot and its first looks"),
+        _ if !is_worth_a_pilot(job, at_best) => Err(TOO_LITTLE_WORK),
         (Ok(set), Some(target)) => offer(context, job, set, target, at_best),
     };
     job.method_reason = reason(job.kind, error, gathering, without, &offered);
+    let at_best_of_all = offered.as_ref().map_or(at_best, |offer| offer.work.min(at_best));
+    if gathering.is_ok_and(|work| work < without) && job.rays_to_first_look(error) < SHARE_OF_A_LOOK * at_best_of_all {
+        job.offered = Some(offered).filter(|offered| !matches!(offered, Err(TOO_LITTLE_WORK)));
+        return true;
+    }
     let at_best = offered.as_ref().map_or(without, |offer| offer.work.min(without));
     if gathering.is_ok_and(|work| work < at_best) {
         return true;
