@@ -18,12 +18,12 @@ use crate::solver::pilot::{ENOUGH_RAYS, FEWEST_SITES, is_over, scattered};
 /// Chains of the pilot at least and at most, and work by the cheapest other way for which it traces each of them.
 const FEWEST_CHAINS: usize = 256;
 const MOST_CHAINS: usize = 2048;
-const WORK_A_CHAIN: f64 = 8e3;
+const WORK_A_CHAIN: f64 = 2e4;
 /// Entries that the pilot's chains score at, at least and at most, and pairs of vertices and entries that it keeps: in nearly
 /// white rooms chains have thousands of vertices.
 const FEWEST_ENTRIES: usize = 16;
 const MOST_ENTRIES: usize = 256;
-const MOST_PAIRS: usize = 4_000_000;
+const MOST_PAIRS: usize = 2_000_000;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;
