@@ -96,8 +96,8 @@ fn a_time_limit_alone_says_what_it_affords() {
         solve(&scene, &settings, &clock);
         clock.expected.into_inner().expect("one thread")
     };
-    let (short, long) = (told(4.0, None), told(16.0, None));
-    assert_eq!((short.len(), long.len(), told(4.0, Some(0.01)).len()), (1, 1, 0));
+    let (short, long) = (told(40.0, None), told(160.0, None));
+    assert_eq!((short.len(), long.len(), told(40.0, Some(0.01)).len()), (1, 1, 0));
     assert!(long[0].expected < short[0].expected && short[0].expected < 1.0, "{short:?} {long:?}");
     assert!(short[0].low < short[0].expected && short[0].expected < short[0].high, "{short:?}");
 }

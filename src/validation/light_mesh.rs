@@ -230,7 +230,7 @@ pub fn solve_by_light_mesh(
     let all_meet = || maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true));
     let target_met = target_error.map(|_| misses_none && all_meet());
     let is_known = |map: &MapResult| map.error.estimated == 0.0 && map.error.dark_upper_bound_lx.is_none();
-    let is_exact = maps.iter().all(is_known);
+    let is_exact = !maps.is_empty() && maps.iter().all(is_known);
     let stop_reason = match (is_exact, target_met) {
         (true, _) => StopReason::Exact,
         (_, Some(true)) => StopReason::TargetMet,
