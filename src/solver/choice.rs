@@ -3,7 +3,7 @@
 //! takes beside them.
 
 use super::Method;
-use super::job::{Context, Job};
+use super::job::{Context, Job, Offer, Offered, SHARE_OF_A_LOOK};
 use super::local::{Kernel, LocalPlan};
 use super::pilot::is_over;
 use crate::control::needed_work;
@@ -27,21 +27,8 @@ const LEAST_FOUND: f64 = 0.5;
 /// A map leaves local estimation for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 1.5;
 
-/// Share of the least work of all ways up to which a first look at cells is taken in any case: it tells more than pilots can.
-const SHARE_OF_A_LOOK: f64 = 0.3;
-
 /// Error at which methods are weighed against each other where no target is set.
 const USUAL_ERROR: f64 = 0.01;
-
-/// Local estimation as a map could have it.
-pub struct Offer {
-    plan: LocalPlan,
-    /// Work to the target: its chains begin at luminaires and choose none.
-    pub work: f64,
-}
-
-/// Local estimation, or why it was not weighed.
-pub type Offered = Result<Offer, &'static str>;
 
 /// Local estimation is not weighed before more is to be done.
 const TOO_LITTLE_WORK: &str = "the target takes less work than its pilot and its first looks";
@@ -53,8 +40,7 @@ fn is_worth_a_pilot(job: &Job, at_best: f64) -> bool {
     at_best >= LEAST_WORK.max(LEAST_WORK_A_POINT * job.map.len().min(MOST_POINTS) as f64)
 }
 
-/// The receiver set whose points can be connected to chains, or why there is none. Without a target nothing tells how far a run will
-/// go, and local estimation is not weighed either.
+/// The receiver set whose points can be connected to chains, or why there is none.
 fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     let MapKind::Receivers(set) = job.kind else {
         return POINTS_ONLY;
@@ -93,7 +79,8 @@ fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64
 /// Work to the target by gathering, or why that was not weighed.
 type Gathering = Result<f64, &'static str>;
 
-/// Takes the cheapest way for a map and says what was weighed; whether it gathers. A method that was asked for stays.
+/// Takes the cheapest way for a map and says what was weighed; whether it gathers. A method that was asked for stays. Without a target
+/// nothing tells how far a run will go, and local estimation is not weighed.
 ///
 /// Where a first look at cells is cheap it is taken in any case; what follows from it [`reconsider`] tells.
 pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Option<f64>) -> bool {
@@ -110,13 +97,13 @@ pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Op
         (Ok(set), Some(target)) => offer(context, job, set, target, at_best),
     };
     job.method_reason = reason(job.kind, error, gathering, without, &offered);
-    let at_best_of_all = offered.as_ref().map_or(at_best, |offer| offer.work.min(at_best));
-    if gathering.is_ok_and(|work| work < without) && job.rays_to_first_look(error) < SHARE_OF_A_LOOK * at_best_of_all {
+    let of_local = offered.as_ref().map_or(f64::INFINITY, |offer| offer.work);
+    let gathers = |work: f64| {
+        let looks = job.rays_to_first_look(error) < SHARE_OF_A_LOOK * of_local.min(work);
+        work < without && looks || work < without.min(of_local)
+    };
+    if gathering.is_ok_and(gathers) {
         job.offered = Some(offered).filter(|offered| !matches!(offered, Err(TOO_LITTLE_WORK)));
-        return true;
-    }
-    let at_best = offered.as_ref().map_or(without, |offer| offer.work.min(without));
-    if gathering.is_ok_and(|work| work < at_best) {
         return true;
     }
     if let Ok(offer) = offered

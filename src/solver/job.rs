@@ -11,8 +11,9 @@ mod forecast;
 use std::ops::Range;
 use std::time::Instant;
 
-pub use self::cells::CellGoal;
+pub use self::cells::{CellGoal, SHARE_OF_A_LOOK};
 use self::connecting::first_rounds;
+pub use self::connecting::{Offer, Offered};
 use self::elements::numbers_per_site;
 pub use self::elements::{Refinement, Shows, element_map, element_weights};
 pub use self::ends::Ends;
@@ -22,7 +23,6 @@ use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
-use super::choice::Offered;
 use super::local::Kernel;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;

@@ -91,10 +91,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     let target_error = settings
         .target_error
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
-    // No slope shows the spot of a luminaire that nearly touches a surface: elements stay means there.
-    let adapts =
-        settings.elements == ElementChoice::Adaptive && !stage.near_lights.as_ref().is_some_and(NearLights::touch);
-    let adapt_to = adapts.then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
+    let adapt_to = adapts(settings, &stage).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
     let (seed, method) = (settings.seed, settings.method);
     let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let is_later_than = |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
@@ -182,6 +179,11 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
 /// Whether a time limit has passed so long ago that what shows nothing yet is left out.
 fn is_long_over(settings: &Settings, observer: &dyn Observer) -> bool {
     settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S)
+}
+
+/// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there.
+fn adapts(settings: &Settings, stage: &Stage) -> bool {
+    settings.elements == ElementChoice::Adaptive && !stage.near_lights.as_ref().is_some_and(NearLights::touch)
 }
 
 /// The maps that a selection asks for, elements first, and whether the target binds each.
@@ -434,7 +436,7 @@ impl Run<'_> {
         if !arrived || goal < job.next_judgement {
             return;
         }
-        let mut started = Instant::now();
+        let started = Instant::now();
         job.settle_cells(self.sets.as_mut());
         let samples = job.samples;
         job.judge(self.context);
@@ -447,17 +449,18 @@ impl Run<'_> {
         job.refusals += u64::from(job.refused);
         job.next_judgement = if job.refused { after_refusal(samples) } else { next_judgement(samples, needed) };
         let bound = job.bound;
-        if !self.refine_elements(index) {
+        let is_refined = self.refine_elements(index);
+        if !is_refined {
             self.plan_cells(index);
-            if let (Some(target), None, Method::Auto) = (self.target_error, self.settings.chains, self.settings.method)
-            {
-                let (judged, piloted) = (started.elapsed(), Instant::now());
-                choice::reconsider(self.context, &mut self.jobs[index], target);
-                self.spending.add(Activity::Pilots, 0, piloted.elapsed());
-                started = Instant::now() - judged;
-            }
         }
         self.spending.add(Activity::Judging, 0, started.elapsed());
+        if let (false, Some(target), None, Method::Auto) =
+            (is_refined, self.target_error, self.settings.chains, self.settings.method)
+        {
+            let piloted = Instant::now();
+            choice::reconsider(self.context, &mut self.jobs[index], target);
+            self.spending.add(Activity::Pilots, 0, piloted.elapsed());
+        }
         if bound {
             self.record(true);
         }

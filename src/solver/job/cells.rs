@@ -35,7 +35,7 @@ const RAYS_OF_A_WALK: f64 = 5.0;
 const SAMPLES_OF_A_FILL: u64 = 4;
 const MOST_SAMPLES: u64 = 4096;
 /// Share of the work without cells up to which a first look at them is taken in any case, and what that work is then taken to be.
-const SHARE_OF_A_LOOK: f64 = 0.3;
+pub const SHARE_OF_A_LOOK: f64 = 0.3;
 const WORTH_A_LOOK: f64 = 0.99;
 /// Share of the squared error that direct light may have at the first look, if few passes make it so.
 const DIRECT_SHARE: f64 = 0.3;

@@ -14,6 +14,16 @@ const QUASI_GAIN: f64 = 4.0;
 /// First looks that a run takes at least: the statistical checks seldom accept the first, by so few scores.
 const LEAST_LOOKS: f64 = 2.0;
 
+/// Local estimation as a map could have it.
+pub struct Offer {
+    pub plan: LocalPlan,
+    /// Work to the target: its chains begin at luminaires and choose none.
+    pub work: f64,
+}
+
+/// Local estimation, or why it was not weighed.
+pub type Offered = Result<Offer, &'static str>;
+
 /// Rounds of a replica after which local estimation is judged for the first time.
 pub fn first_rounds(chains_per_round: u64, rays_per_round: f64) -> u64 {
     let affordable = RAYS_PER_SLICE / (rays_per_round.max(1.0) * REPLICAS as f64);

@@ -3,14 +3,14 @@
 use std::time::Instant;
 
 use super::clock::Clock;
-use super::{Context, Observer, Pace, Run, TimeLeft, choose_jobs};
+use super::{Context, Observer, Pace, Run, TimeLeft, adapts, choose_jobs};
 use crate::base::memory::limit_bytes;
-use crate::chain::{NearLights, Stage};
+use crate::chain::Stage;
 use crate::control::Forecast;
 use crate::scene::Scene;
 use crate::solver::job::Engine;
 use crate::solver::spending::Spending;
-use crate::solver::{ElementChoice, Method, Settings};
+use crate::solver::{Method, Settings};
 
 /// Bytes that a ray leaves behind which asks cells, with what these take.
 const BYTES_OF_A_RAY: f64 = 16.0;
@@ -50,8 +50,6 @@ pub fn expectations(
     observer: &dyn Observer,
 ) -> Vec<Expectation> {
     let stage = Stage::new(scene);
-    let adapts =
-        settings.elements == ElementChoice::Adaptive && !stage.near_lights.as_ref().is_some_and(NearLights::touch);
     let time_left = || if observer.is_interrupted() { TimeLeft::LongOver } else { TimeLeft::Enough };
     let mut expected = Vec::new();
     for (method, target) in methods.iter().flat_map(|method| targets.iter().map(move |target| (*method, *target))) {
@@ -66,7 +64,7 @@ pub fn expectations(
             seed: settings.seed,
             method,
             target_error: target,
-            adapt_to: adapts.then_some(target),
+            adapt_to: adapts(&settings, &stage).then_some(target),
             time_left: &time_left,
             pace: Pace::within(PACE_S),
         };
