@@ -33,16 +33,23 @@ fn cells_give_way_where_they_would_take_more_than_their_share() {
     assert!(solved("wide", "4GB", "2").0);
 }
 
+/// A scene in a folder of its own, which goes with the first of the two.
+fn scene_in_a_folder(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let scene = home.path().join("scene.json");
+    std::fs::write(&scene, text).expect("written");
+    (home, scene)
+}
+
 /// What cannot do without memory ends in words, and nothing is left.
 #[test]
 fn memory_that_is_used_up_ends_the_run_in_words() {
-    let home = tempfile::tempdir().expect("a temporary directory");
-    let scene = home.path().join("scene.json");
-    let text_of = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+    let (home, scene) = scene_in_a_folder(
+        r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
         "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2.5], "facing": "inward", "material": "m" } ],
         "luminaires": [ { "name": "l", "type": "point", "position": [1,1,2], "luminous_flux_lm": 1, "columns": 1000, "rows": 1000,
-                          "u": [2,0,0], "v": [0,1,0] } ] }"#;
-    std::fs::write(&scene, text_of).expect("written");
+                          "u": [2,0,0], "v": [0,1,0] } ] }"#,
+    );
     let out = home.path().join("out");
     let output = solve_file(&scene, &out, &["--memory-limit", "64MB", "--chains", "1"]);
     assert_eq!(code(&output), 4, "{}", errors(&output));
@@ -54,12 +61,11 @@ fn memory_that_is_used_up_ends_the_run_in_words() {
 /// A mesh beyond the stated size is read only by request; a pipe never.
 #[test]
 fn large_meshes_ask_for_a_word_and_pipes_are_refused() {
-    let home = tempfile::tempdir().expect("a temporary directory");
-    let scene = home.path().join("scene.json");
-    let text_of = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+    let (home, scene) = scene_in_a_folder(
+        r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
         "geometry": [ { "name": "r", "type": "mesh", "file": "mesh.obj", "material": "m" } ],
-        "luminaires": [ { "name": "l", "type": "point", "position": [1,1,2], "luminous_flux_lm": 1 } ] }"#;
-    std::fs::write(&scene, text_of).expect("written");
+        "luminaires": [ { "name": "l", "type": "point", "position": [1,1,2], "luminous_flux_lm": 1 } ] }"#,
+    );
     let mesh = home.path().join("mesh.obj");
     // A hole of 513 MiB, which takes no room on the disk.
     std::fs::File::create(&mesh).and_then(|file| file.set_len(513 << 20)).expect("a hole");
@@ -79,13 +85,12 @@ fn large_meshes_ask_for_a_word_and_pipes_are_refused() {
 /// and named, instead of a wait of minutes.
 #[test]
 fn what_there_is_no_time_for_is_left_out_and_named() {
-    let home = tempfile::tempdir().expect("a temporary directory");
-    let scene = home.path().join("scene.json");
-    let text_of = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.9998 } },
+    let (home, scene) = scene_in_a_folder(
+        r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.9998 } },
         "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2.5], "facing": "inward", "material": "m" } ],
         "luminaires": [ { "name": "l", "type": "point", "position": [1,1,2], "luminous_flux_lm": 1000 } ],
-        "receivers": [ { "name": "g", "type": "grid", "origin": [0.5,0.5,0.8], "u": [3,0,0], "v": [0,2,0], "columns": 200, "rows": 200 } ] }"#;
-    std::fs::write(&scene, text_of).expect("written");
+        "receivers": [ { "name": "g", "type": "grid", "origin": [0.5,0.5,0.8], "u": [3,0,0], "v": [0,2,0], "columns": 200, "rows": 200 } ] }"#,
+    );
     let out = home.path().join("out");
     let options = ["--method", "collision", "--time-limit", "100ms", "--target-error", "1%", "--plots", "none"];
     let output = solve_file(&scene, &out, &options);
@@ -101,13 +106,12 @@ fn what_there_is_no_time_for_is_left_out_and_named() {
 /// that reading alone takes longer than is told of before the run.
 #[test]
 fn very_many_luminaires_are_written_once_and_drawn_where_there_is_room() {
-    let home = tempfile::tempdir().expect("a temporary directory");
-    let scene = home.path().join("scene.json");
-    let text_of = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+    let (home, scene) = scene_in_a_folder(
+        r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
         "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [20,20,3], "facing": "inward", "material": "m" } ],
         "luminaires": [ { "name": "l", "type": "point", "position": [1,1,2], "luminous_flux_lm": 10,
-            "columns": 200, "rows": 100, "u": [18,0,0], "v": [0,18,0] } ] }"#;
-    std::fs::write(&scene, text_of).expect("written");
+            "columns": 200, "rows": 100, "u": [18,0,0], "v": [0,18,0] } ] }"#,
+    );
     let out = home.path().join("out");
     let output = solve_file(&scene, &out, &["--method", "collision", "--time-limit", "0.1ms", "--plots", "none"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
