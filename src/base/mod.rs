@@ -9,6 +9,7 @@ pub mod pareto;
 pub mod polygon;
 pub mod position_index;
 pub mod quadrature;
+pub mod sky;
 pub mod solid_angle;
 pub mod special;
 pub mod standard_rooms;

@@ -17,7 +17,7 @@ pub use outlook::{Found, HIDDEN, Outlook, Spot};
 pub use sight_map::SightMap;
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
-use crate::sampling::emitter::{Emitters, Place};
+use crate::sampling::emitter::{Emitted, Emitters, Place};
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Way};
 use crate::scene::{Elements, Scene, Side};
@@ -216,7 +216,24 @@ impl Stage {
     /// number of rays traced.
     pub fn trace_chain(&self, choice: f64, stream: &mut Stream, arrive: impl FnMut(&Arrival)) -> (End, u64) {
         let emitted = self.emitters.emit(choice, stream);
-        self.follow(self.origin(&emitted.place), emitted.direction, 0, stream, arrive)
+        let (origin, rays) = match self.start(&emitted, stream) {
+            (Some(origin), rays) => (origin, rays),
+            (None, rays) => return (End::Escaped, rays),
+        };
+        let (end, more_rays) = self.follow(origin, emitted.direction, 0, emitted.reach_m, stream, arrive);
+        (end, rays + more_rays)
+    }
+
+    /// Where a packet starts, and the rays that it took to know; `None` for one of the sky that does not come so far.
+    #[inline]
+    fn start(&self, emitted: &Emitted, stream: &mut Stream) -> (Option<Origin>, u64) {
+        let origin = self.origin(&emitted.place);
+        let Some(behind) = &emitted.behind else {
+            return (Some(origin), 0);
+        };
+        let passed = self.transmittance(&origin, &self.origin(behind));
+        let comes = passed >= 1.0 || passed > 0.0 && stream.happens(passed);
+        (comes.then_some(origin), 1)
     }
 
     /// Follows one packet from a luminaire to its first arrival, and from there on so many branches of it, each a packet of
@@ -232,14 +249,18 @@ impl Stage {
     ) -> u64 {
         let emitted = self.emitters.emit(choice, stream);
         let direction = emitted.direction;
-        let Meeting::Surface(hit) = self.tracer.first_hit(&self.origin(&emitted.place), direction) else {
+        let (Some(origin), mut rays) = self.start(&emitted, stream) else {
             return 1;
         };
-        if !self.receives(hit.triangle, hit.side) || self.is_touched(&self.origin(&emitted.place), &hit) {
-            return 1;
+        rays += 1;
+        let Meeting::Surface(hit) = self.tracer.first_hit(&origin, direction) else {
+            return rays;
+        };
+        if !self.receives(hit.triangle, hit.side) || self.is_touched(&origin, &hit) || hit.distance_m > emitted.reach_m
+        {
+            return rays;
         }
         arrive(&Arrival { hit, direction, bounces: 0 });
-        let mut rays = 1;
         let mark = stream.mark();
         for branch in 0..branches {
             stream.branch(&mark, first_index + u64::from(branch), branch);
@@ -247,7 +268,8 @@ impl Stage {
             if let Some(scattered) = scattered {
                 let bounces = u32::from(scattered.way != Way::Passed);
                 let origin = self.leave(&hit, scattered.way);
-                rays += self.follow(origin, scattered.direction, bounces, stream, &mut arrive).1;
+                let reach_m = emitted.reach_m - hit.distance_m;
+                rays += self.follow(origin, scattered.direction, bounces, reach_m, stream, &mut arrive).1;
             }
         }
         rays
@@ -258,6 +280,7 @@ impl Stage {
         mut origin: Origin,
         mut direction: DVec3,
         mut bounces: u32,
+        mut reach_m: f64,
         stream: &mut Stream,
         mut arrive: impl FnMut(&Arrival),
     ) -> (End, u64) {
@@ -267,6 +290,10 @@ impl Stage {
                 Meeting::Ball(_) => return (End::Ball, rays),
                 Meeting::Nothing => return (End::Escaped, rays),
             };
+            if bounces == 0 && hit.distance_m > reach_m {
+                return (End::Escaped, rays);
+            }
+            reach_m -= hit.distance_m;
             if !self.receives(hit.triangle, hit.side) {
                 return (End::BackFace, rays);
             }

@@ -65,6 +65,10 @@ impl NearLights {
             stream.seek_quasi(packet, 0, packet);
             let choice = (packet as f64 + 0.5) / PACKETS as f64;
             let index = stage.emitters.index_at(choice);
+            // The sky is far.
+            if emitters[index as usize].is_sky() {
+                continue;
+            }
             let emitted = emitters[index as usize].emit(&mut stream);
             rays += 1;
             let Meeting::Surface(hit) = stage.tracer.first_hit(&stage.origin(&emitted.place), emitted.direction) else {

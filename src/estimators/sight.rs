@@ -97,7 +97,12 @@ pub fn look_along(
                 show(Seen::Luminaire(share * stage.emitters.of_ball(luminaire).map_or(0.0, own_cd_m2)));
                 continue;
             }
-            Meeting::Nothing => continue,
+            Meeting::Nothing => {
+                if let Some(sky) = stage.emitters.sky() {
+                    show(Seen::Luminaire(share * sky.luminance_cd_m2(direction)));
+                }
+                continue;
+            }
         };
         for index in stage.emitters.on_surface(hit.triangle, hit.side) {
             show(Seen::Luminaire(share * own_cd_m2(index)));

@@ -215,7 +215,12 @@ fn follow_lm_m2(
                 let met = stage.emitters.of_ball(luminaire);
                 return (sum_lm_m2 + weight * met_lm_m2(stage, &departure, met.into_iter(), cut), rays);
             }
-            Meeting::Nothing => return (sum_lm_m2, rays),
+            Meeting::Nothing => {
+                // No light sample finds the sky in a mirror.
+                let sky = stage.emitters.sky().filter(|_| matches!(departure, Departure::Mirrored));
+                let sky_lm_m2 = sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(direction));
+                return (sum_lm_m2 + weight * sky_lm_m2, rays);
+            }
         };
         if !matches!(departure, Departure::Seen) {
             let met = stage.emitters.on_surface(hit.triangle, hit.side);

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::scene::{Quantity, ReflectionLaw, Scene};
+use crate::scene::{Emission, Quantity, ReflectionLaw, Scene};
 
 /// What of a scene light meshes cannot compute.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -21,8 +21,16 @@ pub struct NotForLightMesh {
 /// Whether light meshes can compute some receiver sets of a scene, by their numbers, and its elements.
 ///
 /// # Errors
-/// What they cannot: illuminance on cylinders, glare ratings, and the luminance of surfaces with a lobe.
+/// What they cannot: skies, illuminance on cylinders, glare ratings, and the luminance of surfaces with a lobe.
 pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), NotForLightMesh> {
+    if let Some(sky) = scene.luminaires.iter().find(|luminaire| matches!(luminaire.emission, Emission::Sky { .. })) {
+        return Err(NotForLightMesh {
+            what: "the light of a sky".to_owned(),
+            got: format!("luminaire \"{}\"", sky.name),
+            expected: "luminaires that stand somewhere".to_owned(),
+            remedy: "use --method auto, gather or collision".to_owned(),
+        });
+    }
     for set in sets {
         let set = &scene.receivers[set];
         let got = format!("receivers \"{}\", {}", set.name, set.quantity.name());

@@ -76,6 +76,7 @@ fn kind(emission: &Emission) -> &'static str {
         Emission::Photometric { .. } => "measured distribution",
         Emission::Area { .. } => "luminous surface, diffuse",
         Emission::Sphere { .. } => "luminous sphere",
+        Emission::Sky { .. } => "sky",
     }
 }
 

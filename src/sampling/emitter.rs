@@ -9,6 +9,7 @@ mod list;
 mod reach;
 mod seen;
 mod shape;
+mod sky;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -29,6 +30,7 @@ use crate::scene::photometry::IntensityWeb;
 use ball::draw_ball;
 pub use list::{Emitters, PointEmitters, PointLook};
 pub use reach::Reach;
+use sky::SkyEmitter;
 
 /// From so many times its radius on a triangle is far enough for a glance: d² varies by a quarter of itself over it, in the root
 /// mean square, where it is seen end-on, and mostly by much less.
@@ -77,6 +79,7 @@ enum Shape {
     Web(WebEmitter),
     Triangle(TriangleEmitter),
     Ball { center_m: DVec3, radius_m: f64, exitance_lm_m2: f64 },
+    Sky(SkyEmitter),
 }
 
 #[derive(Clone, Debug)]
@@ -129,6 +132,17 @@ pub struct Emitted {
     pub place: Place,
     /// Its unit direction.
     pub direction: DVec3,
+    /// Light of the sky: where it comes from. Without a free way from there it is none.
+    pub behind: Option<Place>,
+    /// Light of the sky counts from here as far as this, in m, until it is scattered; beyond it is another emitter's.
+    pub reach_m: f64,
+}
+
+impl Emitted {
+    /// A packet that is there, whatever lies about.
+    fn new(place: Place, direction: DVec3) -> Emitted {
+        Emitted { place, direction, behind: None, reach_m: f64::INFINITY }
+    }
 }
 
 /// What a receiver sees of an emitter in one look.
@@ -151,7 +165,7 @@ fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
 impl Emitter {
     /// Whether it is a point, or emits from points that no ray meets.
     pub fn is_point(&self) -> bool {
-        !matches!(self.shape, Shape::Triangle(_) | Shape::Ball { .. })
+        !matches!(self.shape, Shape::Triangle(_) | Shape::Ball { .. } | Shape::Sky(_))
     }
 
     /// Whether it is one point: every look from one place then says the same.
@@ -161,6 +175,9 @@ impl Emitter {
 
     /// Whether any part of it lies within a distance of a point, in m.
     pub fn is_within(&self, point_m: DVec3, distance_m: f64) -> bool {
+        if matches!(&self.shape, Shape::Sky(sky) if sky.opening.is_none()) {
+            return false;
+        }
         let reach_m = distance_m + self.beacon.radius_m;
         self.beacon.center_m.distance_squared(point_m) < reach_m * reach_m
     }
@@ -168,6 +185,11 @@ impl Emitter {
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         matches!(self.shape, Shape::Ball { .. })
+    }
+
+    /// Whether it is the sky, or what an opening shows of it.
+    pub fn is_sky(&self) -> bool {
+        matches!(self.shape, Shape::Sky(_))
     }
 
     /// Cosine between a triangle's emitting side and a unit direction, 0 behind it; 0 for the others.
@@ -191,7 +213,7 @@ impl Emitter {
                 Some(OpeningPoint { position_m: *position_m, face: None })
             }
             Shape::Web(web) => Some(web.draw_point(stream)),
-            Shape::Triangle(_) | Shape::Ball { .. } => None,
+            Shape::Triangle(_) | Shape::Ball { .. } | Shape::Sky(_) => None,
         }
     }
 
@@ -211,7 +233,7 @@ impl Emitter {
             Shape::Isotropic { intensity_cd, .. } => *intensity_cd,
             Shape::Lambertian { axis, intensity_cd, .. } => intensity_cd * axis.dot(direction).max(0.0),
             Shape::Web(web) => web.intensity_cd(direction),
-            Shape::Triangle(_) | Shape::Ball { .. } => 0.0,
+            Shape::Triangle(_) | Shape::Ball { .. } | Shape::Sky(_) => 0.0,
         }
     }
 
@@ -228,25 +250,26 @@ impl Emitter {
     pub fn emit(&self, stream: &mut Stream) -> Emitted {
         match &self.shape {
             Shape::Isotropic { position_m, .. } => {
-                Emitted { place: Place::Free(*position_m), direction: uniform_sphere(stream.pair()) }
+                Emitted::new(Place::Free(*position_m), uniform_sphere(stream.pair()))
             }
             Shape::Lambertian { position_m, axis, .. } => {
-                Emitted { place: Place::Sided(*position_m, *axis), direction: cosine_hemisphere(*axis, stream.pair()) }
+                Emitted::new(Place::Sided(*position_m, *axis), cosine_hemisphere(*axis, stream.pair()))
             }
             Shape::Web(web) => {
                 let local = web.sampler.sample(stream.pair());
                 let [c0, c90, axis] = web.frame;
                 let direction = c0 * local.x + c90 * local.y + axis * local.z;
-                Emitted { place: Place::Sided(web.draw_point_towards(direction, stream), axis), direction }
+                Emitted::new(Place::Sided(web.draw_point_towards(direction, stream), axis), direction)
             }
-            Shape::Triangle(triangle) => Emitted {
-                place: triangle.place(uniform_triangle(stream.pair())),
-                direction: cosine_hemisphere(triangle.normal, stream.pair()),
-            },
+            Shape::Triangle(triangle) => {
+                let place = triangle.place(uniform_triangle(stream.pair()));
+                Emitted::new(place, cosine_hemisphere(triangle.normal, stream.pair()))
+            }
+            Shape::Sky(sky) => sky.emit(stream),
             Shape::Ball { center_m, radius_m, .. } => {
                 let outward = uniform_sphere(stream.pair());
                 let place = Place::Ball { luminaire: self.luminaire, position_m: *center_m + outward * *radius_m };
-                Emitted { place, direction: cosine_hemisphere(outward, stream.pair()) }
+                Emitted::new(place, cosine_hemisphere(outward, stream.pair()))
             }
         }
     }
@@ -275,7 +298,7 @@ impl Emitter {
     }
 
     /// Illuminance in lx at a point with a unit normal, as if nothing stood between: exact, but for an opening with an
-    /// extent, which counts as its centre (its looks know better).
+    /// extent, which counts as its centre, and the sky, of which openings show the part in their middle (their looks know better).
     pub fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
         match &self.shape {
             Shape::Isotropic { position_m, intensity_cd } => {
@@ -288,6 +311,7 @@ impl Emitter {
                 }
                 self.intensity_cd((point_m - *position_m).normalize()) * geometry
             }
+            Shape::Sky(sky) => sky.about_lx(point_m, normal),
             Shape::Triangle(triangle) => {
                 triangle.exitance_lm_m2 * triangle_illuminance_factor(point_m, normal, triangle.corners_m)
             }
@@ -322,6 +346,9 @@ impl Emitter {
             let (unshadowed_lx, at_m) = aperture.look(point_m, normal, towards, stream)?;
             return Some(Look { unshadowed_lx, place: Some(self.place_of_point(at_m)) });
         }
+        if let Shape::Sky(sky) = &self.shape {
+            return sky.look(point_m, normal, stream);
+        }
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
         if unshadowed_lx <= 0.0 {
             return None;
@@ -337,6 +364,7 @@ impl Emitter {
             Shape::Isotropic { position_m, .. }
             | Shape::Lambertian { position_m, .. }
             | Shape::Web(WebEmitter { position_m, .. }) => Some(self.place_of_point(*position_m)),
+            Shape::Sky(_) => None,
         };
         Some(Look { unshadowed_lx, place })
     }

@@ -11,6 +11,7 @@ use super::insides::Solids;
 use super::mesh_faults::{MESH, warn_of_faults};
 use super::model::{Background, Emission, Luminaire, Quantity, Scene};
 use super::names::listed;
+use super::openings::find_openings;
 use super::overlaps::{overlaps, overlaps_budget};
 use super::reader::{Node, Source};
 use super::rooms_outward::refuse_rooms_outward;
@@ -19,7 +20,7 @@ use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
 use super::walls::place_backgrounds;
 use super::whiteness::{LEAST_ABSORBED, least_loss};
-use super::{luminaires, materials, parse, receivers, surfaces};
+use super::{luminaires, materials, parse, receivers, sky, surfaces};
 
 /// Keys of the file.
 pub(super) const KEYS: [&str; 7] =
@@ -88,6 +89,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
         None => Vec::new(),
     };
 
+    sky::refuse_glare(&root, &luminaires, &receivers)?;
     let mut scene = Scene {
         title,
         path: path.map(Path::to_path_buf),
@@ -137,6 +139,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
     refuse_rooms_outward(&geometry_node, &scene, &shells)?;
     place_backgrounds(&mut scene, &shells);
     mark_inside_points(&mut scene, &shells);
+    find_openings(&mut scene, &shells);
     warn_of_proportions(&mut scene, unit);
     fit_openings(&mut scene);
     advise(&mut scene, &shells);
@@ -215,7 +218,7 @@ fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
             | Emission::Lambertian { position_m, .. }
             | Emission::Photometric { position_m, .. } => position_m,
             Emission::Sphere { center_m, .. } => center_m,
-            Emission::Area { .. } => continue,
+            Emission::Area { .. } | Emission::Sky { .. } => continue,
         };
         if place_m.cmplt(low_m).any() || place_m.cmpgt(high_m).any() {
             outside.push((luminaire, place_m));

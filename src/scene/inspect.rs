@@ -299,6 +299,10 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
             inspected.position_m = center_m.to_array();
             inspected.exitance_lm_m2 = Some(*exitance_lm_m2);
         }
+        Emission::Sky { openings, .. } => {
+            inspected.kind = "sky";
+            inspected.position_m = openings.outside_m().to_array();
+        }
         Emission::Area { surfaces, exitance_lm_m2, .. } => {
             inspected.kind = "area";
             inspected.position_m = middle_m(scene, surfaces);

@@ -15,27 +15,29 @@ use super::limits::MOST_LUMINAIRES;
 use super::model::{Emission, Luminaire, Product};
 use super::photometry::{IntensityWeb, Opening, read_photometric_file};
 use super::reader::{Fields, Node};
+use super::sky;
 use super::surfaces::Surfaces;
 use super::units::LengthUnit;
 use super::vectors::photometric_frame;
 
 /// The luminaire types, as files name them.
-pub(super) const TYPES: [&str; 4] = ["point", "sphere", "area", "photometric"];
+pub(super) const TYPES: [&str; 5] = ["point", "sphere", "area", "photometric", "sky"];
 
 /// Keys of each luminaire type alone.
-const OWN_KEYS: [&[&str]; 4] = [
+const OWN_KEYS: [&[&str]; 5] = [
     &["position", "distribution", "aim", "intensity_cd", "luminous_flux_lm"],
     &["center", "radius", "exitance_lm_m2", "luminous_flux_lm"],
     &["surface", "side", "exitance_lm_m2", "luminous_flux_lm"],
     &["file", "position", "aim", "rotation_deg"],
+    &sky::KEYS,
 ];
 /// Keys that every luminaire type has.
 const COMMON_KEYS: [&str; 5] = ["name", "type", "dimming", "maintenance_factor", "power_w"];
 
 /// Keys of a luminaire type: its place in [`TYPES`].
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
-    // A luminous surface stands where it stands; all others come in arrays too.
-    let array: &[&str] = if TYPES[kind] == "area" { &[] } else { &arrays::KEYS };
+    // A luminous surface stands where it stands, and so does the sky; all others come in arrays too.
+    let array: &[&str] = if ["area", "sky"].contains(&TYPES[kind]) { &[] } else { &arrays::KEYS };
     [&COMMON_KEYS, OWN_KEYS[kind], array].concat()
 }
 
@@ -97,13 +99,15 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
             None => luminaires.push(luminaire),
         }
     }
+    sky::only_one(node, &luminaires)?;
     if luminaires.iter().all(|luminaire| luminaire.luminous_flux_lm == 0.0) {
         warnings.push(
             "no luminaire gives light, so that everything is dark: all have a flux, a dimming or a factor of 0"
                 .to_owned(),
         );
     }
-    if !maintained {
+    let is_sky = |luminaire: &Luminaire| matches!(luminaire.emission, Emission::Sky { .. });
+    if !maintained && !luminaires.iter().all(is_sky) {
         warnings.push("no luminaire has a maintenance_factor: results are those of a new installation".into());
     }
     Ok(luminaires)
@@ -146,6 +150,7 @@ fn read_one(
         "point" => read_point(&fields, &name, around.unit, maintained, warnings)?,
         "sphere" => read_sphere(&fields, around.unit, maintained)?,
         "area" => read_area(&fields, around.surfaces, maintained)?,
+        "sky" => sky::read(&fields, maintained)?,
         _ => {
             let (flux_lm, emission, file) =
                 read_photometric(&fields, &name, around, maintained, &mut known.files, warnings)?;

@@ -203,7 +203,7 @@ fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks:
     faults
 }
 
-fn lies_in_a_plane(scene: &Scene, shell: &Shell) -> bool {
+pub(super) fn lies_in_a_plane(scene: &Scene, shell: &Shell) -> bool {
     let [a, b, c] = scene.corners_m(shell.triangles[0]);
     let normal = (b - a).cross(c - a).normalize();
     let offsets = || shell.triangles.iter().flat_map(|triangle| scene.corners_m(*triangle)).map(|corner| corner - a);
@@ -218,15 +218,14 @@ pub(super) fn rim_area_m2(scene: &Scene, rim: &[RimEdge]) -> f64 {
     faults.hole_area_m2
 }
 
-/// Lines of edges, one after the other; lines of flat pieces alone are none.
-fn list_holes(scene: &Scene, rim: &[RimEdge], is_flat: impl Fn(u32) -> bool, faults: &mut MeshFaults) {
-    let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
+/// Lines of edges, one after the other, each as its vertices and the places of its edges; a closed line ends where it begins.
+pub(super) fn lines_of(rim: &[RimEdge]) -> Vec<(Vec<u32>, Vec<usize>)> {
     let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::new();
     for (index, edge) in rim.iter().enumerate() {
         edge.ends.iter().for_each(|end| at_vertex.entry(*end).or_default().push(index));
     }
     let mut used = vec![false; rim.len()];
-    let mut found: Vec<Hole> = Vec::new();
+    let mut lines = Vec::new();
     for start in 0..rim.len() {
         if used[start] {
             continue;
@@ -248,6 +247,16 @@ fn list_holes(scene: &Scene, rim: &[RimEdge], is_flat: impl Fn(u32) -> bool, fau
                 around.last().copied()
             });
         }
+        lines.push((vertices, line));
+    }
+    lines
+}
+
+/// Holes by their lines; lines of flat pieces alone are none.
+fn list_holes(scene: &Scene, rim: &[RimEdge], is_flat: impl Fn(u32) -> bool, faults: &mut MeshFaults) {
+    let place_m = |vertex: u32| scene.vertices_m[vertex as usize];
+    let mut found: Vec<Hole> = Vec::new();
+    for (vertices, line) in lines_of(rim) {
         if line.iter().all(|index| is_flat(rim[*index].triangle)) {
             continue;
         }

@@ -261,6 +261,13 @@ pub enum Emission {
         /// Maintained exitance in lm/m².
         exitance_lm_m2: f64,
     },
+    /// The sky and the ground below the horizon, at infinity.
+    Sky {
+        /// Maintained luminances.
+        sky: std::sync::Arc<crate::base::sky::Sky>,
+        /// Where the light enters the scene.
+        openings: std::sync::Arc<super::openings::Openings>,
+    },
 }
 
 /// A named set of points at which illuminance is asked for, or of directions of view from which luminance is.

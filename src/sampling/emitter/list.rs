@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Emitted, Emitter, Place, Shape, TriangleEmitter, WebEmitter};
+use super::{Emitted, Emitter, Place, Shape, SkyEmitter, TriangleEmitter, WebEmitter};
+use crate::base::sky::Sky;
 use crate::sampling::emitter_tree::{Cut, EmitterTree};
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::opening::{Aperture, OpeningPoint};
@@ -62,6 +63,11 @@ impl Emitters {
                     source.luminous_flux_lm,
                     Shape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
                 ),
+                Emission::Sky { sky, openings } => {
+                    for (luminous_flux_lm, emitter) in SkyEmitter::all(sky, openings) {
+                        push(luminous_flux_lm, Shape::Sky(emitter));
+                    }
+                }
                 Emission::Area { surfaces, front, back, exitance_lm_m2 } => {
                     let sides = [(Side::Front, *front), (Side::Back, *back)];
                     for surface in surfaces {
@@ -115,6 +121,14 @@ impl Emitters {
     pub fn of_ball(&self, luminaire: u32) -> Option<u32> {
         let first = self.list.partition_point(|emitter| emitter.luminaire < luminaire);
         self.list.get(first).filter(|emitter| emitter.luminaire == luminaire).map(|_| first as u32)
+    }
+
+    /// The sky, if there is one that gives light.
+    pub fn sky(&self) -> Option<&Sky> {
+        self.list.iter().find_map(|emitter| match &emitter.shape {
+            Shape::Sky(sky) => Some(&*sky.sky),
+            _ => None,
+        })
     }
 
     /// The emitters.

@@ -36,6 +36,7 @@ impl Emitter {
                 let behind_m = web.aperture.as_ref().map_or(0.0, |aperture| aperture.half_extent_m(axis));
                 Some((axis, axis.dot(web.position_m) - behind_m))
             }
+            Shape::Sky(sky) => sky.ahead().map(|(axis, at_m)| (axis, axis.dot(at_m))),
             Shape::Isotropic { .. } | Shape::Web(_) | Shape::Ball { .. } => None,
         };
         Reach { center_m: beacon.center_m, radius_m: beacon.radius_m, ahead }

@@ -103,6 +103,8 @@ impl Emitter {
                     },
                 });
             }
+            // Its glare is rated by other formulas.
+            Shape::Sky(_) => {}
             Shape::Isotropic { position_m, .. } | Shape::Lambertian { position_m, .. } => {
                 show_point(self, *position_m, *position_m, 0.0, eye_m, &mut show);
             }

@@ -42,6 +42,7 @@ impl Shape {
                 profile: Profile::Cosine,
                 is_needle: triangle.is_needle(),
             },
+            Shape::Sky(sky) => sky.beacon(),
             Shape::Ball { center_m, radius_m, exitance_lm_m2 } => Beacon {
                 center_m: *center_m,
                 radius_m: *radius_m,

@@ -23,6 +23,46 @@ pub(super) enum EmittingSide {
     Both,
 }
 
+/// How a sky's luminance depends on direction.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum SkyDistribution {
+    #[schemars(rename = "uniform")]
+    Uniform,
+    #[schemars(rename = "overcast")]
+    Overcast,
+    #[schemars(rename = "CIE 1")]
+    Cie1,
+    #[schemars(rename = "CIE 2")]
+    Cie2,
+    #[schemars(rename = "CIE 3")]
+    Cie3,
+    #[schemars(rename = "CIE 4")]
+    Cie4,
+    #[schemars(rename = "CIE 5")]
+    Cie5,
+    #[schemars(rename = "CIE 6")]
+    Cie6,
+    #[schemars(rename = "CIE 7")]
+    Cie7,
+    #[schemars(rename = "CIE 8")]
+    Cie8,
+    #[schemars(rename = "CIE 9")]
+    Cie9,
+    #[schemars(rename = "CIE 10")]
+    Cie10,
+    #[schemars(rename = "CIE 11")]
+    Cie11,
+    #[schemars(rename = "CIE 12")]
+    Cie12,
+    #[schemars(rename = "CIE 13")]
+    Cie13,
+    #[schemars(rename = "CIE 14")]
+    Cie14,
+    #[schemars(rename = "CIE 15")]
+    Cie15,
+}
+
 /// What every luminaire may say of its operation.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]
@@ -117,6 +157,30 @@ pub(super) enum LuminaireKind {
         /// Luminous flux of all emitting sides together in lm.
         #[schemars(range(min = 0.0))]
         luminous_flux_lm: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+    },
+    /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`.
+    #[schemars(extend("oneOf" = [{"required": ["zenith_luminance_cd_m2"]}, {"required": ["horizontal_illuminance_lx"]}]))]
+    Sky {
+        /// Name of the luminaire.
+        name: String,
+        /// Uniform, the traditional overcast sky, or one of the general skies of ISO 15469.
+        luminance_distribution: SkyDistribution,
+        /// Elevation of the sun, of general skies.
+        #[schemars(range(min = 0.0, max = 90.0))]
+        sun_elevation_deg: Option<f64>,
+        /// Azimuth of the sun from +y (north) towards +x (east); 180 by default.
+        sun_azimuth_deg: Option<f64>,
+        /// Luminance of the zenith in cd/m².
+        #[schemars(range(min = 0.0))]
+        zenith_luminance_cd_m2: Option<f64>,
+        /// Illuminance in lx that the sky alone gives an open horizontal plane.
+        #[schemars(range(min = 0.0))]
+        horizontal_illuminance_lx: Option<f64>,
+        /// Reflectance of the ground that stands for all below the horizon; 0 by default.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        ground_reflectance: Option<f64>,
         #[schemars(flatten)]
         operation: Operation,
     },

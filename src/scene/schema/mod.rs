@@ -401,6 +401,7 @@ mod tests {
             &crate::scene::surfaces::FACINGS,
             &crate::scene::luminaires::DISTRIBUTIONS,
             &crate::scene::luminaires::SIDES,
+            &crate::scene::sky::DISTRIBUTIONS,
         ] {
             assert!(schema.contains(&format!("\"enum\":{}", serde_json::json!(names))), "{names:?}");
         }

@@ -1,0 +1,157 @@
+//! The sky as emitters: one for each opening of the scene, and one for what comes past all of them.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::{Emitted, Look, Place};
+use crate::base::polygon::triangle_illuminance_factor;
+use crate::base::sky::Sky;
+use crate::sampling::importance::{Beacon, Profile};
+use crate::sampling::random::Stream;
+use crate::sampling::triangle::SeenTriangle;
+use crate::sampling::warp::{cosine_hemisphere, tangents, uniform_sphere, uniform_triangle};
+use crate::scene::Openings;
+
+/// Ends of rays to the sky lie so many radii of the scene away: outside of the ball that holds it from anywhere within.
+const OUTSIDE: f64 = 2.2;
+/// A packet starts so far within its opening, over the radius of the scene: clearly on this side of a pane.
+const WITHIN: f64 = 2e-5;
+/// Packets that enter flatter than by this cosine start no farther within than others.
+const FLATTEST: f64 = 0.05;
+/// Light that finds its way past all openings is taken for this share of what the open sky brings, where it is decided how often
+/// it is looked for.
+const SHARE_PAST_OPENINGS: f64 = 0.05;
+/// Draws by which a direction is thinned to its luminance: the brightest of skies passes one in some hundred.
+const MOST_DRAWS: u32 = 100_000;
+
+/// The sky through an opening, or past all of them.
+#[derive(Clone, Debug)]
+pub(super) struct SkyEmitter {
+    pub sky: Arc<Sky>,
+    pub openings: Arc<Openings>,
+    /// Number of the opening.
+    pub opening: Option<u32>,
+}
+
+impl SkyEmitter {
+    /// Those of a sky, each with its flux in lm.
+    pub fn all(sky: &Arc<Sky>, openings: &Arc<Openings>) -> Vec<(f64, SkyEmitter)> {
+        let emitter = |opening| SkyEmitter { sky: sky.clone(), openings: openings.clone(), opening };
+        let through = (0..openings.fronts_m.len() as u32).map(|number| {
+            let emitter = emitter(Some(number));
+            let [a, b, c] = openings.fronts_m[number as usize];
+            let twice_area = (b - a).cross(c - a);
+            (0.5 * twice_area.length() * sky.illuminance_lx(-twice_area.normalize_or_zero()), emitter)
+        });
+        let past = (!openings.are_all).then(|| (openings.open_flux_lm(sky), emitter(None)));
+        through.chain(past).collect()
+    }
+
+    /// Corners of its opening in m.
+    pub fn front_m(&self) -> Option<[DVec3; 3]> {
+        self.opening.map(|number| self.openings.fronts_m[number as usize])
+    }
+
+    /// Unit normal of its opening, into the room, and a point of it.
+    pub fn ahead(&self) -> Option<(DVec3, DVec3)> {
+        self.front_m().map(|[a, b, c]| ((b - a).cross(c - a).normalize_or_zero(), a))
+    }
+
+    pub fn beacon(&self) -> Beacon {
+        let Some([a, b, c]) = self.front_m() else {
+            // Everything lies within its ball: what it brings is the same everywhere.
+            let radius_m = OUTSIDE * self.openings.radius_m;
+            let share = if self.openings.fronts_m.is_empty() { 1.0 } else { SHARE_PAST_OPENINGS };
+            return Beacon {
+                center_m: self.openings.center_m,
+                radius_m,
+                axis: DVec3::Z,
+                intensity_cd: share * 0.25 * self.sky.total_cd_sr_m2() * radius_m * radius_m,
+                profile: Profile::Uniform,
+                is_needle: false,
+            };
+        };
+        let center_m = (a + b + c) / 3.0;
+        let radius_m = [a, b, c].iter().map(|corner| corner.distance(center_m)).fold(0.0, f64::max);
+        let twice_area = (b - a).cross(c - a);
+        let axis = twice_area.normalize_or_zero();
+        let area_m2 = 0.5 * twice_area.length();
+        let intensity_cd = self.sky.illuminance_lx(-axis) / PI * area_m2;
+        Beacon { center_m, radius_m, axis, intensity_cd, profile: Profile::Cosine, is_needle: false }
+    }
+
+    /// About what it brings to a point with a unit normal in lx, where nothing stands between; 0 only where it brings nothing.
+    pub fn about_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
+        match self.front_m() {
+            Some(corners_m) => {
+                let middle_m = corners_m.iter().sum::<DVec3>() / 3.0;
+                // A part that the middle does not show may be bright.
+                let least_cd_m2 = 1e-3 * self.sky.largest_cd_m2();
+                let luminance_cd_m2 = self.sky.luminance_cd_m2((middle_m - point_m).normalize_or_zero());
+                PI * luminance_cd_m2.max(least_cd_m2) * triangle_illuminance_factor(point_m, normal, corners_m)
+            }
+            None => 0.25 * self.sky.total_cd_sr_m2(),
+        }
+    }
+
+    /// A light sample towards a direction of it.
+    ///
+    /// Directions are drawn in proportion to their cosine, those of an opening among what it shows.
+    pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+        let (factor, towards, distance_m) = match self.front_m() {
+            Some(corners_m) => {
+                let factor = triangle_illuminance_factor(point_m, normal, corners_m);
+                if factor <= 0.0 {
+                    return None;
+                }
+                let [a, b, c] = corners_m.map(|corner_m| corner_m - point_m);
+                let (towards, _) = SeenTriangle::new([a, b, c]).draw_projected(normal, stream)?;
+                let twice_area = (b - a).cross(c - a);
+                (factor, towards, twice_area.dot(a) / twice_area.dot(towards))
+            }
+            None => (1.0, cosine_hemisphere(normal, stream.pair()), f64::INFINITY),
+        };
+        let unshadowed_lx = PI * self.sky.luminance_cd_m2(towards) * factor;
+        if unshadowed_lx <= 0.0 || !self.openings.belongs_to(self.opening, point_m, towards, distance_m) {
+            return None;
+        }
+        let end_m = point_m + OUTSIDE * self.openings.radius_m * towards;
+        Some(Look { unshadowed_lx, place: Some(Place::Free(end_m)) })
+    }
+
+    /// Draws a packet in proportion to the flux that enters.
+    pub fn emit(&self, stream: &mut Stream) -> Emitted {
+        let radius_m = self.openings.radius_m;
+        let largest_cd_m2 = self.sky.largest_cd_m2();
+        let mut towards = DVec3::Z;
+        let thinned = |towards: &mut DVec3, stream: &mut Stream, draw: &dyn Fn(&mut Stream) -> DVec3| {
+            for _ in 0..MOST_DRAWS {
+                *towards = draw(stream);
+                if stream.unit() * largest_cd_m2 < self.sky.luminance_cd_m2(*towards) {
+                    break;
+                }
+            }
+        };
+        let Some((inward, _)) = self.ahead() else {
+            let [u, v] = stream.pair();
+            thinned(&mut towards, stream, &|stream| uniform_sphere(stream.pair()));
+            let [first, second] = tangents(towards);
+            let (sine, cosine) = (std::f64::consts::TAU * v).sin_cos();
+            let aside_m = radius_m * u.sqrt() * (cosine * first + sine * second);
+            let start_m = self.openings.center_m + 1.01 * radius_m * towards + aside_m;
+            let reach_m = self.openings.reach_m(None, start_m, -towards);
+            return Emitted { place: Place::Free(start_m), direction: -towards, behind: None, reach_m };
+        };
+        let [u, v] = uniform_triangle(stream.pair());
+        thinned(&mut towards, stream, &|stream| cosine_hemisphere(-inward, stream.pair()));
+        let [a, b, c] = self.front_m().unwrap_or_default();
+        let entry_m = a + u * (b - a) + v * (c - a);
+        let within_m = WITHIN * radius_m / (-towards.dot(inward)).max(FLATTEST);
+        let start_m = entry_m - within_m * towards;
+        let behind = Some(Place::Free(entry_m + OUTSIDE * radius_m * towards));
+        let reach_m = self.openings.reach_m(self.opening, entry_m, -towards) - within_m;
+        Emitted { place: Place::Free(start_m), direction: -towards, behind, reach_m }
+    }
+}
