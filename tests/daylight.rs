@@ -188,6 +188,8 @@ fn openings_are_found_and_told_from_open_air() {
     let point = |place: [f64; 3]| json!([{ "name": "p", "type": "grid", "origin": place, "u": [0.1, 0, 0], "v": [0, 0.1, 0], "columns": 2, "rows": 2 }]);
     let mut sheet = walls(false);
     sheet.push(rectangle("table", [1.0, 1.0, 0.7], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], "paint", true));
+    // So does a cupboard on the floor and against the back wall, whose sides there look out of the room.
+    sheet.push(json!({ "name": "cupboard", "type": "box", "min": [1, 3.5, 0], "max": [2, 4, 1], "material": "paint" }));
     let inside = [2.0, 2.0, 0.8];
     for (geometry, place, shut) in [
         (walls(false), inside, true),
@@ -248,5 +250,35 @@ fn open_planes_receive_the_closed_form() {
         let with_ground = if name == "upright" { exact + 0.1 * up } else { exact };
         assert!((mean / with_ground - 1.0).abs() < 0.01, "{name}: {mean}, {with_ground}");
         assert!((mean / (1.03 * with_ground) - 1.0).abs() > 0.01, "the planted fault passed");
+    }
+}
+
+/// Daylight factors of points without chance: a window under the uniform sky, whose sky component is Lambert's factor (CIE 171, 5.11), and
+/// shares of the points above two values.
+#[test]
+fn daylight_factors_are_those_of_the_window() {
+    let mut geometry = walls(false);
+    geometry.iter_mut().for_each(|wall| wall["material"] = json!("black"));
+    geometry.retain(|wall| !wall["name"].as_str().expect("a name").starts_with("ceiling"));
+    geometry.push(rectangle("ceiling", [0.0, 0.0, 3.0], [0.0, 4.0, 0.0], [4.0, 0.0, 0.0], "black", false));
+    let grid = json!([{ "name": "floor", "type": "grid", "origin": [2, 0.5, 0], "u": [0.1, 0, 0], "v": [0, 3, 0], "columns": 2, "rows": 4 }]);
+    let value = scene(geometry, vec![sky("uniform", json!({ "median_diffuse_illuminance_lx": 2000 }))], grid);
+    let solution = solved(&value, Method::Auto, MapSelection::Receivers, 0.01);
+    let factors = luxmc::output::daylight_factors(&read(&value), &solution);
+    let [set] = factors.as_slice() else { panic!("one set: {factors:?}") };
+    assert!((set.outside_lx - PI * LUMINANCE_CD_M2).abs() < 1e-9 && set.targets_percent == [15.0, 5.0]);
+    let corners = [[0.5, 0.0, 0.5], [0.5, 0.0, 2.5], [3.5, 0.0, 2.5], [3.5, 0.0, 0.5]].map(glam::DVec3::from_array);
+    let factor = |x: f64, y: f64| {
+        100.0
+            * luxmc::base::polygon::polygon_illuminance_factor(glam::DVec3::new(x, y, 0.0), glam::DVec3::Z, &corners)
+                .abs()
+    };
+    let exact: Vec<f64> = [0.5, 1.5, 2.5, 3.5].into_iter().flat_map(|y| [factor(2.0, y), factor(2.1, y)]).collect();
+    let mean = exact.iter().sum::<f64>() / 8.0;
+    assert!((set.average_percent.value - mean).abs() < 1e-6, "{set:?}, {exact:?}");
+    assert!((set.average_percent.value - 1.01 * mean).abs() > 1e-6, "the planted fault passed");
+    let above = |limit: f64| exact.iter().filter(|factor| **factor > limit).count() as f64 / 8.0;
+    for (share, limit) in set.shares_above.iter().zip([15.0, 5.0]) {
+        assert!((share.value - above(limit)).abs() < 1e-9, "above {limit} %: {share:?}, {exact:?}");
     }
 }

@@ -4,7 +4,7 @@ use super::number_text::significant;
 use super::text_table::text_table;
 use crate::base::glare::rating_text;
 use crate::maps::{Estimate, TableKind, TableRow};
-use crate::output::observer_words;
+use crate::output::{daylight_factors, observer_words};
 use crate::scene::Scene;
 use crate::solver::{Solution, worst_of_sets};
 
@@ -37,6 +37,26 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
             ]
         });
         tables.push(text_table(LUMINANCE_HEADER, &[0], rows));
+    }
+    let factors = daylight_factors(scene, solution);
+    if let Some(first) = factors.first() {
+        let [target, least] = first.targets_percent.map(|percent| format!("A ≥ {}%", significant(percent, 2)));
+        let header = ["name", "D̄/%", "±", "Dmin/%", "±", "median/%", "±", &target, "±", &least, "±"];
+        let rows = factors.iter().map(|factors| {
+            let [average, minimum, median] =
+                [&factors.average_percent, &factors.minimum_percent, &factors.median_percent];
+            let mut cells = vec![factors.name.clone()];
+            [average, minimum, median].into_iter().for_each(|percent| cells.extend(told(*percent)));
+            for share in factors.shares_above {
+                let [value, error] = [share.value, share.standard_error].map(|share| format!("{:.1}%", 100.0 * share));
+                cells.extend([value, error]);
+            }
+            cells
+        });
+        let outside = significant(first.outside_lx, 5);
+        let table = text_table(&header, &[0], rows);
+        tables
+            .push(format!("Daylight factors, {outside} lx on an open horizontal plane; A: share of the area\n{table}"));
     }
     if !solution.glare.is_empty() {
         let worst = worst_of_sets(&solution.glare);

@@ -1,6 +1,7 @@
 //! Even and odd halves of independent replicas, merged into maps with their errors.
 
 pub mod basis;
+mod daylight;
 mod detail;
 mod history;
 mod judge;
@@ -13,6 +14,7 @@ mod scores;
 mod stated;
 mod tables;
 
+pub use daylight::{DaylightFactors, SHARES_WANTED};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use history::{History, Look};
 pub use judge::{Judgement, judge};

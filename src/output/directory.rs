@@ -11,6 +11,7 @@ use super::{OutputError, ResultFile};
 const OWN_NAMES: &[&str] = &[
     "elements.csv",
     "receivers.csv",
+    "daylight.csv",
     "ugr.csv",
     "luminance.csv",
     "tables.csv",

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::daylight::{DAYLIGHT_FACTOR_COLUMNS, daylight_file};
 use super::observers::{maps_of, observer_files};
 use super::sheet::{Field, Sheet};
 use super::{OutputError, ResultFile};
@@ -104,6 +105,7 @@ pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile
     if !planes.is_empty() {
         files.push(receiver_file(scene, &planes)?);
     }
+    files.extend(daylight_file(scene, solution)?);
     files.extend(observer_files(scene, solution)?);
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
     files.push(table_file(rows.filter(|row| row.kind.is_illuminance()))?);
@@ -225,7 +227,9 @@ fn halves(map: &MapResult, index: usize) -> [Field<'static>; 2] {
 }
 
 fn receiver_file(scene: &Scene, maps: &[(&MapResult, usize)]) -> Result<ResultFile, OutputError> {
-    let mut sheet = Sheet::new("receivers.csv", RECEIVER_COLUMNS);
+    let outside_lx = scene.daylight().map(|(outside_lx, _)| outside_lx);
+    let daylight = if outside_lx.is_some() { DAYLIGHT_FACTOR_COLUMNS } else { &[] };
+    let mut sheet = Sheet::new("receivers.csv", &[RECEIVER_COLUMNS, daylight].concat());
     for (map, set) in maps {
         for (index, point) in scene.receivers[*set].points.iter().enumerate() {
             let mut fields = vec![
@@ -244,6 +248,10 @@ fn receiver_file(scene: &Scene, maps: &[(&MapResult, usize)]) -> Result<ResultFi
                 Field::Flag(point.inside),
             ];
             fields.extend(halves(map, index));
+            if let Some(outside_lx) = outside_lx {
+                let both_lx = [map.values.illuminance_lx[index], map.values.standard_error_lx[index]];
+                fields.extend(both_lx.map(|lx| Field::Number(100.0 * lx / outside_lx)));
+            }
             sheet.row(&fields)?;
         }
     }

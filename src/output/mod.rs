@@ -5,6 +5,7 @@ pub mod color;
 mod contour;
 mod convergence_plot;
 mod date;
+mod daylight;
 mod directory;
 mod error;
 mod flat;
@@ -31,6 +32,7 @@ mod summary;
 mod ugr_table;
 mod vtk;
 
+pub use daylight::daylight_factors;
 pub use directory::{ResultDirectory, write_files};
 pub use error::OutputError;
 pub use maps::result_files;

@@ -1,5 +1,6 @@
 //! `report.html`: the run on one page for a client.
 
+use super::daylight::daylight_table;
 use super::html::{Table, figure, terms, with_error};
 use super::numbers::{UNKNOWN, amount, count_tick, duration, lux_with_error, percent, ratio, uniformity_with_error};
 use super::picture::escaped;
@@ -171,7 +172,7 @@ impl Report<'_> {
 
     /// What observers see: luminances and glare ratings.
     fn observers(&self) -> String {
-        observer_tables(self.scene, self.solution)
+        daylight_table(self.scene, self.solution) + &observer_tables(self.scene, self.solution)
     }
 
     fn map_figures(&self) -> String {

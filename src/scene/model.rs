@@ -267,7 +267,26 @@ pub enum Emission {
         sky: std::sync::Arc<crate::base::sky::Sky>,
         /// Where the light enters the scene.
         openings: std::sync::Arc<super::openings::Openings>,
+        /// What daylight factors are held against.
+        targets: DaylightTargets,
     },
+}
+
+/// Daylight factors that EN 17037 asks for in spaces with daylight openings in walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DaylightTargets {
+    /// D_T in %, which brings 300 lx for half of the daylight hours.
+    pub target_percent: f64,
+    /// D_TM in %, which brings 100 lx.
+    pub minimum_percent: f64,
+}
+
+impl DaylightTargets {
+    /// For a site by its median diffuse horizontal illuminance in lx.
+    pub fn of_site(median_diffuse_lx: f64) -> DaylightTargets {
+        let percent = |inside_lx: f64| 100.0 * inside_lx / median_diffuse_lx;
+        DaylightTargets { target_percent: percent(300.0), minimum_percent: percent(100.0) }
+    }
 }
 
 /// A named set of points at which illuminance is asked for, or of directions of view from which luminance is.
@@ -407,6 +426,15 @@ pub struct ReceiverPoint {
 }
 
 impl Scene {
+    /// Illuminance in lx of an open horizontal plane and what daylight factors are held against, where all light is the sky's.
+    pub fn daylight(&self) -> Option<(f64, DaylightTargets)> {
+        let mut lit = self.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
+        match (lit.next().map(|luminaire| &luminaire.emission), lit.next()) {
+            (Some(Emission::Sky { sky, targets, .. }), None) => Some((sky.horizontal_lx(), *targets)),
+            _ => None,
+        }
+    }
+
     /// Corners of a triangle in m.
     #[inline]
     pub fn corners_m(&self, triangle: u32) -> [DVec3; 3] {

@@ -140,7 +140,7 @@ pub(super) fn find_openings(scene: &mut Scene, solids: &[Shell]) {
     }
     let found = Arc::new(Openings::of(scene, solids));
     for luminaire in &mut scene.luminaires {
-        if let Emission::Sky { sky, openings } = &mut luminaire.emission {
+        if let Emission::Sky { sky, openings, .. } = &mut luminaire.emission {
             *openings = found.clone();
             luminaire.luminous_flux_lm = found.luminous_flux_lm(sky);
         }
@@ -219,13 +219,14 @@ impl Pieces {
 
     /// Whether, with the openings in their places, closed surfaces lie around all that receives light.
     fn shut_in(&self, scene: &Scene, fronts_m: &[[DVec3; 3]], step_m: f64, solids: &Solids) -> bool {
-        let mut walls_m: Vec<[DVec3; 3]> = fronts_m.to_vec();
-        let mut places_m: Vec<DVec3> = Vec::new();
+        // Each with its triangle.
+        let mut walls: Vec<([DVec3; 3], Option<u32>)> = fronts_m.iter().map(|corners_m| (*corners_m, None)).collect();
+        let mut places: Vec<(DVec3, Option<u32>)> = Vec::new();
         for triangle in 0..scene.triangles.len() as u32 {
             let corners_m = scene.corners_m(triangle);
             let is_pane = is_pane(scene, triangle);
             if !is_pane && !self.is_sheet[triangle as usize] {
-                walls_m.push(corners_m);
+                walls.push((corners_m, Some(triangle)));
             }
             let normal = scene.triangle_normal(triangle);
             let sides: &[f64] = match scene.surface_of(triangle).two_sided {
@@ -234,32 +235,43 @@ impl Pieces {
                 false => &[1.0],
             };
             for side in sides {
-                places_m.extend(PLACES.map(|weights| {
-                    let place_m: DVec3 =
-                        weights.iter().zip(corners_m).map(|(weight, corner_m)| *weight * corner_m).sum();
-                    place_m + side * step_m * normal
+                places.extend(PLACES.map(|weights| {
+                    let place_m: DVec3 = weights.iter().zip(corners_m).map(|(weight, m)| *weight * m).sum();
+                    (place_m + side * step_m * normal, Some(triangle))
                 }));
             }
         }
         let points = scene.receivers.iter().flat_map(|set| set.points.iter().filter(|point| !point.inside));
-        places_m.extend(points.map(|point| point.position_m + step_m * point.normal));
-        if fronts_m.is_empty() || (walls_m.len() as u64).saturating_mul(places_m.len() as u64) > MOST_SOLID_ANGLES {
+        places.extend(points.map(|point| (point.position_m + step_m * point.normal, None)));
+        if fronts_m.is_empty() || (walls.len() as u64).saturating_mul(places.len() as u64) > MOST_SOLID_ANGLES {
             return false;
         }
-        let (held, _) = solids.holding(&places_m);
+        let (held, _) = solids.holding(&places.iter().map(|(place_m, _)| *place_m).collect::<Vec<_>>());
         let mut held = held.into_iter();
-        places_m.retain(|_| !held.next().unwrap_or(false));
+        places.retain(|_| !held.next().unwrap_or(false));
         // Fronts that look at a place count once around it; so do backs, with the other sign.
-        let around = places_m.par_iter().map(|place_m| {
-            let seen = walls_m.iter().map(|corners_m| {
+        let around = places.par_iter().map(|(place_m, _)| {
+            let seen = walls.iter().map(|(corners_m, _)| {
                 let [a, b, c] = corners_m.map(|corner_m| corner_m - *place_m);
                 signed_triangle_solid_angle_sr(a, b, c)
             });
             seen.sum::<f64>() / (4.0 * PI)
         });
         let around: Vec<f64> = around.collect();
-        let first = around.first().copied().unwrap_or_default().round();
-        first.abs() == 1.0 && around.iter().all(|share| (share - first).abs() < WHOLE)
+        let whole = around.first().copied().unwrap_or_default().round();
+        // What lies against a wall has stepped through it, and is dark.
+        let lies_against = |place_m: DVec3, own: Option<u32>| {
+            let before_m = 3.0 * step_m;
+            walls.iter().filter(|(_, wall)| own.is_some() && *wall != own).any(|(corners_m, _)| {
+                let normal = normal(corners_m);
+                let at_m = crossed_at_m(corners_m, place_m + before_m * normal, -normal);
+                at_m.is_some_and(|at_m| (0.0..before_m).contains(&at_m))
+            })
+        };
+        let is_shut = |(share, (place_m, own)): (&f64, &(DVec3, Option<u32>))| {
+            (share - whole).abs() < WHOLE || lies_against(*place_m, *own)
+        };
+        whole.abs() == 1.0 && around.iter().zip(&places).all(is_shut)
     }
 }
 

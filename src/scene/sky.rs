@@ -5,19 +5,20 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::error::SceneError;
-use super::model::{Emission, Luminaire, Quantity, ReceiverSet};
+use super::model::{DaylightTargets, Emission, Luminaire, Quantity, ReceiverSet};
 use super::openings::Openings;
 use super::reader::{Fields, Node};
 use crate::base::sky::{Sky, SkyPattern};
 
 /// Keys of a sky alone.
-pub(super) const KEYS: [&str; 6] = [
+pub(super) const KEYS: [&str; 7] = [
     "luminance_distribution",
     "sun_elevation_deg",
     "sun_azimuth_deg",
     "zenith_luminance_cd_m2",
     "horizontal_illuminance_lx",
     "ground_reflectance",
+    "median_diffuse_illuminance_lx",
 ];
 
 /// Values of `luminance_distribution`; the general skies follow the first two.
@@ -25,6 +26,9 @@ pub(super) const DISTRIBUTIONS: [&str; 17] = [
     "uniform", "overcast", "CIE 1", "CIE 2", "CIE 3", "CIE 4", "CIE 5", "CIE 6", "CIE 7", "CIE 8", "CIE 9", "CIE 10",
     "CIE 11", "CIE 12", "CIE 13", "CIE 14", "CIE 15",
 ];
+
+/// Median diffuse horizontal illuminance in lx of a site that is not told: about that of London or Berlin.
+const MEDIAN_DIFFUSE_LX: f64 = 15_000.0;
 
 /// Reads a sky; openings and flux are found when the whole scene is known.
 pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Emission), SceneError> {
@@ -49,8 +53,12 @@ pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Emission), 
         0 => Sky::of_zenith(pattern, given, ground_reflectance),
         _ => Sky::of_horizontal(pattern, given, ground_reflectance),
     };
+    let site = fields.get("median_diffuse_illuminance_lx");
+    let median_lx = site.map_or(Ok(MEDIAN_DIFFUSE_LX), |node| node.above_zero("the median diffuse illuminance"))?;
+    let targets = DaylightTargets::of_site(median_lx);
     // The luminous flux that is read stands for whether there is any.
-    Ok((sky.horizontal_lx(), Emission::Sky { sky: Arc::new(sky), openings: Arc::new(Openings::default()) }))
+    let (horizontal_lx, openings) = (sky.horizontal_lx(), Arc::new(Openings::default()));
+    Ok((horizontal_lx, Emission::Sky { sky: Arc::new(sky), openings, targets }))
 }
 
 /// Unit direction of the sun: its azimuth counts from +y (north) towards +x (east).

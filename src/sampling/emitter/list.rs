@@ -63,7 +63,7 @@ impl Emitters {
                     source.luminous_flux_lm,
                     Shape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
                 ),
-                Emission::Sky { sky, openings } => {
+                Emission::Sky { sky, openings, .. } => {
                     for (luminous_flux_lm, emitter) in SkyEmitter::all(sky, openings) {
                         push(luminous_flux_lm, Shape::Sky(emitter));
                     }

@@ -181,6 +181,9 @@ pub(super) enum LuminaireKind {
         /// Reflectance of the ground that stands for all below the horizon; 0 by default.
         #[schemars(range(min = 0.0, max = 1.0))]
         ground_reflectance: Option<f64>,
+        /// Median diffuse horizontal illuminance of the site in lx, for the daylight factors that EN 17037 asks for; 15,000 by default.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        median_diffuse_illuminance_lx: Option<f64>,
         #[schemars(flatten)]
         operation: Operation,
     },

@@ -1,0 +1,139 @@
+//! Daylight factors: illuminance over that of an open horizontal plane under the same sky.
+
+use super::{Estimate, MapResult};
+use crate::scene::{DaylightTargets, ReceiverPoint};
+
+/// Shares of the area that EN 17037 wants above the target and above the least daylight factor.
+pub const SHARES_WANTED: [f64; 2] = [0.5, 0.95];
+
+/// Daylight factors of a receiver set.
+#[derive(Clone, Debug)]
+pub struct DaylightFactors {
+    /// The set.
+    pub name: String,
+    /// Illuminance in lx of an open horizontal plane.
+    pub outside_lx: f64,
+    /// Mean, weighed by area, in %.
+    pub average_percent: Estimate,
+    /// Least of all points in %.
+    pub minimum_percent: Estimate,
+    /// Exceeded on half of the area, in %.
+    pub median_percent: Estimate,
+    /// D_T and D_TM of EN 17037 in %.
+    pub targets_percent: [f64; 2],
+    /// Shares of the area above both, 0 to 1.
+    pub shares_above: [Estimate; 2],
+    /// How certain it is that these shares are those wanted, 0 to 1: see [`SHARES_WANTED`].
+    pub certainties: [f64; 2],
+}
+
+impl DaylightFactors {
+    /// Those of a map with the points of its set; `None` where the outside is dark, or no point counts.
+    pub fn of(map: &MapResult, points: &[ReceiverPoint], outside_lx: f64, targets: DaylightTargets) -> Option<Self> {
+        let percent = |lx: f64| 100.0 * lx / outside_lx;
+        let mut places: Vec<(Estimate, f64)> = points
+            .iter()
+            .enumerate()
+            .filter(|(_, point)| !point.inside && point.weight > 0.0)
+            .map(|(index, point)| {
+                let [value, standard_error] =
+                    [map.values.illuminance_lx[index], map.values.standard_error_lx[index]].map(percent);
+                (Estimate { value, standard_error }, point.weight)
+            })
+            .collect();
+        let row = map.tables.first()?;
+        if outside_lx <= 0.0 || places.is_empty() {
+            return None;
+        }
+        let of_row = |estimate: Estimate| Estimate {
+            value: percent(estimate.value),
+            standard_error: percent(estimate.standard_error),
+        };
+        places.sort_by(|one, other| one.0.value.total_cmp(&other.0.value));
+        let targets_percent = [targets.target_percent, targets.minimum_percent];
+        let shares_above = targets_percent.map(|target_percent| share_above(&places, target_percent));
+        Some(DaylightFactors {
+            name: map.name.clone(),
+            outside_lx,
+            average_percent: of_row(row.average_lx),
+            minimum_percent: of_row(row.minimum_lx),
+            median_percent: median(&places),
+            targets_percent,
+            shares_above,
+            certainties: [0, 1].map(|which| certainty(shares_above[which], SHARES_WANTED[which])),
+        })
+    }
+}
+
+/// The value that half of the weight exceeds, with the error of the place that has it. `places` are in order of their values.
+fn median(places: &[(Estimate, f64)]) -> Estimate {
+    let half: f64 = 0.5 * places.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut before = 0.0;
+    for pair in places.windows(2) {
+        before += pair[0].1;
+        // Half of the weight ends between two places: their mean.
+        if before == half {
+            return Estimate {
+                value: 0.5 * (pair[0].0.value + pair[1].0.value),
+                standard_error: pair[0].0.standard_error.max(pair[1].0.standard_error),
+            };
+        }
+        if before > half {
+            return pair[0].0;
+        }
+    }
+    places[places.len() - 1].0
+}
+
+/// Share of the weight above a value: each place lies above it with the probability that its error leaves. The share's error is
+/// that of places which know nothing of each other.
+fn share_above(places: &[(Estimate, f64)], limit: f64) -> Estimate {
+    let all: f64 = places.iter().map(|(_, weight)| weight).sum();
+    let (mut share, mut variance) = (0.0, 0.0);
+    for (place, weight) in places {
+        let above = certainty(*place, limit);
+        share += weight * above;
+        variance += (weight / all).powi(2) * above * (1.0 - above);
+    }
+    Estimate { value: share / all, standard_error: variance.sqrt() }
+}
+
+/// Probability that the truth is at least a limit.
+fn certainty(estimate: Estimate, limit: f64) -> f64 {
+    let beyond = estimate.value - limit;
+    if estimate.standard_error > 0.0 {
+        0.5 * libm::erfc(-beyond / (std::f64::consts::SQRT_2 * estimate.standard_error))
+    } else {
+        f64::from(u8::from(beyond >= 0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(value: f64, standard_error: f64, weight: f64) -> (Estimate, f64) {
+        (Estimate { value, standard_error }, weight)
+    }
+
+    #[test]
+    fn medians_go_by_weight() {
+        let even = [place(1.0, 0.1, 1.0), place(2.0, 0.2, 1.0), place(4.0, 0.1, 1.0), place(8.0, 0.1, 1.0)];
+        assert_eq!((median(&even).value, median(&even).standard_error), (3.0, 0.2));
+        let uneven = [place(1.0, 0.1, 5.0), place(2.0, 0.2, 1.0), place(4.0, 0.1, 1.0)];
+        assert_eq!(median(&uneven).value, 1.0);
+        assert_eq!(median(&uneven[2..]).value, 4.0);
+    }
+
+    #[test]
+    fn shares_count_places_by_what_is_known_of_them() {
+        let sure = [place(1.0, 0.0, 1.0), place(2.0, 0.0, 1.0), place(3.0, 0.0, 2.0)];
+        let share = share_above(&sure, 2.0);
+        assert_eq!((share.value, share.standard_error), (0.75, 0.0));
+        // A place on the limit is above it half of the time, and is all the doubt that there is.
+        let doubtful = [place(1.0, 0.0, 1.0), place(2.0, 0.1, 1.0), place(3.0, 0.0, 2.0)];
+        let share = share_above(&doubtful, 2.0);
+        assert!((share.value - 0.625).abs() < 1e-9 && (share.standard_error - 0.125).abs() < 1e-9, "{share:?}");
+        assert!((certainty(Estimate { value: 3.0, standard_error: 1.0 }, 2.0) - 0.841_344_746).abs() < 1e-7);
+    }
+}

@@ -1,0 +1,118 @@
+//! Daylight factors: their table as a file and for the report.
+
+use super::html::{Table, with_error};
+use super::numbers::{lux, percent, uncertainty};
+use super::observers::maps_of;
+use super::picture::escaped;
+use super::sheet::{Field, Sheet};
+use super::{OutputError, ResultFile};
+use crate::maps::{DaylightFactors, Estimate, SHARES_WANTED};
+use crate::scene::{Quantity, Scene};
+use crate::solver::Solution;
+
+/// Behind the columns of `receivers.csv` where all light is the sky's.
+pub(super) const DAYLIGHT_FACTOR_COLUMNS: &[&str] =
+    &["daylight_factor_percent", "daylight_factor_standard_error_percent"];
+
+const COLUMNS: &[&str] = &[
+    "receiver",
+    "outside_illuminance_lx",
+    "average_percent",
+    "average_standard_error_percent",
+    "minimum_percent",
+    "minimum_standard_error_percent",
+    "median_percent",
+    "median_standard_error_percent",
+    "target_percent",
+    "share_above_target",
+    "share_above_target_standard_error",
+    "target_certainty",
+    "minimum_target_percent",
+    "share_above_minimum_target",
+    "share_above_minimum_target_standard_error",
+    "minimum_target_certainty",
+];
+
+/// Daylight factors of the receiver sets that are planes; none where there is other light than the sky's.
+pub fn daylight_factors(scene: &Scene, solution: &Solution) -> Vec<DaylightFactors> {
+    let Some((outside_lx, targets)) = scene.daylight() else {
+        return Vec::new();
+    };
+    let maps = maps_of(scene, solution, |quantity| quantity == Quantity::Perpendicular);
+    let factors =
+        maps.into_iter().map(|(map, set)| DaylightFactors::of(map, &scene.receivers[set].points, outside_lx, targets));
+    factors.flatten().collect()
+}
+
+/// `daylight.csv`, where there is something to put in.
+///
+/// # Errors
+///
+/// A number that is not finite: no table holds one.
+pub(super) fn daylight_file(scene: &Scene, solution: &Solution) -> Result<Option<ResultFile>, OutputError> {
+    let factors = daylight_factors(scene, solution);
+    if factors.is_empty() {
+        return Ok(None);
+    }
+    let mut sheet = Sheet::new("daylight.csv", COLUMNS);
+    for set in &factors {
+        let mut fields = vec![Field::Text(&set.name), Field::Number(set.outside_lx)];
+        for estimate in [set.average_percent, set.minimum_percent, set.median_percent] {
+            fields.extend([Field::Number(estimate.value), Field::Number(estimate.standard_error)]);
+        }
+        for which in 0..2 {
+            fields.extend([
+                Field::Number(set.targets_percent[which]),
+                Field::Number(set.shares_above[which].value),
+                Field::Number(set.shares_above[which].standard_error),
+                Field::Number(set.certainties[which]),
+            ]);
+        }
+        sheet.row(&fields)?;
+    }
+    Ok(Some(sheet.finish()))
+}
+
+/// The report's table; empty where there are no daylight factors.
+pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
+    let factors = daylight_factors(scene, solution);
+    let Some(first) = factors.first() else {
+        return String::new();
+    };
+    let [target, least] = first.targets_percent.map(|percent| format!("Area above {}%", lux(percent)));
+    let mut table = Table::new(
+        "",
+        &[
+            ("Receivers", true),
+            ("Mean<small>%</small>", false),
+            ("Least<small>%</small>", false),
+            ("Median<small>%</small>", false),
+            (&target, false),
+            (&least, false),
+        ],
+    );
+    let told = |estimate: Estimate| with_error(&lux(estimate.value), &uncertainty(estimate.standard_error));
+    for set in &factors {
+        let share = |which: usize| {
+            let wanted = percent(SHARES_WANTED[which]);
+            let certainty = percent(set.certainties[which]);
+            format!(
+                "{}<small>{wanted} or more with a certainty of {certainty}</small>",
+                percent(set.shares_above[which].value)
+            )
+        };
+        table.row(vec![
+            escaped(&set.name),
+            told(set.average_percent),
+            told(set.minimum_percent),
+            told(set.median_percent),
+            share(0),
+            share(1),
+        ]);
+    }
+    format!(
+        "<h2>Daylight factors</h2>\n<p>Illuminance over the {} lx of an open horizontal plane under the same sky. Targets after EN 17037.</p>\n{}",
+        lux(first.outside_lx),
+        table.markup()
+    )
+}
