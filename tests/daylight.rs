@@ -282,3 +282,42 @@ fn daylight_factors_are_those_of_the_window() {
         assert!((share.value - above(limit)).abs() < 1e-9, "above {limit} %: {share:?}, {exact:?}");
     }
 }
+
+/// The sun of a clear sky in the zenith and on the horizon: an open plane receives what the sky is given by, within 1%, by looks and (the
+/// pit's floor, which is open too) by counted packets; 3% more, the planted fault, is not met.
+#[test]
+fn clear_skies_hold_with_the_sun_in_the_zenith_and_on_the_horizon() {
+    const GIVEN_LX: f64 = 20_000.0;
+    for (kind, elevation_deg) in [("CIE 12", 90), ("CIE 12", 0), ("CIE 15", 90), ("CIE 13", 5)] {
+        let mut clear = sky(kind, json!({ "sun_elevation_deg": elevation_deg, "horizontal_illuminance_lx": GIVEN_LX }));
+        clear.as_object_mut().expect("an object").remove("zenith_luminance_cd_m2");
+        let receivers = json!([{ "name": "up", "type": "grid", "origin": [1, 1, 1], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 2, "rows": 2 }]);
+        let floor = vec![rectangle("pit", [0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], "paint", false)];
+        let solution = solved(&scene(floor, vec![clear], receivers), Method::Collision, MapSelection::All, 0.005);
+        for map in &solution.maps {
+            let mean = map.values.illuminance_lx.iter().sum::<f64>() / map.values.illuminance_lx.len() as f64;
+            assert!((mean / GIVEN_LX - 1.0).abs() < 0.01, "{kind}, {elevation_deg}°, {}: {mean}", map.name);
+            assert!((1.03 * mean / GIVEN_LX - 1.0).abs() > 0.01, "the planted fault passed");
+        }
+    }
+}
+
+/// Refused, each with what is to be done: two skies, glare ratings under a sky, a sun where there is none or below the horizon.
+#[test]
+fn what_a_sky_cannot_be_is_refused() {
+    let refusal = |luminaires: Vec<Value>, receivers: Value| {
+        let value = scene(walls(false), luminaires, receivers).to_string();
+        scene_from_json(&value, None, Path::new(".")).expect_err("a refusal").to_string()
+    };
+    let mut second = sky("uniform", json!({}));
+    second["name"] = json!("another");
+    let two = refusal(vec![sky("overcast", json!({})), second], json!([]));
+    assert!(two.contains("more than one sky"), "{two}");
+    let observer = json!([{ "name": "eye", "type": "ugr", "position": [2, 2, 1.2], "view_direction": [0, -1, 0] }]);
+    let rated = refusal(vec![sky("overcast", json!({}))], observer);
+    assert!(rated.contains("for electric light"), "{rated}");
+    let sunny = refusal(vec![sky("overcast", json!({ "sun_elevation_deg": 30 }))], json!([]));
+    assert!(sunny.contains("has no sun"), "{sunny}");
+    let night = refusal(vec![sky("CIE 12", json!({ "sun_elevation_deg": -5 }))], json!([]));
+    assert!(night.contains("above the horizon"), "{night}");
+}
