@@ -338,6 +338,14 @@ impl Anchors {
         ]
     }
 
+    /// For the pilot: what comes through between an anchor and a vertex, 0 to 1.
+    pub fn transmittance(&self, stage: &Stage, anchor: usize, vertex: &ChainVertex) -> f64 {
+        let anchor = &self.list[anchor];
+        let is_behind = (anchor.point_m - vertex.point_m).dot(vertex.normal) < 0.0;
+        let way = if is_behind { Way::SpreadThrough } else { Way::Spread };
+        stage.transmittance(&anchor.origin, &stage.leave(&vertex.arrival.hit, way))
+    }
+
     /// R(ω) cos θ′/d² of an anchor and a place with a normal, in 1/m²; of scatterers to both sides the nearer counts.
     fn kernel_per_m2(&self, stage: &Stage, anchor: &Anchor, point_m: DVec3, normal: DVec3) -> f64 {
         let offset_m = point_m - anchor.point_m;

@@ -2,6 +2,8 @@
 //! can be expected to pay for its pilot. Work is counted, in rays: those of a method, and what choosing among luminaires
 //! takes beside them.
 
+use std::ops::RangeInclusive;
+
 use super::Method;
 use super::job::{Context, Job, Offer, Offered, SHARE_OF_A_LOOK};
 use super::local::{Kernel, LocalPlan};
@@ -24,6 +26,11 @@ const MOST_SCATTER: f64 = 1.0 / 16.0;
 /// most connections are blocked or chains seldom come to where the light comes from.
 const MOST_HIDDEN: f64 = 4.0;
 const LEAST_FOUND: f64 = 0.5;
+/// Where a pilot is not believed, and so much work is at stake, a second one traces its connections. What it finds must be what walks
+/// find, within this factor.
+const WORTH_TRACING: f64 = 1.5e6;
+const MOST_APART: f64 = 2.0;
+const MOST_SCATTER_TRACED: f64 = 0.125;
 /// A map leaves local estimation for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 1.5;
 
@@ -32,6 +39,8 @@ const USUAL_ERROR: f64 = 0.01;
 
 /// Local estimation is not weighed before more is to be done.
 const TOO_LITTLE_WORK: &str = "the target takes less work than its pilot and its first looks";
+/// A pilot that was not believed, and no other so far: to be weighed anew where a look finds more work.
+const UNSURE: &str = "its pilot's chains seldom reach the points";
 /// Elements are not connected to chains.
 const POINTS_ONLY: Result<usize, &str> = Err("for points only");
 
@@ -57,6 +66,11 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     Ok(set)
 }
 
+/// Whether a pilot found as much light as walks, and had enough chains that its variance can be told.
+fn is_believed(plan: &LocalPlan, weights: &[f64], found: RangeInclusive<f64>, scatter: f64) -> bool {
+    found.contains(&plan.found) && plan.scatter(weights) <= scatter * plan.pilot_chains as f64
+}
+
 /// Pilots local estimation for a map, if it can pay: the pilot's samples enter no result, and its rays are counted.
 ///
 /// `at_best` is the work by the cheapest other way.
@@ -65,12 +79,17 @@ fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64
         return Err("the run is over");
     }
     let error_lx = target * job.mean_without_gathering_lx();
-    let plan = LocalPlan::of(context, set, Kernel::Bounded, at_best);
+    let mut plan = LocalPlan::of(context, set, Kernel::Bounded, at_best);
     job.pilot_rays += plan.pilot_rays;
-    if !(LEAST_FOUND..=MOST_HIDDEN).contains(&plan.found)
-        || plan.scatter(&job.weights) > MOST_SCATTER * plan.pilot_chains as f64
-    {
-        return Err("its chains seldom reach the points");
+    if !is_believed(&plan, &job.weights, LEAST_FOUND..=MOST_HIDDEN, MOST_SCATTER) {
+        if at_best < WORTH_TRACING || is_over(context) {
+            return Err(UNSURE);
+        }
+        plan = LocalPlan::by_tracing(context, set, at_best);
+        job.pilot_rays += plan.pilot_rays;
+        if !is_believed(&plan, &job.weights, 1.0 / MOST_APART..=MOST_APART, MOST_SCATTER_TRACED) {
+            return Err("its chains seldom reach the points");
+        }
     }
     let work = WORK_OF_A_CONNECTION * job.rays_by_connecting(&plan, error_lx);
     Ok(Offer { plan, work })
@@ -103,7 +122,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Op
         work < without && looks || work < without.min(of_local)
     };
     if gathering.is_ok_and(gathers) {
-        job.offered = Some(offered).filter(|offered| !matches!(offered, Err(TOO_LITTLE_WORK)));
+        job.offered = Some(offered).filter(|offered| !matches!(offered, Err(TOO_LITTLE_WORK | UNSURE)));
         return true;
     }
     if let Ok(offer) = offered
@@ -139,7 +158,7 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
         let at_best = more.min(walks);
         if job.offered.is_none() && is_worth_a_pilot(job, at_best) {
             let offered = connectable(context, job).and_then(|set| offer(context, job, set, target, at_best));
-            job.offered = Some(offered);
+            job.offered = Some(offered).filter(|offered| !matches!(offered, Err(UNSURE)));
         }
         let is_far_cheaper = |offer: &mut Offer| LEAVING * offer.work < at_best;
         if let Some(Ok(offer)) = job.offered.take_if(|offered| offered.as_mut().is_ok_and(is_far_cheaper)) {

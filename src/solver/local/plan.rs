@@ -7,6 +7,8 @@
 
 use std::f64::consts::PI;
 
+use rayon::prelude::*;
+
 use super::{Kernel, LocalPlan, trace};
 use crate::estimators::local::{Anchors, ChainVertex, Connecting};
 use crate::maps::MapKind;
@@ -24,6 +26,9 @@ const WORK_A_CHAIN: f64 = 2e4;
 const FEWEST_ENTRIES: usize = 16;
 const MOST_ENTRIES: usize = 256;
 const MOST_PAIRS: usize = 2_000_000;
+/// Of a pilot that traces its connections: entries at most, and share of the work at stake that its connections may take.
+const MOST_TRACED_ENTRIES: usize = 32;
+const SHARE_OF_TRACING: f64 = 0.05;
 /// Entries from which the pilot walks, and walks from each.
 const SITES: usize = 64;
 const WALKS: u64 = 8;
@@ -50,7 +55,35 @@ struct Part {
     rays: f64,
 }
 
-pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: Anchors, at_stake: f64) -> LocalPlan {
+/// What a pilot looks at.
+struct Extent {
+    chains: usize,
+    entries: usize,
+    pairs: usize,
+    /// Whether it traces its connections, or takes all to be free.
+    traced: bool,
+}
+
+impl Extent {
+    /// As the work at stake allows.
+    fn of(at_stake: f64, traced: bool) -> Extent {
+        if traced {
+            let pairs = (SHARE_OF_TRACING * at_stake) as usize;
+            return Extent { chains: MOST_PAIRS, entries: MOST_TRACED_ENTRIES, pairs: pairs.min(MOST_PAIRS), traced };
+        }
+        let chains = ((at_stake / WORK_A_CHAIN) as usize).clamp(FEWEST_CHAINS, MOST_CHAINS);
+        Extent { chains, entries: MOST_ENTRIES, pairs: usize::MAX, traced }
+    }
+}
+
+pub(super) fn plan(
+    context: &Context,
+    set: usize,
+    kernel: Kernel,
+    mut anchors: Anchors,
+    at_stake: f64,
+    traced: bool,
+) -> LocalPlan {
     let mut pilot_rays = 0;
     let mut walks = |anchors: &Anchors, bound: f64| {
         let (part, mean, rays) = walks(context, set, anchors, bound);
@@ -60,8 +93,7 @@ pub(super) fn plan(context: &Context, set: usize, kernel: Kernel, mut anchors: A
     let (whole, mean) = walks(&anchors, 0.0);
     let mean_level_lx = mean / anchors.mean_scale().max(f64::MIN_POSITIVE);
     anchors.set_levels(context.stage, mean_level_lx);
-    let mut pilot =
-        Pilot::new(context, set, &anchors, ((at_stake / WORK_A_CHAIN) as usize).clamp(FEWEST_CHAINS, MOST_CHAINS));
+    let mut pilot = Pilot::new(context, set, &anchors, &Extent::of(at_stake, traced));
     if kernel == Kernel::Naive {
         let connecting = Connecting { bound: f64::INFINITY, threshold: 0.0 };
         let scores = pilot.scores(f64::INFINITY);
@@ -130,6 +162,10 @@ struct Pilot {
     share_inverse: f64,
     /// Vertex by vertex, anchor by anchor: the kernel in 1/m², and what the vertex spreads, in 1/sr.
     pairs: Vec<[f64; 2]>,
+    /// In the same order, what comes through between them; empty where all is taken to.
+    seen: Vec<f64>,
+    /// Rays of connections.
+    connecting_rays: u64,
 }
 
 struct PilotAnchor {
@@ -152,23 +188,27 @@ struct Scores {
 }
 
 impl Pilot {
-    fn new(context: &Context, set: usize, anchors: &Anchors, most: usize) -> Pilot {
+    fn new(context: &Context, set: usize, anchors: &Anchors, extent: &Extent) -> Pilot {
         let stage = context.stage;
+        let points = &context.scene.receivers[set].points;
         let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 3);
+        let most = extent.chains;
         let enough_rays = ENOUGH_RAYS * (most / FEWEST_CHAINS) as u64;
+        let enough_vertices = extent.pairs / points.len().clamp(1, extent.entries);
         let mut path_rays = 0;
-        let (mut chains, mut vertex_count) = (Vec::with_capacity(most), 0);
-        let is_done = |chains: usize, rays: u64| {
-            chains == most || chains >= FEWEST_SITES && rays >= enough_rays || chains >= 2 && is_over(context)
+        let (mut chains, mut vertex_count) = (Vec::new(), 0);
+        let is_done = |chains: usize, rays: u64, vertices: usize| {
+            chains == most
+                || chains >= FEWEST_SITES && (rays >= enough_rays || vertices >= enough_vertices)
+                || chains >= 2 && is_over(context)
         };
-        while !is_done(chains.len(), path_rays) {
+        while !is_done(chains.len(), path_rays, vertex_count) {
             let mut vertices = Vec::new();
             path_rays += trace(anchors, stage, chains.len() as u64, &mut stream, &mut vertices);
             vertex_count += vertices.len();
             chains.push(vertices);
         }
-        let points = &context.scene.receivers[set].points;
-        let most_entries = (MOST_PAIRS / vertex_count.max(1)).clamp(FEWEST_ENTRIES, MOST_ENTRIES);
+        let most_entries = (MOST_PAIRS / vertex_count.max(1)).clamp(FEWEST_ENTRIES, extent.entries);
         let stride = points.len().div_ceil(most_entries).max(1);
         let entries: Vec<usize> = (0..points.len()).step_by(stride).collect();
         let of_entry = |(place, entry): (usize, &usize)| {
@@ -186,13 +226,26 @@ impl Pilot {
                 bound_factor: 1.0,
             })
             .collect();
-        let pairs = chains
+        let pairs: Vec<[f64; 2]> = chains
             .iter()
             .flatten()
             .flat_map(|vertex| {
                 looked_at.iter().map(move |anchor| anchors.kernel_and_spread(stage, anchor.number, vertex))
             })
             .collect();
+        let count = looked_at.len().max(1);
+        let vertices: Vec<&ChainVertex> =
+            chains.iter().flatten().take(if extent.traced { usize::MAX } else { 0 }).collect();
+        let mut seen = vec![0.0; vertices.len() * count];
+        seen.par_chunks_mut(count).zip(pairs.par_chunks(count)).zip(&vertices).for_each(|((seen, pairs), vertex)| {
+            for ((seen, [kernel, spread]), anchor) in seen.iter_mut().zip(pairs).zip(&looked_at) {
+                if kernel * spread > 0.0 {
+                    *seen = anchors.transmittance(stage, anchor.number, vertex);
+                }
+            }
+        });
+        let connected = pairs.iter().take(seen.len()).filter(|[kernel, spread]| kernel * spread > 0.0);
+        let connecting_rays = connected.count() as u64;
         Pilot {
             path_rays: path_rays as f64 / chains.len() as f64,
             chains,
@@ -201,6 +254,8 @@ impl Pilot {
             weights: entries.iter().map(|entry| points[*entry].weight).collect(),
             share_inverse: points.len() as f64 / entries.len().max(1) as f64,
             pairs,
+            seen,
+            connecting_rays,
         }
     }
 
@@ -227,11 +282,11 @@ impl Pilot {
         }
         let mut of_chain = vec![0.0; self.weights.len()];
         let (mut sums, mut squares) = (vec![0.0; self.weights.len()], 0.0);
-        let mut of_vertices = each.chunks(self.anchors.len().max(1));
+        let mut places = 0..;
         for vertices in &self.chains {
             of_chain.fill(0.0);
-            for scores in of_vertices.by_ref().take(vertices.len()) {
-                scores.iter().zip(&self.anchors).for_each(|(score, anchor)| of_chain[anchor.entry] += score);
+            for (anchor, place) in vertices.iter().flat_map(|_| &self.anchors).zip(&mut places) {
+                of_chain[anchor.entry] += self.seen(place) * each[place];
             }
             for ((sum, weight), of_chain) in sums.iter_mut().zip(&self.weights).zip(&of_chain) {
                 *sum += of_chain;
@@ -245,9 +300,14 @@ impl Pilot {
         Scores { each, variance: (squares / count - of_means).max(0.0), mean }
     }
 
-    /// Rays of all its chains.
+    /// What comes through between a vertex and an anchor.
+    fn seen(&self, place: usize) -> f64 {
+        self.seen.get(place).copied().unwrap_or(1.0)
+    }
+
+    /// Rays of all its chains and connections.
     fn all_rays(&self) -> u64 {
-        (self.path_rays * self.chains.len() as f64).round() as u64
+        (self.path_rays * self.chains.len() as f64).round() as u64 + self.connecting_rays
     }
 
     /// Degrees of freedom of a map by the chance of chains, (tr C)²/tr C² of its entries' weighted covariances: few, since
@@ -258,12 +318,10 @@ impl Pilot {
         // Every two chains are compared: some hundred must do.
         let some_chains = &self.chains[..self.chains.len().min(FEWEST_CHAINS)];
         let mut of_chains = vec![0.0; entries * some_chains.len()];
-        let mut of_vertices = scores.each.chunks(self.anchors.len().max(1));
+        let mut places = 0..;
         for (vertices, of_chain) in some_chains.iter().zip(of_chains.chunks_mut(entries.max(1))) {
-            for scores in of_vertices.by_ref().take(vertices.len()) {
-                scores.iter().zip(&self.anchors).for_each(|(score, anchor)| {
-                    of_chain[anchor.entry] += roots[anchor.entry] * score;
-                });
+            for (anchor, place) in vertices.iter().flat_map(|_| &self.anchors).zip(&mut places) {
+                of_chain[anchor.entry] += roots[anchor.entry] * self.seen(place) * scores.each[place];
             }
         }
         let mut of_chains: Vec<&mut [f64]> = of_chains.chunks_mut(entries.max(1)).collect();
@@ -288,15 +346,13 @@ impl Pilot {
     /// Variance and rays of one chain whose scores are thinned below a threshold.
     fn part(&self, scores: &Scores, threshold: f64) -> Part {
         let (mut thinning, mut rays) = (0.0, 0.0);
-        for of_vertex in scores.each.chunks(self.anchors.len().max(1)) {
-            for (score, anchor) in of_vertex.iter().zip(&self.anchors) {
-                let threshold = threshold * anchor.own_level;
-                if *score < threshold {
-                    thinning += self.weights[anchor.entry] * score * (threshold - score);
-                    rays += score / threshold;
-                } else {
-                    rays += f64::from(u8::from(*score > 0.0));
-                }
+        for ((place, score), anchor) in scores.each.iter().enumerate().zip(self.anchors.iter().cycle()) {
+            let threshold = threshold * anchor.own_level;
+            if *score < threshold {
+                thinning += self.seen(place).powi(2) * self.weights[anchor.entry] * score * (threshold - score);
+                rays += score / threshold;
+            } else {
+                rays += f64::from(u8::from(*score > 0.0));
             }
         }
         rays += RAYS_PER_SCORE * scores.each.len() as f64;
