@@ -96,10 +96,7 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
         let share = |which: usize| {
             let wanted = percent(SHARES_WANTED[which]);
             let certainty = percent(set.certainties[which]);
-            format!(
-                "{}<small>{wanted} or more with a certainty of {certainty}</small>",
-                percent(set.shares_above[which].value)
-            )
+            format!("{}<br><small>≥ {wanted}: {certainty} certain</small>", percent(set.shares_above[which].value))
         };
         table.row(vec![
             escaped(&set.name),

@@ -279,6 +279,8 @@ impl<'a> Plan<'a> {
         for (index, luminaire) in self.scene.luminaires.iter().enumerate() {
             let middle = match &luminaire.emission {
                 Emission::Area { surfaces, .. } => self.draw_emitting_surfaces(picture, surfaces),
+                // It stands nowhere.
+                Emission::Sky { .. } => continue,
                 emission => {
                     let place_m = place_m(emission).unwrap_or(DVec3::ZERO);
                     let spot = self.spot(place_m);

@@ -117,10 +117,16 @@ impl Report<'_> {
         }
         let count = self.scene.luminaires.len();
         let plural = if count == 1 { "luminaire" } else { "luminaires" };
-        facts.push((
-            "Light in the room".to_owned(),
-            format!("{} lm<small>maintained, from {count} {plural}</small>", amount(self.scene.luminous_flux_lm())),
-        ));
+        facts.push(match self.scene.daylight() {
+            Some((outside_lx, _)) => (
+                "Outside".to_owned(),
+                format!("{} lx<small>on an open horizontal plane, from the sky</small>", amount(outside_lx)),
+            ),
+            None => (
+                "Light in the room".to_owned(),
+                format!("{} lm<small>maintained, from {count} {plural}</small>", amount(self.scene.luminous_flux_lm())),
+            ),
+        });
         let power = Power::of(self.scene);
         let floor_m2 = floor_area_m2(self.scene);
         if power.unknown == 0 && floor_m2 > 0.0 {
