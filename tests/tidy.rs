@@ -129,6 +129,17 @@ fn files_can_be_read_in_one_sitting() {
     assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
+/// Characters of a line of `docs/methods.md`.
+const LONGEST_LINE: usize = 160;
+
+#[test]
+fn lines_of_the_methods_can_be_read_side_by_side() {
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/methods.md")).unwrap();
+    let lines = text.lines().enumerate().map(|(number, line)| (number + 1, line.chars().count()));
+    let long: Vec<(usize, usize)> = lines.filter(|(_, length)| *length > LONGEST_LINE).collect();
+    assert!(long.is_empty(), "lines of docs/methods.md, and their lengths: {long:?}");
+}
+
 /// Paths between back quotes: all with a slash in them, and files of Rust and Markdown.
 fn paths_named(text: &str) -> Vec<&str> {
     // Blocks of commands are fenced by three; what stands between single ones is every second piece.
