@@ -129,8 +129,45 @@ fn files_can_be_read_in_one_sitting() {
     assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
+/// Characters of a line of `docs/methods.md`.
+const LONGEST_LINE: usize = 160;
+
+#[test]
+fn lines_of_the_methods_can_be_read_side_by_side() {
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/methods.md")).unwrap();
+    let lines = text.lines().enumerate().map(|(number, line)| (number + 1, line.chars().count()));
+    let long: Vec<(usize, usize)> = lines.filter(|(_, length)| *length > LONGEST_LINE).collect();
+    assert!(long.is_empty(), "lines of docs/methods.md, and their lengths: {long:?}");
+}
+
+/// Paths between back quotes: all with a slash in them, and files of Rust and Markdown.
+fn paths_named(text: &str) -> Vec<&str> {
+    // Blocks of commands are fenced by three; what stands between single ones is every second piece.
+    let prose = text.split("```").step_by(2);
+    let quoted = prose.flat_map(|prose| prose.split('`').skip(1).step_by(2));
+    let is_path = |quoted: &&str| !quoted.contains(' ') && (quoted.contains('/') || quoted.ends_with(".md"));
+    quoted.filter(is_path).collect()
+}
+
+#[test]
+fn the_files_that_contributing_names_are_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(root.join("CONTRIBUTING.md")).unwrap();
+    let named = paths_named(&text);
+    assert!(named.len() > 40, "{named:?}");
+    let missing: Vec<&str> = named.into_iter().filter(|path| !root.join(path).exists()).collect();
+    assert!(missing.is_empty(), "CONTRIBUTING.md names what is not there: {}", missing.join(", "));
+    for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        assert!(root.join(licence).exists(), "{licence}");
+    }
+}
+
 #[test]
 fn the_checks_see_what_they_forbid() {
+    assert_eq!(
+        paths_named("see `src/a.rs` and `B.md`, `luxmc x/y z`\n```sh\ncd `c/d`\n```\n`e/` `f`"),
+        ["src/a.rs", "B.md", "e/"]
+    );
     assert_eq!(rooms_named("use crate::solver::Settings; let x = crate::maps::judge;"), ["solver", "maps"]);
     assert!(rooms_named("//! see crate::solver").is_empty());
 }

@@ -276,6 +276,7 @@ impl<'a> Plan<'a> {
         // Of very many, symbols that hide each other are one.
         let is_crowded = self.scene.luminaires.len() > MOST_SYMBOLS;
         let mut drawn: HashSet<[i64; 2]> = HashSet::new();
+        let mut named = HashSet::new();
         for (index, luminaire) in self.scene.luminaires.iter().enumerate() {
             let middle = match &luminaire.emission {
                 Emission::Area { surfaces, .. } => self.draw_emitting_surfaces(picture, surfaces),
@@ -287,6 +288,10 @@ impl<'a> Plan<'a> {
                     let at = spot.map(|coordinate| (coordinate / SYMBOL).round() as i64);
                     if is_crowded && !drawn.insert(at) {
                         continue;
+                    }
+                    if let (true, Some(c0)) = (has_letters, c0(emission)) {
+                        let is_first = named.insert(schedule.letter_of(index));
+                        draw_c0(picture, spot, c0, is_first);
                     }
                     if let Some(axis) = axis(emission) {
                         let reach = [22.0 * axis.x, -22.0 * axis.y];
@@ -327,6 +332,35 @@ fn axis(emission: &Emission) -> Option<DVec3> {
         Emission::Lambertian { axis, .. } => Some(*axis),
         Emission::Photometric { frame, .. } => Some(frame[2]),
         _ => None,
+    }
+}
+
+/// Where C0 of a photometric luminaire points.
+fn c0(emission: &Emission) -> Option<DVec3> {
+    match emission {
+        Emission::Photometric { frame, .. } => Some(frame[0]),
+        _ => None,
+    }
+}
+
+/// An arrow from a luminaire along C0, which bears its name once for each kind of luminaire; none where C0 points up or down.
+fn draw_c0(picture: &mut Picture, [x, y]: Spot, c0: DVec3, is_named: bool) {
+    const REACH: f64 = 20.0;
+    const BARB: f64 = 4.0;
+    // A shorter arrow than the symbol's rim could not be seen.
+    const LEAST: f64 = 0.4;
+    let (right, down) = (c0.x, -c0.y);
+    if right.hypot(down) < LEAST {
+        return;
+    }
+    let tip = [x + REACH * right, y + REACH * down];
+    let barb = |side: f64| [tip[0] - BARB * (right - side * down), tip[1] - BARB * (down + side * right)];
+    picture.line(vec![[x, y], tip], Pen::new(EDGES, 1.0));
+    picture.line(vec![barb(0.6), tip, barb(-0.6)], Pen::new(EDGES, 1.0));
+    if is_named {
+        let anchor = if right < 0.0 { Anchor::End } else { Anchor::Start };
+        let spot = [tip[0] + 3.0 * right.signum(), tip[1] + 4.0];
+        picture.words(Words::new("C0", spot, TYPE).ink(EDGES).rimmed(2.0).anchored(anchor));
     }
 }
 

@@ -81,7 +81,7 @@ pub(super) fn rate(context: &Context, job: &Job) -> Vec<GlareRating> {
     seen.map(|(index, observer)| rate_observer(context, job, [set, index], observer, sites(index))).collect()
 }
 
-/// Rates an observer by the luminaires that he sees and the illuminance at the sites that tell the background.
+/// Rates an observer by the luminaires in sight and the illuminance at the sites that tell the background.
 ///
 /// The rating is no linear function of what the replicas estimate: it is taken of their means, and its error by the
 /// jackknife, which leaves out one replica at a time.
