@@ -150,6 +150,7 @@ fn isothermal_office() -> (Scene, f64) {
         layout: ReceiverLayout::Points,
         points,
         observers: Vec::new(),
+        requirements: Vec::new(),
     }];
     (scene, illuminance_lx)
 }

@@ -4,9 +4,9 @@ use super::number_text::significant;
 use super::text_table::text_table;
 use crate::base::glare::rating_text;
 use crate::maps::{Estimate, TableKind, TableRow};
-use crate::output::{daylight_factors, observer_words};
+use crate::output::{daylight_factors, finding_words, observer_words, requirement_words};
 use crate::scene::Scene;
-use crate::solver::{Solution, worst_of_sets};
+use crate::solver::{Solution, verdicts, worst_of_sets};
 
 const HEADER: &[&str] =
     &["name", "side", "Ē/lx", "±/lx", "Emin/lx", "±/lx", "Emax/lx", "±/lx", "U0", "±", "Ud", "±", "error/%"];
@@ -15,8 +15,10 @@ const LUMINANCE_HEADER: &[&str] = &["name", "mean L/(cd/m²)", "±", "Lmin/(cd/m
 const GLARE_HEADER: &[&str] = &["name", "UGR", "±", "Lb/(cd/m²)", "±"];
 const GRID_GLARE_HEADER: [&str; 6] = ["name", "UGR", "±", "Lb/(cd/m²)", "±", "observer"];
 
+const VERDICT_HEADER: &[&str] = &["name", "required", "found", "±", "95 % interval", "probability", "verdict"];
+
 /// One row a surface side or receiver set: average, minimum, maximum and uniformities, with standard errors. What
-/// observers see follows in tables of its own.
+/// observers see follows in tables of its own, and then the verdicts on what the scene requires.
 pub fn result_table(scene: &Scene, solution: &Solution) -> String {
     let rows_of = |is_wanted: fn(TableKind) -> bool| {
         solution.maps.iter().flat_map(|map| &map.tables).filter(move |row| is_wanted(row.kind))
@@ -79,6 +81,23 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
         });
         let header = if has_grids { &GRID_GLARE_HEADER[..] } else { GLARE_HEADER };
         tables.push(text_table(header, &[0, 5], rows));
+    }
+    let verdicts = verdicts(scene, solution);
+    if !verdicts.is_empty() {
+        let rows = verdicts.iter().map(|verdict| {
+            let [value, error, interval, probability] = finding_words(verdict);
+            let doubt = verdict.doubt().map_or(String::new(), |reason| format!(", {reason}"));
+            vec![
+                scene.receivers[verdict.set].name.clone(),
+                requirement_words(&verdict.requirement),
+                value,
+                error,
+                interval,
+                probability,
+                format!("{}{doubt}", verdict.ruling().name()),
+            ]
+        });
+        tables.push(text_table(VERDICT_HEADER, &[0, 1, 6], rows));
     }
     tables.join("\n")
 }

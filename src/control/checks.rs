@@ -138,7 +138,8 @@ fn scores_check(parts: [ScoreEvidence; 2], spare: f64, has_waited: bool) -> Stat
     check("scores", Some(effective), limit, has_waited || effective >= limit, says)
 }
 
-fn student_quantile(probability: f64) -> f64 {
+/// Quantile of Student's t over the replicas.
+pub(super) fn student_quantile(probability: f64) -> f64 {
     StudentsT::new(0.0, 1.0, (REPLICAS - 1) as f64).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
 }
 

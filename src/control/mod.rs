@@ -8,6 +8,7 @@ mod forecast;
 mod plan_bounds;
 mod schedule;
 mod stop;
+mod verdict;
 
 pub use adapt::{ElementLoss, cuts_for};
 pub use cells::{CellGrowth, CellParts, KINDS};
@@ -16,3 +17,4 @@ pub use exponent::{ErrorHistory, USUAL_EXPONENT};
 pub use forecast::{Forecast, NINE_OF_TEN, deviation_of_work};
 pub use schedule::{after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};
+pub use verdict::{Certainty, INTERVAL, Limit, Ruling, certainty};

@@ -15,6 +15,7 @@ const OWN_NAMES: &[&str] = &[
     "ugr.csv",
     "luminance.csv",
     "tables.csv",
+    "verdicts.csv",
     "convergence.csv",
     "convergence.svg",
     "convergence.png",

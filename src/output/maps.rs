@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::daylight::{DAYLIGHT_FACTOR_COLUMNS, daylight_file};
 use super::observers::{maps_of, observer_files};
 use super::sheet::{Field, Sheet};
+use super::verdicts::verdict_file;
 use super::{OutputError, ResultFile};
 use crate::maps::basis::Linear;
 use crate::maps::{MapKind, MapResult, TableRow};
@@ -109,6 +110,7 @@ pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile
     files.extend(observer_files(scene, solution)?);
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
     files.push(table_file(rows.filter(|row| row.kind.is_illuminance()))?);
+    files.extend(verdict_file(scene, solution)?);
     files.push(convergence_file(&solution.convergence)?);
     Ok(files)
 }

@@ -30,6 +30,7 @@ mod schedule;
 mod sheet;
 mod summary;
 mod ugr_table;
+mod verdicts;
 mod vtk;
 
 pub use daylight::daylight_factors;
@@ -42,6 +43,7 @@ pub use report_observers::observer_words;
 pub use sheet::shortest;
 pub use summary::{RunRecord, summary_file};
 pub use ugr_table::{UgrTableHeading, range_text, ugr_table_files};
+pub use verdicts::{finding_words, requirement_words};
 pub use vtk::vtk_file;
 
 /// A result file before it is written.

@@ -9,6 +9,7 @@ use super::plots::{Plot, PlotKind, maintenance_note};
 use super::report_observers::observer_tables;
 use super::report_words::{explanations, stop_words, target_words};
 use super::schedule::{Power, Schedule, floor_area_m2};
+use super::verdicts::verdict_section;
 use super::{ResultFile, date::utc_date};
 use crate::maps::{Estimate, TableKind, TableRow};
 use crate::scene::photometry::Opening;
@@ -68,6 +69,7 @@ impl Report<'_> {
             self.subtitle()
         );
         page += &self.facts();
+        page += &verdict_section(self.scene, self.solution);
         page += &self.warnings();
         page += &self.results();
         page += "<div class=\"plan\">\n<h2>Plan</h2>\n";

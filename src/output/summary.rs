@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
+use super::verdicts::verdict_entries;
 use crate::base::position_index::POSITION_INDEX;
 use crate::maps::{MapResult, StatisticalCheck, TableKind};
 use crate::scene::{Background, Luminaire, Quantity, Scene};
@@ -75,6 +76,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "stop_reason": solution.stop_reason.name(),
         "maps": solution.maps.iter().map(map_entry).collect::<Vec<Value>>(),
         "glare": worst_of_sets(&solution.glare).into_iter().map(|worst| glare_entry(scene, worst)).collect::<Vec<Value>>(),
+        "verdicts": verdict_entries(scene, solution),
         "flux_balance": flux_balance,
         "flux_balance_note": flux_balance_note,
         "map_check": map_check,

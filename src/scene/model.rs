@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::requirements::Requirement;
+
 /// A surface's place in [`Scene::surfaces`].
 pub type SurfaceId = u32;
 /// A material's place in [`Scene::materials`].
@@ -302,6 +304,8 @@ pub struct ReceiverSet {
     pub points: Vec<ReceiverPoint>,
     /// Observers whose glare is rated; empty where something else is asked for.
     pub observers: Vec<Observer>,
+    /// What the set is to keep.
+    pub requirements: Vec<Requirement>,
 }
 
 /// What a receiver asks for.

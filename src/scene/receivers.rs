@@ -15,7 +15,7 @@ use super::surface_grid::{self, Spacing};
 use super::surfaces::Surfaces;
 use super::units::LengthUnit;
 use super::vectors::{direction, span_a_plane};
-use super::{parse, points_file};
+use super::{parse, points_file, requirements};
 
 /// The receiver types, as files name them.
 pub(super) const TYPES: [&str; 5] = ["grid", "points", "luminance", "ugr", "ugr_grid"];
@@ -36,10 +36,11 @@ pub(super) const KEYS: [&[&str]; 5] = [
         "spacing",
         "quantity",
         "direction",
+        "requirements",
     ],
-    &["name", "type", "file", "quantity", "direction"],
+    &["name", "type", "file", "quantity", "direction", "requirements"],
     &["name", "type", "position", "directions", "fan", "view"],
-    &["name", "type", "position", "view_direction", "background"],
+    &["name", "type", "position", "view_direction", "background", "requirements"],
     &[
         "name",
         "type",
@@ -54,18 +55,21 @@ pub(super) const KEYS: [&[&str]; 5] = [
         "spacing",
         "view_directions",
         "background",
+        "requirements",
     ],
 ];
 /// Keys of a grid by corners.
-const CORNER_KEYS: [&str; 9] = ["name", "type", "origin", "u", "v", "columns", "rows", "quantity", "direction"];
+const CORNER_KEYS: [&str; 10] =
+    ["name", "type", "origin", "u", "v", "columns", "rows", "quantity", "direction", "requirements"];
 /// Keys of a grid on a surface.
-const SURFACE_KEYS: [&str; 8] = ["name", "type", "surface", "height", "margin", "spacing", "quantity", "direction"];
+const SURFACE_KEYS: [&str; 9] =
+    ["name", "type", "surface", "height", "margin", "spacing", "quantity", "direction", "requirements"];
 /// Keys of a grid of observers by corners.
-const OBSERVERS_BY_CORNER_KEYS: [&str; 9] =
-    ["name", "type", "origin", "u", "v", "columns", "rows", "view_directions", "background"];
+const OBSERVERS_BY_CORNER_KEYS: [&str; 10] =
+    ["name", "type", "origin", "u", "v", "columns", "rows", "view_directions", "background", "requirements"];
 /// Keys of a grid of observers over a surface.
-const OBSERVERS_OVER_SURFACE_KEYS: [&str; 8] =
-    ["name", "type", "surface", "height", "margin", "spacing", "view_directions", "background"];
+const OBSERVERS_OVER_SURFACE_KEYS: [&str; 9] =
+    ["name", "type", "surface", "height", "margin", "spacing", "view_directions", "background", "requirements"];
 /// Height in m of a seated observer's eye over the floor.
 const SEATED_EYE_M: f64 = 1.2;
 /// What can be asked for at points and grids, as files name it.
@@ -111,7 +115,8 @@ fn read_one(
     let name = unique_name(&fields, names)?;
     if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit, most)? {
         let observers = if matches!(quantity, Quantity::Glare(_)) { observers_at(&points) } else { Vec::new() };
-        return Ok(ReceiverSet { name, quantity, layout, points, observers });
+        let requirements = requirements::read(&fields, quantity)?;
+        return Ok(ReceiverSet { name, quantity, layout, points, observers, requirements });
     }
     let by_surface = fields.get("surface").is_some();
     if TYPES[kind] == "ugr_grid" {
@@ -125,7 +130,8 @@ fn read_one(
         let (background, points) = observers::look_around(&fields, &places, most)?;
         let observers = observers_at(&points);
         let quantity = Quantity::Glare(background);
-        return Ok(ReceiverSet { name, quantity, layout: ReceiverLayout::Points, points, observers });
+        let requirements = requirements::read(&fields, quantity)?;
+        return Ok(ReceiverSet { name, quantity, layout: ReceiverLayout::Points, points, observers, requirements });
     }
     let (layout, mut points) = match TYPES[kind] {
         "grid" if by_surface => read_surface_grid(node, around, most, &SURFACE_KEYS, None)?,
@@ -133,7 +139,8 @@ fn read_one(
         _ => read_points(&fields, around)?,
     };
     let quantity = read_quantity(&fields, &mut points)?;
-    Ok(ReceiverSet { name, quantity, layout, points, observers: Vec::new() })
+    let requirements = requirements::read(&fields, quantity)?;
+    Ok(ReceiverSet { name, quantity, layout, points, observers: Vec::new(), requirements })
 }
 
 /// An observer at each point, who looks along its normal.

@@ -215,6 +215,34 @@ struct View {
     rows: u32,
 }
 
+/// What receivers are to keep: numbers, or an entry of EN 12464-1, in whose place numbers beside it go. `ugr` of observers, the others of
+/// grids and points.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct Requirements {
+    /// Average at least, in lx.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    average_lx: Option<f64>,
+    /// Minimum at least, in lx.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    minimum_lx: Option<f64>,
+    /// Maximum at most, in lx.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    maximum_lx: Option<f64>,
+    /// U0, minimum over average, at least.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
+    uniformity: Option<f64>,
+    /// Ud, minimum over maximum, at least.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
+    uniformity_ud: Option<f64>,
+    /// Glare rating of the worst observer, at most.
+    #[schemars(range(min = 10.0, max = 40.0))]
+    ugr: Option<f64>,
+    /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011).
+    en_12464_1: Option<String>,
+}
+
 /// Receivers.
 #[derive(JsonSchema)]
 #[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
@@ -240,6 +268,8 @@ enum ReceiverKind {
         quantity: Option<QuantityName>,
         /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
         direction: Option<Vector>,
+        /// What the receivers are to keep.
+        requirements: Option<Requirements>,
     },
     /// A grid on a flat rectangular surface: points at the centres of its cells, facing as its front does.
     #[schemars(rename = "grid")]
@@ -260,6 +290,8 @@ enum ReceiverKind {
         quantity: Option<QuantityName>,
         /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
         direction: Option<Vector>,
+        /// What the receivers are to keep.
+        requirements: Option<Requirements>,
     },
     /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area.
     Points {
@@ -271,6 +303,8 @@ enum ReceiverKind {
         quantity: Option<QuantityName>,
         /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
         direction: Option<Vector>,
+        /// What the receivers are to keep.
+        requirements: Option<Requirements>,
     },
     /// Luminance seen from a point, in one of: given directions, a fan of them, a picture.
     Luminance {
@@ -297,6 +331,8 @@ enum ReceiverKind {
         /// Where the background luminance is taken: at the eye ("observer", default), or on the walls between eye and
         /// luminaires in the mean ("tabular", as UGR tables have it).
         background: Option<BackgroundName>,
+        /// What the ratings are to keep.
+        requirements: Option<Requirements>,
     },
     /// Unified glare ratings of observers over a parallelogram, each looking in all directions of view.
     #[schemars(rename = "ugr_grid")]
@@ -320,6 +356,8 @@ enum ReceiverKind {
         view_directions: Option<Vec<Vector>>,
         /// Where the background luminance is taken.
         background: Option<BackgroundName>,
+        /// What the ratings are to keep.
+        requirements: Option<Requirements>,
     },
     /// Unified glare ratings of observers over a flat rectangular surface, each looking in all directions of view.
     #[schemars(rename = "ugr_grid")]
@@ -341,6 +379,8 @@ enum ReceiverKind {
         view_directions: Option<Vec<Vector>>,
         /// Where the background luminance is taken.
         background: Option<BackgroundName>,
+        /// What the ratings are to keep.
+        requirements: Option<Requirements>,
     },
 }
 
@@ -386,6 +426,7 @@ mod tests {
             ("/$defs/BoxMaterials/properties", &crate::scene::surfaces::BOX_MATERIALS),
             ("/$defs/Fan/properties", &crate::scene::observers::FAN_KEYS),
             ("/$defs/View/properties", &crate::scene::observers::VIEW_KEYS),
+            ("/$defs/Requirements/properties", &crate::scene::requirements::KEYS),
         ] {
             let described: BTreeSet<&str> =
                 schema.pointer(pointer).expect(pointer).as_object().expect("keys").keys().map(String::as_str).collect();

@@ -1,0 +1,231 @@
+//! What is told of a scene's requirements: `verdicts.csv`, the entries of `summary.json` and the table of the report.
+
+use serde_json::{Value, json};
+
+use super::html::{Table, with_error};
+use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, uncertainty};
+use super::picture::escaped;
+use super::plots::maintenance_note;
+use super::sheet::{Field, Sheet};
+use super::{OutputError, ResultFile};
+use crate::base::glare::rating_text;
+use crate::control::Ruling;
+use crate::maps::Estimate;
+use crate::scene::{Measure, Requirement, Scene};
+use crate::solver::{Finding, Solution, Verdict, verdicts};
+
+const COLUMNS: &[&str] = &[
+    "receiver",
+    "requirement",
+    "allowed",
+    "limit",
+    "asked_by",
+    "value",
+    "standard_error",
+    "interval_low",
+    "interval_high",
+    "probability_met",
+    "verdict",
+];
+
+/// `verdicts.csv`, where a receiver set has requirements.
+///
+/// # Errors
+///
+/// A number that is not finite: no table holds one.
+pub(super) fn verdict_file(scene: &Scene, solution: &Solution) -> Result<Option<ResultFile>, OutputError> {
+    let verdicts = verdicts(scene, solution);
+    if verdicts.is_empty() {
+        return Ok(None);
+    }
+    let mut sheet = Sheet::new("verdicts.csv", COLUMNS);
+    for verdict in &verdicts {
+        let requirement = &verdict.requirement;
+        let asked_by = asked_by(requirement);
+        let mut cells = vec![
+            Field::Text(&scene.receivers[verdict.set].name),
+            Field::Text(requirement.measure.key()),
+            Field::Text(if requirement.measure.is_at_least() { "at least" } else { "at most" }),
+            Field::Number(requirement.limit),
+            Field::Text(&asked_by),
+        ];
+        match &verdict.finding {
+            Finding::Value { estimate, certainty, .. } => cells.extend([
+                Field::Number(estimate.value),
+                Field::Number(estimate.standard_error),
+                Field::Number(certainty.interval[0]),
+                Field::Number(certainty.interval[1]),
+                Field::Number(certainty.probability_met),
+            ]),
+            Finding::BelowScale | Finding::Nothing(_) => cells.extend((0..5).map(|_| Field::Text(""))),
+        }
+        cells.push(Field::Text(verdict.ruling().name()));
+        sheet.row(&cells)?;
+    }
+    Ok(Some(sheet.finish()))
+}
+
+/// Entries of `summary.json`.
+pub(super) fn verdict_entries(scene: &Scene, solution: &Solution) -> Vec<Value> {
+    let entry = |verdict: &Verdict| {
+        let requirement = &verdict.requirement;
+        let (estimate, certainty) = match &verdict.finding {
+            Finding::Value { estimate, certainty, .. } => (Some(estimate), Some(certainty)),
+            Finding::BelowScale | Finding::Nothing(_) => (None, None),
+        };
+        json!({
+            "receiver": scene.receivers[verdict.set].name,
+            "requirement": requirement.measure.key(),
+            "allowed": if requirement.measure.is_at_least() { "at least" } else { "at most" },
+            "limit": requirement.limit,
+            "asked_by": asked_by(requirement),
+            "value": estimate.map(|estimate| estimate.value),
+            "standard_error": estimate.map(|estimate| estimate.standard_error),
+            "interval": certainty.map(|certainty| certainty.interval),
+            "probability_met": certainty.map(|certainty| certainty.probability_met),
+            "verdict": verdict.ruling().name(),
+            "doubt": verdict.doubt(),
+        })
+    };
+    verdicts(scene, solution).iter().map(entry).collect()
+}
+
+/// The table of the report with its heading; empty where nothing is required.
+pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
+    let verdicts = verdicts(scene, solution);
+    if verdicts.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(
+        "",
+        &[
+            ("Where", true),
+            ("Required", true),
+            ("Found", false),
+            ("95 % interval", false),
+            ("Probability<br>that it is met", false),
+            ("Verdict", true),
+        ],
+    );
+    for verdict in &verdicts {
+        let [found, error, interval, probability] = finding_words(verdict);
+        let doubt = verdict.doubt().map_or(String::new(), |reason| format!("<small>, {reason}</small>"));
+        let (class, sign) = match verdict.ruling() {
+            Ruling::Met => ("met", "✓"),
+            Ruling::NotMet => ("not-met", "✗"),
+            Ruling::Undecided => ("undecided", "?"),
+        };
+        let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
+            format!("<br><small class=\"soft\">EN 12464-1, {}: {}</small>", entry.reference, entry.task)
+        });
+        table.row(vec![
+            escaped(&scene.receivers[verdict.set].name),
+            with_indices(&escaped(&requirement_words(&verdict.requirement))) + &asked_by,
+            if error == UNKNOWN { escaped(&found) } else { with_error(&found, &error) },
+            interval,
+            escaped(&probability),
+            format!("<span class=\"verdict {class}\">{sign} {}</span>{doubt}", verdict.ruling().name()),
+        ]);
+    }
+    format!(
+        "<h2>Verdicts</h2>\n<p>{}</p>\n{}<p class=\"soft small\"><b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in \
+         95 cases of 100, lies on one side of the limit. <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance alone. {} The standards \
+         themselves are the authority for what they ask.</p>\n",
+        escaped(&verdict_sentence(&verdicts)),
+        table.markup(),
+        escaped(&maintenance_note(scene))
+    )
+}
+
+/// Symbols with their indices set low.
+fn with_indices(words: &str) -> String {
+    ["Emin", "Emax", "U0", "Ud"].iter().fold(words.to_owned(), |words, symbol| {
+        words.replace(symbol, &format!("{}<sub>{}</sub>", &symbol[..1], &symbol[1..]))
+    })
+}
+
+/// How many requirements are met, in a sentence.
+fn verdict_sentence(verdicts: &[Verdict]) -> String {
+    let count = |ruling: Ruling| verdicts.iter().filter(|verdict| verdict.ruling() == ruling).count();
+    let [met, not_met, undecided] = [Ruling::Met, Ruling::NotMet, Ruling::Undecided].map(count);
+    match (verdicts.len(), not_met, undecided) {
+        (1, 0, 0) => "The requirement is met.".to_owned(),
+        (all, 0, 0) => format!("All {all} requirements are met."),
+        (all, _, 0) => format!("{met} of {all} requirements are met, {not_met} not."),
+        (all, _, _) => format!("{met} of {all} requirements are met, {not_met} not, {undecided} undecided."),
+    }
+}
+
+/// A requirement for reading: `Ē ≥ 500 lx`.
+pub fn requirement_words(requirement: &Requirement) -> String {
+    let (symbol, unit) = match requirement.measure {
+        Measure::AverageLx => ("Ē", " lx"),
+        Measure::MinimumLx => ("Emin", " lx"),
+        Measure::MaximumLx => ("Emax", " lx"),
+        Measure::UniformityU0 => ("U0", ""),
+        Measure::UniformityUd => ("Ud", ""),
+        Measure::Ugr => ("UGR", ""),
+    };
+    let sign = if requirement.measure.is_at_least() { '≥' } else { '≤' };
+    format!("{symbol} {sign} {}{unit}", requirement.limit)
+}
+
+/// Value, standard error, interval and probability for reading.
+pub fn finding_words(verdict: &Verdict) -> [String; 4] {
+    let unknown = || UNKNOWN.to_owned();
+    match &verdict.finding {
+        Finding::Value { estimate, certainty, .. } => {
+            let Estimate { value, standard_error } = *estimate;
+            let number = |value: f64| match verdict.requirement.measure {
+                Measure::Ugr => format!("{value:.1}"),
+                measure if measure.is_illuminance() => lux(value),
+                _ => ratio(value),
+            };
+            let error = match verdict.requirement.measure {
+                measure if measure.is_illuminance() || measure == Measure::Ugr => uncertainty(standard_error),
+                _ => ratio_uncertainty(standard_error),
+            };
+            // A value under its own error is told by its interval alone.
+            let [value, error] = if estimate.is_known() { [number(value), error] } else { [unknown(), unknown()] };
+            let [low, high] = certainty.interval.map(number);
+            [
+                value,
+                error,
+                format!("{low} … {high}"),
+                probability_words(certainty.probability_met, standard_error > 0.0),
+            ]
+        }
+        Finding::BelowScale => [rating_text(None), unknown(), unknown(), unknown()],
+        Finding::Nothing(_) => [unknown(), unknown(), unknown(), unknown()],
+    }
+}
+
+/// A probability, which is never told as certain where chance has a part.
+fn probability_words(probability: f64, has_chance: bool) -> String {
+    match probability {
+        p if has_chance && p < 0.001 => "< 0.1 %".to_owned(),
+        p if has_chance && p > 0.999 => "> 99.9 %".to_owned(),
+        p => format!("{:.1} %", 100.0 * p),
+    }
+}
+
+fn asked_by(requirement: &Requirement) -> String {
+    match requirement.entry {
+        Some(entry) => format!("EN 12464-1, {}", entry.reference),
+        None => "scene".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::probability_words;
+
+    #[test]
+    fn chance_is_never_told_as_certain() {
+        assert_eq!(
+            [1.0, 0.9999, 0.999, 0.5, 0.0002].map(|probability| probability_words(probability, true)),
+            ["> 99.9 %", "> 99.9 %", "99.9 %", "50.0 %", "< 0.1 %"]
+        );
+        assert_eq!([1.0, 0.0].map(|probability| probability_words(probability, false)), ["100.0 %", "0.0 %"]);
+    }
+}
