@@ -14,7 +14,7 @@ pub struct SceneError(Box<Refusal>);
 /// Everything that a refusal says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
-    /// The file in which the fault lies: the scene file, or the OBJ, points or photometric file that it names.
+    /// The file in which the fault lies: the scene file, or the mesh, points or photometric file that it names.
     pub path: PathBuf,
     /// Where in that file; `None` where the file as a whole is at fault (missing, unreadable).
     pub place: Option<Place>,

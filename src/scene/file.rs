@@ -36,7 +36,7 @@ const SUSPICIOUSLY_SMALL_M: f64 = 0.01;
 /// The same of a scene whose file does not say metres: it may have been drawn in them.
 const SUSPICIOUSLY_SMALL_IN_OTHER_UNITS_M: f64 = 0.1;
 
-/// Reads a scene file and the OBJ, points and photometric files that it names.
+/// Reads a scene file and the mesh, points and photometric files that it names.
 ///
 /// # Errors
 ///

@@ -18,3 +18,7 @@ pub(super) const MOST_SPHERE_TRIANGLES: f64 = either(2_000_000, 1_000) as f64;
 pub(super) const SPHERE_FREQUENCY: u32 = either(16, 2) as u32;
 /// Divisions of the finest sphere: some 2 million triangles.
 pub(super) const MOST_SPHERE_FREQUENCY: u32 = either(316, 6) as u32;
+/// Triangles, and vertices apart from each other, of a mesh file that may ask for many with few bytes.
+pub(super) const MOST_MESH_TRIANGLES: usize = either(33_554_432, 10_000) as usize;
+/// Vertices and corners that are looked at for them: instances look at theirs again.
+pub(super) const MOST_MESH_READS: usize = either(1 << 28, 100_000) as usize;

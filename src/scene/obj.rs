@@ -3,26 +3,21 @@
 //! What concerns only looks (`vt`, `vn`, `mtllib`, smoothing, groups) is passed over: a face's front follows from the
 //! order of its corners, its material from the scene file.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::mesh_builder::MeshBuilder;
+use super::mesh_file::MOST_CORNERS;
 use super::polygon::triangulate;
 use super::reader::{Source, shortened};
-use super::shapes::{Shape, ShapePart};
-
-/// Name of the part that faces before the first `usemtl` make up, in a file that has others.
-pub(super) const UNNAMED_PART: &str = "unnamed";
+use super::shapes::Shape;
 
 /// Statements that say nothing of the shape's surfaces.
 const PASSED_OVER: [&str; 10] = ["vt", "vn", "vp", "o", "g", "s", "mtllib", "usemap", "maplib", "lod"];
 /// Statements of shapes without an area.
 const WITHOUT_AREA: [&str; 2] = ["l", "p"];
-
-/// Most corners of a face: the time to cut it into triangles grows with the cube of their number.
-const MOST_CORNERS: usize = 1024;
 
 /// Reads a mesh. Warnings say what was passed over and matters.
 ///
@@ -30,14 +25,7 @@ const MOST_CORNERS: usize = 1024;
 ///
 /// Malformed vertices and faces, corners that do not exist, and files without a face, with their places.
 pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
-    let mut reader = ObjReader {
-        source,
-        vertices: Vec::new(),
-        numbers: HashMap::new(),
-        shape: Shape::default(),
-        part: None,
-        places: HashMap::new(),
-    };
+    let mut reader = ObjReader { source, vertices: Vec::new(), mesh: MeshBuilder::default(), part: None };
     let mut strange: Vec<(usize, &str)> = Vec::new();
     let mut lines = Words { text: source.text, next: 0, line: 0 };
     while let Some(words) = lines.statement() {
@@ -60,7 +48,8 @@ pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Shape,
             shortened(word)
         ));
     }
-    if reader.shape.parts.is_empty() {
+    let shape = reader.mesh.finish();
+    if shape.parts.is_empty() {
         return Err(source.refuse(
             0..1,
             "",
@@ -70,18 +59,15 @@ pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Shape,
             "export polygons as OBJ",
         ));
     }
-    Ok(reader.shape)
+    Ok(shape)
 }
 
 struct ObjReader<'a> {
     source: &'a Source<'a>,
     /// The number in the shape of every vertex of the file: vertices that coincide exactly are one.
     vertices: Vec<u32>,
-    numbers: HashMap<[u64; 3], u32>,
-    shape: Shape,
+    mesh: MeshBuilder,
     part: Option<String>,
-    /// Where each part is in the shape.
-    places: HashMap<Option<String>, usize>,
 }
 
 impl ObjReader<'_> {
@@ -109,13 +95,7 @@ impl ObjReader<'_> {
                 }
             };
         }
-        // Adding +0 makes −0 and +0 one.
-        let key = (point + DVec3::ZERO).to_array().map(f64::to_bits);
-        let vertices = &mut self.shape.vertices;
-        let number = *self.numbers.entry(key).or_insert_with(|| {
-            vertices.push(point);
-            (vertices.len() - 1) as u32
-        });
+        let number = self.mesh.vertex(point);
         self.vertices.push(number);
         Ok(())
     }
@@ -136,14 +116,9 @@ impl ObjReader<'_> {
             ));
         }
         let numbers = arguments.iter().map(|corner| self.corner(corner)).collect::<Result<Vec<u32>, _>>()?;
-        let points: Vec<DVec3> = numbers.iter().map(|number| self.shape.vertices[*number as usize]).collect();
+        let points: Vec<DVec3> = numbers.iter().map(|number| self.mesh.place(*number)).collect();
         let triangles = triangulate(&points).into_iter().map(|triangle| triangle.map(|corner| numbers[corner]));
-        let parts = &mut self.shape.parts;
-        let place = *self.places.entry(self.part.clone()).or_insert_with(|| {
-            parts.push(ShapePart { name: self.part.clone(), triangles: Vec::new() });
-            parts.len() - 1
-        });
-        parts[place].triangles.extend(triangles);
+        self.mesh.add(self.part.as_deref(), triangles);
         Ok(())
     }
 

@@ -12,7 +12,7 @@ use super::plain_file::read_plain_file;
 use super::reader::{Source, shortened};
 
 /// Largest file that is read without a word: vertices and faces of some five million triangles.
-const LARGEST_FILE_BYTES: u64 = 512 << 20;
+pub(super) const LARGEST_FILE_BYTES: u64 = 512 << 20;
 
 /// Reads a file as UTF-8 text.
 ///
@@ -20,7 +20,24 @@ const LARGEST_FILE_BYTES: u64 = 512 << 20;
 ///
 /// A file that is missing, cannot be read, is no plain file, is too large or is not UTF-8.
 pub(super) fn read_text(path: &Path, kind: &str) -> Result<String, SceneError> {
-    let bytes = read_plain_file(path, LARGEST_FILE_BYTES).map_err(|error| unreadable(path, kind, &error))?;
+    text_of(read_bytes(path, kind)?, path, kind)
+}
+
+/// Reads a file as bytes.
+///
+/// # Errors
+///
+/// A file that is missing, cannot be read, is no plain file or is too large.
+pub(super) fn read_bytes(path: &Path, kind: &str) -> Result<Vec<u8>, SceneError> {
+    read_plain_file(path, LARGEST_FILE_BYTES).map_err(|error| unreadable(path, kind, &error))
+}
+
+/// The text that bytes are.
+///
+/// # Errors
+///
+/// Bytes that are not UTF-8.
+pub(super) fn text_of(bytes: Vec<u8>, path: &Path, kind: &str) -> Result<String, SceneError> {
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();

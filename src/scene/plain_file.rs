@@ -22,8 +22,12 @@ pub fn allow_large_files() {
 ///
 /// A file that is missing, cannot be read, is no plain file, is too large, or does not fit into memory.
 pub(super) fn read_plain_file(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
-    let largest = if ALLOWS_LARGE.load(Ordering::Relaxed) { u64::MAX } else { most_bytes };
-    read_at_most(path, largest)
+    read_at_most(path, largest_bytes(most_bytes))
+}
+
+/// So many bytes, or any number of them once large files are allowed.
+pub(super) fn largest_bytes(most_bytes: u64) -> u64 {
+    if ALLOWS_LARGE.load(Ordering::Relaxed) { u64::MAX } else { most_bytes }
 }
 
 fn read_at_most(path: &Path, largest_bytes: u64) -> Result<Vec<u8>> {

@@ -8,14 +8,14 @@ use glam::DVec3;
 
 use super::error::SceneError;
 use super::limits::{MOST_SPHERE_FREQUENCY, MOST_SPHERE_TRIANGLES};
+use super::mesh_file;
 use super::model::{Material, MaterialId, Surface, SurfaceId};
 use super::names::listed;
 use super::placing::Placing;
-use super::reader::{Fields, Node, Source, meant};
+use super::reader::{Fields, Node, meant};
 use super::shapes::{self, BOX_FACES, Shape};
 use super::units::LengthUnit;
 use super::weld::weld;
-use super::{obj, parse};
 
 /// The geometry types, as files name them.
 pub(super) const TYPES: [&str; 4] = ["box", "rectangle", "mesh", "sphere"];
@@ -329,9 +329,7 @@ fn read_rectangle(fields: &Fields, name: &str, warnings: &mut Vec<String>) -> Re
 fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
     let node = fields.need("file", "\"desks.obj\"")?;
     let path = around.base_dir.join(node.name()?);
-    let text = parse::read_text(&path, "the OBJ file").map_err(|error| error.named_by(node.as_namer()))?;
-    let source = Source { text: &text, path: &path };
-    let mut shape = obj::read(&source, warnings).map_err(|error| error.named_by(node.as_namer()))?;
+    let mut shape = mesh_file::read(&path, around.unit, warnings).map_err(|error| error.named_by(node.as_namer()))?;
     if let Some((count, place)) = weld(&mut shape) {
         warnings.push(format!(
             "{}: {count} vertices along open edges lay as good as on others and were made one with them (the first at {place} in the file)",
@@ -342,7 +340,7 @@ fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Re
     // A file without materials is a surface of its own; with some, the faces before the first are a part like the others.
     if shape.parts.len() > 1 {
         for part in &mut shape.parts {
-            part.name.get_or_insert_with(|| obj::UNNAMED_PART.into());
+            part.name.get_or_insert_with(|| mesh_file::UNNAMED_PART.into());
         }
     }
     Ok(shape)

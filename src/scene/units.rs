@@ -32,6 +32,11 @@ impl LengthUnit {
         point * self.numerator / self.denominator
     }
 
+    /// What a place in m is in the unit.
+    pub fn point_of_m(self, point_m: DVec3) -> DVec3 {
+        point_m * self.denominator / self.numerator
+    }
+
     /// An area in m².
     pub fn area_m2(self, area: f64) -> f64 {
         self.length_m(self.length_m(area))

@@ -97,15 +97,15 @@ pub(super) enum GeometryKind {
         /// Scale, turns and shift.
         transform: Option<Transform>,
     },
-    /// A mesh from a Wavefront OBJ file; its parts are NAME/USEMTL.
+    /// A mesh from a Wavefront OBJ file, its parts NAME/USEMTL, or from a glTF 2.0 file, its parts NAME/MATERIAL.
     Mesh {
         /// Name of the geometry.
         name: String,
-        /// The OBJ file.
+        /// The OBJ, glTF or GLB file.
         file: String,
         /// Material of all parts that have no other.
         material: Option<String>,
-        /// Materials by the file's `usemtl` names; else the scene's material of that name is taken.
+        /// Materials by the file's `usemtl` or material names; else the scene's material of that name is taken.
         materials: Option<BTreeMap<String, String>>,
         /// Whether both sides reflect and are reported.
         two_sided: Option<bool>,

@@ -1,0 +1,309 @@
+//! glTF 2.0 and GLB: triangles of all nodes of a scene, in parts by material.
+//!
+//! Metres become the scene's unit, and the upward y of glTF the scene's upward z. Looks are passed over: the scene file
+//! says what materials do to light.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::{DMat3, DMat4, DQuat, DVec3};
+use gltf::accessor::{DataType, Dimensions};
+use gltf::mesh::{Mode, Primitive};
+use gltf::scene::Transform;
+use gltf::{Document, Glb, Node};
+
+use super::error::SceneError;
+use super::gltf_buffers::{Buffers, Elements};
+use super::limits::{MOST_MESH_READS, MOST_MESH_TRIANGLES};
+use super::mesh_builder::MeshBuilder;
+use super::mesh_file::refusal;
+use super::shapes::Shape;
+use super::units::LengthUnit;
+
+/// What a GLB file begins with.
+const MAGIC: &[u8] = b"glTF";
+/// Bytes before the first chunk of a GLB file.
+const HEADER_BYTES: u32 = 12;
+/// Extensions that place or light something, which a file may use without asking readers to know them.
+const OF_CONSEQUENCE: [&str; 2] = ["EXT_mesh_gpu_instancing", "KHR_lights_punctual"];
+
+/// Reads a mesh. Warnings say what was passed over and matters.
+///
+/// # Errors
+///
+/// Damaged files, references that lead nowhere, buffers outside the folder, and files without a triangle.
+pub(super) fn read(
+    path: &Path,
+    bytes: &[u8],
+    unit: LengthUnit,
+    warnings: &mut Vec<String>,
+) -> Result<Shape, SceneError> {
+    let (json, binary) = chunks(path, bytes)?;
+    let refuse = |error: &dyn std::fmt::Display| refusal(path, "not valid glTF", error.to_string(), "glTF 2.0");
+    let root: gltf::json::Root = gltf::json::deserialize::from_slice(&json).map_err(|error| refuse(&error))?;
+    if let Some(unknown) = root.extensions_required.iter().find(|name| !is_looks(name)) {
+        let remedy = "export the model again without this extension (compression, for instance)";
+        let what = "the glTF file needs an extension that is not read".to_owned();
+        return Err(SceneError::of_file(path, what, format!("{unknown:?}"), "plain glTF 2.0", remedy));
+    }
+    let document = Document::from_json(root).map_err(|error| refuse(&error))?;
+    let mut reader = GltfReader {
+        path,
+        unit,
+        buffers: Buffers::new(path, &document, binary.as_deref()),
+        mesh: MeshBuilder::default(),
+        reads: 0,
+        passed_over: 0,
+        bent: 0,
+    };
+    reader.scene(&document)?;
+    reader.warn(&document, warnings);
+    let shape = reader.mesh.finish();
+    if shape.parts.is_empty() {
+        let got = format!("{} nodes, no triangle", document.nodes().len());
+        return Err(refusal(path, "a mesh without a triangle", got, "a glTF scene with a mesh of triangles"));
+    }
+    Ok(shape)
+}
+
+fn is_looks(extension: &str) -> bool {
+    gltf::json::extensions::ENABLED_EXTENSIONS.contains(&extension)
+}
+
+/// The JSON and, of a GLB file, the binary chunk.
+type Chunks<'b> = (Cow<'b, [u8]>, Option<Cow<'b, [u8]>>);
+
+fn chunks<'b>(path: &Path, bytes: &'b [u8]) -> Result<Chunks<'b>, SceneError> {
+    if !bytes.starts_with(MAGIC) {
+        return Ok((Cow::Borrowed(bytes), None));
+    }
+    let said = bytes.get(8..12).and_then(|length| length.try_into().ok()).map_or(0, u32::from_le_bytes);
+    let Some(whole) = bytes.get(..said as usize).filter(|_| said >= HEADER_BYTES) else {
+        let expected = format!("{said} bytes, as its header says");
+        return Err(refusal(path, "the GLB file is cut short or damaged", format!("{} bytes", bytes.len()), &expected));
+    };
+    let glb = Glb::from_slice(whole)
+        .map_err(|error| refusal(path, "the GLB file is damaged", error.to_string(), "GLB version 2"))?;
+    Ok((glb.json, glb.bin))
+}
+
+struct GltfReader<'a> {
+    path: &'a Path,
+    unit: LengthUnit,
+    buffers: Buffers<'a>,
+    mesh: MeshBuilder,
+    /// Vertices and corners looked at so far.
+    reads: usize,
+    /// Lines and points.
+    passed_over: usize,
+    /// Meshes with bones or targets.
+    bent: usize,
+}
+
+impl GltfReader<'_> {
+    fn scene(&mut self, document: &Document) -> Result<(), SceneError> {
+        let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
+            let got = format!("{} nodes, no scene", document.nodes().len());
+            return Err(refusal(self.path, "the glTF file has no scene", got, "a scene that names its nodes"));
+        };
+        let mut reached = vec![false; document.nodes().len()];
+        let mut waiting: Vec<(Node, DMat4)> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
+        waiting.reverse();
+        while let Some((node, above)) = waiting.pop() {
+            if std::mem::replace(&mut reached[node.index()], true) {
+                let what = format!("node {} is reached twice", node.index());
+                return Err(refusal(self.path, what, "a circle, or two nodes above one", "nodes that form a tree"));
+            }
+            let placed = above * matrix_of(node.transform());
+            if let Some(mesh) = node.mesh() {
+                self.bent += usize::from(node.skin().is_some() || mesh.weights().is_some());
+                for primitive in mesh.primitives() {
+                    let place = format!("mesh {}, primitive {}", mesh.index(), primitive.index());
+                    self.primitive(&primitive, placed, &place)?;
+                }
+            }
+            let children: Vec<(Node, DMat4)> = node.children().map(|child| (child, placed)).collect();
+            waiting.extend(children.into_iter().rev());
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, placed: DMat4, place: &str) -> Result<(), SceneError> {
+        let path = self.path;
+        let refuse = |what: &str, got: String, expected: &str| refusal(path, format!("{place}: {what}"), got, expected);
+        if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+            self.passed_over += 1;
+            return Ok(());
+        }
+        let Some(positions) = primitive.get(&gltf::Semantic::Positions) else {
+            return Err(refuse("no positions", "no attribute POSITION".to_owned(), "an attribute POSITION"));
+        };
+        if (positions.data_type(), positions.dimensions()) != (DataType::F32, Dimensions::Vec3) {
+            let got = format!("{:?} of {:?}", positions.dimensions(), positions.data_type());
+            return Err(refuse("positions of another kind", got, "VEC3 of FLOAT"));
+        }
+        self.buffers.load(&positions)?;
+        if let Some(indices) = primitive.indices() {
+            let kind = indices.data_type();
+            if !matches!(kind, DataType::U8 | DataType::U16 | DataType::U32)
+                || indices.dimensions() != Dimensions::Scalar
+            {
+                let got = format!("{:?} of {kind:?}", indices.dimensions());
+                return Err(refuse("indices of another kind", got, "SCALAR of whole numbers without a sign"));
+            }
+            self.buffers.load(&indices)?;
+        }
+        let places = self.buffers.elements(&positions)?;
+        let corners = Corners {
+            indices: primitive.indices().map(|indices| self.buffers.elements(&indices)).transpose()?,
+            vertices: places.count,
+        };
+        self.reads = self.reads.saturating_add(places.count).saturating_add(corners.count());
+        if self.reads > MOST_MESH_READS {
+            let got = format!("{} vertices and corners so far", self.reads);
+            return Err(refuse("the nodes ask for too much", got, &format!("at most {MOST_MESH_READS}")));
+        }
+
+        // Corners to vertices of the mesh; a transform that mirrors turns triangles round.
+        let mirrors = DMat3::from_mat4(placed).determinant() < 0.0;
+        let name = part_name(primitive);
+        let mut numbers: Vec<Option<u32>> = vec![None; places.count];
+        let mut triangles = Vec::new();
+        for triple in triples(primitive.mode(), corners.count()) {
+            let mut triangle = [0; 3];
+            for (number, corner) in triangle.iter_mut().zip(triple) {
+                let index = corners.at(corner);
+                let Some(known) = numbers.get_mut(index) else {
+                    let expected = format!("an index from 0 to {}", places.count.saturating_sub(1));
+                    return Err(refuse("a triangle names a vertex that is not there", index.to_string(), &expected));
+                };
+                *number = match *known {
+                    Some(number) => number,
+                    None => {
+                        let point = placed.transform_point3(point_of(places.at(index)));
+                        if !point.is_finite() {
+                            let what = format!("vertex {index} is at no finite place");
+                            return Err(refuse(
+                                &what,
+                                point.to_string(),
+                                "numbers, and transforms that keep them finite",
+                            ));
+                        }
+                        let upright = DVec3::new(point.x, -point.z, point.y);
+                        *known.insert(self.mesh.vertex(self.unit.point_of_m(upright)))
+                    }
+                };
+            }
+            if mirrors {
+                triangle.swap(1, 2);
+            }
+            triangles.push(triangle);
+        }
+        if corners.count() % 3 != 0 && primitive.mode() == Mode::Triangles {
+            let got = format!("{} corners", corners.count());
+            return Err(refuse("no whole number of triangles", got, "three corners for each triangle"));
+        }
+        if !triangles.is_empty() {
+            self.mesh.add(name.as_deref(), triangles);
+        }
+        if self.mesh.size() > MOST_MESH_TRIANGLES {
+            let expected = format!("at most {MOST_MESH_TRIANGLES}");
+            return Err(refuse("too many triangles or vertices", self.mesh.size().to_string(), &expected));
+        }
+        Ok(())
+    }
+
+    fn warn(&self, document: &Document, warnings: &mut Vec<String>) {
+        let path = self.path.display();
+        let scenes = document.scenes().len();
+        if scenes > 1 {
+            warnings.push(format!("{path}: one of {scenes} scenes was read, the default or first one"));
+        }
+        if self.passed_over > 0 {
+            warnings.push(format!(
+                "{path}: {} primitives of lines or points were passed over; they have no area",
+                self.passed_over
+            ));
+        }
+        if self.bent > 0 || document.animations().len() > 0 {
+            warnings.push(format!("{path}: bones, targets and animations were passed over; meshes are read at rest"));
+        }
+        for extension in document.extensions_used().filter(|extension| OF_CONSEQUENCE.contains(extension)) {
+            warnings.push(format!("{path}: what the extension {extension} adds was passed over"));
+        }
+        let mut named: HashMap<&str, usize> = HashMap::new();
+        for name in document.materials().filter_map(|material| material.name()) {
+            *named.entry(name.trim()).or_default() += 1;
+        }
+        let mut twice: Vec<&str> =
+            named.into_iter().filter(|(name, count)| *count > 1 && !name.is_empty()).map(|(name, _)| name).collect();
+        twice.sort_unstable();
+        if let Some(first) = twice.first() {
+            warnings.push(format!(
+                "{path}: {} names stand for several materials each, first {first:?}; their triangles are one part",
+                twice.len()
+            ));
+        }
+    }
+}
+
+/// Corners of a primitive, by its indices or in the order of its vertices.
+struct Corners<'b> {
+    indices: Option<Elements<'b>>,
+    vertices: usize,
+}
+
+impl Corners<'_> {
+    fn count(&self) -> usize {
+        self.indices.as_ref().map_or(self.vertices, |indices| indices.count)
+    }
+
+    fn at(&self, corner: usize) -> usize {
+        let Some(indices) = &self.indices else { return corner };
+        indices.at(corner).iter().rev().fold(0, |number, byte| number << 8 | usize::from(*byte))
+    }
+}
+
+/// The corners of every triangle.
+fn triples(mode: Mode, corners: usize) -> impl Iterator<Item = [usize; 3]> {
+    let count = if mode == Mode::Triangles { corners / 3 } else { corners.saturating_sub(2) };
+    (0..count).map(move |triangle| match mode {
+        Mode::TriangleStrip if triangle % 2 == 1 => [triangle, triangle + 2, triangle + 1],
+        Mode::TriangleStrip => [triangle, triangle + 1, triangle + 2],
+        Mode::TriangleFan => [triangle + 1, triangle + 2, 0],
+        _ => [3 * triangle, 3 * triangle + 1, 3 * triangle + 2],
+    })
+}
+
+/// Three numbers in single precision.
+fn point_of(bytes: &[u8]) -> DVec3 {
+    let number = |axis: usize| {
+        let bytes = bytes[4 * axis..][..4].try_into().unwrap_or_default();
+        f64::from(f32::from_le_bytes(bytes))
+    };
+    DVec3::new(number(0), number(1), number(2))
+}
+
+fn matrix_of(transform: Transform) -> DMat4 {
+    match transform {
+        Transform::Matrix { matrix } => DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))),
+        Transform::Decomposed { translation, rotation, scale } => DMat4::from_scale_rotation_translation(
+            DVec3::from(scale.map(f64::from)),
+            DQuat::from_array(rotation.map(f64::from)).normalize(),
+            DVec3::from(translation.map(f64::from)),
+        ),
+    }
+}
+
+/// The name of a primitive's material; its number where it has none.
+fn part_name(primitive: &Primitive) -> Option<String> {
+    let material = primitive.material();
+    let number = material.index()?;
+    let name: String = material.name().unwrap_or_default().trim().replace(char::is_control, " ");
+    Some(if name.is_empty() { format!("material {number}") } else { name })
+}
+
+#[cfg(test)]
+#[path = "gltf_tests.rs"]
+mod tests;

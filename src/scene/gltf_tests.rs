@@ -1,0 +1,269 @@
+//! glTF files made by hand, sound and hostile ones.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::super::units::LengthUnit;
+use super::*;
+
+/// A square of two triangles in glTF's ground plane, its front up, 2 m by 1 m, with indices of 16 bits.
+fn square() -> (Value, Vec<u8>) {
+    let mut bytes = Vec::new();
+    for number in [0.0_f32, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, -1.0, 0.0, 0.0, -1.0] {
+        bytes.extend(number.to_le_bytes());
+    }
+    for index in [0_u16, 1, 2, 0, 2, 3] {
+        bytes.extend(index.to_le_bytes());
+    }
+    let json = json!({
+        "asset": { "version": "2.0" },
+        "scene": 0,
+        "scenes": [ { "nodes": [0] } ],
+        "nodes": [ { "mesh": 0 } ],
+        "meshes": [ { "primitives": [ { "attributes": { "POSITION": 0 }, "indices": 1, "material": 0 } ] } ],
+        "materials": [ { "name": "Light oak" } ],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, -1], "max": [2, 0, 0] },
+            { "bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR" }
+        ],
+        "bufferViews": [
+            { "buffer": 0, "byteOffset": 0, "byteLength": 48 },
+            { "buffer": 0, "byteOffset": 48, "byteLength": 12 }
+        ],
+        "buffers": [ { "byteLength": 60 } ]
+    });
+    (json, bytes)
+}
+
+fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
+    let json = json.to_string().into_bytes();
+    let header = gltf::binary::Header { magic: *b"glTF", version: 2, length: 0 };
+    Glb { header, json: json.into(), bin: Some(binary.into()) }.to_vec().expect("memory takes it")
+}
+
+fn read_in(path: &Path, bytes: &[u8], unit: usize) -> Result<(Shape, Vec<String>), SceneError> {
+    let mut warnings = Vec::new();
+    Ok((read(path, bytes, LengthUnit::of(unit), &mut warnings)?, warnings))
+}
+
+fn read_glb(json: &Value, binary: &[u8]) -> Result<(Shape, Vec<String>), SceneError> {
+    read_in(Path::new("test.glb"), &glb(json, binary), 0)
+}
+
+fn normal_of(shape: &Shape) -> DVec3 {
+    let [a, b, c] = shape.parts[0].triangles[0].map(|vertex| shape.vertices[vertex as usize]);
+    (b - a).cross(c - a).normalize()
+}
+
+#[test]
+fn y_up_becomes_z_up_and_metres_the_scenes_unit() {
+    let (json, bytes) = square();
+    let (shape, warnings) = read_glb(&json, &bytes).expect("valid");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let places = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from);
+    assert_eq!(shape.vertices, places);
+    assert_eq!(shape.parts[0].name.as_deref(), Some("Light oak"));
+    assert_eq!(shape.parts[0].triangles, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(normal_of(&shape), DVec3::Z);
+    let (shape, _) = read_in(Path::new("test.glb"), &glb(&json, &bytes), 1).expect("valid");
+    assert_eq!(shape.vertices[2], DVec3::new(2000.0, 1000.0, 0.0));
+}
+
+#[test]
+fn transforms_of_nodes_follow_each_other_and_mirrored_fronts_stay_fronts() {
+    let (mut json, bytes) = square();
+    let half = 0.5_f64.sqrt();
+    json["scenes"][0]["nodes"] = json!([1]);
+    // A quarter turn about glTF's y within a shift; the shift is not turned.
+    json["nodes"] = json!([
+        { "mesh": 0, "rotation": [0.0, half, 0.0, half], "scale": [1.0, 1.0, 3.0] },
+        { "children": [0, 2], "translation": [10.0, 20.0, 30.0] },
+        { "mesh": 0, "matrix": [-1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 5.0, 0.0, 0.0, 1.0] }
+    ]);
+    let (shape, _) = read_glb(&json, &bytes).expect("valid");
+    // (2, 0, −1), made (2, 0, −3), turned to (−3, 0, −2), shifted to (7, 20, 28), upright (7, −28, 20).
+    assert!(shape.vertices[2].distance(DVec3::new(7.0, -28.0, 20.0)) < 1e-6, "{}", shape.vertices[2]);
+    assert_eq!(shape.parts[0].triangles.len(), 4);
+    for triangle in &shape.parts[0].triangles {
+        let [a, b, c] = triangle.map(|vertex| shape.vertices[vertex as usize]);
+        assert!((b - a).cross(c - a).z > 0.0, "a front looks down");
+    }
+}
+
+#[test]
+fn strips_and_fans_keep_their_fronts() {
+    for (mode, order) in [(5, [0_u16, 1, 3, 2]), (6, [0, 1, 2, 3])] {
+        let (mut json, mut bytes) = square();
+        bytes.truncate(48);
+        order.iter().for_each(|index| bytes.extend(index.to_le_bytes()));
+        json["meshes"][0]["primitives"][0]["mode"] = json!(mode);
+        json["accessors"][1]["count"] = json!(4);
+        json["bufferViews"][1]["byteLength"] = json!(8);
+        json["buffers"][0]["byteLength"] = json!(56);
+        let (shape, _) = read_glb(&json, &bytes).expect("valid");
+        assert_eq!(shape.parts[0].triangles.len(), 2);
+        let mut area = 0.0;
+        for triangle in &shape.parts[0].triangles {
+            let [a, b, c] = triangle.map(|vertex| shape.vertices[vertex as usize]);
+            area += 0.5 * (b - a).cross(c - a).z;
+        }
+        assert_eq!(area, 2.0, "mode {mode}");
+    }
+}
+
+#[test]
+fn buffers_come_from_beside_the_file_and_from_data_uris() {
+    let (mut json, bytes) = square();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("test.gltf");
+    std::fs::write(folder.path().join("my buffer.bin"), &bytes).expect("written");
+    for uri in
+        ["my%20buffer.bin", "./my buffer.bin", &format!("data:application/octet-stream;base64,{}", base_64(&bytes))]
+    {
+        json["buffers"][0]["uri"] = json!(uri);
+        let (shape, _) = read_in(&path, json.to_string().as_bytes(), 0).expect(uri);
+        assert_eq!(shape.vertices.len(), 4);
+    }
+}
+
+fn base_64(bytes: &[u8]) -> String {
+    base64::Engine::encode(&base64::prelude::BASE64_STANDARD, bytes)
+}
+
+#[test]
+fn nothing_outside_the_folder_is_read() {
+    let (mut json, bytes) = square();
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("secret.bin"), &bytes).expect("written");
+    std::fs::create_dir(folder.path().join("model")).expect("made");
+    let path = folder.path().join("model/test.gltf");
+    let absolute = folder.path().join("secret.bin").display().to_string();
+    for (uri, says) in [
+        ("../secret.bin", "outside"),
+        ("%2e%2e/secret.bin", "outside"),
+        ("..%2Fsecret.bin", "outside"),
+        ("a/../../secret.bin", "outside"),
+        ("..\\secret.bin", "outside"),
+        (&absolute, "outside"),
+        ("", "outside"),
+        ("http://localhost/secret.bin", "nothing is fetched"),
+        ("file:///secret.bin", "nothing is fetched"),
+        ("data:text/plain,abc", "cut short"),
+        ("data:application/octet-stream;base64,§", "no base 64"),
+        ("missing.bin", "cannot be read"),
+    ] {
+        json["buffers"][0]["uri"] = json!(uri);
+        let error = read_in(&path, json.to_string().as_bytes(), 0).expect_err(uri);
+        assert!(error.to_string().contains(says), "{uri}: {error}");
+    }
+}
+
+#[test]
+fn a_file_cut_short_anywhere_is_refused() {
+    let (json, bytes) = square();
+    let whole = glb(&json, &bytes);
+    for length in 0..whole.len() {
+        let mut cut = whole[..length].to_vec();
+        assert!(read_in(Path::new("cut.glb"), &cut, 0).is_err(), "{length} bytes were read");
+        // A header that agrees with the cut makes it no better.
+        if length >= 12 {
+            cut[8..12].copy_from_slice(&(length as u32).to_le_bytes());
+            assert!(read_in(Path::new("cut.glb"), &cut, 0).is_err(), "{length} bytes with their header were read");
+        }
+    }
+}
+
+#[test]
+fn hostile_numbers_are_refused() {
+    let change = |pointer: &str, value: Value| {
+        let (mut json, bytes) = square();
+        let (above, key) = pointer.rsplit_once('/').expect("a pointer");
+        json.pointer_mut(above).expect(pointer)[key] = value;
+        read_glb(&json, &bytes).expect_err(pointer).to_string()
+    };
+    for (pointer, value, says) in [
+        ("/accessors/0/count", json!(3), "not there"),
+        ("/accessors/0/count", json!(4_000_000_000_u32), "leaves its buffer view"),
+        ("/accessors/1/count", json!(u64::MAX), "leaves its buffer view"),
+        ("/accessors/1/count", json!(7), "leaves its buffer view"),
+        ("/accessors/1/count", json!(5), "whole number of triangles"),
+        ("/accessors/0/byteOffset", json!(9_007_199_254_740_992_u64), "leaves its buffer view"),
+        ("/accessors/0/bufferView", json!(9), "not valid glTF"),
+        ("/accessors/0/type", json!("VEC2"), "positions of another kind"),
+        ("/accessors/1/componentType", json!(5126), "indices of another kind"),
+        ("/accessors/0/sparse", sparse(), "is sparse"),
+        ("/bufferViews/0/byteLength", json!(9_007_199_254_740_992_u64), "leaves its buffer"),
+        ("/bufferViews/0/byteOffset", json!(50), "leaves its buffer"),
+        ("/bufferViews/0/byteStride", json!(4), "elements that overlap"),
+        ("/buffers/0/byteLength", json!(61_000), "cut short"),
+        ("/nodes/0/children", json!([0]), "reached twice"),
+        ("/nodes/0/children", json!([5]), "not valid glTF"),
+        ("/nodes/0/rotation", json!([0, 0, 0, 0]), "no finite place"),
+        ("/nodes/0/scale", json!([1e30, 1e300, 1]), "not valid glTF"),
+        ("/scenes/0/nodes", json!([0, 0]), "reached twice"),
+        ("/scenes/0/nodes", json!([]), "without a triangle"),
+        ("/scene", json!(4), "not valid glTF"),
+        ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "extension that is not read"),
+        ("/asset/version", json!(7), "not valid glTF"),
+    ] {
+        let message = change(pointer, value);
+        assert!(message.contains(says), "{pointer}: {says:?} is not in\n{message}");
+        for line in ["got: ", "expected: ", "remedy: "] {
+            assert!(message.contains(line), "{pointer}: {message}");
+        }
+    }
+}
+
+fn sparse() -> Value {
+    json!({ "count": 1, "indices": { "bufferView": 1, "componentType": 5123 }, "values": { "bufferView": 0 } })
+}
+
+#[test]
+fn places_that_are_no_numbers_are_refused() {
+    for wrong in [f32::NAN, f32::INFINITY] {
+        let (json, mut bytes) = square();
+        bytes[16..20].copy_from_slice(&wrong.to_le_bytes());
+        let error = read_glb(&json, &bytes).expect_err("no finite place").to_string();
+        assert!(error.contains("vertex 1 is at no finite place"), "{error}");
+    }
+}
+
+#[test]
+fn many_nodes_of_one_large_mesh_are_refused_before_they_fill_memory() {
+    let (mut json, mut bytes) = square();
+    let corners = 3_000_000_usize;
+    bytes.truncate(48);
+    bytes.resize(48 + 2 * corners, 0);
+    json["accessors"][1]["count"] = json!(corners);
+    json["bufferViews"][1]["byteLength"] = json!(2 * corners);
+    json["buffers"][0]["byteLength"] = json!(bytes.len());
+    json["nodes"] = vec![json!({ "mesh": 0 }); 1000].into();
+    json["scenes"][0]["nodes"] = (0..1000).collect::<Vec<u32>>().into();
+    let error = read_glb(&json, &bytes).expect_err("too much").to_string();
+    assert!(error.contains("too many triangles") || error.contains("ask for too much"), "{error}");
+}
+
+#[test]
+fn what_is_passed_over_and_matters_is_said() {
+    let (mut json, bytes) = square();
+    for (list, more) in [
+        ("/meshes/0/primitives", json!({ "attributes": { "POSITION": 0 }, "mode": 1 })),
+        ("/meshes/0/primitives", json!({ "attributes": { "POSITION": 0 }, "indices": 1, "material": 2 })),
+        ("/meshes/0/primitives", json!({ "attributes": { "POSITION": 0 }, "indices": 1 })),
+        ("/scenes", json!({ "nodes": [0] })),
+        ("/materials", json!({ "name": "Light oak" })),
+        ("/materials", json!({})),
+    ] {
+        json.pointer_mut(list).and_then(Value::as_array_mut).expect(list).push(more);
+    }
+    json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_materials_ior"]);
+    let (shape, warnings) = read_glb(&json, &bytes).expect("valid");
+    let said = warnings.join("\n");
+    for says in ["1 primitives of lines", "2 scenes", "\"Light oak\"", "KHR_lights_punctual"] {
+        assert!(said.contains(says), "{says}: {said}");
+    }
+    assert!(!said.contains("KHR_materials_ior"), "{said}");
+    let names: Vec<_> = shape.parts.iter().map(|part| part.name.as_deref()).collect();
+    assert_eq!(names, [Some("Light oak"), Some("material 2"), None]);
+}
