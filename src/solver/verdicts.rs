@@ -89,8 +89,8 @@ fn of_rating(solution: &Solution, rating: Option<&GlareRating>, map: &MapResult,
     match rating.ugr {
         Some(ugr) => {
             let of_set = solution.glare.iter().filter(|other| other.set == rating.set);
-            let chances = chances(of_set.filter_map(|rating| rating.ugr), requirement.limit, false);
-            found(map, requirement, ugr, bias, chances, [0.0, f64::INFINITY])
+            let places: Vec<Estimate> = of_set.filter_map(|rating| rating.ugr).collect();
+            found(map, requirement, ugr, bias, &places, [0.0, f64::INFINITY])
         }
         // Without glare the rating is below the scale's beginning, and no limit lies there.
         None if rating.is_low() && requirement.limit >= LEAST_RATING => Finding::BelowScale,
@@ -102,46 +102,51 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
     let Some(row) = map.tables.iter().find(|row| row.name == receivers.name && row.places > 0) else {
         return Finding::Nothing("no point counts");
     };
-    let (measure, limit) = (requirement.measure, requirement.limit);
+    let measure = requirement.measure;
     if !measure.is_illuminance() && row.average_lx.value <= 0.0 {
         return Finding::Nothing("no light was found");
     }
-    let points = || {
-        let counted = receivers.points.iter().zip(0..).filter(|(point, _)| !point.inside && point.weight > 0.0);
-        counted.map(|(_, index): (_, usize)| Estimate {
-            value: map.values.illuminance_lx[index],
-            standard_error: map.values.standard_error_lx[index],
-        })
+    // What each place would make of the value, were it the least or the greatest.
+    let places = |over: f64| -> Vec<Estimate> {
+        let counted = receivers.points.iter().enumerate().filter(|(_, point)| !point.inside && point.weight > 0.0);
+        let place = |index: usize| Estimate {
+            value: map.values.illuminance_lx[index] / over,
+            standard_error: map.values.standard_error_lx[index] / over,
+        };
+        counted.map(|(index, _)| place(index)).collect()
     };
-    let (estimate, chances) = match measure {
-        Measure::AverageLx | Measure::Ugr => (row.average_lx, 1),
-        Measure::MinimumLx => (row.minimum_lx, chances(points(), limit, true)),
-        Measure::MaximumLx => (row.maximum_lx, chances(points(), limit, false)),
-        Measure::UniformityU0 => (row.uniformity_u0, chances(points(), limit * row.average_lx.value, true)),
-        Measure::UniformityUd => (row.uniformity_ud, chances(points(), limit * row.maximum_lx.value, true)),
+    let (estimate, places) = match measure {
+        Measure::AverageLx | Measure::Ugr => (row.average_lx, Vec::new()),
+        Measure::MinimumLx => (row.minimum_lx, places(1.0)),
+        Measure::MaximumLx => (row.maximum_lx, places(1.0)),
+        Measure::UniformityU0 => (row.uniformity_u0, places(row.average_lx.value)),
+        Measure::UniformityUd => (row.uniformity_ud, places(row.maximum_lx.value)),
     };
     // Without replicas all of the stated error is bias, and the row tells it.
     let bias = if row.replica_averages_lx.is_empty() { 0.0 } else { map.error.bias * estimate.value.abs() };
     let greatest = if measure.is_illuminance() { f64::INFINITY } else { 1.0 };
-    found(map, requirement, estimate, bias, chances, [0.0, greatest])
+    found(map, requirement, estimate, bias, &places, [0.0, greatest])
 }
 
-/// Places that may miss a limit by chance: those that keep it by less than [`FAR_ENOUGH`] of their errors.
-fn chances(places: impl Iterator<Item = Estimate>, limit: f64, is_at_least: bool) -> usize {
-    let spare = |value: f64| if is_at_least { value - limit } else { limit - value };
-    places.filter(|place| spare(place.value) < FAR_ENOUGH * place.standard_error).count()
-}
-
+/// Judges a value by its error, and by the places that it is the least or greatest of; for a mean there are none.
 fn found(
     map: &MapResult,
     requirement: &Requirement,
     told: Estimate,
     bias: f64,
-    chances: usize,
+    places: &[Estimate],
     range: [f64; 2],
 ) -> Finding {
     let estimate = Estimate { standard_error: told.standard_error.hypot(bias), ..told };
-    let limit = Limit { value: requirement.limit, is_at_least: requirement.measure.is_at_least(), chances };
+    let (limit, is_at_least) = (requirement.limit, requirement.measure.is_at_least());
+    let spare = |place: &Estimate| if is_at_least { place.value - limit } else { limit - place.value };
+    let chances = places.iter().filter(|place| spare(place) < FAR_ENOUGH * place.standard_error).count();
+    let weakest = places
+        .iter()
+        .filter(|place| place.standard_error > 0.0)
+        .min_by(|one, other| (spare(one) / one.standard_error).total_cmp(&(spare(other) / other.standard_error)));
+    let weakest = weakest.map(|place| Estimate { standard_error: place.standard_error.hypot(bias), ..*place });
+    let limit = Limit { value: limit, is_at_least, chances: chances.max(1), weakest };
     Finding::Value {
         estimate,
         certainty: certainty(estimate, &limit, range),
