@@ -54,7 +54,7 @@ fn verdicts_are_told_where_people_look() {
     let room = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
       "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [4,3,2.5], "facing": "inward", "material": "grey" } ],
       "luminaires": [ { "name": "ball", "type": "sphere", "center": [2,1.5,2.2], "radius": 0.1, "luminous_flux_lm": 4000,
-        "maintenance_factor": 0.8 } ],
+        "maintenance_factor": 0.8, "power_w": 60 } ],
       "receivers": [
         { "name": "desk", "type": "grid", "origin": [1,1,0.8], "u": [2,0,0], "v": [0,1,0], "columns": 4, "rows": 3,
           "requirements": { "en_12464_1": "34.2", "uniformity": 0.05 } },
@@ -82,6 +82,12 @@ fn verdicts_are_told_where_people_look() {
     let average =
         tables.lines().nth(1).and_then(|line| line.split(',').nth(3)).and_then(|cell| cell.parse::<f64>().ok());
     assert_eq!(told[0]["value"].as_f64(), average, "maintained as the tables are");
+
+    let power = summary(&out)["electric_power"].clone();
+    let lit_lx = average.expect("an average");
+    assert_eq!((&power["installed_w"], &power["w_m2"]), (&60.0.into(), &5.0.into()), "60 W over 12 m²");
+    let specific = power["per_100_lx"][0]["w_m2_per_100_lx"].as_f64().expect("a number");
+    assert!((specific - 500.0 / lit_lx).abs() < 1e-9, "{specific}");
 
     let printed = results(&solved);
     assert!(

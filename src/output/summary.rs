@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
+use super::schedule::{Power, floor_area_m2};
 use super::verdicts::verdict_entries;
 use crate::base::position_index::POSITION_INDEX;
 use crate::maps::{MapResult, StatisticalCheck, TableKind};
@@ -83,6 +84,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "map_check_note": map_check_note,
         "position_accuracy_m": record.position_accuracy_m,
         "luminous_flux_lm": scene.luminous_flux_lm(),
+        "electric_power": power_entry(scene, solution),
         "luminaires": null,
         "paths_not_found": solution.paths_not_found,
         "warnings": warnings,
@@ -153,6 +155,27 @@ fn luminance_entry(map: &MapResult) -> Value {
             "minimum_cd_m2": row.minimum_lx.value,
             "maximum_cd_m2": row.maximum_lx.value,
         })
+    })
+}
+
+/// What the luminaires take, undimmed, in all, on each m² of floor, and there for every 100 lx on each grid.
+fn power_entry(scene: &Scene, solution: &Solution) -> Value {
+    let (power, floor_m2) = (Power::of(scene), floor_area_m2(scene));
+    let is_known = power.known_w > 0.0 && floor_m2 > 0.0;
+    let per_m2 = is_known.then(|| power.known_w / floor_m2);
+    let rows = solution.maps.iter().flat_map(|map| &map.tables);
+    let grids =
+        rows.filter(|row| row.kind == TableKind::Grid && row.average_lx.is_known() && row.average_lx.value > 0.0);
+    let per_100_lx = grids.map(|row| {
+        let per_100_lx = per_m2.map(|per_m2| per_m2 * 100.0 / row.average_lx.value);
+        json!({ "receiver": row.name, "w_m2_per_100_lx": per_100_lx })
+    });
+    json!({
+        "installed_w": power.known_w,
+        "luminaires_of_unknown_power": power.unknown,
+        "floor_area_m2": floor_m2,
+        "w_m2": per_m2,
+        "per_100_lx": per_100_lx.collect::<Vec<Value>>(),
     })
 }
 
