@@ -265,8 +265,7 @@ fn a_directory_that_cannot_be_written_ends_with_4_before_the_run() {
     std::fs::create_dir_all(taken.join("tables.csv")).expect("made");
     assert_eq!(code(&solve("room.json", &taken, &["--time-limit", "60s", "--target-error", "0.001%"])), 4);
     assert_eq!(listing(&taken), ["tables.csv"]);
-    // Each of the three runs would go on for a minute.
-    assert!(started.elapsed() < Duration::from_secs(60), "it was found out only after the run");
+    assert!(started.elapsed() < Duration::from_secs(10), "it was found out only after the run");
 }
 
 #[test]
@@ -330,7 +329,7 @@ fn ends_with_results_by(signals: &[&str]) {
         assert!(sent.is_ok_and(|status| status.success()));
     }
     while child.try_wait().expect("a child").is_none() {
-        assert!(started.elapsed() < Duration::from_secs(180), "the interruption was not heeded");
+        assert!(started.elapsed() < Duration::from_secs(20), "the interruption was not heeded");
         std::thread::sleep(Duration::from_millis(10));
     }
     let output = child.wait_with_output().expect("it ended");
