@@ -68,7 +68,7 @@ fn verdicts_are_told_where_people_look() {
 
     let file = std::fs::read_to_string(out.join("verdicts.csv")).expect("a file");
     let row = |start: &str| file.lines().find(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{file}"));
-    assert!(row("desk,average_lx,at least,500,\"EN 12464-1, 34.2\"").ends_with(",not met"), "{file}");
+    assert!(row("desk,average_lx,at least,500,\"EN 12464-1:2021, 34.2\"").ends_with(",not met"), "{file}");
     assert!(row("desk,uniformity,at least,0.05,scene").ends_with(",met"), "{file}");
     assert_eq!(row("route,uniformity_ud"), "route,uniformity_ud,at least,0.025,scene,,,,,,undecided");
     assert!(row("seat,ugr,at most,19,").ends_with("met"), "{file}");
@@ -98,5 +98,5 @@ fn verdicts_are_told_where_people_look() {
     assert!(report.contains("✗ not met") && report.contains("✓ met") && report.contains("? undecided"));
     let met = file.lines().filter(|line| line.ends_with(",met")).count();
     assert!(report.contains(&format!("{met} of 6 requirements are met, ")), "{met}");
-    assert!(report.contains("EN 12464-1, 34.2: offices"));
+    assert!(report.contains("EN 12464-1:2021, 34.2: offices"));
 }

@@ -58,7 +58,9 @@ impl Power {
     /// Power of all luminaires.
     pub fn of(scene: &Scene) -> Power {
         let known_w = scene.luminaires.iter().filter_map(|luminaire| luminaire.power_w).sum();
-        let unknown = scene.luminaires.iter().filter(|luminaire| luminaire.power_w.is_none()).count();
+        // A sky draws none.
+        let draws = |luminaire: &&Luminaire| !matches!(luminaire.emission, Emission::Sky { .. });
+        let unknown = scene.luminaires.iter().filter(draws).filter(|luminaire| luminaire.power_w.is_none()).count();
         Power { known_w, unknown }
     }
 }

@@ -116,7 +116,7 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
             Ruling::Undecided => ("undecided", "?"),
         };
         let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
-            format!("<br><small class=\"soft\">EN 12464-1, {}: {}</small>", entry.reference, entry.task)
+            format!("<br><small class=\"soft\">{}: {}</small>", entry.name(), entry.task)
         });
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
@@ -211,7 +211,7 @@ fn probability_words(probability: f64, has_chance: bool) -> String {
 
 fn asked_by(requirement: &Requirement) -> String {
     match requirement.entry {
-        Some(entry) => format!("EN 12464-1, {}", entry.reference),
+        Some(entry) => entry.name(),
         None => "scene".to_owned(),
     }
 }

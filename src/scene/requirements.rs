@@ -75,6 +75,17 @@ pub struct StandardEntry {
     pub ugr: f64,
 }
 
+impl StandardEntry {
+    /// The standard with its edition, and the reference.
+    pub fn name(&self) -> String {
+        let edition = if self.reference.starts_with(BEFORE_2021) { 2011 } else { 2021 };
+        format!("EN 12464-1:{edition}, {}", self.reference)
+    }
+}
+
+/// How references of the edition of 2011 begin, as far as entries have them.
+const BEFORE_2021: &str = "5.";
+
 /// Keys of `requirements`: the measures in their order, and the standard.
 pub(super) const KEYS: [&str; 7] =
     ["average_lx", "minimum_lx", "maximum_lx", "uniformity", "uniformity_ud", "ugr", STANDARD];
