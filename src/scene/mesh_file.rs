@@ -1,4 +1,4 @@
-//! Mesh files by their endings: OBJ and glTF.
+//! Mesh files by their endings: OBJ, glTF, STL and PLY.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::reader::Source;
 use super::shapes::Shape;
 use super::units::LengthUnit;
-use super::{gltf, obj, parse};
+use super::{gltf, obj, parse, ply, stl};
 
 /// Name of the part of triangles without a material, in a file that has others.
 pub(super) const UNNAMED_PART: &str = "unnamed";
@@ -24,6 +24,8 @@ pub(super) fn read(path: &Path, unit: LengthUnit, warnings: &mut Vec<String>) ->
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     match ending.as_str() {
         "gltf" | "glb" => gltf::read(path, &parse::read_bytes(path, "the glTF file")?, unit, warnings),
+        "stl" => stl::read(path, parse::read_bytes(path, "the STL file")?, warnings),
+        "ply" => ply::read(path, &parse::read_bytes(path, "the PLY file")?, warnings),
         _ => obj::read(&Source { text: &parse::read_text(path, "the OBJ file")?, path }, warnings),
     }
 }

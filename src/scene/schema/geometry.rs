@@ -97,11 +97,11 @@ pub(super) enum GeometryKind {
         /// Scale, turns and shift.
         transform: Option<Transform>,
     },
-    /// A mesh from a Wavefront OBJ file, its parts NAME/USEMTL, or from a glTF 2.0 file, its parts NAME/MATERIAL.
+    /// A mesh from a Wavefront OBJ file, its parts NAME/USEMTL, or from a glTF 2.0 file, its parts NAME/MATERIAL; STL and PLY too.
     Mesh {
         /// Name of the geometry.
         name: String,
-        /// The OBJ, glTF or GLB file.
+        /// The OBJ, glTF, GLB, STL or PLY file.
         file: String,
         /// Material of all parts that have no other.
         material: Option<String>,
