@@ -200,7 +200,7 @@ impl GltfReader<'_> {
             }
             triangles.push(triangle);
         }
-        if corners.count() % 3 != 0 && primitive.mode() == Mode::Triangles {
+        if !corners.count().is_multiple_of(3) && primitive.mode() == Mode::Triangles {
             let got = format!("{} corners", corners.count());
             return Err(refuse("no whole number of triangles", got, "three corners for each triangle"));
         }

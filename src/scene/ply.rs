@@ -20,7 +20,14 @@ use super::shapes::Shape;
 /// Files that are damaged or cut short, corners that do not exist or are at no finite place, and files without a face.
 pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
     let refuse = |error: &dyn std::fmt::Display| {
-        refusal(path, "the PLY file is damaged or cut short", error.to_string(), "a sound PLY file")
+        // The parser's words come in several lines.
+        let got = error.to_string().split_whitespace().collect::<Vec<&str>>().join(" ");
+        refusal(
+            path,
+            "the PLY file is damaged or cut short",
+            got,
+            "a sound PLY file, its numbers written as 0.5 or 5e-1",
+        )
     };
     let mut reader = Reader::new(bytes);
     let header = Parser::<Passed>::new().read_header(&mut reader).map_err(|error| refuse(&error))?;
