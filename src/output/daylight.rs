@@ -5,6 +5,7 @@ use super::numbers::{lux, percent, uncertainty};
 use super::observers::maps_of;
 use super::picture::escaped;
 use super::sheet::{Field, Sheet};
+use super::verdicts::probability_words;
 use super::{OutputError, ResultFile};
 use crate::maps::{DaylightFactors, Estimate, SHARES_WANTED};
 use crate::scene::{Quantity, Scene};
@@ -95,7 +96,7 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
     for set in &factors {
         let share = |which: usize| {
             let wanted = percent(SHARES_WANTED[which]);
-            let certainty = percent(set.certainties[which]);
+            let certainty = probability_words(set.certainties[which], set.shares_above[which].standard_error > 0.0);
             format!("{}<br><small>≥ {wanted}: {certainty} certain</small>", percent(set.shares_above[which].value))
         };
         table.row(vec![

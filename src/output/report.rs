@@ -131,7 +131,7 @@ impl Report<'_> {
         });
         let power = Power::of(self.scene);
         let floor_m2 = floor_area_m2(self.scene);
-        if power.unknown == 0 && floor_m2 > 0.0 {
+        if power.unknown == 0 && power.known_w > 0.0 && floor_m2 > 0.0 {
             let specific = format!("<small>{} W/m² of floor</small>", ratio(power.known_w / floor_m2));
             facts.push(("Electric power".to_owned(), format!("{} W{specific}", amount(power.known_w))));
         }
@@ -359,6 +359,9 @@ impl Report<'_> {
     fn power_words(&self) -> String {
         let power = Power::of(self.scene);
         let floor_m2 = floor_area_m2(self.scene);
+        if power.known_w == 0.0 && power.unknown == 0 {
+            return String::new();
+        }
         if power.known_w == 0.0 || floor_m2 <= 0.0 {
             return "<p class=\"soft small\">The electric power of the luminaires is unknown, so that no specific power can be given: \
                     the scene's luminaires take \"power_w\".</p>\n"

@@ -57,7 +57,8 @@ impl Schedule {
 impl Power {
     /// Power of all luminaires.
     pub fn of(scene: &Scene) -> Power {
-        let known_w = scene.luminaires.iter().filter_map(|luminaire| luminaire.power_w).sum();
+        let known_w =
+            scene.luminaires.iter().filter_map(|luminaire| luminaire.power_w).fold(0.0, |sum, power_w| sum + power_w);
         // A sky draws none.
         let draws = |luminaire: &&Luminaire| !matches!(luminaire.emission, Emission::Sky { .. });
         let unknown = scene.luminaires.iter().filter(draws).filter(|luminaire| luminaire.power_w.is_none()).count();

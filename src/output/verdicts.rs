@@ -201,7 +201,7 @@ pub fn finding_words(verdict: &Verdict) -> [String; 4] {
 }
 
 /// A probability, which is never told as certain where chance has a part.
-fn probability_words(probability: f64, has_chance: bool) -> String {
+pub(super) fn probability_words(probability: f64, has_chance: bool) -> String {
     match probability {
         p if has_chance && p < 0.001 => "< 0.1 %".to_owned(),
         p if has_chance && p > 0.999 => "> 99.9 %".to_owned(),
