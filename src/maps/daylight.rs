@@ -31,32 +31,24 @@ impl DaylightFactors {
     /// Those of a map with the points of its set; `None` where the outside is dark, or no point counts.
     pub fn of(map: &MapResult, points: &[ReceiverPoint], outside_lx: f64, targets: DaylightTargets) -> Option<Self> {
         let percent = |lx: f64| 100.0 * lx / outside_lx;
-        let mut places: Vec<(Estimate, f64)> = points
-            .iter()
-            .enumerate()
-            .filter(|(_, point)| !point.inside && point.weight > 0.0)
-            .map(|(index, point)| {
-                let [value, standard_error] =
-                    [map.values.illuminance_lx[index], map.values.standard_error_lx[index]].map(percent);
-                (Estimate { value, standard_error }, point.weight)
-            })
-            .collect();
+        let factor = |estimate: Estimate| Estimate {
+            value: percent(estimate.value),
+            standard_error: percent(estimate.standard_error),
+        };
+        let mut places: Vec<(Estimate, f64)> =
+            map.counted(points).map(|(estimate, weight)| (factor(estimate), weight)).collect();
         let row = map.tables.first()?;
         if outside_lx <= 0.0 || places.is_empty() {
             return None;
         }
-        let of_row = |estimate: Estimate| Estimate {
-            value: percent(estimate.value),
-            standard_error: percent(estimate.standard_error),
-        };
         places.sort_by(|one, other| one.0.value.total_cmp(&other.0.value));
         let targets_percent = [targets.target_percent, targets.minimum_percent];
         let shares_above = targets_percent.map(|target_percent| share_above(&places, target_percent));
         Some(DaylightFactors {
             name: map.name.clone(),
             outside_lx,
-            average_percent: of_row(row.average_lx),
-            minimum_percent: of_row(row.minimum_lx),
+            average_percent: factor(row.average_lx),
+            minimum_percent: factor(row.minimum_lx),
             median_percent: median(&places),
             targets_percent,
             shares_above,

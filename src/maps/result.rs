@@ -1,7 +1,7 @@
 //! A finished map: values, standard errors, tables and the error it states.
 
 use super::basis::Linear;
-use crate::scene::Scene;
+use crate::scene::{ReceiverPoint, Scene};
 
 /// A number and the standard error of it; an error of 0 means exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -114,6 +114,20 @@ pub struct MapResult {
     pub checks: Vec<StatisticalCheck>,
     /// One row a surface side, or one row for the set.
     pub tables: Vec<TableRow>,
+}
+
+impl MapResult {
+    /// The values of those points of the map's set that count, with their weights.
+    pub fn counted<'a>(&'a self, points: &'a [ReceiverPoint]) -> impl Iterator<Item = (Estimate, f64)> + 'a {
+        let counted = points.iter().enumerate().filter(|(_, point)| !point.inside && point.weight > 0.0);
+        counted.map(|(index, point)| {
+            let estimate = Estimate {
+                value: self.values.illuminance_lx[index],
+                standard_error: self.values.standard_error_lx[index],
+            };
+            (estimate, point.weight)
+        })
+    }
 }
 
 /// A statistical check of a map: whether its error can be believed.

@@ -108,12 +108,11 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
     }
     // What each place would make of the value, were it the least or the greatest.
     let places = |over: f64| -> Vec<Estimate> {
-        let counted = receivers.points.iter().enumerate().filter(|(_, point)| !point.inside && point.weight > 0.0);
-        let place = |index: usize| Estimate {
-            value: map.values.illuminance_lx[index] / over,
-            standard_error: map.values.standard_error_lx[index] / over,
+        let place = |(point, _): (Estimate, f64)| Estimate {
+            value: point.value / over,
+            standard_error: point.standard_error / over,
         };
-        counted.map(|(index, _)| place(index)).collect()
+        map.counted(&receivers.points).map(place).collect()
     };
     let (estimate, places) = match measure {
         Measure::AverageLx | Measure::Ugr => (row.average_lx, Vec::new()),
