@@ -1,24 +1,15 @@
 //! Skies: light through openings by every method, against exact numbers.
 
+mod common;
+
 use std::f64::consts::PI;
 use std::path::Path;
 
+use common::Silent;
 use luxmc::maps::MapResult;
 use luxmc::scene::{Emission, Openings, Scene, scene_from_json};
-use luxmc::solver::{ElementChoice, MapSelection, Method, Observer, Progress, Settings, Solution, solve};
+use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 use serde_json::{Value, json};
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
 
 /// Zenith luminance in cd/m².
 const LUMINANCE_CD_M2: f64 = 1000.0;

@@ -1,23 +1,14 @@
 //! Materials in whole scenes, against exact numbers: images in mirrors, isothermal enclosures, white furnaces, panes.
 
+mod common;
+
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
+use common::Silent;
 use luxmc::maps::MapResult;
 use luxmc::scene::{Scene, scene_from_json};
-use luxmc::solver::{MapSelection, Observer, Progress, Settings, Solution, solve};
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
+use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 /// Standard errors within which all values of one test must lie: α = 1e-6 for some tens of values, with 15 degrees
 /// of freedom.

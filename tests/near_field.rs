@@ -1,24 +1,15 @@
 //! Luminaires with luminous dimensions, and arrays of luminaires.
 
+mod common;
+
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
+use common::Silent;
 use glam::DVec3;
 use luxmc::base::polygon::polygon_illuminance_lx;
 use luxmc::scene::{Emission, Scene, inspect, scene_from_json};
-use luxmc::solver::{MapSelection, Observer, Progress, Settings, Solution, solve};
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
+use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR"))

@@ -1,21 +1,12 @@
 //! The sample scenes with real materials and photometric files: what they hold, and the numbers to expect.
 
+mod common;
+
 use std::path::Path;
 
+use common::Silent;
 use luxmc::scene::{inspect, read_scene};
-use luxmc::solver::{MapSelection, Observer, Progress, Settings, solve};
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
+use luxmc::solver::{MapSelection, Settings, solve};
 
 /// Averages in lx of receiver sets and surfaces, from runs of 30 million rays and more with standard errors of 0.3% or less.
 const EXPECTED: &[(&str, &[(&str, f64)])] = &[

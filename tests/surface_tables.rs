@@ -1,22 +1,13 @@
 //! Uniformities of surfaces: the same whatever the elements, without what is covered, and none where there are too few.
 
+mod common;
+
 use std::path::Path;
 
+use common::Silent;
 use luxmc::maps::TableRow;
 use luxmc::scene::scene_from_json;
-use luxmc::solver::{ElementChoice, MapSelection, Observer, Progress, Settings, solve};
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
+use luxmc::solver::{ElementChoice, MapSelection, Settings, solve};
 
 /// The rows of a room of 4 m × 3 m × 2.5 m with a lamp near a corner, with elements as long as given, and more geometry.
 fn rows(edge_m: &str, more: &str, elements: ElementChoice) -> Vec<TableRow> {
