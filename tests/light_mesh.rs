@@ -8,7 +8,6 @@ use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::polygon::polygon_illuminance_lx;
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
-use luxmc::estimators::images::AreaImages;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
     Accelerations, Counts, Entries, IndirectForm, LightMesh, NEVER, Options, Placing, Samples, Solids, Surroundings,
@@ -48,19 +47,18 @@ struct World {
     stage: Stage,
     solids: Solids,
     samples: Samples,
-    images: AreaImages,
 }
 
 impl World {
     fn of(scene: Scene) -> World {
         let stage = Stage::new(&scene);
         let samples = Samples::of(&stage, Placing::Stratified, 1);
-        World { solids: Solids::of(&scene), samples, images: AreaImages::of(&scene, &stage), stage, scene }
+        World { solids: Solids::of(&scene), samples, stage, scene }
     }
 
     fn around(&self) -> Surroundings<'_> {
-        let World { scene, stage, solids, samples, images } = self;
-        Surroundings { scene, stage, solids, samples, images, give_up: NEVER }
+        let World { scene, stage, solids, samples } = self;
+        Surroundings { scene, stage, solids, samples, give_up: NEVER }
     }
 
     /// Direct light of the first receiver set by a mesh, and what it took.

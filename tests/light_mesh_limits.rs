@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use common::{Silent, scene_of};
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::chain::Stage;
-use luxmc::estimators::images::AreaImages;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{Entries, NEVER, Placing, Samples, Solids, Surroundings};
 use luxmc::maps::MapKind;
@@ -104,15 +103,7 @@ fn a_run_that_is_cut_shows_the_best_that_it_has() {
     let exact = exact_lx(&scene);
     let stage = Stage::new(&scene);
     let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, Placing::Stratified, 1));
-    let images = AreaImages::of(&scene, &stage);
-    let around = Surroundings {
-        scene: &scene,
-        stage: &stage,
-        solids: &solids,
-        samples: &samples,
-        images: &images,
-        give_up: NEVER,
-    };
+    let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
     let entries = Entries::of(&around, MapKind::Receivers(0), 1);
     let all: Vec<usize> = (0..entries.weights.len()).collect();
     let none = DirectBy::Rays { first: 0, passes: 0 };

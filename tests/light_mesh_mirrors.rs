@@ -8,7 +8,7 @@ use luxmc::base::ball::ball_illuminance_factor;
 use luxmc::base::polygon::polygon_illuminance_lx;
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
-use luxmc::estimators::images::AreaImages;
+use luxmc::estimators::images::look_for_areas;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method, Settings, Solution, StopReason, solve};
@@ -34,14 +34,14 @@ const BALL: &str =
 /// Mean of looks and its standard error.
 fn looks(scene: &Scene, point_m: DVec3, normal: DVec3, count: u64) -> (f64, f64) {
     let stage = Stage::new(scene);
-    let images = AreaImages::of(scene, &stage);
+    let mirrors = stage.mirrors.as_ref().expect("flat mirrors");
     let origin = stage.tracer.side_origin(point_m, normal);
     let receiver = Receiver { point_m, normal, origin: &origin };
     let mut stream = Stream::new(7, Purpose::Pilot, 0, 0);
     let (mut sum, mut squares) = (0.0, 0.0);
     for look in 0..count {
         stream.seek(look);
-        let (lx, _) = images.look(&stage, &receiver, &mut stream);
+        let (lx, _) = look_for_areas(&stage, mirrors, &receiver, |_| 1.0, &mut stream);
         sum += lx;
         squares += lx * lx;
     }

@@ -1,4 +1,4 @@
-//! Flat mirrors and what they show of point-like luminaires, which no ray can meet.
+//! Flat mirrors and what they show of luminaires: of points, which no ray can meet, and of balls and areas, which few do.
 
 use super::TriangleOptics;
 use crate::sampling::beam::Facet;
@@ -8,13 +8,29 @@ use crate::scene::{Scene, Side};
 
 /// Flat facets that images are looked for in, at most: a look asks all of them.
 const MOST_FACETS: usize = 128;
+/// Areas and balls whose images are looked for, at most: a look weighs all of them at every step.
+const MOST_AREAS: usize = 256;
 
 /// The facets that images are looked for in, and the emitters that have images.
 pub struct Mirrors {
     /// Sides of triangles that reflect as mirrors do.
     pub facets: Vec<Facet>,
-    /// Emitters that are points, or draw one.
-    pub points: PointEmitters,
+    /// Emitters that are points, or draw one, if there are any.
+    pub points: Option<PointEmitters>,
+    /// Numbers of the emitters that rays can meet and whose images are looked for.
+    pub areas: Vec<u32>,
+    /// Whether the facets are all there are in the scene.
+    pub are_all: bool,
+    /// Of every triangle's front and back, whether it is a facet.
+    is_facet: Vec<[bool; 2]>,
+}
+
+impl Mirrors {
+    /// Whether images of areas in this side of a triangle are looked for.
+    #[inline]
+    pub fn shows_areas_in(&self, triangle: u32, side: Side) -> bool {
+        !self.areas.is_empty() && self.is_facet[triangle as usize][side as usize]
+    }
 }
 
 /// Mirrors that walks look into, and the names of the surfaces beyond their number of facets.
@@ -35,13 +51,21 @@ pub(super) fn mirrors_of(
     if surfaces.is_empty() {
         return (None, Vec::new());
     }
-    let Some(points) = emitters.points() else {
+    let points = emitters.points();
+    let list = emitters.list().iter().zip(0u32..);
+    let mut areas: Vec<u32> =
+        list.filter(|(emitter, _)| emitter.exitance_lm_m2().is_some()).map(|(_, number)| number).collect();
+    if areas.len() > MOST_AREAS {
+        areas.clear();
+    }
+    if points.is_none() && areas.is_empty() {
         return (None, Vec::new());
-    };
+    }
 
     // Flat mirrors have few facets: they come first, and curved ones are left out where there are too many.
     surfaces.sort_unstable();
     let mut facets = Vec::new();
+    let mut is_facet = vec![[false; 2]; triangles.len()];
     let mut left_out = Vec::new();
     for (count, id) in surfaces {
         let surface = &scene.surfaces[id];
@@ -54,9 +78,15 @@ pub(super) fn mirrors_of(
             if surface.two_sided {
                 facets.push(Facet::new(scene, triangle, Side::Back));
             }
+            is_facet[triangle as usize] = [true, surface.two_sided];
         }
     }
-    let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, points });
+    let are_all = left_out.is_empty();
+    if points.is_none() {
+        // Rays meet areas in what is left out.
+        left_out.clear();
+    }
+    let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, points, areas, are_all, is_facet });
     (mirrors, left_out)
 }
 

@@ -74,7 +74,8 @@ impl NearLights {
             let Meeting::Surface(hit) = stage.tracer.first_hit(&stage.origin(&emitted.place), emitted.direction) else {
                 continue;
             };
-            if stage.receives(hit.triangle, hit.side) && matches!(stage.law(hit.triangle), Law::Diffuse(_)) {
+            let law = stage.law(hit.triangle);
+            if stage.receives(hit.triangle, hit.side) && matches!(law, Law::Diffuse(_) | Law::Translucent(_)) {
                 let point_m = stage.tracer.position_m(&stage.leave(&hit, Way::Spread));
                 let lx = emitters[index as usize].unshadowed_lx(point_m, stage.normal(hit.triangle, hit.side));
                 found.push((index, lx / emitters[index as usize].luminous_flux_lm));
@@ -129,14 +130,14 @@ impl NearLights {
         self.cumulative_flux_lm.last().copied().unwrap_or(0.0)
     }
 
-    /// The share with which a look at an emitter counts from a diffuse place that a walk met, coming from where it looked
-    /// back from.
+    /// The share with which a look at an emitter counts from a diffuse place with the normal of its lit side, that a walk met on the
+    /// side with the normal `seen`, coming from where it looked back from.
     #[inline]
-    pub fn share_of_look(&self, stage: &Stage, emitter: u32, place: LookedBack, from: LookedBack) -> f64 {
+    pub fn share_of_look(&self, stage: &Stage, emitter: u32, place: LookedBack, seen: DVec3, from: LookedBack) -> f64 {
         if !self.is_near[emitter as usize] {
             return 1.0;
         }
-        let met_per_m2 = seen_per_m2(place, from);
+        let met_per_m2 = seen_per_m2((place.0, seen), from);
         if met_per_m2 <= 0.0 {
             // Met all the same, by rounding: looking back does not see it.
             return 1.0;
@@ -166,25 +167,36 @@ impl NearLights {
                 return (0.0, rays);
             }
             let normal = stage.normal(hit.triangle, hit.side);
-            match stage.law(hit.triangle) {
-                Law::Diffuse(law) if law.reflectance > 0.0 => {
-                    let place_origin = stage.leave(&hit, Way::Spread);
-                    let place = (stage.tracer.position_m(&place_origin), normal);
-                    let met_per_m2 = seen_per_m2(place, to);
-                    let lit_per_m2 = self.lit_per_m2(stage, emitter, place);
-                    if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
-                        return (0.0, rays);
+            let law = stage.law(hit.triangle);
+            // A sheet spreads to either side.
+            let is_behind = (to.0 - stage.tracer.position_m(&stage.leave(&hit, Way::Spread))).dot(normal) < 0.0;
+            let (leaving, way) = match law {
+                Law::Diffuse(law) => (law.reflectance, Way::Spread),
+                Law::Translucent(law) if is_behind => (law.transmittance, Way::SpreadThrough),
+                Law::Translucent(law) => (law.reflectance, Way::Spread),
+                Law::Glass(_) => match law.sample(emitted.direction, normal, stream) {
+                    Some(scattered) if scattered.way == Way::Passed => {
+                        origin = stage.leave(&hit, scattered.way);
+                        continue;
                     }
-                    let share = lit_per_m2 / (met_per_m2 + lit_per_m2);
-                    let passed = stage.transmittance(to_origin, &place_origin);
-                    return (self.luminous_flux_lm() * law.reflectance * met_per_m2 * share * passed, rays + 1);
-                }
-                law @ Law::Glass(_) => match law.sample(emitted.direction, normal, stream) {
-                    Some(scattered) if scattered.way == Way::Passed => origin = stage.leave(&hit, scattered.way),
                     _ => return (0.0, rays),
                 },
                 _ => return (0.0, rays),
+            };
+            if leaving <= 0.0 {
+                return (0.0, rays);
             }
+            let place_origin = stage.leave(&hit, way);
+            let point_m = stage.tracer.position_m(&place_origin);
+            let seen = if way == Way::SpreadThrough { -normal } else { normal };
+            let met_per_m2 = seen_per_m2((point_m, seen), to);
+            let lit_per_m2 = self.lit_per_m2(stage, emitter, (point_m, normal));
+            if met_per_m2 <= 0.0 || lit_per_m2 <= 0.0 {
+                return (0.0, rays);
+            }
+            let share = lit_per_m2 / (met_per_m2 + lit_per_m2);
+            let passed = stage.transmittance(to_origin, &place_origin);
+            return (self.luminous_flux_lm() * leaving * met_per_m2 * share * passed, rays + 1);
         }
     }
 }

@@ -26,6 +26,9 @@ const SAFE_SIDE: f64 = 2.4;
 const LEAST_TAIL: usize = 200;
 /// A tail with less than this share of the variance does not matter yet, whatever its shape.
 const LEAST_TAIL_SHARE: f64 = 0.1;
+/// Times its squared error that a map can bear from which on its tail does not matter: sums of scores without variance lie within
+/// three times the spread of their parts, nine times in ten at a shape of ⅔, since the largest of them make that spread.
+const SPARE_FOR_TAILS: f64 = 9.0;
 /// Scores that must carry the variance, effectively, of a map that only just meets its target: then single scores make
 /// the variance uncertain by no more than the replicas do in a map of three degrees of freedom, √(2/45).
 const ENOUGH_SCORES: f64 = 20.0;
@@ -57,7 +60,7 @@ pub fn statistical_checks(
         mean_check(now, [past(HALF), past(QUARTER)], rounding_lx),
         growth_check("error", now, past(QUARTER), |look| look.samples as f64, rounding_lx),
         growth_check("figure of merit", now, past(HALF), |look| look.rays as f64, rounding_lx),
-        tail_check(parts),
+        tail_check(parts, spare),
         scores_check(parts, spare, has_waited),
     ]
 }
@@ -104,8 +107,9 @@ fn growth_check(
     check(name, Some(growth), limit, growth <= limit, says)
 }
 
-/// The largest scores must not fall off like those of a law without variance, unless they hardly matter.
-fn tail_check(parts: [ScoreEvidence; 2]) -> StatisticalCheck {
+/// The largest scores must not fall off like those of a law without variance, unless they hardly matter or the map is far under
+/// its target: then it bears what its spread cannot tell.
+fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
     let variance: f64 = parts.iter().map(|part| part.variance).sum();
     let telling = parts.iter().filter(|part| {
         part.tail >= LEAST_TAIL && part.shape.is_some() && part.tail_variance > LEAST_TAIL_SHARE * variance
@@ -117,7 +121,7 @@ fn tail_check(parts: [ScoreEvidence; 2]) -> StatisticalCheck {
     let worst = telling.max_by(|a, b| excess(a).total_cmp(&excess(b)));
     let says = "a few very large scores carry the map, and more of them are to come: its variance may be infinite";
     match worst {
-        Some(part) => check("tail", part.shape, limit_of(part), excess(&part) <= 0.0, says),
+        Some(part) => check("tail", part.shape, limit_of(part), excess(&part) <= 0.0 || spare >= SPARE_FOR_TAILS, says),
         None => check("tail", None, INFINITE_VARIANCE, variance.is_finite(), says),
     }
 }

@@ -226,3 +226,12 @@ fn a_map_far_under_its_target_needs_fewer_scores() {
     assert!(passes(20.1, 1.0) && !passes(19.9, 1.0));
     assert!(passes(1.3, 4.0) && !passes(1.2, 4.0));
 }
+
+#[test]
+fn a_heavy_tail_does_not_matter_far_under_the_target() {
+    // A tail of shape 1 that carries all the variance: refused where the target is near, let pass where the squared error may be
+    // nine times as large.
+    let part = ScoreEvidence { variance: 1.0, fourth: 1e-3, tail: 255, tail_variance: 1.0, shape: Some(1.0) };
+    let passes = |spare: f64| tail_check([ScoreEvidence::default(), part], spare).passed;
+    assert!(!passes(1.0) && !passes(8.9) && passes(9.0));
+}

@@ -1,4 +1,4 @@
-//! Luminaires seen in flat mirrors: no ray of a walk meets a point, and few meet a small ball, so their images are
+//! Luminaires seen in flat mirrors: no ray of a walk meets a point, and few meet a small ball or panel, so their images are
 //! looked for.
 //!
 //! A sequence of facets is drawn step by step ([`Beam`]); at every step one emitter is chosen and a point of it, and if
@@ -11,19 +11,12 @@ use crate::chain::{Mirrors, Stage};
 use crate::estimators::direct::Receiver;
 use crate::geometry::Origin;
 use crate::sampling::beam::{Beam, Facet};
-use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::scene::{Scene, Side};
 
 /// Least probability of going on after a weak reflection, so that panes, which grow bright at grazing angles, are not
 /// judged by the middle of a beam alone.
 const LEAST_SURVIVAL: f64 = 0.1;
-
-/// Flat facets that images of areas are looked for in, at most: a look asks all of them.
-const MOST_FACETS: usize = 128;
-/// Triangles and balls whose images are looked for, at most: a look weighs all of them at every step.
-const MOST_AREAS: usize = 256;
 
 /// Sequences between perfect mirrors have no end of their own: the share that goes on past the first step falls as
 /// (d + 6)⁻⁵ᐟ². That is slower than the squares of what images bring between two mirrors (d⁻⁴), so that the variance stays
@@ -60,9 +53,12 @@ pub fn look_into_mirrors(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
+    let Some(points) = &mirrors.points else {
+        return (0.0, 0);
+    };
     look_by_facets(stage, &mirrors.facets, receiver, response, stream, |step, stream| {
         let variate = stream.fine_unit();
-        let (look, chosen) = mirrors.points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
+        let (look, chosen) = points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
         let offset_m = step.apex_m - look.point.position_m;
         let cosine = -offset_m.normalize_or_zero().dot(step.normal);
         if cosine <= 0.0 {
@@ -74,72 +70,33 @@ pub fn look_into_mirrors(
     })
 }
 
-/// Flat mirrors and panes, and the balls and areas whose images they show; empty where a scene has none, or too many to
-/// be looked for one by one.
-#[derive(Default)]
-pub struct AreaImages {
-    facets: Vec<Facet>,
-    /// Numbers of the emitters that rays can meet.
-    areas: Vec<u32>,
-}
-
-impl AreaImages {
-    /// The mirrors and areas of a scene. Either all mirrors are among them or none: whoever looks for images leaves out
-    /// what walks meet by way of any mirror.
-    pub fn of(scene: &Scene, stage: &Stage) -> AreaImages {
-        let is_area = |emitter: &Emitter| emitter.exitance_lm_m2().is_some();
-        let list = stage.emitters.list().iter().zip(0u32..);
-        let areas: Vec<u32> = list.filter(|(emitter, _)| is_area(emitter)).map(|(_, number)| number).collect();
-        let mut facets = Vec::new();
-        if areas.is_empty() || areas.len() > MOST_AREAS {
-            return AreaImages::default();
-        }
-        for triangle in 0..scene.triangles.len() as u32 {
-            if !stage.law(triangle).is_mirror() {
-                continue;
-            }
-            let sides = [Side::Front, Side::Back].into_iter().filter(|side| stage.receives(triangle, *side));
-            facets.extend(sides.map(|side| Facet::new(scene, triangle, side)));
-            if facets.len() > MOST_FACETS {
-                return AreaImages::default();
-            }
-        }
-        if facets.is_empty() { AreaImages::default() } else { AreaImages { facets, areas } }
-    }
-
-    /// Whether nothing is looked for.
-    pub fn is_empty(&self) -> bool {
-        self.facets.is_empty()
-    }
-
-    /// One unbiased sample of what they bring to a place in lx, and the rays it took.
-    pub fn look(&self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-        look_by_facets(
-            stage,
-            &self.facets,
-            receiver,
-            |_| 1.0,
-            stream,
-            |step, stream| {
-                let list = stage.emitters.list();
-                let weight = |number: &u32| list[*number as usize].importance(step.apex_m, step.normal);
-                let total: f64 = self.areas.iter().map(weight).sum();
-                let mut rest = stream.fine_unit() * total;
-                let last = self.areas.iter().rposition(|number| weight(number) > 0.0)?;
-                let met = self.areas[..last].iter().find(|number| {
-                    let here = weight(number);
-                    let found = rest < here;
-                    rest -= here;
-                    found
-                });
-                let number = met.unwrap_or(&self.areas[last]);
-                let look = list[*number as usize].look(step.apex_m, step.normal, stream)?;
-                let origin = stage.origin(&look.place?);
-                let position_m = stage.tracer.position_m(&origin);
-                Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx * total / weight(number) })
-            },
-        )
-    }
+/// One unbiased sample of what images of balls and areas bring to a place in lx, times `response` to the direction that it comes from;
+/// and the rays it took. Whoever looks so leaves out what a ray meets by way of these facets: see [`Mirrors::shows_areas_in`].
+pub fn look_for_areas(
+    stage: &Stage,
+    mirrors: &Mirrors,
+    receiver: &Receiver,
+    response: impl Fn(DVec3) -> f64,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    look_by_facets(stage, &mirrors.facets, receiver, response, stream, |step, stream| {
+        let list = stage.emitters.list();
+        let weight = |number: &u32| list[*number as usize].importance(step.apex_m, step.normal);
+        let total: f64 = mirrors.areas.iter().map(weight).sum();
+        let mut rest = stream.fine_unit() * total;
+        let last = mirrors.areas.iter().rposition(|number| weight(number) > 0.0)?;
+        let met = mirrors.areas[..last].iter().find(|number| {
+            let here = weight(number);
+            let found = rest < here;
+            rest -= here;
+            found
+        });
+        let number = met.unwrap_or(&mirrors.areas[last]);
+        let look = list[*number as usize].look(step.apex_m, step.normal, stream)?;
+        let origin = stage.origin(&look.place?);
+        let position_m = stage.tracer.position_m(&origin);
+        Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx * total / weight(number) })
+    })
 }
 
 /// One sample of what emitters bring to a place by way of facets; `choose` picks a point of one at every step.

@@ -5,8 +5,8 @@
 //! score. The direct part of E(r′) is computed at r′; for the indirect part the walk goes on with probability ρ.
 //! No score ever holds a 1/r² of two surfaces, so corners are harmless.
 //!
-//! At every vertex that scatters, one look finds the luminaires in sight. What a look cannot find, the walk's own ray
-//! does: luminaires that it meets by way of a mirror, and, for the lobe of a glossy surface, those that it meets
+//! At every vertex that scatters, one look finds the luminaires in sight, and another those in flat mirrors. What looks cannot
+//! find, the walk's own ray does: luminaires that it meets by way of curved mirrors, and, for the lobe of a glossy surface, those that it meets
 //! straight on; there the two are combined by their densities (Veach and Guibas, 1995, "Optimally combining sampling
 //! techniques for Monte Carlo rendering"), so that every path counts once.
 
@@ -16,21 +16,38 @@ use glam::DVec3;
 
 use crate::chain::{LookedBack, Spot, Stage};
 use crate::estimators::direct::{Care, Receiver, Sight, one_look};
-use crate::estimators::images::look_into_mirrors;
+use crate::estimators::images::{look_for_areas, look_into_mirrors};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
+use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair, Phong, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// How a walk left the last vertex at which it looked for luminaires.
 enum Departure {
-    /// Looks have found all luminaires that the ray can meet.
-    Seen,
+    /// Light samples have found all luminaires that the ray can meet straight on; `in_mirrors`: those in flat mirrors, too.
+    Seen { in_mirrors: bool },
     /// Along a lobe: looks have found them too, and both are weighed.
     Lobe(LobeRay),
-    /// A mirror on the way: no look has found them.
-    Mirrored,
+    /// A mirror on the way: unless it `is_seen` through, no light sample has found them.
+    Mirrored { is_seen: bool },
+}
+
+impl Departure {
+    /// Whether light samples have found all that the ray can meet.
+    #[inline]
+    fn is_seen(&self) -> bool {
+        matches!(self, Departure::Seen { .. } | Departure::Mirrored { is_seen: true })
+    }
+
+    /// The same after a mirror.
+    #[inline]
+    fn mirrored(&self, stage: &Stage, hit: &SurfaceHit) -> Departure {
+        let shows = stage.mirrors.as_ref().is_some_and(|mirrors| mirrors.shows_areas_in(hit.triangle, hit.side));
+        let looked = matches!(self, Departure::Seen { in_mirrors: true } | Departure::Mirrored { is_seen: true });
+        Departure::Mirrored { is_seen: shows && looked }
+    }
 }
 
 /// A ray drawn from a lobe, and where from.
@@ -113,13 +130,52 @@ pub fn gather_along_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
+    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, memory, cut, stream);
+    (looked_lx + arriving_lx, rays)
+}
+
+/// What looks find from the receiver, and what arrives along the direction that two variates make, in lx; with the rays.
+#[inline]
+fn gather_parts_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    variates: [f64; 2],
+    memory: &mut impl Memory,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> ([f64; 2], u64) {
     let direction = cosine_hemisphere(receiver.normal, variates);
-    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, [|_| 1.0; 2], 1.0, cut, stream);
     let (near_lx, near_rays) = from_near_lights_lx(stage, receiver, stream);
     let looked_back = stage.near_lights.as_ref().map(|_| (receiver.point_m, receiver.normal));
-    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen, looked_back };
+    let departure = Departure::Seen { in_mirrors: true };
+    let start = Start { origin: *receiver.origin, direction, departure, looked_back };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream);
-    (mirrored_lx + near_lx + arriving_lx, mirrored_rays + near_rays + rays)
+    ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
+}
+
+/// Where the first ray of a walk went, and what arrived along it.
+#[derive(Clone, Copy, Debug)]
+pub struct FirstRay {
+    /// Its bin among directions: see [`crate::sampling::guide`].
+    pub bin: usize,
+    /// What arrived, in lx, its weight left out.
+    pub arriving_lx: f64,
+}
+
+/// One unbiased sample of the indirect illuminance at a receiver in lx by a walk whose first direction is drawn by a density, if there
+/// is one; where its first ray went, and the rays it took.
+pub fn sample_guided_lx(
+    stage: &Stage,
+    receiver: &Receiver,
+    density: Option<&Density>,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, FirstRay, u64) {
+    let variates = stream.pair();
+    let (variates, weight) = density.map_or((variates, 1.0), |density| density.warp(variates));
+    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, &mut Blank, cut, stream);
+    (looked_lx + weight * arriving_lx, FirstRay { bin: bin_of(variates), arriving_lx }, rays)
 }
 
 /// One unbiased sample of a part of the indirect illuminance, and the rays it took: what the first surface that scatters
@@ -133,8 +189,9 @@ pub fn sample_share_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, |_| 1.0, cut, stream);
-    let start = Start { origin: *receiver.origin, direction, departure: Departure::Seen, looked_back: None };
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, [|_| 1.0; 2], 1.0, cut, stream);
+    let departure = Departure::Seen { in_mirrors: true };
+    let start = Start { origin: *receiver.origin, direction, departure, looked_back: None };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream);
     (mirrored_lx + arriving_lx, mirrored_rays + rays)
 }
@@ -160,7 +217,7 @@ pub fn gather_arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, departure: Departure::Seen, looked_back: None };
+    let start = Start { origin, direction, departure: Departure::Seen { in_mirrors: false }, looked_back: None };
     follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream)
 }
 
@@ -173,7 +230,7 @@ pub fn sample_arriving_share_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, departure: Departure::Seen, looked_back: None };
+    let start = Start { origin, direction, departure: Departure::Seen { in_mirrors: false }, looked_back: None };
     follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream)
 }
 
@@ -192,6 +249,10 @@ struct Start {
 /// Rays after which a walk ends: thirty times its expected length in the whitest room that is taken. Only in a white place that
 /// no luminaire's light enters walks come to that, and would go on for ever.
 pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
+
+/// Chance with which a surface on a walk's way looks for areas in mirrors: such a look takes as long as several rays, and what it
+/// finds has been reflected once more than what the receiver's own look finds.
+const ON_THE_WAY: f64 = 0.25;
 
 /// One sample of π times the luminance that comes along a ray, without the emitters that `departure` has looked at, and
 /// the rays it took. What the first surface spreads counts with the shares of its place and normal.
@@ -217,12 +278,12 @@ fn follow_lm_m2(
             }
             Meeting::Nothing => {
                 // No light sample finds the sky in a mirror.
-                let sky = stage.emitters.sky().filter(|_| matches!(departure, Departure::Mirrored));
+                let sky = stage.emitters.sky().filter(|_| matches!(departure, Departure::Mirrored { .. }));
                 let sky_lm_m2 = sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(direction));
                 return (sum_lm_m2 + weight * sky_lm_m2, rays);
             }
         };
-        if !matches!(departure, Departure::Seen) {
+        if !departure.is_seen() {
             let met = stage.emitters.on_surface(hit.triangle, hit.side);
             sum_lm_m2 += weight * met_lm_m2(stage, &departure, met, cut);
         }
@@ -240,8 +301,9 @@ fn follow_lm_m2(
         // Light that a sheet lets through has arrived at its other side.
         let shares_behind = if matches!(law, Law::Translucent(_)) { shares_of(-normal) } else { shares };
         let spot = (hit.triangle, hit.side);
-        let from = looked_back.filter(|_| matches!(law, Law::Diffuse(_)));
-        let vertex = Vertex { stage, hit: &hit, spot, direction, normal, origin: &origin, looked_back: from };
+        let from = looked_back.filter(|_| matches!(law, Law::Diffuse(_) | Law::Translucent(_)));
+        let vertex =
+            Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: from };
         let mut guided_lx = 0.0;
         if let Law::Diffuse(law) = law {
             let receiver = vertex.receiver();
@@ -305,11 +367,11 @@ fn follow_lm_m2(
                 point_m: stage.tracer.position_m(&origin),
                 normal,
             }),
-            (Way::Mirrored, _) => Departure::Mirrored,
+            (Way::Mirrored, _) => departure.mirrored(stage, &hit),
             (Way::Passed, _) => departure,
             _ => {
                 weight *= if scattered.way == Way::SpreadThrough { shares_behind[1] } else { shares[1] };
-                Departure::Seen
+                Departure::Seen { in_mirrors: true }
             }
         };
         if weight <= 0.0 {
@@ -330,8 +392,8 @@ fn met_lm_m2(stage: &Stage, departure: &Departure, met: impl Iterator<Item = u32
         let emitter = &stage.emitters.list()[index as usize];
         let exitance_lm_m2 = emitter.exitance_lm_m2().unwrap_or(0.0);
         let share = match departure {
-            Departure::Seen => 0.0,
-            Departure::Mirrored => 1.0,
+            Departure::Seen { .. } => 0.0,
+            Departure::Mirrored { is_seen } => f64::from(u8::from(!is_seen)),
             Departure::Lobe(ray) => {
                 let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
                 let probability = stage.choices(ray.spot, ray.point_m, ray.normal, cut).probability(index);
@@ -354,7 +416,9 @@ struct Vertex<'a> {
     /// Direction of the walk's ray.
     direction: DVec3,
     normal: DVec3,
-    /// On the side that the walk came from.
+    /// Normal of the side that the walk came from.
+    seen: DVec3,
+    /// On the side that is lit.
     origin: &'a Origin,
     /// Where the walk came from, if that looked back from what near luminaires light and this place scatters diffusely.
     looked_back: Option<LookedBack>,
@@ -371,7 +435,7 @@ impl Vertex<'_> {
         let share = match (&self.stage.near_lights, self.looked_back) {
             (Some(lights), Some(from)) => {
                 let place = (self.stage.tracer.position_m(self.origin), self.normal);
-                lights.share_of_look(self.stage, sight.index, place, from)
+                lights.share_of_look(self.stage, sight.index, place, self.seen, from)
             }
             _ => 1.0,
         };
@@ -386,7 +450,8 @@ impl Vertex<'_> {
             false => None,
         };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * self.direct_lx(&sight), 1));
-        let (mirrored_lm_m2, mirrored_rays) = in_mirrors_lx(self.stage, &self.receiver(), |_| mirrored, cut, stream);
+        let (mirrored_lm_m2, mirrored_rays) =
+            in_mirrors_lx(self.stage, &self.receiver(), [|_| mirrored; 2], ON_THE_WAY, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
     }
 
@@ -413,11 +478,15 @@ impl Vertex<'_> {
     fn phong_lm_m2(&self, law: &Phong, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         let receiver = self.receiver();
         let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
-        let response = |towards: DVec3| {
-            let pair = pair(towards);
-            PI * (law.lobe_per_sr(&pair) + mirrored * law.spread_per_sr(&pair))
+        // Rays meet areas along lobes, and no points.
+        let response = |lobe: f64| {
+            move |towards: DVec3| {
+                let pair = pair(towards);
+                PI * (lobe * law.lobe_per_sr(&pair) + mirrored * law.spread_per_sr(&pair))
+            }
         };
-        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, response, cut, stream);
+        let (mirrored_lm_m2, rays) =
+            in_mirrors_lx(self.stage, &receiver, [response(1.0), response(0.0)], ON_THE_WAY, cut, stream);
         let Some(sight) = one_look(self.stage, self.spot, &receiver, Care::Look, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
@@ -434,17 +503,26 @@ impl Vertex<'_> {
     }
 }
 
-/// What a place receives from images in mirrors, if there can be any: see [`look_into_mirrors`].
+/// What a place receives from images in mirrors, if there can be any, with its responses to points and to areas, and the chance with
+/// which areas are looked for: see [`look_into_mirrors`] and [`look_for_areas`].
 #[inline]
-fn in_mirrors_lx(
+fn in_mirrors_lx<F: Fn(DVec3) -> f64>(
     stage: &Stage,
     receiver: &Receiver,
-    response: impl Fn(DVec3) -> f64,
+    [to_points, to_areas]: [F; 2],
+    chance: f64,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let mirrors = stage.mirrors.as_ref();
-    mirrors.map_or((0.0, 0), |mirrors| look_into_mirrors(stage, mirrors, receiver, response, cut, stream))
+    let Some(mirrors) = &stage.mirrors else {
+        return (0.0, 0);
+    };
+    let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, to_points, cut, stream);
+    if mirrors.areas.is_empty() || chance < 1.0 && !stream.happens(chance) {
+        return (points_lx, point_rays);
+    }
+    let (areas_lx, area_rays) = look_for_areas(stage, mirrors, receiver, to_areas, stream);
+    (points_lx + areas_lx / chance, point_rays + area_rays)
 }
 
 /// What a place receives by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`].

@@ -13,7 +13,6 @@ use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates, candidates_one_by_one, is_outer};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
-use crate::estimators::images::AreaImages;
 use crate::scene::Scene;
 
 /// Nobody has asked for the point yet.
@@ -135,8 +134,6 @@ pub struct Surroundings<'a> {
     pub solids: &'a Solids,
     /// Points of its luminaires.
     pub samples: &'a Samples,
-    /// What its flat mirrors show of balls and areas.
-    pub images: &'a AreaImages,
     /// Whether a limit or the user has ended the run so long ago that what is not computed yet is given up.
     pub give_up: Stop<'a>,
 }
@@ -144,7 +141,12 @@ pub struct Surroundings<'a> {
 impl Surroundings<'_> {
     /// Whether no flat mirror shows a luminaire that is looked for.
     pub fn has_no_images(&self) -> bool {
-        self.stage.mirrors.is_none() && self.images.is_empty()
+        self.stage.mirrors.is_none()
+    }
+
+    /// Whether walks look for images of balls and areas, and leave out what they meet by way of any mirror.
+    pub fn looks_for_areas(&self) -> bool {
+        self.stage.mirrors.as_ref().is_some_and(|mirrors| mirrors.are_all && !mirrors.areas.is_empty())
     }
 }
 

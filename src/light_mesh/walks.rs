@@ -3,7 +3,7 @@
 //! rays that do.
 //!
 //! Light that comes to a diffuse surface, or to the place itself, by way of mirrors alone is counted by looks at images
-//! ([`crate::estimators::images::AreaImages`]), and left out where a walk's ray meets it; what comes to glossy surfaces and sheets so is met by chance
+//! ([`crate::estimators::images`]), and left out where a walk's ray meets it; what comes to glossy surfaces and sheets so is met by chance
 //! as before. Each path ends at one surface before its mirrors, so that it is counted one way or the other.
 
 use glam::DVec3;
@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::mesh::Surroundings;
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
-use crate::estimators::images::look_into_mirrors;
+use crate::estimators::images::{look_for_areas, look_into_mirrors};
 use crate::estimators::sight::MANY_MIRRORS;
 use crate::estimators::walk::{Memory, Met, Recall, gather_arriving_lx, sample_arriving_lx, sample_indirect_lx};
 use crate::geometry::{Meeting, Origin};
@@ -29,10 +29,15 @@ const IMAGES: u32 = u32::MAX - 4;
 
 /// What images in flat mirrors bring to a place, and the rays it took.
 fn look_at_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
-    let Surroundings { stage, images, .. } = around;
-    let of_points = |mirrors| look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, stream);
-    let (points_lx, point_rays) = stage.mirrors.as_ref().map_or((0.0, 0), of_points);
-    let (areas_lx, area_rays) = if images.is_empty() { (0.0, 0) } else { images.look(stage, receiver, stream) };
+    let stage = around.stage;
+    let Some(mirrors) = &stage.mirrors else {
+        return (0.0, 0);
+    };
+    let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, stream);
+    let (areas_lx, area_rays) = match around.looks_for_areas() {
+        true => look_for_areas(stage, mirrors, receiver, |_| 1.0, stream),
+        false => (0.0, 0),
+    };
     (points_lx + areas_lx, point_rays + area_rays)
 }
 
@@ -43,7 +48,7 @@ pub fn sample_at_place_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    if around.images.is_empty() {
+    if !around.looks_for_areas() {
         return sample_indirect_lx(around.stage, receiver, cut, stream);
     }
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
@@ -62,7 +67,7 @@ pub fn sample_along_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let stage = around.stage;
-    if around.images.is_empty() {
+    if !around.looks_for_areas() {
         return sample_arriving_lx(stage, origin, direction, cut, stream);
     }
     let (mut origin, mut direction) = (origin, direction);
@@ -141,7 +146,7 @@ pub fn images_at_place_lx(
     seed: u64,
     cut: &mut Cut,
 ) -> ([f64; HALVES], u64) {
-    if around.stage.mirrors.is_none() && around.images.is_empty() {
+    if around.stage.mirrors.is_none() {
         return ([0.0; HALVES], 0);
     }
     let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);

@@ -3,6 +3,7 @@
 pub mod beam;
 pub mod emitter;
 pub mod emitter_tree;
+pub mod guide;
 mod importance;
 pub mod opening;
 pub mod random;

@@ -7,6 +7,7 @@ mod ends;
 mod engine;
 mod expected;
 mod forecast;
+mod walking;
 
 use std::ops::Range;
 use std::time::Instant;
@@ -23,6 +24,7 @@ use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
+use super::guide::Guide;
 use super::local::Kernel;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
@@ -33,7 +35,9 @@ use super::sweep::{self, Deposits};
 use crate::chain::Stage;
 use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
-use crate::maps::{History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge};
+use crate::maps::{
+    History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, ScoreEvidence, StatisticalCheck, Tally, Unit, judge,
+};
 use crate::scene::{Elements, Quantity, Scene};
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
@@ -146,6 +150,8 @@ pub struct Job {
     expectations: Expectations,
     /// What adaptive elements cannot show, by the latest look.
     loss: Loss,
+    /// What its walks have learned of the directions that light comes from.
+    guide: Option<Guide>,
     /// Rounds of local estimation, where vertices of chains score.
     local: Option<LocalPlan>,
     /// Local estimation, once it has been weighed after a look.
@@ -252,6 +258,7 @@ impl Job {
             share: DirectShare::of(direct, indirect, [entries; 2]),
             expectations,
             loss: Loss::default(),
+            guide: None,
             local,
             black: !context.stage.reflects(),
         }
@@ -421,12 +428,7 @@ impl Job {
                     self.map.indirect_samples.complete = until;
                 }
             }
-            MapKind::Receivers(set) => {
-                let rays = self.share.rays_per_indirect;
-                let (entries, times) = slice_of_sweep(context, self.map.indirect_samples, goal, self.map.len(), rays);
-                self.rays += sweep::walks_from_points(context, set, &mut self.map, entries.clone(), times.clone());
-                self.map.indirect_samples = after_sweep(entries, times, self.map.len());
-            }
+            MapKind::Receivers(set) => self.walk_from_points(context, set, goal),
         }
     }
 
@@ -476,6 +478,7 @@ impl Job {
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
         self.pace.note(self.samples, &self.judgement);
+        self.learn_directions();
         if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
             // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
             let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
@@ -497,15 +500,21 @@ impl Job {
         });
     }
 
-    /// Asks the statistical checks about what has been judged; whether all pass.
-    pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
+    /// What single scores say of direct light and of indirect.
+    pub(super) fn score_parts(&self) -> [ScoreEvidence; 2] {
         let [direct, _] = self.map.score_evidence();
         let [_, mut indirect] = self.gathered().score_evidence();
-        if self.engine == Engine::Connecting(Kernel::Bounded) {
-            // Its kernel and its walks are bounded: however the largest scores fall off, they have an end.
+        if matches!(self.engine, Engine::Gathering | Engine::Connecting(Kernel::Bounded)) {
+            // What cells answer and the bounded kernel have an end, however the largest scores fall off: pooled over entries of
+            // many sizes they look like a tail.
             indirect.shape = None;
         }
-        let parts = [direct, indirect];
+        [direct, indirect]
+    }
+
+    /// Asks the statistical checks about what has been judged; whether all pass.
+    pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
+        let parts = self.score_parts();
         self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since, target_error);
         let all_pass = self.checks.iter().all(|check| check.passed);
         if !all_pass {

@@ -6,6 +6,7 @@ mod cells;
 mod choice;
 mod finish;
 mod glare;
+mod guide;
 mod job;
 mod local;
 mod order;

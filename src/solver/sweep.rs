@@ -8,11 +8,13 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::adapt::{Adaptive, add_direct};
+use super::guide::Guide;
 use super::job::{Context, Ends};
 use crate::estimators::ahead::Expectations;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
+use crate::estimators::walk::sample_guided_lx;
 use crate::maps::basis::{SLOPES, bends_at};
 use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::emitter_tree::Cut;
@@ -270,31 +272,20 @@ pub fn direct_at_points(
     rays
 }
 
-/// Walks from a range of points; returns the rays traced.
+/// Walks from a range of points, their first directions by a guide, if there is one, which learns what they bring; returns the rays
+/// traced.
 pub fn walks_from_points(
     context: &Context,
     set: usize,
     map: &mut ReplicaMap,
+    guide: Option<&mut Guide>,
     points: Range<usize>,
     walks: Range<u64>,
 ) -> u64 {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
-    over_points(context, set, map, points, walks, |receiver, cut, stream| {
-        sample_reflected_lx(stage, quantity, receiver, cut, stream)
-    })
-}
-
-fn over_points(
-    context: &Context,
-    set: usize,
-    map: &mut ReplicaMap,
-    points: Range<usize>,
-    samples: Range<u64>,
-    sample: impl Fn(&Receiver, &mut Cut, &mut Stream) -> (f64, u64) + Sync,
-) -> u64 {
     let receivers = &context.scene.receivers[set].points;
     map.fix_indirect_levels(points.clone());
-    let (whole, levels) = (&map.scores[1], &map.levels[1]);
+    let (whole, levels, guided) = (&map.scores[1], &map.levels[1], guide.as_deref());
     let chunks: Vec<(usize, usize, &mut [f64])> = map
         .indirect
         .iter_mut()
@@ -305,34 +296,43 @@ fn over_points(
             chunks.map(move |(chunk, sums)| (replica, first + chunk * POINTS_PER_CHUNK, sums))
         })
         .collect();
-    let done: Vec<(u64, PartScores)> = chunks
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|(replica, first, sums)| {
-            let mut rays = 0;
-            let mut scores = PartScores::for_task(whole);
-            let mut cut = Cut::default();
-            let mut stream =
-                Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), replica as u32);
-            for (offset, sum_lx) in sums.iter_mut().enumerate() {
-                let point = &receivers[first + offset];
-                if point.inside {
-                    continue;
-                }
-                let origin = context.stage.tracer.side_origin(point.position_m, point.normal);
-                let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
-                let mut entry_scores = scores.of_entry(point.weight, levels.of(first + offset));
-                for number in samples.clone() {
-                    stream.seek_quasi(stream_index(first + offset, number), (first + offset) as u64, number);
-                    let (lx, sample_rays) = sample(&receiver, &mut cut, &mut stream);
-                    *sum_lx += lx;
-                    entry_scores.add(lx);
-                    rays += sample_rays;
-                }
+    let walked = chunks.into_par_iter().with_max_len(1).map(|(replica, first, sums)| {
+        let mut rays = 0;
+        let mut scores = PartScores::for_task(whole);
+        let mut cut = Cut::default();
+        let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), replica as u32);
+        let count = sums.len() * (walks.end - walks.start) as usize;
+        let mut first_rays = Vec::with_capacity(if guided.is_some() { count } else { 0 });
+        for (offset, sum_lx) in sums.iter_mut().enumerate() {
+            let (entry, point) = (first + offset, &receivers[first + offset]);
+            if point.inside {
+                continue;
             }
-            (rays, scores)
-        })
-        .collect();
+            let origin = stage.tracer.side_origin(point.position_m, point.normal);
+            let receiver = Receiver { point_m: point.position_m, normal: point.normal, origin: &origin };
+            let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
+            for number in walks.clone() {
+                stream.seek_quasi(stream_index(entry, number), entry as u64, number);
+                let (lx, sample_rays) = match guided {
+                    Some(guide) => {
+                        let density = guide.density_at(entry);
+                        let (lx, ray, rays) = sample_guided_lx(stage, &receiver, density, &mut cut, &mut stream);
+                        first_rays.push((entry as u32, ray));
+                        (lx, rays)
+                    }
+                    None => sample_reflected_lx(stage, quantity, &receiver, &mut cut, &mut stream),
+                };
+                *sum_lx += lx;
+                entry_scores.add(lx);
+                rays += sample_rays;
+            }
+        }
+        ((rays, scores), first_rays)
+    });
+    let (done, first_rays): (Vec<_>, Vec<_>) = walked.collect::<Vec<_>>().into_iter().unzip();
+    if let Some(guide) = guide {
+        first_rays.into_iter().flatten().for_each(|(entry, ray)| guide.add(entry, ray));
+    }
     merged(&mut map.scores[1], done)
 }
 

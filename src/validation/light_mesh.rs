@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use crate::chain::Stage;
 use crate::control::Forecast;
-use crate::estimators::images::AreaImages;
 use crate::light_mesh::{
     Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP,
     NotForLightMesh, Placing, Plan, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes,
@@ -104,16 +103,8 @@ pub fn solve_by_light_mesh(
         stops
     };
     let is_long_over = || stop() && stopped.get().is_some_and(|at| at.elapsed() > PATIENCE);
-    let images = AreaImages::of(scene, &stage);
     let mut planner = Planner {
-        around: Surroundings {
-            scene,
-            stage: &stage,
-            solids: &solids,
-            samples: &samples,
-            images: &images,
-            give_up: &is_long_over,
-        },
+        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &samples, give_up: &is_long_over },
         wishes: Wishes {
             step_m: choice.step_m,
             radius_m: choice.radius_m,
@@ -345,7 +336,7 @@ fn step_not_taken(map: &TracedMap, plan: &Plan) -> Vec<String> {
 fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &Plan) -> bool {
     let touches = around.stage.near_lights.as_ref().is_some_and(|near| near.touch());
     let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
-    touches && (!around.images.is_empty() || by_mesh && !plan.looks_back(around, entries))
+    touches && (around.looks_for_areas() || by_mesh && !plan.looks_back(around, entries))
 }
 
 /// What a user should know of how a map came about.
@@ -438,15 +429,7 @@ mod tests {
         let scene = scene_from_json(room, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
         let stage = Stage::new(&scene);
         let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, Placing::Stratified, 1));
-        let images = AreaImages::of(&scene, &stage);
-        let around = Surroundings {
-            scene: &scene,
-            stage: &stage,
-            solids: &solids,
-            samples: &samples,
-            images: &images,
-            give_up: NEVER,
-        };
+        let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
         let entries = Entries::of(&around, MapKind::Receivers(0), 1);
         let (asked, most) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most.load(Ordering::Relaxed);

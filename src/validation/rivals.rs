@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use crate::chain::Stage;
-use crate::estimators::images::AreaImages;
 use crate::light_mesh::{
     Accelerations, Entries, IndirectForm, NEVER, Placing, Planner, Samples, Solids, Surroundings, Wishes,
 };
@@ -36,17 +35,9 @@ pub fn solve_by_points(
     let build_s = started.elapsed().as_secs_f64();
     let solids = Solids::of(scene);
     let points = Samples::of(&stage, Placing::Count(count), settings.seed);
-    let images = AreaImages::of(scene, &stage);
     let stop = || observer.is_interrupted();
     let planner = Planner {
-        around: Surroundings {
-            scene,
-            stage: &stage,
-            solids: &solids,
-            samples: &points,
-            images: &images,
-            give_up: NEVER,
-        },
+        around: Surroundings { scene, stage: &stage, solids: &solids, samples: &points, give_up: NEVER },
         wishes: Wishes {
             step_m: None,
             radius_m: None,

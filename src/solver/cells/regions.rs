@@ -2,18 +2,15 @@
 
 use glam::DVec3;
 
-use super::asker::Asker;
-
 /// Entries of a region of neighbours, about.
 const ENTRIES_OF_A_REGION: usize = 24;
 
-/// Divides elements or points into regions of neighbours.
-pub fn regions_of(asker: &Asker, sites: usize) -> Vec<u32> {
-    let places: Vec<(DVec3, DVec3)> = (0..sites).map(|entry| asker.middle(entry)).collect();
-    let mut regions = vec![0; sites];
-    let mut entries: Vec<u32> = (0..sites as u32).collect();
+/// Divides places with their normals into regions of neighbours.
+pub fn regions_of(places: &[(DVec3, DVec3)]) -> Vec<u32> {
+    let mut regions = vec![0; places.len()];
+    let mut entries: Vec<u32> = (0..places.len() as u32).collect();
     let mut count = 0;
-    divide(&places, &mut entries, &mut |part| {
+    divide(places, &mut entries, &mut |part| {
         part.iter().for_each(|entry| regions[*entry as usize] = count);
         count += 1;
     });

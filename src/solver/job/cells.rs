@@ -2,7 +2,7 @@
 
 use super::elements::{element_weights, numbers_per_site};
 use super::{Context, Engine, Job, Method, element_map};
-use crate::control::{CellGrowth, CellParts};
+use crate::control::{CellGrowth, CellParts, KINDS};
 use crate::maps::{MapKind, REPLICAS, ReplicaMap, Residuals, Unit};
 use crate::scene::Elements;
 use crate::solver::adapt::{Adaptive, slope_from_m};
@@ -208,7 +208,8 @@ impl Job {
             Some(asks) => asks.anew(&asker, sites, walkers),
             None => CellAsks::new(&asker, sites, walkers),
         });
-        let regions = regions_of(&asker, sites);
+        let places: Vec<_> = (0..sites).map(|entry| asker.middle(entry)).collect();
+        let regions = regions_of(&places);
         let map = self.broad.as_mut().map_or(&mut self.map, |broad| &mut broad.map);
         map.residuals = Some(Residuals::new(regions, map.entries()));
     }
@@ -301,7 +302,8 @@ impl Job {
         })
     }
 
-    /// Plans the way to a target by the latest look, and sets the next goal; without a target all work doubles.
+    /// Plans the way to a target by the latest look, and sets the next goal; without a target all work doubles. A map that a check
+    /// refused has too few scores of direct light or of rays: those double whose single scores weigh more.
     pub fn plan_cells(&mut self, target: Option<f64>) {
         let Some(parts) = self.cell_parts() else {
             return;
@@ -313,6 +315,12 @@ impl Job {
                 let chance_lx = share.sqrt() * target * self.judgement.mean_lx;
                 self.plan_bounds = Some(parts.bounds(chance_lx));
                 parts.growth(chance_lx)
+            }
+            None if self.refused => {
+                let few = usize::from(self.score_parts()[1].fourth > self.score_parts()[0].fourth);
+                let mut factors = [1.0; KINDS];
+                factors[few] = 2.0;
+                CellGrowth { factors, all_walk: false, rays: parts.rays[few], reaches: true }
             }
             None => CellGrowth { factors: [2.0; 4], all_walk: true, rays: parts.rays.iter().sum(), reaches: false },
         };

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
-use crate::estimators::images::AreaImages;
 use crate::light_mesh::exact::look_at_all;
 use crate::light_mesh::{Counts, Lattice, LightMesh, NEVER, Options, Placing, Samples, Solids, Surroundings, Workroom};
 use crate::sampling::random::{Purpose, Stream};
@@ -28,8 +27,6 @@ pub struct World {
     pub solids: Solids,
     /// Points of its luminaires.
     pub samples: Samples,
-    /// What its flat mirrors show of balls and areas.
-    pub images: AreaImages,
 }
 
 /// What a run gave and took.
@@ -56,7 +53,7 @@ impl World {
     pub fn of(scene: Scene) -> World {
         let stage = Stage::new(&scene);
         let samples = Samples::of(&stage, Placing::Stratified, 0);
-        World { solids: Solids::of(&scene), samples, images: AreaImages::of(&scene, &stage), stage, scene }
+        World { solids: Solids::of(&scene), samples, stage, scene }
     }
 
     /// A scene of black surfaces from its geometry and luminaires.
@@ -69,8 +66,8 @@ impl World {
     }
 
     fn around(&self) -> Surroundings<'_> {
-        let World { scene, stage, solids, samples, images } = self;
-        Surroundings { scene, stage, solids, samples, images, give_up: NEVER }
+        let World { scene, stage, solids, samples } = self;
+        Surroundings { scene, stage, solids, samples, give_up: NEVER }
     }
 
     /// Lights receivers that face up by a mesh.
