@@ -2,7 +2,7 @@
 
 use super::color::{BLACK, FAINT, SOFT};
 use super::numbers::{round_ticks, tick};
-use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use super::picture::{Anchor, PagePoint, Pen, Picture, Words};
 
 /// Size of the type of ticks and labels.
 pub const TYPE: f64 = 12.0;
@@ -90,12 +90,12 @@ pub struct Frame {
 
 impl Frame {
     /// Where a pair of numbers lies on the page.
-    pub fn spot(&self, x: f64, y: f64) -> Spot {
+    pub fn spot(&self, x: f64, y: f64) -> PagePoint {
         [self.left + self.x.share(x) * self.width, self.top + (1.0 - self.y.share(y)) * self.height]
     }
 
     /// Whether a spot lies within the frame.
-    pub fn holds(&self, [x, y]: Spot) -> bool {
+    pub fn holds(&self, [x, y]: PagePoint) -> bool {
         (self.left - 0.5..=self.left + self.width + 0.5).contains(&x)
             && (self.top - 0.5..=self.top + self.height + 0.5).contains(&y)
     }

@@ -3,12 +3,12 @@
 use super::axes::TYPE;
 use super::color::{BLACK, BLUE, FAINT, SOFT, VERMILION};
 use super::numbers::{amount, round_step, tick};
-use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use super::picture::{Anchor, PagePoint, Pen, Picture, Words};
 use crate::scene::photometry::IntensityWeb;
 
 const WIDTH: f64 = 560.0;
 const RADIUS: f64 = 215.0;
-const MIDDLE: Spot = [280.0, 300.0];
+const MIDDLE: PagePoint = [280.0, 300.0];
 /// Rings that the diagram has at most.
 const MOST_RINGS: usize = 5;
 /// Step of γ in degrees along a curve.
@@ -63,7 +63,7 @@ fn profile(web: &IntensityWeb, c_deg: f64) -> impl Iterator<Item = (f64, f64)> +
 }
 
 /// γ = 0 points down, C0 (C90) to the right.
-fn spot(angle_deg: f64, radius: f64) -> Spot {
+fn spot(angle_deg: f64, radius: f64) -> PagePoint {
     let (sine, cosine) = angle_deg.to_radians().sin_cos();
     [MIDDLE[0] + radius * sine, MIDDLE[1] + radius * cosine]
 }

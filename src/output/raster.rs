@@ -4,7 +4,7 @@ use tiny_skia::{FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, StrokeDash
 
 use super::color::{Ink, WHITE};
 use super::font::{self, Stroke};
-use super::picture::{Anchor, Item, Picture, Spot, Words};
+use super::picture::{Anchor, Item, PagePoint, Picture, Words};
 
 /// Pixels per unit of a picture: sharp in print at the width of a column.
 const PIXELS_PER_UNIT: f32 = 2.0;
@@ -72,7 +72,7 @@ fn word_path(words: &Words) -> Option<Path> {
         Anchor::End => -width,
     };
     let (sine, cosine) = words.turn_deg.to_radians().sin_cos();
-    let place = |[x, y]: Spot| {
+    let place = |[x, y]: PagePoint| {
         let [along, down] = [start + x, -y];
         let [x, y] = [words.spot[0] + along * cosine - down * sine, words.spot[1] + along * sine + down * cosine];
         (x as f32, y as f32)
@@ -94,7 +94,7 @@ fn word_path(words: &Words) -> Option<Path> {
     builder.finish()
 }
 
-fn trace(builder: &mut PathBuilder, spots: &[Spot], closed: bool) {
+fn trace(builder: &mut PathBuilder, spots: &[PagePoint], closed: bool) {
     for (index, [x, y]) in spots.iter().enumerate() {
         if index == 0 {
             builder.move_to(*x as f32, *y as f32);

@@ -33,7 +33,9 @@ use super::sweep::{self, Deposits};
 use crate::chain::Stage;
 use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
-use crate::maps::{History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge};
+use crate::maps::{
+    History, Judgement, MapKind, PastJudgement, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge,
+};
 use crate::scene::{Elements, Quantity, Scene};
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
@@ -488,7 +490,7 @@ impl Job {
             self.history.clear();
         }
         self.seen = Some((self.judgement, self.samples));
-        self.history.add(Look {
+        self.history.add(PastJudgement {
             samples: self.samples,
             rays: self.rays,
             squared_error: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
