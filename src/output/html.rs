@@ -2,7 +2,7 @@
 
 use super::picture::{Picture, escaped};
 
-/// A table in the making; texts are escaped, cells made by [`cell`] and its kin are not.
+/// A table in the making. The caption is escaped; headings and cells are markup already.
 pub struct HtmlTable {
     head: Vec<(String, bool)>,
     rows: Vec<(Vec<String>, bool)>,
