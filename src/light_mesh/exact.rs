@@ -37,12 +37,12 @@ pub struct MeshPlace {
     /// Unit normal.
     pub normal: DVec3,
     /// Where its rays start.
-    start: Start,
+    start: RayStart,
 }
 
 /// Where the rays of a spot start.
 #[derive(Clone, Copy)]
-enum Start {
+enum RayStart {
     /// On the side of whatever surface it lies on that its normal points to.
     Side,
     /// On an element side, at these weights of the triangle's corners.
@@ -54,12 +54,12 @@ enum Start {
 impl MeshPlace {
     /// A receiver.
     pub fn of_point(point: &ReceiverPoint) -> MeshPlace {
-        MeshPlace { point_m: point.position_m, normal: point.normal, start: Start::Side }
+        MeshPlace { point_m: point.position_m, normal: point.normal, start: RayStart::Side }
     }
 
     /// A place on a surface that a ray has met.
     pub fn at_origin(point_m: DVec3, normal: DVec3, origin: Origin) -> MeshPlace {
-        MeshPlace { point_m, normal, start: Start::At(origin) }
+        MeshPlace { point_m, normal, start: RayStart::At(origin) }
     }
 
     /// A point of an element side by the weights of the element's second and third corner.
@@ -70,7 +70,7 @@ impl MeshPlace {
         MeshPlace {
             point_m: a + inner[0] * (b - a) + inner[1] * (c - a),
             normal: around.stage.normal(cell.triangle, cell.side),
-            start: Start::Cell(cell, inner),
+            start: RayStart::Cell(cell, inner),
         }
     }
 
@@ -83,9 +83,9 @@ impl MeshPlace {
     #[inline]
     pub fn ask<T>(&self, stage: &Stage, ask: impl FnOnce(&Receiver) -> T) -> T {
         let origin = match self.start {
-            Start::Side => stage.tracer.side_origin(self.point_m, self.normal),
-            Start::Cell(cell, inner) => stage.tracer.surface_origin(cell.triangle, inner, cell.side),
-            Start::At(origin) => origin,
+            RayStart::Side => stage.tracer.side_origin(self.point_m, self.normal),
+            RayStart::Cell(cell, inner) => stage.tracer.surface_origin(cell.triangle, inner, cell.side),
+            RayStart::At(origin) => origin,
         };
         ask(&Receiver { point_m: self.point_m, normal: self.normal, origin: &origin })
     }

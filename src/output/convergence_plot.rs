@@ -3,7 +3,7 @@
 use super::axes::{Frame, Scale, TYPE};
 use super::color::{BLACK, BLUE, FAINT, GREEN, Ink, PURPLE, SKY, SOFT, VERMILION};
 use super::numbers::{count_tick, duration, percent, tick};
-use super::picture::{Anchor, PagePoint, Pen, Picture, Words};
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use crate::control::Forecast;
 use crate::solver::{ConvergenceRow, ErrorParts, Solution};
 
@@ -236,7 +236,7 @@ impl Panel<'_> {
             }
             picture.area(diamond(middle), BLACK, 1.0);
             let label = [left - 7.0, middle[1] + 4.0];
-            picture.words(Words::new(&stood.label, label, TYPE).anchored(Anchor::End));
+            picture.words(Words::new(&stood.label, label, TYPE).anchored(TextAnchor::End));
         }
     }
 }

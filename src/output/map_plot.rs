@@ -8,7 +8,7 @@ use super::contour::{Isoline, distance, isolux_levels};
 use super::flat::FlatMap;
 use super::font::text_width;
 use super::numbers::{UNKNOWN, lux, lux_with_error, percent, round_step, round_ticks, tick, uniformity_with_error};
-use super::picture::{Anchor, PagePoint, Pen, Picture, Words};
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use crate::maps::Estimate;
 
 /// Largest width and height of the drawing itself.
@@ -238,21 +238,21 @@ pub(super) fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &Layout) {
                 last = x;
                 picture.line(vec![[x, bottom], [x, bottom + 4.0]], Pen::new(BLACK, 0.8));
                 let words = Words::new(tick(rounded(number)), [x, bottom + 17.0], TYPE);
-                picture.words(words.anchored(Anchor::Middle));
+                picture.words(words.anchored(TextAnchor::Middle));
             } else {
                 let [_, y] = layout.spot([low[0], at]);
                 picture.line(vec![[layout.left - 4.0, y], [layout.left, y]], Pen::new(BLACK, 0.8));
                 let words = Words::new(tick(rounded(number)), [layout.left - 7.0, y + 4.0], TYPE);
-                picture.words(words.anchored(Anchor::End));
+                picture.words(words.anchored(TextAnchor::End));
             }
         }
     }
     picture.ring(layout.frame(), Pen::new(BLACK, 1.0));
     let below = Words::new(map.plane.axes[0].label.clone(), [0.5 * (layout.left + right), bottom + 35.0], TYPE);
-    picture.words(below.anchored(Anchor::Middle).ink(SOFT));
+    picture.words(below.anchored(TextAnchor::Middle).ink(SOFT));
     let beside = [layout.left - 42.0, layout.top + 0.5 * layout.height];
     let beside = Words::new(map.plane.axes[1].label.clone(), beside, TYPE);
-    picture.words(beside.anchored(Anchor::Middle).ink(SOFT).turned(-90.0));
+    picture.words(beside.anchored(TextAnchor::Middle).ink(SOFT).turned(-90.0));
 }
 
 /// Takes rounding off a tick such as 0.30000000000000004.
@@ -322,7 +322,7 @@ fn label_line(picture: &mut Picture, line: &Isoline, layout: &Layout, labels: &m
         let (sine, cosine) = turn_deg.to_radians().sin_cos();
         let drop = 0.36 * SMALL;
         let spot = [middle[0] - drop * sine, middle[1] + drop * cosine];
-        picture.words(Words::new(text.clone(), spot, SMALL).anchored(Anchor::Middle).turned(turn_deg).rimmed(2.2));
+        picture.words(Words::new(text.clone(), spot, SMALL).anchored(TextAnchor::Middle).turned(turn_deg).rimmed(2.2));
         labels.push((middle, width));
     }
 }
@@ -373,7 +373,7 @@ fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &Layout) -> [u32; 2
         let is_due = point.place.iter().zip(steps).all(|(place, step)| place % step == (step - 1) / 2);
         if is_extreme || (is_due && !crowds(least_spot) && !crowds(most_spot)) {
             let base = [spot[0], spot[1] + 0.36 * SMALL];
-            let words = Words::new(lux(point.illuminance_lx), base, SMALL).anchored(Anchor::Middle);
+            let words = Words::new(lux(point.illuminance_lx), base, SMALL).anchored(TextAnchor::Middle);
             if is_extreme {
                 let (w, h) = (0.5 * width + 4.0, 0.5 * SMALL + 3.0);
                 let [x, y] = spot;
@@ -457,7 +457,7 @@ impl ColorScale {
             (false, "Semi-cylindrical illuminance") => "lx, semi-cylindrical",
             _ => "lx",
         };
-        let anchor = if title == "lx" { Anchor::Start } else { Anchor::Middle };
+        let anchor = if title == "lx" { TextAnchor::Start } else { TextAnchor::Middle };
         picture.words(Words::new(title, [left, top - 8.0], TYPE).anchored(anchor).ink(SOFT));
     }
 }

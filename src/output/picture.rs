@@ -42,7 +42,7 @@ impl Pen {
 
 /// Where a line of words stands to its spot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Anchor {
+pub enum TextAnchor {
     /// It begins there.
     Start,
     /// It is centred there.
@@ -63,7 +63,7 @@ pub struct Words {
     /// Bold type.
     pub bold: bool,
     /// How it stands to its spot.
-    pub anchor: Anchor,
+    pub anchor: TextAnchor,
     /// Turn about the spot in degrees, clockwise as seen.
     pub turn_deg: f64,
     /// Its ink.
@@ -76,7 +76,7 @@ impl Words {
     /// Black words that begin at a spot.
     pub fn new(text: impl Into<String>, spot: PagePoint, size: f64) -> Words {
         let text = text.into();
-        Words { text, spot, size, bold: false, anchor: Anchor::Start, turn_deg: 0.0, ink: BLACK, rim: 0.0 }
+        Words { text, spot, size, bold: false, anchor: TextAnchor::Start, turn_deg: 0.0, ink: BLACK, rim: 0.0 }
     }
 
     /// In bold type.
@@ -85,7 +85,7 @@ impl Words {
     }
 
     /// Standing otherwise to the spot.
-    pub fn anchored(self, anchor: Anchor) -> Words {
+    pub fn anchored(self, anchor: TextAnchor) -> Words {
         Words { anchor, ..self }
     }
 
@@ -252,9 +252,9 @@ fn write_text(svg: &mut String, words: &Words, fill: &str, stroke: &str) {
     let [x, y] = words.spot.map(short);
     *svg += &format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" fill=\"{fill}\"", short(words.size));
     svg.push_str(match words.anchor {
-        Anchor::Start => "",
-        Anchor::Middle => " text-anchor=\"middle\"",
-        Anchor::End => " text-anchor=\"end\"",
+        TextAnchor::Start => "",
+        TextAnchor::Middle => " text-anchor=\"middle\"",
+        TextAnchor::End => " text-anchor=\"end\"",
     });
     if words.bold {
         svg.push_str(" font-weight=\"bold\"");

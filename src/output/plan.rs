@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::axes::{Frame, Scale, TYPE};
 use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
-use super::picture::{Anchor, PagePoint, Pen, Picture, Words};
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::schedule::Schedule;
 use crate::scene::{Emission, ReceiverLayout, ReceiverSet, Scene};
 
@@ -305,7 +305,7 @@ impl<'a> Plan<'a> {
             if has_letters {
                 let letter = schedule.letter_of(index);
                 let spot = [middle[0] + 8.0, middle[1] - 6.0];
-                picture.words(Words::new(letter, spot, TYPE).bold().rimmed(2.0).anchored(Anchor::Start));
+                picture.words(Words::new(letter, spot, TYPE).bold().rimmed(2.0).anchored(TextAnchor::Start));
             }
         }
     }
@@ -358,7 +358,7 @@ fn draw_c0(picture: &mut Picture, [x, y]: PagePoint, c0: DVec3, is_named: bool) 
     picture.line(vec![[x, y], tip], Pen::new(EDGES, 1.0));
     picture.line(vec![barb(0.6), tip, barb(-0.6)], Pen::new(EDGES, 1.0));
     if is_named {
-        let anchor = if right < 0.0 { Anchor::End } else { Anchor::Start };
+        let anchor = if right < 0.0 { TextAnchor::End } else { TextAnchor::Start };
         let spot = [tip[0] + 3.0 * right.signum(), tip[1] + 4.0];
         picture.words(Words::new("C0", spot, TYPE).ink(EDGES).rimmed(2.0).anchored(anchor));
     }
