@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3A};
 use luxmc::geometry::{Meeting, Origin, SurfaceHit, Tracer};
+use luxmc::sampling::random::{Purpose, Stream};
+use luxmc::sampling::warp::uniform_sphere;
 use luxmc::scene::{Material, ReflectionLaw, Scene, Side, Surface};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
@@ -104,19 +106,19 @@ impl Rivals {
 
     /// Rays of diffuse chains, and segments between the places where two chains are.
     fn workload(&self) -> (Vec<Diffuse>, Vec<Segment>) {
-        let mut random = Random(1);
+        let mut random = stream(1);
         let mut chains = Vec::with_capacity(RAYS);
         let mut places = Vec::with_capacity(2 * RAYS);
         while chains.len() < RAYS || places.len() < 2 * RAYS {
             let start = self.scene_center + DVec3::new(0.1, 0.2, 0.3);
             let mut origin = self.tracer.free_origin(start);
-            let mut direction = random.unit();
+            let mut direction = uniform_sphere(random.pair());
             for _ in 0..20 {
                 let Meeting::Surface(hit) = self.tracer.first_hit(&origin, direction) else { break };
                 let normal = self.normal(hit.triangle, hit.side);
                 origin = self.tracer.surface_origin(hit.triangle, hit.barycentric, hit.side);
                 let place = self.stock_point(self.place_m(&hit)) + normal.as_vec3a() * STOCK_LIFT;
-                direction = (normal + random.unit()).normalize();
+                direction = (normal + uniform_sphere(random.pair())).normalize();
                 if chains.len() < RAYS {
                     let stock = Ray::new_inf(place, direction.as_vec3a());
                     chains.push(Diffuse { origin, direction, stock });
@@ -177,27 +179,6 @@ impl Rivals {
     }
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut word = self.0;
-        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((word ^ (word >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn unit(&mut self) -> DVec3 {
-        let z = 2.0 * self.uniform() - 1.0;
-        let azimuth = std::f64::consts::TAU * self.uniform();
-        let (sine, cosine) = azimuth.sin_cos();
-        let radius = (1.0 - z * z).sqrt();
-        DVec3::new(radius * cosine, radius * sine, z)
-    }
-}
-
 /// A room of 8 × 6 × 3 m with desks, screens and cupboards: 300 triangles.
 fn office() -> Scene {
     let mut mesh = Mesh::default();
@@ -217,17 +198,22 @@ fn office() -> Scene {
     mesh.scene()
 }
 
+/// Random numbers that follow from a seed.
+fn stream(seed: u64) -> Stream {
+    Stream::new(seed, Purpose::Pilot, 0, 0)
+}
+
 /// A hall of 60 × 40 × 12 m with columns, beams and rows of round machines: some 199,000 triangles.
 fn hall() -> Scene {
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::new(60.0, 40.0, 12.0), true);
-    let mut random = Random(7);
+    let mut random = stream(7);
     for row in 0..23 {
         for column in 0..16 {
             let place = DVec3::new(3.0 + 2.3 * f64::from(row), 2.5 + 2.3 * f64::from(column), 0.0);
-            let height = 0.6 + 1.2 * random.uniform();
+            let height = 0.6 + 1.2 * random.fine_unit();
             mesh.cuboid(place - DVec3::new(0.9, 0.7, 0.0), place + DVec3::new(0.9, 0.7, height), false);
-            let radius = 0.3 + 0.4 * random.uniform();
+            let radius = 0.3 + 0.4 * random.fine_unit();
             mesh.ball(place + DVec3::Z * (height + 1.05 * radius), radius, 12);
         }
     }

@@ -13,20 +13,8 @@ use luxmc::analytic::box_room::{BoxRoom, BoxRoomSolution, RoomFace, RoomSource};
 use luxmc::maps::MapResult;
 use luxmc::scene::elements::part_corners;
 use luxmc::scene::{Scene, read_scene, scene_from_json};
-use luxmc::solver::{ElementChoice, MapSelection, Method, Observer, Progress, Settings, Solution, solve};
+use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Silent, Solution, solve};
 use luxmc::validation::utc_date;
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
 
 /// Columns of the history.
 const HEADER: &str = "date,machine,load_per_processor,threads,scene,map,target_error,compute_s,processor_s,rays,true_error,stated_error,seeds,speed_up_of_two_threads\n";

@@ -11,19 +11,7 @@ use std::path::Path;
 
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::scene::{Scene, scene_from_json};
-use luxmc::solver::{MapSelection, Method, Observer, Progress, Settings, Solution, solve};
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
+use luxmc::solver::{MapSelection, Method, Settings, Silent, Solution, solve};
 
 const SOBOLEV: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
   "geometry": [

@@ -7,25 +7,13 @@
 //! to an error of 1%.
 
 use luxmc::scene::scene_from_json;
-use luxmc::solver::{MapSelection, Method, Observer, Progress, Settings, solve};
+use luxmc::solver::{MapSelection, Method, Settings, Silent, solve};
 
 /// Student's t at 15 degrees of freedom for 68.27% and 95.45%.
 const ONE_SIGMA: f64 = 1.0338;
 const TWO_SIGMA: f64 = 2.1812;
 /// Receivers along the edge.
 const POINTS: f64 = 32.0;
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = std::env::args().nth(1).unwrap_or("local".to_owned());

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev_at_radii};
 use luxmc::scene::scene_from_json;
-use luxmc::solver::{MapSelection, Method, Observer, Progress, Settings, solve};
+use luxmc::solver::{MapSelection, Method, Settings, Silent, solve};
 
 const SEEDS: u64 = 40;
 const SCENE: &str = r#"{ "version": 1,
@@ -19,18 +19,6 @@ const SCENE: &str = r#"{ "version": 1,
     { "name": "plane 2", "type": "rectangle", "origin": [-100, -100, 1], "u": [0, 200, 0], "v": [200, 0, 0], "material": "grey" } ],
   "luminaires": [ { "name": "source", "type": "point", "position": [0, 0, 0.5], "intensity_cd": 1 } ],
   "receivers": [ { "name": "line", "type": "grid", "origin": [0, -0.5, 0], "u": [3, 0, 0], "v": [0, 1, 0], "columns": 31, "rows": 1 } ] }"#;
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
 
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);

@@ -21,7 +21,7 @@ use luxmc::output::picture::{Pen, Picture, Words};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::sampling::reflection::{Pair, Way};
 use luxmc::scene::{ReceiverPoint, scene_from_json};
-use luxmc::solver::{MapSelection, Method, Observer, Progress, Settings, solve};
+use luxmc::solver::{MapSelection, Method, Settings, Silent, solve};
 use rayon::prelude::*;
 
 const SCENE: &str = r#"{ "version": 1,
@@ -37,18 +37,6 @@ const BALL_M: DVec3 = DVec3::new(0.0, 0.0, 0.5);
 const RADIUS_M: f64 = 0.2;
 /// Paths from which the number of the others follows.
 const PILOT_PATHS: u64 = 4096;
-
-struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
 
 /// What the plain paths of a direction found.
 struct Plain {

@@ -2,30 +2,15 @@
 
 use std::f64::consts::PI;
 use std::path::Path;
-use std::time::Instant;
 
 use luxmc::maps::MapResult;
 use luxmc::scene::scene_from_json;
-use luxmc::solver::{MapSelection, Observer, Progress, Settings, solve};
+use luxmc::solver::{MapSelection, Settings, Silent, solve};
 
 /// Chance that a right program fails one of the comparisons below: 5 standard errors of 16 replicas, t with 15 degrees
 /// of freedom, some 1e-4 each.
 const WITHIN: f64 = 5.0;
 const SEED: u64 = 5;
-
-struct Silent(Instant);
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-
-    fn wall_s(&self) -> f64 {
-        self.0.elapsed().as_secs_f64()
-    }
-}
 
 /// Solves a closed room of one material with these luminaires and receivers.
 fn receivers(reflectance: f64, luminaires: &str, receivers: &str, chains: u64) -> Vec<MapResult> {
@@ -45,7 +30,7 @@ fn receivers(reflectance: f64, luminaires: &str, receivers: &str, chains: u64) -
         maps: MapSelection::Receivers,
         threads: None,
     };
-    solve(&scene, &settings, &Silent(Instant::now())).maps
+    solve(&scene, &settings, &Silent).maps
 }
 
 /// A grid of one point in the middle.

@@ -7,7 +7,7 @@ use std::path::Path;
 use common::{Silent, T15_QUANTILE_95_4, cube, scene, scene_of, slow};
 use luxmc::maps::MapKind;
 use luxmc::scene::{Elements, Scene};
-use luxmc::solver::{ConvergenceRow, MapSelection, Method, Settings, Solution, solve};
+use luxmc::solver::{ConvergenceRow, MapSelection, Method, Settings, Solution, StopReason, solve};
 use luxmc::validation::solve_by_radiosity;
 
 fn gathered(scene: &Scene, seed: u64, maps: MapSelection, target_error: f64) -> Solution {
@@ -69,11 +69,11 @@ fn campaign(runs: &[(Vec<f64>, Vec<f64>, f64)], truth_lx: &[f64], weights: &[f64
 
 #[test]
 fn gathered_maps_of_the_cube_are_those_of_radiosity_and_their_errors_hold() {
-    // CIE 171 case 5.8 at ρ = 0.8, 768 elements and 64 points, both to 1%: 24 seeds (300 in the slow run). True error at
+    // CIE 171 case 5.8 at ρ = 0.8, 768 elements and 64 points: 24 seeds to 2% (300 to 1% in the slow run). True error at
     // or under the target in ≥ 92.5% of 300, ≥ 20 of 24 (α = 0.6% for a rule that keeps 95%); |z| inside its quantile in
     // 95.4% ± 2% (± 4% for the points of 24 seeds); mean deviation within 3.6 of its standard errors (α = 0.1%); local
     // bias at most a third of the stated error. A truth of 1% more reflectance must fail by its mean.
-    let seeds = if slow() { 300 } else { 24 };
+    let (seeds, target_error) = if slow() { (300, 0.01) } else { (24, 0.02) };
     let scene = cube(0.8, 0.5);
     let exactly = |reflectance: f64| {
         let settings = Settings { target_error: Some(2e-3), maps: MapSelection::All, ..Settings::default() };
@@ -81,7 +81,7 @@ fn gathered_maps_of_the_cube_are_those_of_radiosity_and_their_errors_hold() {
         solve_by_radiosity(&scene, &settings, &Silent).unwrap_or_else(|error| panic!("{error}"))
     };
     let (truth, faulty) = (exactly(0.8), exactly(0.808));
-    let runs: Vec<Solution> = (0..seeds).map(|seed| gathered(&scene, seed, MapSelection::All, 0.01)).collect();
+    let runs: Vec<Solution> = (0..seeds).map(|seed| gathered(&scene, seed, MapSelection::All, target_error)).collect();
     for map in 0..2 {
         let kind = truth.maps[map].kind;
         let weights = weights(&scene, kind);
@@ -91,7 +91,8 @@ fn gathered_maps_of_the_cube_are_those_of_radiosity_and_their_errors_hold() {
             .inspect(|map| assert_eq!((map.method.as_str(), map.target_met), ("gather", Some(true))))
             .map(|map| (map.values.illuminance_lx.clone(), map.values.standard_error_lx.clone(), map.error.estimated))
             .collect();
-        let against = |truth: &Solution| campaign(&of_map, &truth.maps[map].values.illuminance_lx, &weights, 0.01);
+        let against =
+            |truth: &Solution| campaign(&of_map, &truth.maps[map].values.illuminance_lx, &weights, target_error);
         let found = against(&truth);
         let told = format!(
             "{kind:?}: met {}, covered {}, mean z {}, bias {} of the stated error",
@@ -149,11 +150,33 @@ fn the_furnished_office_is_that_of_a_long_run_by_walks() {
     }
 }
 
+/// Averages of both planes of a room, by walks to 1% and by runs through cells, agree within 4.5 of their standard errors (15 degrees of
+/// freedom at least, α < 0.1%): four runs to 1%, and 2% off must be seen; in the slow run eight to 0.7% on grids twice as dense, and 1% off.
+fn agrees_with_walks(text: &str) {
+    let (seeds, target_error, fault) = if slow() { (2..10, 0.007, 1.01) } else { (2..6, 0.01, 1.02) };
+    let dense = text
+        .replace(r#""columns": 6, "rows": 4"#, r#""columns": 12, "rows": 8"#)
+        .replace(r#""columns": 4, "rows": 4"#, r#""columns": 8, "rows": 8"#);
+    let scene = scene_of(if slow() { &dense } else { text });
+    let walked = common::to_target(&scene, 1, MapSelection::Receivers, 0.01);
+    let runs: Vec<Solution> = seeds.map(|seed| gathered(&scene, seed, MapSelection::Receivers, target_error)).collect();
+    for (map, walked) in walked.maps.iter().enumerate() {
+        assert_eq!((walked.method.as_str(), runs[0].maps[map].method.as_str()), ("walk", "gather"));
+        let one = walked.tables[0].average_lx;
+        let found: Vec<_> = runs.iter().map(|run| run.maps[map].tables[0].average_lx).collect();
+        let count = found.len() as f64;
+        let mean_lx = found.iter().map(|average| average.value).sum::<f64>() / count;
+        let squares: f64 = found.iter().map(|average| average.standard_error.powi(2)).sum();
+        let error_lx = one.standard_error.hypot(squares.sqrt() / count);
+        let told = format!("{}: {one:?}, gathered {mean_lx} ± {error_lx} lx with it", walked.name);
+        assert!((one.value - mean_lx).abs() < 4.5 * error_lx, "{told}");
+        assert!((one.value - fault * mean_lx).abs() > 4.5 * error_lx, "the planted fault passed: {told}");
+    }
+}
+
 #[test]
 fn mirrors_gloss_and_glass_are_found_as_walks_find_them() {
-    // A room with a mirror wall, a glossy floor and a pane, a luminous square and a spot: averages on two planes by walks to
-    // 1% and by eight runs of gathering to 0.7%, seeds 2 to 9, within 4 of their standard errors; 1% off must be seen.
-    let scene = scene_of(
+    agrees_with_walks(
         r#"{"version": 1,
             "materials": {"paint": {"type": "diffuse", "reflectance": 0.7},
                           "lacquer": {"type": "phong", "diffuse_reflectance": 0.3, "specular_reflectance": 0.3, "exponent": 50},
@@ -166,23 +189,21 @@ fn mirrors_gloss_and_glass_are_found_as_walks_find_them() {
             "luminaires": [{"name": "glow", "type": "area", "surface": "field", "luminous_flux_lm": 3000},
                            {"name": "spot", "type": "point", "distribution": "lambertian", "position": [3.2,1.5,2.8],
                             "aim": [-0.3,0,-1], "luminous_flux_lm": 1500}],
-            "receivers": [{"name": "plane", "type": "grid", "origin": [0.3,0.3,0.8], "u": [3.4,0,0], "v": [0,2.4,0], "columns": 12, "rows": 8},
-                          {"name": "wall", "type": "grid", "origin": [0.01,0.3,0.3], "u": [0,2.4,0], "v": [0,0,2.4], "columns": 8, "rows": 8}]}"#,
+            "receivers": [{"name": "plane", "type": "grid", "origin": [0.3,0.3,0.8], "u": [3.4,0,0], "v": [0,2.4,0], "columns": 6, "rows": 4},
+                          {"name": "wall", "type": "grid", "origin": [0.01,0.3,0.3], "u": [0,2.4,0], "v": [0,0,2.4], "columns": 4, "rows": 4}]}"#,
     );
-    let walked = common::to_target(&scene, 1, MapSelection::Receivers, 0.01);
-    let runs: Vec<Solution> = (2..10).map(|seed| gathered(&scene, seed, MapSelection::Receivers, 0.007)).collect();
-    for (map, walked) in walked.maps.iter().enumerate() {
-        assert_eq!((walked.method.as_str(), runs[0].maps[map].method.as_str()), ("walk", "gather"));
-        let one = walked.tables[0].average_lx;
-        let found: Vec<_> = runs.iter().map(|run| run.maps[map].tables[0].average_lx).collect();
-        let count = found.len() as f64;
-        let mean_lx = found.iter().map(|average| average.value).sum::<f64>() / count;
-        let squares: f64 = found.iter().map(|average| average.standard_error.powi(2)).sum();
-        let error_lx = one.standard_error.hypot(squares.sqrt() / count);
-        let told = format!("{}: {one:?}, gathered {mean_lx} ± {error_lx} lx with it", walked.name);
-        assert!((one.value - mean_lx).abs() < 4.0 * error_lx, "{told}");
-        assert!((one.value - 1.01 * mean_lx).abs() > 4.0 * error_lx, "the planted fault passed: {told}");
-    }
+}
+
+#[test]
+fn a_lamp_a_hand_from_a_wall_is_found_as_walks_find_it() {
+    agrees_with_walks(
+        r#"{"version": 1,
+            "materials": {"paint": {"type": "diffuse", "reflectance": 0.7}},
+            "geometry": [{"name": "room", "type": "box", "min": [0,0,0], "max": [4,3,3], "facing": "inward", "material": "paint"}],
+            "luminaires": [{"name": "bulb", "type": "point", "position": [0.1,1.5,2.0], "luminous_flux_lm": 1500}],
+            "receivers": [{"name": "plane", "type": "grid", "origin": [0.3,0.3,0.8], "u": [3.4,0,0], "v": [0,2.4,0], "columns": 6, "rows": 4},
+                          {"name": "ceiling", "type": "grid", "origin": [0.3,0.3,2.99], "u": [0,2.4,0], "v": [3.4,0,0], "columns": 4, "rows": 4}]}"#,
+    );
 }
 
 #[test]
@@ -211,14 +232,11 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
 
 #[test]
 fn a_time_limit_is_kept_and_a_black_room_traces_no_chains() {
-    struct Clock(std::time::Instant);
+    /// Time that goes on by half a millisecond whenever somebody looks at the clock.
+    struct Clock(std::sync::atomic::AtomicU64);
     impl luxmc::solver::Observer for Clock {
-        fn progress(&self, _: &luxmc::solver::Progress) {}
-        fn is_interrupted(&self) -> bool {
-            false
-        }
         fn wall_s(&self) -> f64 {
-            self.0.elapsed().as_secs_f64()
+            5e-4 * self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) as f64
         }
     }
     let settings = |time_limit_s| Settings {
@@ -228,7 +246,7 @@ fn a_time_limit_is_kept_and_a_black_room_traces_no_chains() {
         target_error: Some(1e-5),
         ..Settings::default()
     };
-    let limited = solve(&cube(0.8, 0.5), &settings(Some(0.5)), &Clock(std::time::Instant::now()));
+    let limited = solve(&cube(0.8, 0.5), &settings(Some(0.5)), &Clock(std::sync::atomic::AtomicU64::new(0)));
     assert_eq!(limited.target_met, Some(false));
     assert!(limited.estimated_error > 0.0 && limited.estimated_error.is_finite(), "{}", limited.estimated_error);
     let black = solve(&cube(0.0, 0.5), &settings(None), &Silent);
@@ -281,10 +299,11 @@ fn the_program_does_not_choose_gathering_where_the_light_lies_in_few_patches() {
 
 #[test]
 fn error_bars_hold_in_corners_along_edges_and_on_walls() {
-    // A room of six reflectances, 1,140 elements to 1%, 24 seeds, against radiosity (0.1%). Bars of the elements hold for the 95.4% quantile of Student's t in
-    // 91 to 99% of the cases on walls, within half a metre of an edge, and in corners; every run is truly within 1.3 of its target, and all
-    // but three within it (α = 1% for a rule that keeps 95%). Values off by one bar more (the planted fault) must fall out everywhere.
-    const SEEDS: u64 = 24;
+    // A room of six reflectances, 1,140 elements to 1%, 8 seeds (24 in the slow run), against radiosity (0.1%). Bars of the elements hold
+    // for the 95.4% quantile of Student's t in 91 to 99% of the cases on walls, within half a metre of an edge, and in corners; every run is
+    // truly within 1.3 of its target, and all but two (four) within it (α = 0.6% for a rule that keeps 95%). Values off by one bar more (the
+    // planted fault) must fall out everywhere.
+    let (seeds, most_off) = if slow() { (24, 4) } else { (8, 2) };
     let reflectances =
         [("x_min", 0.5), ("x_max", 0.4), ("y_min", 0.6), ("y_max", 0.5), ("floor", 0.2), ("ceiling", 0.7)];
     let materials = reflectances
@@ -300,7 +319,7 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
     let exactly = Settings { target_error: Some(1e-3), maps: MapSelection::Elements, ..Settings::default() };
     let truth = solve_by_radiosity(&scene, &exactly, &Silent).unwrap_or_else(|error| panic!("{error}"));
     let truth_lx = &truth.maps[0].values.illuminance_lx;
-    let runs: Vec<_> = (0..SEEDS).map(|seed| gathered(&scene, seed, MapSelection::Elements, 0.01)).collect();
+    let runs: Vec<_> = (0..seeds).map(|seed| gathered(&scene, seed, MapSelection::Elements, 0.01)).collect();
     let weights = weights(&scene, MapKind::Elements);
     let weighted = |of: &dyn Fn(usize) -> f64| (0..weights.len()).map(|i| weights[i] * of(i)).sum::<f64>();
     let mean_lx = weighted(&|i| truth_lx[i]) / weights.iter().sum::<f64>();
@@ -310,7 +329,7 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
     };
     let errors: Vec<f64> = runs.iter().map(true_error).collect();
     assert!(errors.iter().all(|error| *error <= 0.013), "{errors:?}");
-    assert!(errors.iter().filter(|error| **error > 0.01).count() <= 3, "{errors:?}");
+    assert!(errors.iter().filter(|error| **error > 0.01).count() <= most_off, "{errors:?}");
     // Walls that an element lies on or near: one on a wall, two along an edge, three in a corner.
     let elements = Elements::of(&scene);
     let walls_near = |element: usize| {
@@ -338,8 +357,10 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
     }
 }
 
+/// A limit of thirty years makes no haste: the run ends by its target, after about the same work. Not after the very same: how much is
+/// done between two looks at the clock goes by the clock.
 #[test]
-fn a_time_limit_that_is_far_off_changes_nothing() {
+fn a_time_limit_that_is_far_off_makes_no_haste() {
     let scene = cube(0.5, 1.0);
     let run = |time_limit_s: Option<f64>| {
         let settings = Settings {
@@ -352,16 +373,21 @@ fn a_time_limit_that_is_far_off_changes_nothing() {
         solve(&scene, &settings, &Silent)
     };
     let (free, limited) = (run(None), run(Some(1e9)));
-    assert_eq!((free.rays, limited.target_met), (limited.rays, Some(true)));
-    assert_eq!(free.maps[0].values.illuminance_lx, limited.maps[0].values.illuminance_lx);
+    assert_eq!(
+        [&free, &limited].map(|run| (run.stop_reason, run.target_met)),
+        [(StopReason::TargetMet, Some(true)); 2]
+    );
+    assert!(limited.rays < 2 * free.rays && free.rays < 2 * limited.rays, "{} {}", free.rays, limited.rays);
 }
 
-/// Twelve seeds of an office to 0.3%: at the middle one of its looks, about half of the work done, the rays that the run will take are
-/// known within 30% in the median and within a factor of two in nine of twelve. A forecast that repeats what was done is refused.
+/// Four seeds of an office to 0.3% (twelve in the slow run): at the middle one of its looks, about half of the work done, the rays that the
+/// run will take are known within 30% in the median and within a factor of two in three of four. A forecast that repeats what was done is
+/// refused.
 #[test]
 fn a_gathered_run_knows_its_work_once_every_map_had_a_look() {
     let scene = scene("office.json");
-    let runs: Vec<Solution> = (0..12).map(|seed| gathered(&scene, seed, MapSelection::Receivers, 0.003)).collect();
+    let seeds = if slow() { 12 } else { 4 };
+    let runs: Vec<Solution> = (0..seeds).map(|seed| gathered(&scene, seed, MapSelection::Receivers, 0.003)).collect();
     let ratios = |of: &dyn Fn(&ConvergenceRow) -> f64| -> Vec<f64> {
         let first = |run: &Solution| of(&run.convergence[run.convergence.len() / 2]) / run.rays as f64;
         runs.iter().map(first).collect()
@@ -369,8 +395,8 @@ fn a_gathered_run_knows_its_work_once_every_map_had_a_look() {
     let holds = |ratios: Vec<f64>| {
         let mut off: Vec<f64> = ratios.iter().map(|ratio| (ratio - 1.0).abs()).collect();
         off.sort_by(f64::total_cmp);
-        let in_reach = ratios.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count();
-        (0.5 * (off[5] + off[6]) <= 0.3, in_reach >= 9)
+        let (middle, in_reach) = (off.len() / 2, ratios.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count());
+        (0.5 * (off[middle - 1] + off[middle]) <= 0.3, 4 * in_reach >= 3 * off.len())
     };
     let forecasts = ratios(&|row| row.forecast_rays.expected);
     assert_eq!(holds(forecasts.clone()), (true, true), "{forecasts:?}");

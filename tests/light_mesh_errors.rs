@@ -11,7 +11,7 @@ use luxmc::estimators::direct::Receiver;
 use luxmc::light_mesh::exact::look_at_all;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
-use luxmc::solver::{MapSelection, Observer, Progress, Settings, Solution, StopReason};
+use luxmc::solver::{MapSelection, Observer, Settings, Solution, StopReason};
 use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 /// A hall with three racks under lamps in rows, and a grid on its floor.
@@ -80,23 +80,20 @@ fn bars_of_single_places_hold_in_each_kind() {
     assert!(held(0.4).iter().any(|(.., held)| *held < 0.93));
 }
 
-/// Time that goes on by one second whenever somebody looks at the clock.
+/// Time that goes on by so many seconds whenever somebody looks at the clock.
 struct Clock {
     looks: AtomicU64,
+    step_s: f64,
 }
 
 impl Observer for Clock {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
     fn wall_s(&self) -> f64 {
-        self.looks.fetch_add(1, Ordering::Relaxed) as f64
+        self.step_s * self.looks.fetch_add(1, Ordering::Relaxed) as f64
     }
 }
 
-fn late(limit_s: f64, choice: &MeshChoice) -> Solution {
-    let clock = Clock { looks: AtomicU64::new(0) };
+fn late(limit_s: f64, step_s: f64, choice: &MeshChoice) -> Solution {
+    let clock = Clock { looks: AtomicU64::new(0), step_s };
     let settings = Settings { time_limit_s: Some(limit_s), ..settings(1) };
     solve_by_light_mesh(&hall(0.5, 40), &settings, choice, &clock).expect("it can be computed")
 }
@@ -104,7 +101,7 @@ fn late(limit_s: f64, choice: &MeshChoice) -> Solution {
 /// A step that is given is taken as it is with a time limit too, and says so by a warning where a target stands against it.
 #[test]
 fn a_given_step_is_taken_as_it_is() {
-    let by_mesh = late(1e9, &given_step(0.5));
+    let by_mesh = late(1e9, 1.0, &given_step(0.5));
     assert!(by_mesh.target_met.is_none() && by_mesh.notes.iter().any(|note| note.contains("step 0.5000 m")));
     assert!(!by_mesh.warnings.iter().any(|warning| warning.contains("step that was given")), "{:?}", by_mesh.warnings);
     let with_target = Settings { target_error: Some(0.01), ..settings(1) };
@@ -115,12 +112,16 @@ fn a_given_step_is_taken_as_it_is() {
 
 /// A run whose time is over from the start takes no more than what gives each of 1,600 places a value and an error: a
 /// twentieth of the rays of a check in full (128 places, 2 × 2,048 walks, some four rays each), which used to come after the end.
+/// The clock stands, so that rays alone are counted; where it goes on by a second a look, the map is left out and named.
 #[test]
 fn what_comes_after_the_end_is_short() {
     for choice in [given_step(0.5), given_step(2.0), MeshChoice::default()] {
-        let solution = late(0.0, &choice);
+        let solution = late(0.0, 0.0, &choice);
         assert_eq!(solution.stop_reason, StopReason::TimeLimit);
         assert!(solution.rays < 600_000, "{} rays", solution.rays);
         assert!(solution.maps[0].values.illuminance_lx.iter().filter(|lx| **lx > 0.0).count() > 1000);
     }
+    let given_up = late(0.0, 1.0, &given_step(0.5));
+    assert!(given_up.maps.is_empty(), "{} maps", given_up.maps.len());
+    assert!(given_up.warnings.iter().any(|warning| warning.contains("is left out")), "{:?}", given_up.warnings);
 }

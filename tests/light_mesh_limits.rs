@@ -11,7 +11,7 @@ use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{Entries, NEVER, Placing, Samples, Solids, Surroundings};
 use luxmc::maps::MapKind;
 use luxmc::scene::Scene;
-use luxmc::solver::{MapSelection, Observer, Progress, Settings, Solution, StopReason};
+use luxmc::solver::{MapSelection, Observer, Settings, Solution, StopReason};
 use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 /// Sobolev's planes 1 m apart, a source midway, a square grid of 3 m on the lower one.
@@ -86,7 +86,6 @@ struct CutAfter {
 }
 
 impl Observer for CutAfter {
-    fn progress(&self, _: &Progress) {}
     fn is_interrupted(&self) -> bool {
         self.asked.fetch_add(1, Ordering::Relaxed) >= self.most
     }

@@ -3,11 +3,11 @@
 use std::fs;
 use std::process::Command;
 
-use luxmc::validation::studies::{Findings, STUDIES, Wishes, studies_named, study_csv, study_md, study_section};
+use luxmc::validation::studies::{Findings, STUDIES, StudyWishes, studies_named, study_csv, study_md, study_section};
 
 fn found(name: &str) -> Findings {
     let study = studies_named(name)[0];
-    (study.run)(&mut Wishes { quick: true, tell: &mut |_| {} }).unwrap_or_else(|error| panic!("{name}: {error}"))
+    (study.run)(&mut StudyWishes { quick: true, tell: &mut |_| {} }).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
 fn number(cell: &str) -> f64 {

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::PI;
 use std::path::Path;
 
-use common::{Silent, scene, with_chains};
+use common::{Silent, scene, slow, with_chains};
 use glam::DVec3;
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::glare::unified_glare_rating;
@@ -95,14 +95,15 @@ fn diffuse_planes_look_alike_from_every_angle() {
     }
 }
 
-/// In an isothermal box E = πL₀ everywhere. On the floor at 0.1, 1e-3 and 1e-5 m from a wall the error bars of local
-/// estimation hold the truth at their nominal 95%, t with 15 degrees of freedom, within 4.5% (200 seeds × 8 points, which
-/// hang together: 200 of independent seeds alone have a standard deviation of 1.5%), and their root mean square error
-/// does not grow; the plain kernel's bars hold less than half.
+/// In an isothermal box E = πL₀ everywhere. On the floor at 0.1 and 1e-5 m from a wall (in the slow run at 1e-3 m too, with
+/// four times the chains) the error bars of local estimation hold the truth at their nominal 95%, t with 15 degrees of
+/// freedom, within 4.5% (200 seeds × 8 points, which hang together: 200 of independent seeds alone have a standard deviation
+/// of 1.5%), and their root mean square error does not grow; the plain kernel's bars hold less than half.
 #[test]
 fn local_estimation_holds_its_error_bars_in_corners() {
     let mut errors = Vec::new();
-    for distance_m in [1e-1, 1e-3, 1e-5] {
+    let (distances_m, chains) = if slow() { (vec![1e-1, 1e-3, 1e-5], 1024) } else { (vec![1e-1, 1e-5], 256) };
+    for distance_m in distances_m {
         let scene = from_text(&format!(
             r#"{{ "version": 1, "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
           "geometry": [ {{ "name": "box", "type": "box", "min": [0,0,0], "max": [2,2,2], "facing": "inward", "material": "grey" }} ],
@@ -112,7 +113,7 @@ fn local_estimation_holds_its_error_bars_in_corners() {
         let run = |method: Method, seeds: u64| {
             let (mut within, mut squares) = (0.0, 0.0);
             for seed in 0..seeds {
-                let solution = by_method(&scene, method, seed, 1024);
+                let solution = by_method(&scene, method, seed, chains);
                 let values = &solution.maps[0].values;
                 for (value, error) in values.illuminance_lx.iter().zip(&values.standard_error_lx) {
                     within += f64::from(u8::from((value - 100.0 * PI).abs() < 2.131 * error));
@@ -130,7 +131,7 @@ fn local_estimation_holds_its_error_bars_in_corners() {
             assert!(within < 0.5, "the plain kernel at {distance_m} m: {within}");
         }
     }
-    assert!(errors[2] < 1.5 * errors[0], "{errors:?}");
+    assert!(errors[errors.len() - 1] < 1.5 * errors[0], "{errors:?}");
 }
 
 /// Local estimation finds what walks find where surfaces shine, mirror and let through: same means within 4.5 standard
@@ -163,7 +164,7 @@ fn local_estimation_agrees_with_walks_on_every_material() {
             &Settings {
                 method,
                 seed: 9,
-                target_error: Some(0.01),
+                target_error: Some(0.02),
                 maps: MapSelection::Receivers,
                 ..Settings::default()
             },

@@ -36,7 +36,11 @@ fn map<'a>(solution: &'a Solution, name: &str) -> &'a MapResult {
     solution.maps.iter().find(|map| map.name == name).expect("the map was asked for")
 }
 
-/// Asserts that every entry of a map is the exact value within its own error bar, and the error bar below a bound.
+/// A fault that every test plants into its exact values and must find: what a reflectance of 0.91 makes in a room of 0.9.
+const PLANTED: f64 = 1.11;
+
+/// Asserts that every entry of a map is the exact value within its own error bar, and the error bar below a bound. Exact values
+/// that are off by the planted fault are refused.
 fn assert_values(map: &MapResult, exact: impl Fn(usize) -> f64, tolerance: f64, what: &str) {
     for (entry, (value, error)) in map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx).enumerate() {
         let expected = exact(entry);
@@ -48,6 +52,11 @@ fn assert_values(map: &MapResult, exact: impl Fn(usize) -> f64, tolerance: f64, 
             "{what}, entry {entry}: the error bar {error} of {expected} is too wide"
         );
     }
+    let values = map.values.illuminance_lx.iter().zip(&map.values.standard_error_lx);
+    let is_refused = values.enumerate().any(|(entry, (value, error))| {
+        (value - PLANTED * exact(entry)).abs() > MOST_DEVIATIONS * error + 1e-6 * exact(entry)
+    });
+    assert!(is_refused, "{what}: exact values {PLANTED} times as large would pass");
 }
 
 /// Asserts that the mean over a map is the exact value within 0.3% and its error bar.
@@ -59,6 +68,7 @@ fn assert_average(map: &MapResult, name: &str, exact: f64, tolerance: f64) {
         "{name}: {value} ± {error}, exactly {exact}"
     );
     assert!((value - exact).abs() < tolerance * exact, "{name}: {value} is off {exact}");
+    assert!((value - PLANTED * exact).abs() > MOST_DEVIATIONS * error, "{name}: {error} hides a planted fault");
 }
 
 fn points_file(name: &str, rows: &[[f64; 6]]) -> String {
@@ -232,6 +242,9 @@ fn light_through_a_pane_is_direct_and_dimmed_by_its_angle() {
     for (i, transmittance) in table.into_iter().enumerate() {
         let cos = (10.0 * i as f64).to_radians().cos();
         let expected = transmittance * 1000.0 * cos.powi(3) / 4.0;
+        // The planted fault: a pane of n = 1.55.
+        let of_another = (2.0f64 * 1.55 / (1.0 + 1.55 * 1.55)) / (2.0 * 1.52 / (1.0 + 1.52 * 1.52)) * expected;
+        assert!(i > 3 || (values.direct_lx[i] / of_another - 1.0).abs() > 2e-4);
         assert!((values.direct_lx[i] / expected - 1.0).abs() < 2e-4, "{} {expected}", values.direct_lx[i]);
         assert!(values.indirect_lx[i] < 1e-9 * expected, "nothing is reflected back to the floor");
     }
@@ -292,6 +305,8 @@ fn a_cylinder_between_perfect_mirrors_is_infinite() {
         let row = elements.tables.iter().find(|row| row.name == format!("w{side}")).expect("a wall");
         let (value, error) = (row.average_lx.value, row.average_lx.standard_error);
         assert!((value - exact).abs() < 6.0 * error + 3e-3 * exact, "{side}: {value} ± {error}, exactly {exact}");
+        // The planted fault.
+        assert!((value - PLANTED * exact).abs() > 6.0 * error + 3e-3 * exact, "{side}: ± {error} hides it");
     }
     let mean: f64 =
         elements.tables.iter().filter(|row| row.name.starts_with('w')).map(|row| row.average_lx.value).sum();

@@ -76,13 +76,20 @@ fn a_panel_given_as_a_file_is_the_panel_near_and_far() {
            "receivers": [ {{ "name": "points", "type": "points", "file": "panel.csv" }} ] }}"#
     );
     let solution = solved(&json, 5e-4);
-    let corners = [[-0.6, -0.3], [-0.6, 0.3], [0.6, 0.3], [0.6, -0.3]].map(|[x, y]| DVec3::new(x, y, 0.0));
     let values = &solution.maps[0].values;
-    for (index, [x, y, z, nx, ny, nz]) in rows.into_iter().enumerate() {
-        let exact = polygon_illuminance_lx(DVec3::new(x, y, z), DVec3::new(nx, ny, nz), &corners, PI * 1000.0 / 0.72);
-        let (value, error) = (values.illuminance_lx[index], values.standard_error_lx[index]);
-        assert!(exact > 0.0 && (value / exact - 1.0).abs() < 3e-3, "{index}: {value} ± {error} {exact}");
-    }
+    // Largest deviation from a panel of the same flux that is so many times as long and wide.
+    let worst = |size: f64| {
+        let corners = [[-0.6, -0.3], [-0.6, 0.3], [0.6, 0.3], [0.6, -0.3]].map(|[x, y]| size * DVec3::new(x, y, 0.0));
+        let exitance_lm_m2 = PI * 1000.0 / (0.72 * size * size);
+        let off = rows.iter().zip(&values.illuminance_lx).map(|([x, y, z, nx, ny, nz], value)| {
+            let (point_m, normal) = (DVec3::new(*x, *y, *z), DVec3::new(*nx, *ny, *nz));
+            (value / polygon_illuminance_lx(point_m, normal, &corners, exitance_lm_m2) - 1.0).abs()
+        });
+        off.fold(0.0, f64::max)
+    };
+    assert!(worst(1.0) < 3e-3, "{}", worst(1.0));
+    // The planted fault: an opening that is a hundredth too large.
+    assert!(worst(1.01) > 3e-3, "{}", worst(1.01));
     // The same as a point source is off by far more at 0.1 and by 0.4% at 10 times its size or less.
     let as_a_point = 1000.0 / 0.12f64.powi(2);
     assert!(as_a_point / values.illuminance_lx[0] > 5.0);
@@ -109,6 +116,9 @@ fn chains_and_looks_see_the_same_opening() {
     let check = solution.map_check.expect("the box is closed");
     // Half of the light of the map is looked at directly, half is found by chains: together they are the flux.
     assert!(check.z_score.abs() < 4.5 && check.standard_error_lm < 5e-3 * check.absorbed_by_map_lm, "{check:?}");
+    // The planted fault: 2 % of the light that chains find is lost.
+    let lost_lm = 0.02 * 0.5 * check.absorbed_by_map_lm;
+    assert!((check.z_score - lost_lm / check.standard_error_lm).abs() > 4.5, "{check:?}");
 }
 
 /// A mirror shows the opening: below a panel over a mirror stands its image.
@@ -129,6 +139,9 @@ fn a_mirror_shows_the_opening_too() {
             (solution.maps[0].values.indirect_lx[index], solution.maps[0].values.standard_error_lx[index]);
         assert!((value - exact).abs() < 8.0 * error + 1e-4 * exact, "{value} ± {error} {exact}");
         assert!((value / exact - 1.0).abs() < 0.02, "{value} {exact}");
+        // The planted fault: an image 5 cm too low.
+        let low = 0.8 * polygon_illuminance_lx(point_m + 0.05 * DVec3::Z, normal, &image, PI * 500.0);
+        assert!((value - low).abs() > 8.0 * error + 1e-4 * low, "{value} ± {error} {low}");
     }
 }
 

@@ -129,6 +129,33 @@ fn files_can_be_read_in_one_sitting() {
     assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
+/// Names that two rooms of the engine share still.
+const SHARED_NAMES: [&str; 1] = ["Expectation"];
+
+/// The type that a line declares for other files: public or for the whole crate.
+fn type_declared(line: &str) -> Option<&str> {
+    let rest = ["pub ", "pub(crate) "].into_iter().find_map(|visible| line.trim_start().strip_prefix(visible))?;
+    let rest = ["struct ", "enum ", "trait ", "type "].into_iter().find_map(|kind| rest.strip_prefix(kind))?;
+    rest.split(|c: char| !(c.is_alphanumeric() || c == '_')).next()
+}
+
+#[test]
+fn a_type_that_other_files_see_has_a_name_of_its_own() {
+    let declared = complaints(|path, text| {
+        let at = |(number, name): (usize, &str)| format!("{name} {}:{}", path.display(), number + 1);
+        text.lines().enumerate().filter_map(|(number, line)| Some((number, type_declared(line)?))).map(at).collect()
+    });
+    let name = |declared: &str| declared.split(' ').next().unwrap_or_default().to_owned();
+    let count = |wanted: &str| declared.iter().filter(|declared| name(declared) == wanted).count();
+    let shared: Vec<&String> = declared
+        .iter()
+        .filter(|declared| count(&name(declared)) > 1 && !SHARED_NAMES.contains(&name(declared).as_str()))
+        .collect();
+    assert!(declared.len() > 200, "the types were not found");
+    assert!(shared.is_empty(), "names of two types each: {shared:#?}");
+    assert!(SHARED_NAMES.iter().all(|name| count(name) > 1), "SHARED_NAMES tells of names that are unique by now");
+}
+
 /// Characters of a line of `docs/methods.md`.
 const LONGEST_LINE: usize = 160;
 
@@ -162,6 +189,28 @@ fn the_files_that_contributing_names_are_there() {
     }
 }
 
+/// Names of the test files that have slow campaigns.
+fn tests_with_campaigns() -> Vec<String> {
+    let files = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests")).unwrap();
+    let paths = files.map(|file| file.unwrap().path()).filter(|path| path.extension().is_some_and(|end| end == "rs"));
+    let slow = ["if slow()", "LUXMC_SLOW_TESTS"];
+    let has_campaign = |path: &PathBuf| {
+        let text = fs::read_to_string(path).unwrap();
+        !path.ends_with("tidy.rs") && slow.iter().any(|word| text.contains(word))
+    };
+    paths.filter(has_campaign).map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn all_slow_campaigns_are_run_before_a_change_lands() {
+    let script = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/run")).unwrap();
+    let (_, slow) = script.split_once("LUXMC_SLOW_TESTS=1").expect("slow campaigns");
+    let names = tests_with_campaigns();
+    assert!(names.len() > 4, "{names:?}");
+    let left_out: Vec<&String> = names.iter().filter(|name| !slow.contains(&format!("--test {name}"))).collect();
+    assert!(left_out.is_empty() && slow.contains("--lib"), ".ci/run leaves out the slow campaigns of {left_out:?}");
+}
+
 #[test]
 fn the_checks_see_what_they_forbid() {
     assert_eq!(
@@ -170,4 +219,12 @@ fn the_checks_see_what_they_forbid() {
     );
     assert_eq!(rooms_named("use crate::solver::Settings; let x = crate::maps::judge;"), ["solver", "maps"]);
     assert!(rooms_named("//! see crate::solver").is_empty());
+    let lines = [
+        "pub struct Spot {",
+        "    pub(crate) enum Way<'a> {",
+        "pub type Point = [f64; 2];",
+        "struct Own;",
+        "pub fn f()",
+    ];
+    assert_eq!(lines.map(type_declared), [Some("Spot"), Some("Way"), Some("Point"), None, None]);
 }

@@ -120,8 +120,9 @@ fn error_bars_that_are_too_small_are_seen() {
 #[test]
 fn a_new_folder_is_a_new_case() {
     let home = TempDir::new().unwrap();
-    let names =
-        |found: luxmc::validation::Found| -> Vec<String> { found.cases.into_iter().map(|case| case.name).collect() };
+    let names = |found: luxmc::validation::FoundCases| -> Vec<String> {
+        found.cases.into_iter().map(|case| case.name).collect()
+    };
     let find = |wanted: &[&str]| {
         let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
         find_cases(&wanted, Some(home.path()))

@@ -121,7 +121,7 @@ fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Fin
                 console::message(&format!("{}: {line}", study.name));
             }
         };
-        let mut wishes = studies::Wishes { quick: arguments.quick, tell: &mut tell };
+        let mut wishes = studies::StudyWishes { quick: arguments.quick, tell: &mut tell };
         (study.run)(&mut wishes)
             .map(|found| found.marked(arguments.quick))
             .map_err(|why| Failure::Study { name: study.name, why })

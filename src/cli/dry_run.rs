@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::exit::Failure;
 use super::memory::needed_bytes;
-use super::method::Method;
+use super::method::MethodChoice;
 use super::number_text::{count, percent, significant, time};
 use super::progress::Watcher;
 use super::text_table::text_table;
@@ -27,13 +27,13 @@ const PILOTED: [(crate::solver::Method, &str); 4] = [
 ];
 
 /// Prints what runs of a scene would take: by every method that applies, or by the one that was asked for.
-pub fn dry_run(scene: &Scene, settings: &Settings, method: Method, started: Instant, quiet: bool) -> Outcome {
+pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started: Instant, quiet: bool) -> Outcome {
     let mut targets = TARGETS.to_vec();
     if let Some(target) = settings.target_error.filter(|target| !TARGETS.contains(target)) {
         targets.push(target);
         targets.sort_by(|a, b| b.total_cmp(a));
     }
-    let asked_for = |piloted: &crate::solver::Method| *piloted == settings.method || method == Method::Auto;
+    let asked_for = |piloted: &crate::solver::Method| *piloted == settings.method || method == MethodChoice::Auto;
     let methods: Vec<crate::solver::Method> = PILOTED
         .iter()
         .map(|(method, _)| *method)
@@ -56,7 +56,7 @@ pub fn dry_run(scene: &Scene, settings: &Settings, method: Method, started: Inst
         let mut others = Vec::new();
         others.extend(Radiosity::check(scene).is_ok().then_some("radiosity"));
         others.extend(check_light_mesh(scene, settings).is_ok().then_some("light-mesh"));
-        if method == Method::Auto && !others.is_empty() {
+        if method == MethodChoice::Auto && !others.is_empty() {
             console::message(&format!("without pilots, and not forecast: {}", others.join(", ")));
         }
     }
@@ -97,11 +97,15 @@ fn megabytes(bytes: f64) -> String {
 }
 
 /// Whether a method has pilots.
-pub fn check(method: Method) -> Result<(), Failure> {
+pub fn check(method: MethodChoice) -> Result<(), Failure> {
     let name = match method {
-        Method::Radiosity => "radiosity",
-        Method::LightMesh => "light-mesh",
-        Method::Auto | Method::Gather | Method::Collision | Method::Local | Method::LocalNaive => return Ok(()),
+        MethodChoice::Radiosity => "radiosity",
+        MethodChoice::LightMesh => "light-mesh",
+        MethodChoice::Auto
+        | MethodChoice::Gather
+        | MethodChoice::Collision
+        | MethodChoice::Local
+        | MethodChoice::LocalNaive => return Ok(()),
     };
     Err(Failure::Usage {
         what: format!("{name} has no pilot that could tell what a run takes"),

@@ -4,7 +4,7 @@ use crate::solver::ElementChoice;
 
 /// How a scene is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub enum MethodChoice {
     /// The program chooses.
     Auto,
     /// Gathering rays that ask cells, with an error that walks measure.
@@ -22,16 +22,16 @@ pub enum Method {
 }
 
 /// Reads a method's name, for clap.
-pub fn method(text: &str) -> Result<Method, String> {
+pub fn method(text: &str) -> Result<MethodChoice, String> {
     const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance without lobes)";
     match text {
-        "auto" => Ok(Method::Auto),
-        "collision" => Ok(Method::Collision),
-        "gather" => Ok(Method::Gather),
-        "radiosity" => Ok(Method::Radiosity),
-        "light-mesh" => Ok(Method::LightMesh),
-        "local" => Ok(Method::Local),
-        "local-naive" => Ok(Method::LocalNaive),
+        "auto" => Ok(MethodChoice::Auto),
+        "collision" => Ok(MethodChoice::Collision),
+        "gather" => Ok(MethodChoice::Gather),
+        "radiosity" => Ok(MethodChoice::Radiosity),
+        "light-mesh" => Ok(MethodChoice::LightMesh),
+        "local" => Ok(MethodChoice::Local),
+        "local-naive" => Ok(MethodChoice::LocalNaive),
         _ => Err(format!("no such method; {THERE}")),
     }
 }
@@ -90,8 +90,8 @@ mod tests {
 
     #[test]
     fn unknown_methods_are_refused_with_those_that_are_there() {
-        assert_eq!(method("auto"), Ok(Method::Auto));
-        assert_eq!(method("gather"), Ok(Method::Gather));
+        assert_eq!(method("auto"), Ok(MethodChoice::Auto));
+        assert_eq!(method("gather"), Ok(MethodChoice::Gather));
         assert!(
             method("magic").is_err_and(|message| message.contains("no such method") && message.contains("collision"))
         );

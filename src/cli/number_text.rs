@@ -1,19 +1,11 @@
 //! Numbers for reading: a few significant digits, no more than they are worth.
 
+use crate::output::numbers;
+
 /// A number with this many significant digits, as a plain decimal where that is short.
 pub fn significant(number: f64, digits: usize) -> String {
-    if number == 0.0 || !number.is_finite() {
-        // Without the sign of −0.
-        return format!("{}", number + 0.0);
-    }
-    // Rounding first tells the true power of ten of 9.996.
-    let scientific = format!("{number:.*e}", digits - 1);
-    let power: i32 = scientific.rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0);
-    if !(-4..9).contains(&power) {
-        return scientific;
-    }
-    let decimals = (digits as i32 - 1 - power).max(0) as usize;
-    format!("{number:.decimals$}")
+    let is_short = number == 0.0 || !number.is_finite() || (-4..9).contains(&numbers::power_of_ten(number, digits));
+    if is_short { numbers::significant(number, digits) } else { format!("{number:.*e}", digits - 1) }
 }
 
 /// A number as somebody would write it: up to this many significant digits, without zeros at the end.

@@ -9,7 +9,7 @@ use super::dry_run::{self, dry_run};
 use super::exit::{Exit, Failure};
 use super::memory::{check_memory, limit_memory};
 use super::mesh::MeshArguments;
-use super::method::{self, Method, Plots, method};
+use super::method::{self, MethodChoice, Plots, method};
 use super::number_text::{percent, significant, time};
 use super::progress::{Watcher, heed_interruptions};
 use super::proportions::check_proportions;
@@ -74,7 +74,7 @@ pub struct SolveArguments {
     /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
     /// light-mesh (planes and luminance without lobes; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
-    method: Method,
+    method: MethodChoice,
     /// Elements of the element map where the target binds it: adaptive (the scene's own, cut and sloped as far as the
     /// target asks, with their discretisation error) or given (the scene's own, as means)
     #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = method::elements)]
@@ -106,11 +106,11 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     check_proportions(&mut scene, &arguments.scene.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();
     let settings = settings(arguments, &scene)?;
-    if arguments.method == Method::Radiosity {
+    if arguments.method == MethodChoice::Radiosity {
         Radiosity::check(&scene)?;
     }
-    let mesh: MeshChoice = arguments.mesh.choice(arguments.method == Method::LightMesh)?;
-    if arguments.method == Method::LightMesh {
+    let mesh: MeshChoice = arguments.mesh.choice(arguments.method == MethodChoice::LightMesh)?;
+    if arguments.method == MethodChoice::LightMesh {
         check_light_mesh(&scene, &settings)?;
     }
     check_memory(&scene, &settings)?;
@@ -139,8 +139,8 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
 
     let watcher = Watcher::new(started, quiet);
     let solution: Result<_, Failure> = pool.install(|| match arguments.method {
-        Method::Radiosity => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
-        Method::LightMesh => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
+        MethodChoice::Radiosity => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
+        MethodChoice::LightMesh => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
         _ => Ok(solve(&scene, &settings, &watcher)),
     });
     watcher.finish();
@@ -232,7 +232,7 @@ fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
             command += &solution.target_error.map_or(String::new(), |target| format!(" --target-error {target}"));
         }
     }
-    if arguments.method != Method::Auto {
+    if arguments.method != MethodChoice::Auto {
         command += &format!(" --method {}", solution.method);
     }
     command += &arguments.mesh.again();
@@ -254,9 +254,13 @@ fn quoted(name: &Path) -> String {
 
 fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failure> {
     let without_chains = match arguments.method {
-        Method::Radiosity => Some("radiosity"),
-        Method::LightMesh => Some("light-mesh"),
-        Method::Auto | Method::Gather | Method::Collision | Method::Local | Method::LocalNaive => None,
+        MethodChoice::Radiosity => Some("radiosity"),
+        MethodChoice::LightMesh => Some("light-mesh"),
+        MethodChoice::Auto
+        | MethodChoice::Gather
+        | MethodChoice::Collision
+        | MethodChoice::Local
+        | MethodChoice::LocalNaive => None,
     };
     if let (Some(method), Some(chains)) = (without_chains, arguments.chains) {
         return Err(Failure::Usage {
@@ -268,11 +272,13 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
     }
     Ok(Settings {
         method: match arguments.method {
-            Method::Auto => crate::solver::Method::Auto,
-            Method::Gather => crate::solver::Method::Gather,
-            Method::Local => crate::solver::Method::Local,
-            Method::LocalNaive => crate::solver::Method::LocalNaive,
-            Method::Collision | Method::Radiosity | Method::LightMesh => crate::solver::Method::Collision,
+            MethodChoice::Auto => crate::solver::Method::Auto,
+            MethodChoice::Gather => crate::solver::Method::Gather,
+            MethodChoice::Local => crate::solver::Method::Local,
+            MethodChoice::LocalNaive => crate::solver::Method::LocalNaive,
+            MethodChoice::Collision | MethodChoice::Radiosity | MethodChoice::LightMesh => {
+                crate::solver::Method::Collision
+            }
         },
         elements: arguments.elements,
         seed: arguments.seed,

@@ -6,7 +6,7 @@
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
 use super::needed_work;
-use crate::maps::{History, Judgement, Look, REPLICAS, ScoreEvidence, StatisticalCheck};
+use crate::maps::{History, Judgement, PastJudgement, REPLICAS, ScoreEvidence, StatisticalCheck};
 
 /// A sound run fails a single comparison with about this probability; there are four of them.
 const ALPHA: f64 = 5e-5;
@@ -70,7 +70,7 @@ fn check(name: &'static str, value: Option<f64>, limit: f64, passed: bool, says:
 }
 
 /// The mean settles: what came after a look must be that of before, by Student's t over the replicas.
-fn mean_check(now: &Look, past: [Option<&Look>; 2], rounding_lx: f64) -> StatisticalCheck {
+fn mean_check(now: &PastJudgement, past: [Option<&PastJudgement>; 2], rounding_lx: f64) -> StatisticalCheck {
     let limit = student_quantile(1.0 - 0.5 * ALPHA);
     let deviations = past.into_iter().flatten().map(|then| {
         let (before, all) = (then.samples as f64, now.samples as f64);
@@ -91,9 +91,9 @@ fn mean_check(now: &Look, past: [Option<&Look>; 2], rounding_lx: f64) -> Statist
 /// Squared error times work must not grow, by Fisher's F with what two nested estimates have in common taken off.
 fn growth_check(
     name: &'static str,
-    now: &Look,
-    then: Option<&Look>,
-    work: impl Fn(&Look) -> f64,
+    now: &PastJudgement,
+    then: Option<&PastJudgement>,
+    work: impl Fn(&PastJudgement) -> f64,
     rounding_lx: f64,
 ) -> StatisticalCheck {
     let says = "the error does not fall as the root of the work: samples repeat themselves, or have no finite variance";

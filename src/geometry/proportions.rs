@@ -69,9 +69,9 @@ impl Proportions {
 }
 
 /// A place, and the middle of the half-space into which it looks; zero where it looks all around.
-type Start = (DVec3, DVec3);
+type WayStart = (DVec3, DVec3);
 
-fn starts_of_luminaires(scene: &Scene) -> Vec<Start> {
+fn starts_of_luminaires(scene: &Scene) -> Vec<WayStart> {
     let lit = scene.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
     lit.filter_map(|luminaire| match &luminaire.emission {
         Emission::Isotropic { position_m, .. } => Some((*position_m, DVec3::ZERO)),
@@ -89,13 +89,13 @@ fn starts_of_luminaires(scene: &Scene) -> Vec<Start> {
     .collect()
 }
 
-fn starts_of_receivers(scene: &Scene) -> Vec<Start> {
+fn starts_of_receivers(scene: &Scene) -> Vec<WayStart> {
     let points = scene.receivers.iter().flat_map(|set| &set.points).filter(|point| !point.inside);
     points.map(|point| (point.position_m, point.normal)).collect()
 }
 
 /// Median length of ways that meet something, spread over the starts and over their directions.
-fn median_way_m(scene: &Scene, starts: &[Start], ways: usize) -> Option<f64> {
+fn median_way_m(scene: &Scene, starts: &[WayStart], ways: usize) -> Option<f64> {
     if starts.is_empty() {
         return None;
     }

@@ -1,6 +1,8 @@
 //! The truths of this room that need no large run.
 
 use glam::DVec3;
+use rand::RngExt;
+use rand_philox::Philox;
 
 use super::triangle::Ray;
 use super::{Meeting, SurfaceHit, Tracer};
@@ -47,16 +49,16 @@ fn a_triangle_seen_counter_clockwise_shows_its_front() {
     }
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators").
-struct Random(u64);
+/// Random numbers that follow from a seed.
+struct Random(Philox);
 
 impl Random {
+    fn of(seed: u64) -> Random {
+        Random(Philox::from_u64_seed(seed))
+    }
+
     fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut word = self.0;
-        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((word ^ (word >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        self.0.random()
     }
 
     fn point(&mut self) -> DVec3 {
@@ -73,7 +75,7 @@ impl Random {
 
 /// Triangles of all sizes strewn over 10 m.
 fn soup(count: usize, seed: u64) -> Scene {
-    let mut random = Random(seed);
+    let mut random = Random::of(seed);
     let mut vertices_m = Vec::new();
     for _ in 0..count {
         let (place, size) = (10.0 * random.point(), 6.0 * random.uniform().powi(3) + 0.01);
@@ -128,7 +130,7 @@ fn crossings_f64(scene: &Scene, from_m: DVec3, direction: DVec3) -> Vec<(f64, u3
 fn first_hits_agree_with_all_triangles_tried_in_f64() {
     let scene = soup(400, 3);
     let tracer = Tracer::new(&scene);
-    let mut random = Random(4);
+    let mut random = Random::of(4);
     let (mut hits, mut misses) = (0, 0);
     for _ in 0..20_000 {
         let (from_m, direction) = (12.0 * random.point() - 1.0, random.unit());
@@ -159,7 +161,7 @@ fn the_portable_walk_gives_the_same_bits() {
         if !tracer.tree.has_avx2 {
             return;
         }
-        let mut random = Random(seed);
+        let mut random = Random::of(seed);
         let mut origin = tracer.free_origin(DVec3::new(1.0, 1.0, 1.0));
         for _ in 0..200_000 {
             let direction = random.unit().as_vec3a();
@@ -187,7 +189,7 @@ fn the_portable_walk_gives_the_same_bits() {
 fn two_points_see_each_other_where_the_first_hit_lies_behind_the_second() {
     let scene = soup(150, 8);
     let tracer = Tracer::new(&scene);
-    let mut random = Random(9);
+    let mut random = Random::of(9);
     let (mut occluded, mut free) = (0, 0);
     for _ in 0..50_000 {
         let (from_m, to_m) = (10.0 * random.point(), 10.0 * random.point());
@@ -215,7 +217,7 @@ fn all_points_of_an_empty_room_see_each_other() {
     let size_m = DVec3::new(4.0, 3.0, 2.5);
     let scene = room(size_m);
     let tracer = Tracer::new(&scene);
-    let mut random = Random(10);
+    let mut random = Random::of(10);
     for trial in 0..200_000 {
         let place = |random: &mut Random| {
             // Every third one on an edge, every ninth in a corner of its triangle.
@@ -244,7 +246,7 @@ fn a_point_on_a_sheet_belongs_to_the_side_its_normal_points_to() {
     let scene = scene_of(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
     let tracer = Tracer::new(&scene);
     let (above, below) = (DVec3::new(1.0, 1.5, 3.0), DVec3::new(1.5, 1.0, -3.0));
-    let mut random = Random(11);
+    let mut random = Random::of(11);
     for _ in 0..20_000 {
         let triangle = u32::from(random.uniform() < 0.5);
         let [a, b, c] = scene.corners_m(triangle);
@@ -271,7 +273,7 @@ fn a_wall_that_nearly_touches_stops_the_ray() {
         let vertices_m = [square(0.0), square(gap_m)].concat();
         let tracer = Tracer::new(&scene_of(vertices_m, vec![[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]]));
         assert!(gap_m > tracer.position_accuracy_m());
-        let mut random = Random(12);
+        let mut random = Random::of(12);
         for _ in 0..20_000 {
             let (u, v) = (0.45 * random.uniform() + 0.02, 0.45 * random.uniform() + 0.02);
             let origin = tracer.surface_origin(0, [u, v], Side::Front);
@@ -303,7 +305,7 @@ fn light_does_not_pass_thin_sheets_of_two_sides() {
     scene.surfaces[0].triangles = 0..first;
     let tracer = Tracer::new(&scene);
     for (start_m, side) in [(DVec3::new(0.3, 0.5, 0.5), Side::Back), (DVec3::new(1.5, 0.5, 0.5), Side::Front)] {
-        let mut random = Random(13);
+        let mut random = Random::of(13);
         let (mut origin, mut normal) = (tracer.free_origin(start_m), DVec3::ZERO);
         for _ in 0..300_000 {
             let direction = (normal + random.unit()).normalize();
@@ -321,7 +323,7 @@ fn balls_are_met_exactly_and_do_not_shadow_themselves() {
     let (center_m, radius_m) = (DVec3::new(1.0, 1.2, 1.1), 0.25);
     let scene = with_ball(room(DVec3::new(3.0, 2.0, 2.5)), center_m, radius_m);
     let tracer = Tracer::new(&scene);
-    let mut random = Random(14);
+    let mut random = Random::of(14);
     for _ in 0..50_000 {
         let from_m = DVec3::new(3.0, 2.0, 2.5) * random.point();
         let towards = center_m - from_m;
@@ -378,7 +380,7 @@ fn in_a_convex_room_the_planes_say_what_the_tree_says() {
     let scene = room(DVec3::new(4.0, 3.0, 2.5));
     let tracer = Tracer::new(&scene);
     let hull = tracer.hull.as_ref().expect("an empty room is convex");
-    let mut random = Random(21);
+    let mut random = Random::of(21);
     let mut origin = |kind: f64| {
         let place = DVec3::new(4.0, 3.0, 2.5) * random.point();
         match (kind * 5.0) as u32 {
@@ -393,7 +395,7 @@ fn in_a_convex_room_the_planes_say_what_the_tree_says() {
             ),
         }
     };
-    let mut kinds = Random(22);
+    let mut kinds = Random::of(22);
     let (mut known, mut hidden) = (0, 0);
     for _ in 0..20_000 {
         let (from, to) = (origin(kinds.uniform()), origin(kinds.uniform()));

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::exact::Spot;
+use super::exact::MeshPlace;
 use super::indirect::ONE_NORMAL;
 use super::mesh::Surroundings;
 use super::sights::Sights;
@@ -122,14 +122,16 @@ impl Entries {
     }
 
     /// Hands the places at which the mesh is asked to `ask`, each with what its illuminance counts.
-    pub fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(Spot, f64)) {
+    pub fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(MeshPlace, f64)) {
         match (self.kind, &self.sights) {
             (_, Some(sights)) => sights.places_of(entry).iter().for_each(|place| ask(place.spot, place.weight_per_sr)),
-            (MapKind::Receivers(set), None) => ask(Spot::of_point(&around.scene.receivers[set].points[entry]), 1.0),
+            (MapKind::Receivers(set), None) => {
+                ask(MeshPlace::of_point(&around.scene.receivers[set].points[entry]), 1.0)
+            }
             (MapKind::Elements, None) => {
                 let cell = around.stage.elements.cell(entry as u32);
                 let weight = 1.0 / PLACES_OF_ELEMENT.len() as f64;
-                PLACES_OF_ELEMENT.iter().for_each(|place| ask(Spot::of_cell(around, cell, *place), weight));
+                PLACES_OF_ELEMENT.iter().for_each(|place| ask(MeshPlace::of_cell(around, cell, *place), weight));
             }
         }
     }
@@ -140,11 +142,11 @@ impl Entries {
         around: &Surroundings,
         entry: usize,
         stream: &mut Stream,
-        mut ask: impl FnMut(Spot, f64, &mut Stream),
+        mut ask: impl FnMut(MeshPlace, f64, &mut Stream),
     ) {
         if self.are_means() {
             let cell = around.stage.elements.cell(entry as u32);
-            let spot = Spot::drawn_in_cell(around, cell, stream);
+            let spot = MeshPlace::drawn_in_cell(around, cell, stream);
             ask(spot, 1.0, stream);
             return;
         }

@@ -31,18 +31,18 @@ pub fn looks_are_exact(stage: &Stage) -> bool {
 
 /// A place of a map at which light is asked for.
 #[derive(Clone, Copy)]
-pub struct Spot {
+pub struct MeshPlace {
     /// Place in m.
     pub point_m: DVec3,
     /// Unit normal.
     pub normal: DVec3,
     /// Where its rays start.
-    start: Start,
+    start: RayStart,
 }
 
 /// Where the rays of a spot start.
 #[derive(Clone, Copy)]
-enum Start {
+enum RayStart {
     /// On the side of whatever surface it lies on that its normal points to.
     Side,
     /// On an element side, at these weights of the triangle's corners.
@@ -51,41 +51,41 @@ enum Start {
     At(Origin),
 }
 
-impl Spot {
+impl MeshPlace {
     /// A receiver.
-    pub fn of_point(point: &ReceiverPoint) -> Spot {
-        Spot { point_m: point.position_m, normal: point.normal, start: Start::Side }
+    pub fn of_point(point: &ReceiverPoint) -> MeshPlace {
+        MeshPlace { point_m: point.position_m, normal: point.normal, start: RayStart::Side }
     }
 
     /// A place on a surface that a ray has met.
-    pub fn at_origin(point_m: DVec3, normal: DVec3, origin: Origin) -> Spot {
-        Spot { point_m, normal, start: Start::At(origin) }
+    pub fn at_origin(point_m: DVec3, normal: DVec3, origin: Origin) -> MeshPlace {
+        MeshPlace { point_m, normal, start: RayStart::At(origin) }
     }
 
     /// A point of an element side by the weights of the element's second and third corner.
-    pub fn of_cell(around: &Surroundings, cell: Cell, [u, v]: [f64; 2]) -> Spot {
+    pub fn of_cell(around: &Surroundings, cell: Cell, [u, v]: [f64; 2]) -> MeshPlace {
         let part = around.stage.elements.corners(&cell);
         let inner = [0, 1].map(|k| part[0][k] + u * (part[1][k] - part[0][k]) + v * (part[2][k] - part[0][k]));
         let [a, b, c] = around.scene.corners_m(cell.triangle);
-        Spot {
+        MeshPlace {
             point_m: a + inner[0] * (b - a) + inner[1] * (c - a),
             normal: around.stage.normal(cell.triangle, cell.side),
-            start: Start::Cell(cell, inner),
+            start: RayStart::Cell(cell, inner),
         }
     }
 
     /// A random point of an element side, every part of its area alike.
-    pub fn drawn_in_cell(around: &Surroundings, cell: Cell, stream: &mut Stream) -> Spot {
-        Spot::of_cell(around, cell, uniform_triangle(stream.pair()))
+    pub fn drawn_in_cell(around: &Surroundings, cell: Cell, stream: &mut Stream) -> MeshPlace {
+        MeshPlace::of_cell(around, cell, uniform_triangle(stream.pair()))
     }
 
     /// Hands the spot to `ask` as a receiver.
     #[inline]
     pub fn ask<T>(&self, stage: &Stage, ask: impl FnOnce(&Receiver) -> T) -> T {
         let origin = match self.start {
-            Start::Side => stage.tracer.side_origin(self.point_m, self.normal),
-            Start::Cell(cell, inner) => stage.tracer.surface_origin(cell.triangle, inner, cell.side),
-            Start::At(origin) => origin,
+            RayStart::Side => stage.tracer.side_origin(self.point_m, self.normal),
+            RayStart::Cell(cell, inner) => stage.tracer.surface_origin(cell.triangle, inner, cell.side),
+            RayStart::At(origin) => origin,
         };
         ask(&Receiver { point_m: self.point_m, normal: self.normal, origin: &origin })
     }

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::entries::Entries;
-use super::exact::{Spot, look_at_all, looks_are_exact};
+use super::exact::{MeshPlace, look_at_all, looks_are_exact};
 use super::indirect::Stop;
 use super::mesh::Surroundings;
 use super::sights::{SeenPlace, end_at};
@@ -190,7 +190,7 @@ fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream:
         }
         return (sum_lx, rays);
     }
-    entries.each_drawn_spot(around, entry, stream, |spot: Spot, weight, stream| {
+    entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
         let (lx, look_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
         sum_lx += weight * lx;
         rays += look_rays;
@@ -223,7 +223,7 @@ fn sample_indirect(
         }
         return (sum_lx, rays);
     }
-    entries.each_drawn_spot(around, entry, stream, |spot: Spot, weight, stream| {
+    entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
         let (lx, walk_rays) = spot.ask(around.stage, |receiver| sample_at_place_lx(around, receiver, cut, stream));
         sum_lx += weight * lx;
         rays += walk_rays;

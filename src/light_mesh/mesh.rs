@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::indirect::Stop;
 use super::lattice::{Index, Lattice};
 use super::options::{Accelerations, Options};
-use super::samples::{DIGITS, Samples, Seen, Sees, by_tree, one_by_one};
+use super::samples::{DIGITS, Samples, SeenSamples, Sees, by_tree, one_by_one};
 use super::solids::{Solids, Walls};
 use super::sparse::{LEAF_POINTS, SparseTree};
 use super::template::{Candidate, Templates, candidates_one_by_one, is_outer};
@@ -95,7 +95,7 @@ pub struct Workroom {
     candidates: Vec<Candidate>,
     members: Vec<u64>,
     words: Vec<u64>,
-    seen: Seen,
+    seen: SeenSamples,
     /// What has been counted since it was made.
     pub counts: Counts,
 }

@@ -147,7 +147,7 @@ impl Samples {
     /// `any` holds the bits that some of `members` points see, `all` those that all see; `planes[word·depth + b]` the
     /// binary digits, from the lowest, of how many see each bit that only some see. What is seen through panes by any of
     /// them passes a pane whose share depends on the angle: the receiver asks for it with rays of its own.
-    pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &Seen) -> SharedLight {
+    pub fn illuminance_lx(&self, stage: &Stage, receiver: &Receiver, seen: &SeenSamples) -> SharedLight {
         let (mut sum_lx, mut disputed_squared, mut rays) = (0.0, 0.0, 0);
         for (emitter, group) in stage.emitters.list().iter().zip(&self.groups) {
             if let Some(panes_from) = self.panes_from
@@ -201,7 +201,7 @@ impl Samples {
     }
 
     /// The same of an opening, whose parts count as points of their own.
-    fn parts_lx(&self, emitter: &Emitter, group: &Group, receiver: &Receiver, seen: &Seen) -> f64 {
+    fn parts_lx(&self, emitter: &Emitter, group: &Group, receiver: &Receiver, seen: &SeenSamples) -> f64 {
         let mut sum_lx = 0.0;
         for number in 0..group.count {
             let bit = 1u64 << (group.shift + number);
@@ -335,7 +335,7 @@ pub struct SharedLight {
 
 /// What a set of mesh points sees.
 #[derive(Clone, Debug, Default)]
-pub struct Seen {
+pub struct SeenSamples {
     /// Bits that some point sees.
     pub any: Vec<u64>,
     /// Bits that all points see.
@@ -348,7 +348,7 @@ pub struct Seen {
     pub digits: usize,
 }
 
-impl Seen {
+impl SeenSamples {
     /// How many points see the bits of a mask, summed over the bits.
     #[inline]
     fn count_of(&self, word: usize, mask: u64) -> u64 {
@@ -382,7 +382,7 @@ mod tests {
         let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
         stream.seek(0);
         let mut seen =
-            Seen { any: vec![0; 2], all: vec![0; 2], planes: vec![0; 2 * DIGITS], members: 0, digits: DIGITS };
+            SeenSamples { any: vec![0; 2], all: vec![0; 2], planes: vec![0; 2 * DIGITS], members: 0, digits: DIGITS };
         let mut counts = [0u64; 64];
         for _ in 0..4000 {
             let bits = (stream.fine_unit() * (1u64 << 53) as f64) as u64;
@@ -396,7 +396,7 @@ mod tests {
 
     #[test]
     fn a_place_that_looks_for_itself_needs_no_counts() {
-        let seen = Seen { any: vec![0b11], all: vec![0b11], planes: Vec::new(), members: 1, digits: 0 };
+        let seen = SeenSamples { any: vec![0b11], all: vec![0b11], planes: Vec::new(), members: 1, digits: 0 };
         assert_eq!(seen.count_of(0, seen.any[0] & !seen.all[0]), 0);
     }
 

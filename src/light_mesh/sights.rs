@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::exact::Spot;
+use super::exact::MeshPlace;
 use crate::chain::Stage;
 use crate::estimators::sight::{Seen, SubPoint, look_along};
 use crate::sampling::random::{Purpose, Stream};
@@ -25,7 +25,7 @@ const SIGHTS: u32 = u32::MAX - 3;
 #[derive(Clone, Copy)]
 pub struct SeenPlace {
     /// The side of the surface whose light is seen.
-    pub spot: Spot,
+    pub spot: MeshPlace,
     /// Luminance in cd/m² that gets to the eye for each lx that the side receives.
     pub weight_per_sr: f64,
 }
@@ -92,7 +92,7 @@ impl Sights {
     }
 
     /// All places that are seen.
-    pub fn spots(&self) -> impl Iterator<Item = &Spot> {
+    pub fn spots(&self) -> impl Iterator<Item = &MeshPlace> {
         self.places.iter().map(|place| &place.spot)
     }
 
@@ -109,17 +109,17 @@ impl Sights {
 
 /// The sides of a surface whose light its sub-point sends to the eye.
 pub(super) fn end_at(stage: &Stage, end: &SubPoint, places: &mut Vec<SeenPlace>) {
-    let mut add = |spot: Spot, share: f64| {
+    let mut add = |spot: MeshPlace, share: f64| {
         if share > 0.0 {
             places.push(SeenPlace { spot, weight_per_sr: end.share * share / PI });
         }
     };
-    let front = Spot::at_origin(end.point_m, end.normal, end.origin);
+    let front = MeshPlace::at_origin(end.point_m, end.normal, end.origin);
     match stage.law(end.hit.triangle) {
         Law::Diffuse(law) => add(front, law.reflectance),
         Law::Translucent(law) => {
             add(front, law.reflectance);
-            add(Spot::at_origin(end.point_m, -end.normal, end.behind(stage)), law.transmittance);
+            add(MeshPlace::at_origin(end.point_m, -end.normal, end.behind(stage)), law.transmittance);
         }
         // A scene with lobes is refused (see `check`); of a lobe of no reflectance the diffuse part is all there is.
         Law::Phong(law) => {

@@ -9,7 +9,7 @@ const PARTS: usize = 4;
 
 /// A point that may lie within the radius of a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
+pub struct TemplateEntry {
     /// Numbers relative to the lowest point of the place's cell.
     pub offset: Index,
     /// The same in steps.
@@ -22,7 +22,7 @@ pub struct Entry {
 #[derive(Clone, Debug)]
 pub struct Templates {
     radius_per_step: f64,
-    parts: Vec<Vec<Entry>>,
+    parts: Vec<Vec<TemplateEntry>>,
 }
 
 /// A point of a set: its number and its offset from the place in m.
@@ -50,7 +50,7 @@ impl Templates {
                         let nearest = steps.clamp(low, high).distance(steps);
                         let farthest = (steps - low).abs().max((high - steps).abs()).length();
                         if nearest < radius_per_step {
-                            entries.push(Entry { offset: [i, j, k], steps, sure: farthest < radius_per_step });
+                            entries.push(TemplateEntry { offset: [i, j, k], steps, sure: farthest < radius_per_step });
                         }
                     }
                 }

@@ -4,7 +4,7 @@ use super::REPLICAS;
 
 /// A map at one of its judgements.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub struct PastJudgement {
     /// Samples of every replica.
     pub samples: u64,
     /// Rays traced for it.
@@ -20,12 +20,12 @@ pub struct Look {
 /// All judgements of a map's present samples, in order.
 #[derive(Clone, Debug, Default)]
 pub struct History {
-    looks: Vec<Look>,
+    looks: Vec<PastJudgement>,
 }
 
 impl History {
     /// Adds a look; one at fewer samples than the last means that the map began anew, one at as many replaces nothing.
-    pub fn add(&mut self, look: Look) {
+    pub fn add(&mut self, look: PastJudgement) {
         match self.looks.last() {
             Some(last) if look.samples < last.samples => self.looks.clear(),
             Some(last) if look.samples == last.samples => return,
@@ -40,14 +40,14 @@ impl History {
     }
 
     /// The latest look.
-    pub fn last(&self) -> Option<&Look> {
+    pub fn last(&self) -> Option<&PastJudgement> {
         self.looks.last()
     }
 
     /// The look that lies nearest to this share of the samples of the latest one, if one lies between two shares.
-    pub fn at_share(&self, share: f64, between: [f64; 2]) -> Option<&Look> {
+    pub fn at_share(&self, share: f64, between: [f64; 2]) -> Option<&PastJudgement> {
         let all = self.last()?.samples as f64;
-        let share_of = |look: &Look| look.samples as f64 / all;
+        let share_of = |look: &PastJudgement| look.samples as f64 / all;
         let within = self.looks.iter().filter(|look| (between[0]..=between[1]).contains(&share_of(look)));
         within.min_by(|a, b| (share_of(a) - share).abs().total_cmp(&(share_of(b) - share).abs()))
     }
@@ -59,8 +59,13 @@ mod tests {
 
     #[test]
     fn the_look_nearest_to_a_share_is_found_and_a_new_start_forgets() {
-        let look =
-            |samples| Look { samples, rays: 0, squared_error: 1.0, degrees_of_freedom: 1.0, means_lx: [1.0; 16] };
+        let look = |samples| PastJudgement {
+            samples,
+            rays: 0,
+            squared_error: 1.0,
+            degrees_of_freedom: 1.0,
+            means_lx: [1.0; 16],
+        };
         let mut history = History::default();
         [10, 20, 40, 80, 80].into_iter().for_each(|samples| history.add(look(samples)));
         assert_eq!(history.at_share(0.5, [0.3, 0.75]).map(|look| look.samples), Some(40));

@@ -16,7 +16,7 @@ mod tables;
 
 pub use daylight::{DaylightFactors, SHARES_WANTED};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
-pub use history::{History, Look};
+pub use history::{History, PastJudgement};
 pub use judge::{Judgement, judge};
 pub use pieces::Piece;
 pub use replicas::{HALF, REPLICAS, ReplicaMap, Tally, Unit, standard_error};

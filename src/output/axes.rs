@@ -2,7 +2,7 @@
 
 use super::color::{BLACK, FAINT, SOFT};
 use super::numbers::{round_ticks, tick};
-use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 
 /// Size of the type of ticks and labels.
 pub const TYPE: f64 = 12.0;
@@ -90,12 +90,12 @@ pub struct Frame {
 
 impl Frame {
     /// Where a pair of numbers lies on the page.
-    pub fn spot(&self, x: f64, y: f64) -> Spot {
+    pub fn spot(&self, x: f64, y: f64) -> PagePoint {
         [self.left + self.x.share(x) * self.width, self.top + (1.0 - self.y.share(y)) * self.height]
     }
 
     /// Whether a spot lies within the frame.
-    pub fn holds(&self, [x, y]: Spot) -> bool {
+    pub fn holds(&self, [x, y]: PagePoint) -> bool {
         (self.left - 0.5..=self.left + self.width + 0.5).contains(&x)
             && (self.top - 0.5..=self.top + self.height + 0.5).contains(&y)
     }
@@ -128,12 +128,12 @@ impl Frame {
             picture.line(vec![[x, bottom], [x, bottom + TICK]], Pen::new(BLACK, 0.8));
             if let Some((_, show)) = numbers {
                 let spot = [x, bottom + TICK + TYPE];
-                picture.words(Words::new(show(number), spot, TYPE).anchored(Anchor::Middle));
+                picture.words(Words::new(show(number), spot, TYPE).anchored(TextAnchor::Middle));
             }
         }
         if let Some((label, _)) = numbers {
             let below = [self.left + 0.5 * self.width, bottom + TICK + 2.5 * TYPE];
-            picture.words(Words::new(label, below, TYPE).anchored(Anchor::Middle).ink(SOFT));
+            picture.words(Words::new(label, below, TYPE).anchored(TextAnchor::Middle).ink(SOFT));
         }
     }
 
@@ -145,10 +145,10 @@ impl Frame {
             picture.line(vec![[self.left - TICK, y], [self.left, y]], Pen::new(BLACK, 0.8));
             let text = show(number);
             widest = widest.max(super::font::text_width(&text, TYPE, false));
-            picture.words(Words::new(text, [self.left - TICK - 3.0, y + 4.0], TYPE).anchored(Anchor::End));
+            picture.words(Words::new(text, [self.left - TICK - 3.0, y + 4.0], TYPE).anchored(TextAnchor::End));
         }
         let beside = [self.left - TICK - widest - 12.0, self.top + 0.5 * self.height];
-        picture.words(Words::new(label, beside, TYPE).anchored(Anchor::Middle).ink(SOFT).turned(-90.0));
+        picture.words(Words::new(label, beside, TYPE).anchored(TextAnchor::Middle).ink(SOFT).turned(-90.0));
     }
 
     fn draw_rim(&self, picture: &mut Picture) {

@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::picture::Spot;
+use super::picture::PagePoint;
 
 /// Values at nodes, linear over the triangles between them.
 #[derive(Clone, Debug, Default)]
 pub struct Field {
     /// Places of the nodes.
-    pub nodes: Vec<Spot>,
+    pub nodes: Vec<PagePoint>,
     /// Value at every node.
     pub values: Vec<f64>,
     /// Nodes of every triangle.
@@ -21,7 +21,7 @@ pub struct Isoline {
     /// The value.
     pub level: f64,
     /// Its corners; the last of a closed line repeats the first.
-    pub spots: Vec<Spot>,
+    pub spots: Vec<PagePoint>,
 }
 
 /// An edge between two nodes, the smaller number first.
@@ -80,7 +80,7 @@ impl Field {
         lines
     }
 
-    fn crossing(&self, (from, to): Edge, level: f64) -> Spot {
+    fn crossing(&self, (from, to): Edge, level: f64) -> PagePoint {
         let [low, high] = [from, to].map(|node| self.values[node as usize]);
         let [a, b] = [from, to].map(|node| self.nodes[node as usize]);
         let share = ((level - low) / (high - low)).clamp(0.0, 1.0);
@@ -106,12 +106,12 @@ impl Isoline {
     }
 }
 
-fn cut_corners(spots: &[Spot], closed: bool) -> Vec<Spot> {
+fn cut_corners(spots: &[PagePoint], closed: bool) -> Vec<PagePoint> {
     if spots.len() < 3 {
         return spots.to_vec();
     }
-    let between = |a: Spot, b: Spot, share: f64| [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
-    let mut cut: Vec<Spot> =
+    let between = |a: PagePoint, b: PagePoint, share: f64| [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
+    let mut cut: Vec<PagePoint> =
         spots.windows(2).flat_map(|pair| [0.25, 0.75].map(|share| between(pair[0], pair[1], share))).collect();
     if closed {
         cut.push(cut[0]);
@@ -123,7 +123,7 @@ fn cut_corners(spots: &[Spot], closed: bool) -> Vec<Spot> {
 }
 
 /// Distance between two spots.
-pub fn distance([x0, y0]: Spot, [x1, y1]: Spot) -> f64 {
+pub fn distance([x0, y0]: PagePoint, [x1, y1]: PagePoint) -> f64 {
     (x1 - x0).hypot(y1 - y0)
 }
 
@@ -154,9 +154,9 @@ mod tests {
     use super::*;
 
     /// A field over a square of cells, each cut in four.
-    fn field(count: u32, value: impl Fn(Spot) -> f64) -> Field {
+    fn field(count: u32, value: impl Fn(PagePoint) -> f64) -> Field {
         let mut field = Field::default();
-        let mut node = |spot: Spot| {
+        let mut node = |spot: PagePoint| {
             field.nodes.push(spot);
             field.values.push(value(spot));
             field.nodes.len() as u32 - 1

@@ -3,7 +3,7 @@
 use super::axes::{Frame, Scale, TYPE};
 use super::color::{BLACK, BLUE, FAINT, GREEN, Ink, PURPLE, SKY, SOFT, VERMILION};
 use super::numbers::{count_tick, duration, percent, tick};
-use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use crate::control::Forecast;
 use crate::solver::{ConvergenceRow, ErrorParts, Solution};
 
@@ -208,7 +208,7 @@ impl Panel<'_> {
             picture.line(spots, Pen::new(part.ink, 1.4));
         }
         let spot = |row: &ConvergenceRow| frame.spot(self.spent(row), row.error.estimated);
-        let spots: Vec<Spot> = self.rows.iter().map(spot).collect();
+        let spots: Vec<PagePoint> = self.rows.iter().map(spot).collect();
         picture.line(spots, Pen::new(BLUE, 1.8));
         for row in self.rows {
             match row.judged {
@@ -236,24 +236,25 @@ impl Panel<'_> {
             }
             picture.area(diamond(middle), BLACK, 1.0);
             let label = [left - 7.0, middle[1] + 4.0];
-            picture.words(Words::new(&stood.label, label, TYPE).anchored(Anchor::End));
+            picture.words(Words::new(&stood.label, label, TYPE).anchored(TextAnchor::End));
         }
     }
 }
 
-fn diamond([x, y]: Spot) -> Vec<Spot> {
+fn diamond([x, y]: PagePoint) -> Vec<PagePoint> {
     const R: f64 = 4.2;
     vec![[x, y - R], [x + R, y], [x, y + R], [x - R, y]]
 }
 
 fn draw_key(picture: &mut Picture, parts: &[&Part], has_target: bool, has_pilot: bool) {
     let mut at = [92.0, 70.0];
-    let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, Spot)| {
+    let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, PagePoint)| {
         draw(picture, [at[0], at[1] - 4.0]);
         picture.words(Words::new(words, [at[0] + 30.0, at[1]], TYPE));
         at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;
     };
-    let line = |pen: Pen| move |picture: &mut Picture, [x, y]: Spot| picture.line(vec![[x, y], [x + 24.0, y]], pen);
+    let line =
+        |pen: Pen| move |picture: &mut Picture, [x, y]: PagePoint| picture.line(vec![[x, y], [x + 24.0, y]], pen);
     entry(picture, "stated error", &|picture, [x, y]| {
         line(Pen::new(BLUE, 1.8))(picture, [x, y]);
         picture.disk([x + 12.0, y], 2.6, BLUE);
@@ -274,7 +275,7 @@ fn draw_key(picture: &mut Picture, parts: &[&Part], has_target: bool, has_pilot:
         picture.line(vec![[x + 12.0, y - 7.0], [x + 12.0, y + 7.0]], Pen::new(VERMILION, 1.6));
     });
     at = [92.0, HEIGHT - 18.0];
-    let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, Spot)| {
+    let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, PagePoint)| {
         draw(picture, [at[0], at[1] - 4.0]);
         picture.words(Words::new(words, [at[0] + 30.0, at[1]], TYPE));
         at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;

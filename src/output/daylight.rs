@@ -1,6 +1,6 @@
 //! Daylight factors: their table as a file and for the report.
 
-use super::html::{Table, with_error};
+use super::html::{HtmlTable, with_error};
 use super::numbers::{lux, percent, uncertainty};
 use super::observers::maps_of;
 use super::picture::escaped;
@@ -81,7 +81,7 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
         return String::new();
     };
     let [target, least] = first.targets_percent.map(|percent| format!("Area above {}%", lux(percent)));
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "",
         &[
             ("Receivers", true),

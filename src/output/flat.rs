@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::contour::Field;
-use super::picture::Spot;
+use super::picture::PagePoint;
 use crate::maps::{MapKind, MapResult, TableKind, TableRow};
 use crate::scene::elements::part_corners;
 use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side, SurfaceId};
@@ -79,7 +79,7 @@ impl Plane {
     }
 
     /// Coordinates of a point in m.
-    pub fn spot(&self, point_m: DVec3) -> Spot {
+    pub fn spot(&self, point_m: DVec3) -> PagePoint {
         [point_m.dot(self.right), point_m.dot(self.up)]
     }
 }
@@ -103,7 +103,7 @@ fn trim(length_m: f64) -> String {
 #[derive(Clone, Debug)]
 pub struct FlatCell {
     /// Corners in m.
-    pub ring: Vec<Spot>,
+    pub ring: Vec<PagePoint>,
     /// Illuminance in lx; `None` inside of a solid and under one that stands there.
     pub illuminance_lx: Option<f64>,
 }
@@ -114,7 +114,7 @@ pub struct FlatPoint {
     /// Column and row.
     pub place: [u32; 2],
     /// Where, in m.
-    pub spot: Spot,
+    pub spot: PagePoint,
     /// Illuminance in lx.
     pub illuminance_lx: f64,
 }
@@ -142,7 +142,7 @@ pub struct FlatMap<'a> {
 
 impl FlatMap<'_> {
     /// Lowest and highest coordinates in m.
-    pub fn bounds_m(&self) -> [Spot; 2] {
+    pub fn bounds_m(&self) -> [PagePoint; 2] {
         let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
         for spot in self.cells.iter().flat_map(|cell| &cell.ring) {
             for axis in 0..2 {
@@ -354,11 +354,11 @@ impl Nodes {
         Nodes { field: Field::default(), places: HashMap::new(), grain }
     }
 
-    fn place(&self, spot: Spot) -> [i64; 2] {
+    fn place(&self, spot: PagePoint) -> [i64; 2] {
         spot.map(|x| (x / self.grain).round() as i64)
     }
 
-    fn add(&mut self, spot: Spot) -> u32 {
+    fn add(&mut self, spot: PagePoint) -> u32 {
         let place = self.place(spot);
         let field = &mut self.field;
         *self.places.entry(place).or_insert_with(|| {
@@ -413,7 +413,7 @@ mod tests {
     /// (the planted fault).
     #[test]
     fn fields_have_no_gaps_where_fine_elements_meet_coarse_ones() {
-        let cut = |ring: [Spot; 3]| -> Vec<[Spot; 3]> {
+        let cut = |ring: [PagePoint; 3]| -> Vec<[PagePoint; 3]> {
             let part = |number: u32| {
                 part_corners(2, number).map(|[u, v]| {
                     [0, 1].map(|k| ring[0][k] + u * (ring[1][k] - ring[0][k]) + v * (ring[2][k] - ring[0][k]))
@@ -426,10 +426,13 @@ mod tests {
         let fine = cut(lower);
         rings.extend(&fine[1..]);
         rings.extend(cut(fine[0]));
-        let cell =
-            |ring: &[Spot; 3]| FlatCell { ring: ring.to_vec(), illuminance_lx: Some(ring[0][0] + 2.0 * ring[1][1]) };
+        let cell = |ring: &[PagePoint; 3]| FlatCell {
+            ring: ring.to_vec(),
+            illuminance_lx: Some(ring[0][0] + 2.0 * ring[1][1]),
+        };
         let cells: Vec<FlatCell> = rings.iter().map(cell).collect();
-        let on_rim = |a: Spot, b: Spot| (0..2).any(|k| a[k] == b[k] && (a[k] == 0.0 || a[k] == [3.1, 2.0][k]));
+        let on_rim =
+            |a: PagePoint, b: PagePoint| (0..2).any(|k| a[k] == b[k] && (a[k] == 0.0 || a[k] == [3.1, 2.0][k]));
         let gaps = |field: &Field, triangles: &[[u32; 3]]| {
             let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
             for triangle in triangles {

@@ -2,7 +2,7 @@
 
 use super::axes::TYPE;
 use super::color::{AMBER, BLACK, GREY, Ink, perceptual};
-use super::picture::{Pen, Picture, Spot, Words};
+use super::picture::{PagePoint, Pen, Picture, Words};
 use super::plan::{Plan, middle_m};
 use crate::scene::Scene;
 use crate::solver::GlareRating;
@@ -59,7 +59,7 @@ pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Opti
     let set = &scene.receivers[ratings.first()?.set];
     let (plan, mut picture) = Plan::begin(scene, format!("Glare ratings of {}", set.name));
     let seen = |rating: &GlareRating| &set.observers[rating.observer];
-    let spots: Vec<Spot> = ratings.iter().map(|rating| plan.spot(seen(rating).eye_m)).collect();
+    let spots: Vec<PagePoint> = ratings.iter().map(|rating| plan.spot(seen(rating).eye_m)).collect();
     let length = wedge_length(&spots);
     for (rating, [x, y]) in ratings.iter().zip(&spots) {
         let view = seen(rating).view;
@@ -92,7 +92,7 @@ pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Opti
 }
 
 /// As long as the nearest eyes allow.
-fn wedge_length(spots: &[Spot]) -> f64 {
+fn wedge_length(spots: &[PagePoint]) -> f64 {
     let mut eyes = spots.to_vec();
     eyes.dedup();
     let nearest = eyes

@@ -5,7 +5,7 @@ use super::color::{BLACK, Ink, SOFT, WHITE, mixed};
 use super::flat::FlatMap;
 use super::map_plot::{Layout, draw_axes, draw_cells};
 use super::numbers::percent;
-use super::picture::{Anchor, Pen, Picture, Words};
+use super::picture::{Pen, Picture, TextAnchor, Words};
 use crate::maps::MapResult;
 
 /// Differences beyond so many of their standard errors have the last colour, and lie in the last bars.
@@ -90,11 +90,11 @@ pub fn histogram_picture(name: &str, deviations: &[Option<f64>]) -> Option<Pictu
     for z in -3..=3 {
         let at = x(f64::from(z));
         picture.line(vec![[at, bottom], [at, bottom + 4.0]], Pen::new(BLACK, 0.8));
-        picture.words(Words::new(signed(z), [at, bottom + 18.0], TYPE).anchored(Anchor::Middle));
+        picture.words(Words::new(signed(z), [at, bottom + 18.0], TYPE).anchored(TextAnchor::Middle));
     }
     let label = "odd less even, in standard errors of the difference (outermost bars: and beyond)";
     let below = Words::new(label, [0.5 * (left + right), bottom + 40.0], TYPE);
-    picture.words(below.anchored(Anchor::Middle).ink(SOFT));
+    picture.words(below.anchored(TextAnchor::Middle).ink(SOFT));
     Some(picture)
 }
 

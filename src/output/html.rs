@@ -2,17 +2,17 @@
 
 use super::picture::{Picture, escaped};
 
-/// A table in the making; texts are escaped, cells made by [`cell`] and its kin are not.
-pub struct Table {
+/// A table in the making. The caption is escaped; headings and cells are markup already.
+pub struct HtmlTable {
     head: Vec<(String, bool)>,
     rows: Vec<(Vec<String>, bool)>,
     caption: String,
 }
 
-impl Table {
+impl HtmlTable {
     /// A table with its columns: heading (markup), and whether the column holds text.
-    pub fn new(caption: &str, head: &[(&str, bool)]) -> Table {
-        Table {
+    pub fn new(caption: &str, head: &[(&str, bool)]) -> HtmlTable {
+        HtmlTable {
             head: head.iter().map(|(heading, is_text)| ((*heading).to_owned(), *is_text)).collect(),
             rows: Vec::new(),
             caption: caption.to_owned(),
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_table_has_a_head_that_repeats_in_print() {
-        let mut table = Table::new("A & B", &[("name", true), ("Ē", false)]);
+        let mut table = HtmlTable::new("A & B", &[("name", true), ("Ē", false)]);
         table.row(vec!["x".into(), with_error("5", "1")]);
         let markup = table.markup();
         assert!(markup.contains("<caption>A &amp; B</caption>") && markup.contains("<thead>"));

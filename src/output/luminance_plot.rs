@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::axes::{Frame, Scale, TYPE};
 use super::color::{BLACK, BLUE, Ink, SOFT, perceptual};
 use super::numbers::{lux, percent, tick};
-use super::picture::{Anchor, Pen, Picture, Words};
+use super::picture::{Pen, Picture, TextAnchor, Words};
 use crate::maps::MapResult;
 use crate::scene::{ReceiverLayout, ReceiverSet};
 
@@ -161,7 +161,7 @@ fn fan_picture(set: &ReceiverSet, map: &MapResult, [from_deg, to_deg]: [f64; 2],
     picture.line(line, Pen::new(BLUE, 1.6));
     let note_spot = [LEFT, TOP + HEIGHT + 68.0];
     picture.words(
-        Words::new(format!("Bars: one standard error. {note}"), note_spot, TYPE).ink(SOFT).anchored(Anchor::Start),
+        Words::new(format!("Bars: one standard error. {note}"), note_spot, TYPE).ink(SOFT).anchored(TextAnchor::Start),
     );
     picture
 }

@@ -8,7 +8,7 @@ use super::contour::{Isoline, distance, isolux_levels};
 use super::flat::FlatMap;
 use super::font::text_width;
 use super::numbers::{UNKNOWN, lux, lux_with_error, percent, round_step, round_ticks, tick, uniformity_with_error};
-use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use crate::maps::Estimate;
 
 /// Largest width and height of the drawing itself.
@@ -49,7 +49,7 @@ struct Room {
 
 /// The drawing on its page.
 pub(super) struct Layout {
-    low_m: Spot,
+    low_m: PagePoint,
     scale: f64,
     pub left: f64,
     pub top: f64,
@@ -70,21 +70,21 @@ impl Layout {
         (layout, Picture::new(page_width, ROOM.top + height + ROOM.bottom, description))
     }
 
-    fn spot(&self, [x, y]: Spot) -> Spot {
+    fn spot(&self, [x, y]: PagePoint) -> PagePoint {
         [self.left + (x - self.low_m[0]) * self.scale, self.top + self.height - (y - self.low_m[1]) * self.scale]
     }
 
-    fn ring(&self, ring: &[Spot]) -> Vec<Spot> {
+    fn ring(&self, ring: &[PagePoint]) -> Vec<PagePoint> {
         ring.iter().map(|spot| self.spot(*spot)).collect()
     }
 
-    fn frame(&self) -> Vec<Spot> {
+    fn frame(&self) -> Vec<PagePoint> {
         let (right, bottom) = (self.left + self.width, self.top + self.height);
         vec![[self.left, self.top], [right, self.top], [right, bottom], [self.left, bottom]]
     }
 
     /// Whether a box about a spot lies within the drawing.
-    fn holds(&self, [x, y]: Spot, room: f64) -> bool {
+    fn holds(&self, [x, y]: PagePoint, room: f64) -> bool {
         (self.left + room..=self.left + self.width - room).contains(&x)
             && (self.top + room..=self.top + self.height - room).contains(&y)
     }
@@ -179,7 +179,7 @@ fn capital(text: &str) -> String {
 
 pub(super) fn draw_cells(picture: &mut Picture, map: &FlatMap, layout: &Layout, ink: &dyn Fn(f64) -> Ink) {
     // Cells of one ink make one path.
-    let mut by_ink: BTreeMap<Ink, Vec<Vec<Spot>>> = BTreeMap::new();
+    let mut by_ink: BTreeMap<Ink, Vec<Vec<PagePoint>>> = BTreeMap::new();
     let mut solid = Vec::new();
     for cell in &map.cells {
         let ring = layout.ring(&cell.ring);
@@ -197,16 +197,16 @@ pub(super) fn draw_cells(picture: &mut Picture, map: &FlatMap, layout: &Layout, 
 }
 
 /// Grey with strokes to the right: nothing is measured inside of a solid.
-fn hatch(picture: &mut Picture, ring: &[Spot]) {
+fn hatch(picture: &mut Picture, ring: &[PagePoint]) {
     const DISTANCE: f64 = 6.0;
     picture.cells(vec![ring.to_vec()], mixed(GREY, WHITE, 0.4));
-    let along = |[x, y]: Spot| x + y;
+    let along = |[x, y]: PagePoint| x + y;
     let (low, high) =
         ring.iter().fold((f64::MAX, f64::MIN), |(low, high), spot| (low.min(along(*spot)), high.max(along(*spot))));
     let mut stroke = (low / DISTANCE).ceil();
     while stroke * DISTANCE < high {
         let sum = stroke * DISTANCE;
-        let crossings: Vec<Spot> = (0..ring.len())
+        let crossings: Vec<PagePoint> = (0..ring.len())
             .filter_map(|i| {
                 let (a, b) = (ring[i], ring[(i + 1) % ring.len()]);
                 let share = (sum - along(a)) / (along(b) - along(a));
@@ -238,21 +238,21 @@ pub(super) fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &Layout) {
                 last = x;
                 picture.line(vec![[x, bottom], [x, bottom + 4.0]], Pen::new(BLACK, 0.8));
                 let words = Words::new(tick(rounded(number)), [x, bottom + 17.0], TYPE);
-                picture.words(words.anchored(Anchor::Middle));
+                picture.words(words.anchored(TextAnchor::Middle));
             } else {
                 let [_, y] = layout.spot([low[0], at]);
                 picture.line(vec![[layout.left - 4.0, y], [layout.left, y]], Pen::new(BLACK, 0.8));
                 let words = Words::new(tick(rounded(number)), [layout.left - 7.0, y + 4.0], TYPE);
-                picture.words(words.anchored(Anchor::End));
+                picture.words(words.anchored(TextAnchor::End));
             }
         }
     }
     picture.ring(layout.frame(), Pen::new(BLACK, 1.0));
     let below = Words::new(map.plane.axes[0].label.clone(), [0.5 * (layout.left + right), bottom + 35.0], TYPE);
-    picture.words(below.anchored(Anchor::Middle).ink(SOFT));
+    picture.words(below.anchored(TextAnchor::Middle).ink(SOFT));
     let beside = [layout.left - 42.0, layout.top + 0.5 * layout.height];
     let beside = Words::new(map.plane.axes[1].label.clone(), beside, TYPE);
-    picture.words(beside.anchored(Anchor::Middle).ink(SOFT).turned(-90.0));
+    picture.words(beside.anchored(TextAnchor::Middle).ink(SOFT).turned(-90.0));
 }
 
 /// Takes rounding off a tick such as 0.30000000000000004.
@@ -276,14 +276,14 @@ fn draw_isolines(picture: &mut Picture, map: &FlatMap, layout: &Layout, levels: 
             picture.line(line.spots.clone(), pen);
         }
     }
-    let mut labels: Vec<(Spot, f64)> = Vec::new();
+    let mut labels: Vec<(PagePoint, f64)> = Vec::new();
     for line in &lines {
         label_line(picture, line, layout, &mut labels);
     }
 }
 
 /// Puts the level onto the straightest free stretch of a line, twice on long ones.
-fn label_line(picture: &mut Picture, line: &Isoline, layout: &Layout, labels: &mut Vec<(Spot, f64)>) {
+fn label_line(picture: &mut Picture, line: &Isoline, layout: &Layout, labels: &mut Vec<(PagePoint, f64)>) {
     const STEP: f64 = 9.0;
     const LONG: f64 = 900.0;
     const STRAIGHT: f64 = 0.9;
@@ -322,13 +322,13 @@ fn label_line(picture: &mut Picture, line: &Isoline, layout: &Layout, labels: &m
         let (sine, cosine) = turn_deg.to_radians().sin_cos();
         let drop = 0.36 * SMALL;
         let spot = [middle[0] - drop * sine, middle[1] + drop * cosine];
-        picture.words(Words::new(text.clone(), spot, SMALL).anchored(Anchor::Middle).turned(turn_deg).rimmed(2.2));
+        picture.words(Words::new(text.clone(), spot, SMALL).anchored(TextAnchor::Middle).turned(turn_deg).rimmed(2.2));
         labels.push((middle, width));
     }
 }
 
 /// The spot at a length along a line.
-fn along(spots: &[Spot], length: f64) -> Spot {
+fn along(spots: &[PagePoint], length: f64) -> PagePoint {
     let mut left = length;
     for pair in spots.windows(2) {
         let piece = distance(pair[0], pair[1]);
@@ -350,7 +350,7 @@ fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &Layout) -> [u32; 2
     let width = map.points.iter().map(|point| text_width(&lux(point.illuminance_lx), SMALL, false)).fold(0.0, f64::max);
 
     // The fewest columns and rows to step over so that no two texts touch, whichever way the grid is turned.
-    let by_place: HashMap<[u32; 2], Spot> = map.points.iter().map(|point| (point.place, point.spot)).collect();
+    let by_place: HashMap<[u32; 2], PagePoint> = map.points.iter().map(|point| (point.place, point.spot)).collect();
     let step = |axis: usize| {
         let neighbours = map.points.iter().find_map(|point| {
             let mut next = point.place;
@@ -368,11 +368,12 @@ fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &Layout) -> [u32; 2
     for point in &map.points {
         let spot = layout.spot(point.spot);
         let is_extreme = point.place == least.place || point.place == most.place;
-        let crowds = |other: Spot| (spot[0] - other[0]).abs() < width + 6.0 && (spot[1] - other[1]).abs() < SMALL + 5.0;
+        let crowds =
+            |other: PagePoint| (spot[0] - other[0]).abs() < width + 6.0 && (spot[1] - other[1]).abs() < SMALL + 5.0;
         let is_due = point.place.iter().zip(steps).all(|(place, step)| place % step == (step - 1) / 2);
         if is_extreme || (is_due && !crowds(least_spot) && !crowds(most_spot)) {
             let base = [spot[0], spot[1] + 0.36 * SMALL];
-            let words = Words::new(lux(point.illuminance_lx), base, SMALL).anchored(Anchor::Middle);
+            let words = Words::new(lux(point.illuminance_lx), base, SMALL).anchored(TextAnchor::Middle);
             if is_extreme {
                 let (w, h) = (0.5 * width + 4.0, 0.5 * SMALL + 3.0);
                 let [x, y] = spot;
@@ -456,7 +457,7 @@ impl ColorScale {
             (false, "Semi-cylindrical illuminance") => "lx, semi-cylindrical",
             _ => "lx",
         };
-        let anchor = if title == "lx" { Anchor::Start } else { Anchor::Middle };
+        let anchor = if title == "lx" { TextAnchor::Start } else { TextAnchor::Middle };
         picture.words(Words::new(title, [left, top - 8.0], TYPE).anchored(anchor).ink(SOFT));
     }
 }

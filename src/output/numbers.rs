@@ -90,23 +90,38 @@ pub fn tick(number: f64) -> String {
     text.replace('-', "−")
 }
 
-/// At least `digits` significant digits, and never fewer than those before the point.
-fn rounded(number: f64, digits: i32) -> String {
+/// A number with so many significant digits as a plain decimal, and never fewer digits than those before the point.
+pub fn significant(number: f64, digits: usize) -> String {
     if number == 0.0 || !number.is_finite() {
+        // Without the sign of −0.
+        return format!("{}", number + 0.0);
+    }
+    let decimals = (digits as i32 - 1 - power_of_ten(number, digits)).max(0) as usize;
+    format!("{number:.decimals$}")
+}
+
+/// Power of ten of a number once it is rounded to so many significant digits: that of 9.996 is 1 by three digits, 0 by four.
+pub fn power_of_ten(number: f64, digits: usize) -> i32 {
+    let scientific = format!("{number:.*e}", digits - 1);
+    scientific.rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0)
+}
+
+/// The same as [`significant`] with a minus sign, and as a power of ten where it would be longer than eight decimals.
+fn rounded(number: f64, digits: usize) -> String {
+    if !number.is_finite() {
         return "0".to_owned();
     }
-    // Rounding first tells the true power of ten of 9.996.
-    let scientific = format!("{number:.*e}", digits as usize - 1);
-    let power: i32 = scientific.rsplit('e').next().and_then(|power| power.parse().ok()).unwrap_or(0);
-    let decimals = (digits - 1 - power).max(0) as usize;
-    if decimals > 8 { scientific.replace('-', "−") } else { format!("{number:.decimals$}").replace('-', "−") }
+    let is_long = number != 0.0 && digits as i32 - 1 - power_of_ten(number, digits) > 8;
+    let text = if is_long { format!("{number:.*e}", digits - 1) } else { significant(number, digits) };
+    text.replace('-', "−")
 }
 
 fn trimmed(text: &str) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() }
 }
 
-fn superscript(power: &str) -> String {
+/// A power as raised digits.
+pub fn superscript(power: &str) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = |letter: char| letter.to_digit(10).map_or('⁻', |digit| RAISED[digit as usize]);
     power.chars().map(raised).collect()
@@ -159,6 +174,21 @@ mod tests {
         assert_eq!(amount(1_234_567.0), "1\u{2009}234\u{2009}567");
         assert_eq!([0.0194, 0.1].map(percent), ["1.9\u{a0}%", "10\u{a0}%"]);
         assert_eq!([0.0, 0.1, -0.25, 2000.0, 1e-5, 3e7].map(tick), ["0", "0.1", "−0.25", "2000", "10⁻⁵", "3·10⁷"]);
+    }
+
+    #[test]
+    fn significant_digits_are_those_of_the_rounded_number() {
+        for (number, digits, text) in [
+            (9.996, 3, "10.0"),
+            (9.996, 4, "9.996"),
+            (9.9996, 4, "10.00"),
+            (0.099_96, 3, "0.100"),
+            (999.6, 3, "1000"),
+            (-0.0, 3, "0"),
+            (1234.5, 3, "1234"),
+        ] {
+            assert_eq!(significant(number, digits), text);
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::sheet::{Field, Sheet};
 use super::{OutputError, ResultFile};
 use crate::maps::{MapKind, MapResult};
-use crate::scene::{Observer, Quantity, Scene};
+use crate::scene::{GlareObserver, Quantity, Scene};
 use crate::solver::Solution;
 
 const LUMINANCE_COLUMNS: &[&str] =
@@ -59,7 +59,7 @@ pub(super) fn observer_files(scene: &Scene, solution: &Solution) -> Result<Vec<R
             let Some(ugr) = rating.ugr else {
                 continue;
             };
-            let Observer { eye_m, view, .. } = set.observers[rating.observer];
+            let GlareObserver { eye_m, view, .. } = set.observers[rating.observer];
             sheet.row(&[
                 Field::Text(&set.name),
                 Field::Number(eye_m.x),

@@ -8,7 +8,7 @@ use super::color::{BLACK, Ink, WHITE};
 use super::font::FAMILIES;
 
 /// A place on the page.
-pub type Spot = [f64; 2];
+pub type PagePoint = [f64; 2];
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +42,7 @@ impl Pen {
 
 /// Where a line of words stands to its spot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Anchor {
+pub enum TextAnchor {
     /// It begins there.
     Start,
     /// It is centred there.
@@ -57,13 +57,13 @@ pub struct Words {
     /// What it says.
     pub text: String,
     /// Where.
-    pub spot: Spot,
+    pub spot: PagePoint,
     /// Size of the type.
     pub size: f64,
     /// Bold type.
     pub bold: bool,
     /// How it stands to its spot.
-    pub anchor: Anchor,
+    pub anchor: TextAnchor,
     /// Turn about the spot in degrees, clockwise as seen.
     pub turn_deg: f64,
     /// Its ink.
@@ -74,9 +74,9 @@ pub struct Words {
 
 impl Words {
     /// Black words that begin at a spot.
-    pub fn new(text: impl Into<String>, spot: Spot, size: f64) -> Words {
+    pub fn new(text: impl Into<String>, spot: PagePoint, size: f64) -> Words {
         let text = text.into();
-        Words { text, spot, size, bold: false, anchor: Anchor::Start, turn_deg: 0.0, ink: BLACK, rim: 0.0 }
+        Words { text, spot, size, bold: false, anchor: TextAnchor::Start, turn_deg: 0.0, ink: BLACK, rim: 0.0 }
     }
 
     /// In bold type.
@@ -85,7 +85,7 @@ impl Words {
     }
 
     /// Standing otherwise to the spot.
-    pub fn anchored(self, anchor: Anchor) -> Words {
+    pub fn anchored(self, anchor: TextAnchor) -> Words {
         Words { anchor, ..self }
     }
 
@@ -109,9 +109,9 @@ impl Words {
 #[derive(Clone, Debug)]
 pub(super) enum Item {
     /// Filled rings; where they are `crisp`, neighbours leave no seam.
-    Area { rings: Vec<Vec<Spot>>, ink: Ink, opacity: f64, crisp: bool },
+    Area { rings: Vec<Vec<PagePoint>>, ink: Ink, opacity: f64, crisp: bool },
     /// A line through spots.
-    Line { spots: Vec<Spot>, closed: bool, pen: Pen },
+    Line { spots: Vec<PagePoint>, closed: bool, pen: Pen },
     /// Words.
     Words(Words),
 }
@@ -135,32 +135,32 @@ impl Picture {
     }
 
     /// Fills rings of one ink that may touch each other.
-    pub fn cells(&mut self, rings: Vec<Vec<Spot>>, ink: Ink) {
+    pub fn cells(&mut self, rings: Vec<Vec<PagePoint>>, ink: Ink) {
         self.items.push(Item::Area { rings, ink, opacity: 1.0, crisp: true });
     }
 
     /// Fills a ring.
-    pub fn area(&mut self, ring: Vec<Spot>, ink: Ink, opacity: f64) {
+    pub fn area(&mut self, ring: Vec<PagePoint>, ink: Ink, opacity: f64) {
         self.items.push(Item::Area { rings: vec![ring], ink, opacity, crisp: false });
     }
 
     /// Fills a disk.
-    pub fn disk(&mut self, [x, y]: Spot, radius: f64, ink: Ink) {
+    pub fn disk(&mut self, [x, y]: PagePoint, radius: f64, ink: Ink) {
         self.area(circle([x, y], radius), ink, 1.0);
     }
 
     /// Draws an open line.
-    pub fn line(&mut self, spots: Vec<Spot>, pen: Pen) {
+    pub fn line(&mut self, spots: Vec<PagePoint>, pen: Pen) {
         self.items.push(Item::Line { spots, closed: false, pen });
     }
 
     /// Draws a closed line.
-    pub fn ring(&mut self, spots: Vec<Spot>, pen: Pen) {
+    pub fn ring(&mut self, spots: Vec<PagePoint>, pen: Pen) {
         self.items.push(Item::Line { spots, closed: true, pen });
     }
 
     /// Draws a circle.
-    pub fn circle(&mut self, spot: Spot, radius: f64, pen: Pen) {
+    pub fn circle(&mut self, spot: PagePoint, radius: f64, pen: Pen) {
         self.ring(circle(spot, radius), pen);
     }
 
@@ -198,7 +198,7 @@ impl Picture {
 }
 
 /// Corners of a circle, close enough for the eye.
-fn circle([x, y]: Spot, radius: f64) -> Vec<Spot> {
+fn circle([x, y]: PagePoint, radius: f64) -> Vec<PagePoint> {
     let corners = (8.0 + 2.0 * radius).min(180.0) as u32;
     let turn = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(corners);
     (0..corners).map(|i| [x + radius * turn(i).cos(), y + radius * turn(i).sin()]).collect()
@@ -252,9 +252,9 @@ fn write_text(svg: &mut String, words: &Words, fill: &str, stroke: &str) {
     let [x, y] = words.spot.map(short);
     *svg += &format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" fill=\"{fill}\"", short(words.size));
     svg.push_str(match words.anchor {
-        Anchor::Start => "",
-        Anchor::Middle => " text-anchor=\"middle\"",
-        Anchor::End => " text-anchor=\"end\"",
+        TextAnchor::Start => "",
+        TextAnchor::Middle => " text-anchor=\"middle\"",
+        TextAnchor::End => " text-anchor=\"end\"",
     });
     if words.bold {
         svg.push_str(" font-weight=\"bold\"");
@@ -266,7 +266,7 @@ fn write_text(svg: &mut String, words: &Words, fill: &str, stroke: &str) {
 }
 
 /// A path through spots, to a tenth of a pixel.
-fn path(svg: &mut String, spots: &[Spot], closed: bool) {
+fn path(svg: &mut String, spots: &[PagePoint], closed: bool) {
     let tenth = |x: f64| {
         let text = format!("{:.1}", x + 0.0);
         let text = text.strip_suffix(".0").unwrap_or(&text);

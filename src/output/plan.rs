@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::axes::{Frame, Scale, TYPE};
 use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
-use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::schedule::Schedule;
 use crate::scene::{Emission, ReceiverLayout, ReceiverSet, Scene};
 
@@ -98,7 +98,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Where a point is drawn.
-    pub fn spot(&self, point_m: DVec3) -> Spot {
+    pub fn spot(&self, point_m: DVec3) -> PagePoint {
         self.frame.spot(point_m.x, point_m.y)
     }
 
@@ -123,7 +123,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Creases, rims and silhouettes as seen from above, each once.
-    fn edges(&self) -> Vec<[Spot; 2]> {
+    fn edges(&self) -> Vec<[PagePoint; 2]> {
         let scene = self.scene;
         let mut sides: HashMap<(u32, u32), Vec<DVec3>> = HashMap::new();
         for (index, [a, b, c]) in scene.triangles.iter().enumerate() {
@@ -137,7 +137,7 @@ impl<'a> Plan<'a> {
             _ => true,
         };
         let mut seen = HashSet::new();
-        let mut edges: Vec<[Spot; 2]> = Vec::new();
+        let mut edges: Vec<[PagePoint; 2]> = Vec::new();
         let mut drawn: Vec<(u32, u32)> =
             sides.iter().filter(|(_, normals)| is_drawn(normals)).map(|(edge, _)| *edge).collect();
         drawn.sort_unstable();
@@ -153,7 +153,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Squares above the floor that something faces upward over, joined along rows.
-    fn covered_squares(&self) -> Vec<Vec<Spot>> {
+    fn covered_squares(&self) -> Vec<Vec<PagePoint>> {
         let scene = self.scene;
         let floor_m = scene.vertices_m.iter().map(|vertex| vertex.z).fold(f64::INFINITY, f64::min);
         let columns = (self.frame.width / SQUARE).ceil() as usize;
@@ -198,7 +198,7 @@ impl<'a> Plan<'a> {
     }
 
     fn draw_receivers(&self, picture: &mut Picture) {
-        let mut labels: Vec<Spot> = Vec::new();
+        let mut labels: Vec<PagePoint> = Vec::new();
         for set in &self.scene.receivers {
             match set.layout {
                 ReceiverLayout::Grid { origin_m, u_m, v_m, columns, rows, .. } => {
@@ -215,7 +215,7 @@ impl<'a> Plan<'a> {
 
     /// An eye with the first, the middle and the last of its directions; of observers of glare all eyes, and if there is
     /// one alone, the line of sight.
-    fn draw_observer(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {
+    fn draw_observer(&self, picture: &mut Picture, labels: &mut Vec<PagePoint>, set: &ReceiverSet) {
         let Some(first) = set.points.first() else { return };
         let last = set.points.len() - 1;
         let eyes_m = match &set.observers[..] {
@@ -235,7 +235,7 @@ impl<'a> Plan<'a> {
                 eyes_m
             }
         };
-        let spots: Vec<Spot> = eyes_m.into_iter().map(|eye_m| self.spot(eye_m)).collect();
+        let spots: Vec<PagePoint> = eyes_m.into_iter().map(|eye_m| self.spot(eye_m)).collect();
         self.label(picture, labels, &spots, set.name.clone());
     }
 
@@ -250,8 +250,8 @@ impl<'a> Plan<'a> {
         picture.circle(eye, 4.0, Pen::new(BLUE, 1.4));
     }
 
-    fn draw_points(&self, picture: &mut Picture, labels: &mut Vec<Spot>, set: &ReceiverSet) {
-        let spots: Vec<Spot> = set.points.iter().map(|point| self.spot(point.position_m)).collect();
+    fn draw_points(&self, picture: &mut Picture, labels: &mut Vec<PagePoint>, set: &ReceiverSet) {
+        let spots: Vec<PagePoint> = set.points.iter().map(|point| self.spot(point.position_m)).collect();
         for [x, y] in &spots {
             for (i, j) in [(3.0, 3.0), (3.0, -3.0)] {
                 picture.line(vec![[x - i, y - j], [x + i, y + j]], Pen::new(BLUE, 1.2));
@@ -261,7 +261,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Names a set at its upper left corner, below what is named there already.
-    pub fn label(&self, picture: &mut Picture, labels: &mut Vec<Spot>, ring: &[Spot], text: String) {
+    pub fn label(&self, picture: &mut Picture, labels: &mut Vec<PagePoint>, ring: &[PagePoint], text: String) {
         let least = |axis: usize| ring.iter().map(|spot| spot[axis]).fold(f64::INFINITY, f64::min);
         let mut spot = [least(0) + 5.0, least(1) + 14.0];
         while labels.iter().any(|other| (other[0] - spot[0]).abs() < 160.0 && (other[1] - spot[1]).abs() < 14.0) {
@@ -305,12 +305,12 @@ impl<'a> Plan<'a> {
             if has_letters {
                 let letter = schedule.letter_of(index);
                 let spot = [middle[0] + 8.0, middle[1] - 6.0];
-                picture.words(Words::new(letter, spot, TYPE).bold().rimmed(2.0).anchored(Anchor::Start));
+                picture.words(Words::new(letter, spot, TYPE).bold().rimmed(2.0).anchored(TextAnchor::Start));
             }
         }
     }
 
-    fn draw_emitting_surfaces(&self, picture: &mut Picture, surfaces: &[u32]) -> Spot {
+    fn draw_emitting_surfaces(&self, picture: &mut Picture, surfaces: &[u32]) -> PagePoint {
         let mut sum = [0.0; 2];
         let mut count = 0.0;
         let mut rings = Vec::new();
@@ -344,7 +344,7 @@ fn c0(emission: &Emission) -> Option<DVec3> {
 }
 
 /// An arrow from a luminaire along C0, which bears its name once for each kind of luminaire; none where C0 points up or down.
-fn draw_c0(picture: &mut Picture, [x, y]: Spot, c0: DVec3, is_named: bool) {
+fn draw_c0(picture: &mut Picture, [x, y]: PagePoint, c0: DVec3, is_named: bool) {
     const REACH: f64 = 20.0;
     const BARB: f64 = 4.0;
     // A shorter arrow than the symbol's rim could not be seen.
@@ -358,15 +358,16 @@ fn draw_c0(picture: &mut Picture, [x, y]: Spot, c0: DVec3, is_named: bool) {
     picture.line(vec![[x, y], tip], Pen::new(EDGES, 1.0));
     picture.line(vec![barb(0.6), tip, barb(-0.6)], Pen::new(EDGES, 1.0));
     if is_named {
-        let anchor = if right < 0.0 { Anchor::End } else { Anchor::Start };
+        let anchor = if right < 0.0 { TextAnchor::End } else { TextAnchor::Start };
         let spot = [tip[0] + 3.0 * right.signum(), tip[1] + 4.0];
         picture.words(Words::new("C0", spot, TYPE).ink(EDGES).rimmed(2.0).anchored(anchor));
     }
 }
 
-fn holds([a, b, c]: &[Spot; 3], spot: Spot) -> bool {
-    let side =
-        |from: &Spot, to: &Spot| (to[0] - from[0]) * (spot[1] - from[1]) - (to[1] - from[1]) * (spot[0] - from[0]);
+fn holds([a, b, c]: &[PagePoint; 3], spot: PagePoint) -> bool {
+    let side = |from: &PagePoint, to: &PagePoint| {
+        (to[0] - from[0]) * (spot[1] - from[1]) - (to[1] - from[1]) * (spot[0] - from[0])
+    };
     let sides = [side(a, b), side(b, c), side(c, a)];
     sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
 }

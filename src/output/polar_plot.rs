@@ -3,12 +3,12 @@
 use super::axes::TYPE;
 use super::color::{BLACK, BLUE, FAINT, SOFT, VERMILION};
 use super::numbers::{amount, round_step, tick};
-use super::picture::{Anchor, Pen, Picture, Spot, Words};
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use crate::scene::photometry::IntensityWeb;
 
 const WIDTH: f64 = 560.0;
 const RADIUS: f64 = 215.0;
-const MIDDLE: Spot = [280.0, 300.0];
+const MIDDLE: PagePoint = [280.0, 300.0];
 /// Rings that the diagram has at most.
 const MOST_RINGS: usize = 5;
 /// Step of γ in degrees along a curve.
@@ -63,7 +63,7 @@ fn profile(web: &IntensityWeb, c_deg: f64) -> impl Iterator<Item = (f64, f64)> +
 }
 
 /// γ = 0 points down, C0 (C90) to the right.
-fn spot(angle_deg: f64, radius: f64) -> Spot {
+fn spot(angle_deg: f64, radius: f64) -> PagePoint {
     let (sine, cosine) = angle_deg.to_radians().sin_cos();
     [MIDDLE[0] + radius * sine, MIDDLE[1] + radius * cosine]
 }
@@ -77,7 +77,7 @@ fn draw_rings(picture: &mut Picture, rings: u32, step_cd: f64, scale: f64) {
         picture.line(vec![MIDDLE, spot(angle_deg, RADIUS)], Pen::new(FAINT, 1.0));
         let [x, y] = spot(angle_deg, RADIUS + 15.0);
         let words = Words::new(format!("{:.0}°", angle_deg.abs()), [x, y + 4.0], TYPE);
-        picture.words(words.anchored(Anchor::Middle).ink(SOFT));
+        picture.words(words.anchored(TextAnchor::Middle).ink(SOFT));
     }
     picture.circle(MIDDLE, RADIUS, Pen::new(BLACK, 0.8));
     for ring in 1..=rings {
@@ -85,6 +85,6 @@ fn draw_rings(picture: &mut Picture, rings: u32, step_cd: f64, scale: f64) {
         let unit = if ring == rings { " cd" } else { "" };
         let at = spot(15.0 + 30.0, cd * scale);
         let words = Words::new(format!("{}{unit}", amount(cd)), [at[0], at[1] + 4.0], 11.0);
-        picture.words(words.anchored(Anchor::Middle).ink(SOFT).rimmed(2.0));
+        picture.words(words.anchored(TextAnchor::Middle).ink(SOFT).rimmed(2.0));
     }
 }

@@ -4,7 +4,7 @@ use tiny_skia::{FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, StrokeDash
 
 use super::color::{Ink, WHITE};
 use super::font::{self, Stroke};
-use super::picture::{Anchor, Item, Picture, Spot, Words};
+use super::picture::{Item, PagePoint, Picture, TextAnchor, Words};
 
 /// Pixels per unit of a picture: sharp in print at the width of a column.
 const PIXELS_PER_UNIT: f32 = 2.0;
@@ -67,12 +67,12 @@ fn draw_words(map: &mut Pixmap, words: &Words, scale: Transform) {
 fn word_path(words: &Words) -> Option<Path> {
     let width = font::text_width(&words.text, words.size, words.bold);
     let start = match words.anchor {
-        Anchor::Start => 0.0,
-        Anchor::Middle => -0.5 * width,
-        Anchor::End => -width,
+        TextAnchor::Start => 0.0,
+        TextAnchor::Middle => -0.5 * width,
+        TextAnchor::End => -width,
     };
     let (sine, cosine) = words.turn_deg.to_radians().sin_cos();
-    let place = |[x, y]: Spot| {
+    let place = |[x, y]: PagePoint| {
         let [along, down] = [start + x, -y];
         let [x, y] = [words.spot[0] + along * cosine - down * sine, words.spot[1] + along * sine + down * cosine];
         (x as f32, y as f32)
@@ -94,7 +94,7 @@ fn word_path(words: &Words) -> Option<Path> {
     builder.finish()
 }
 
-fn trace(builder: &mut PathBuilder, spots: &[Spot], closed: bool) {
+fn trace(builder: &mut PathBuilder, spots: &[PagePoint], closed: bool) {
     for (index, [x, y]) in spots.iter().enumerate() {
         if index == 0 {
             builder.move_to(*x as f32, *y as f32);
@@ -127,7 +127,7 @@ mod tests {
     fn pixels_show_areas_and_words_where_they_were_drawn() {
         let mut picture = Picture::new(40.0, 20.0, "");
         picture.cells(vec![vec![[0.0, 0.0], [10.0, 0.0], [10.0, 20.0], [0.0, 20.0]]], [255, 0, 0]);
-        picture.words(Words::new("I", [30.0, 18.0], 20.0).anchored(Anchor::Middle));
+        picture.words(Words::new("I", [30.0, 18.0], 20.0).anchored(TextAnchor::Middle));
         let map = Pixmap::decode_png(&png(&picture)).expect("a sound PNG");
         assert_eq!((map.width(), map.height()), (80, 40));
         let at = |x: u32, y: u32| {

@@ -1,7 +1,7 @@
 //! `report.html`: the run on one page for a client.
 
 use super::daylight::daylight_table;
-use super::html::{Table, figure, terms, with_error};
+use super::html::{HtmlTable, figure, terms, with_error};
 use super::numbers::{UNKNOWN, amount, count_tick, duration, lux_with_error, percent, ratio, uniformity_with_error};
 use super::picture::escaped;
 use super::plan::plan_picture;
@@ -231,7 +231,7 @@ impl Report<'_> {
         if !rows.is_empty() {
             head.extend(light);
         }
-        let mut table = Table::new("", &head);
+        let mut table = HtmlTable::new("", &head);
         for surface in surfaces.iter().filter(|surface| is_listed(surface)) {
             let facts = |side: &str| {
                 let back = if side == "back" { ", back" } else { "" };
@@ -293,7 +293,7 @@ impl Report<'_> {
             ("Power each<small>W</small>", false),
             ("Flux of all<small>lm</small>", false),
         ];
-        let mut table = Table::new("", &head);
+        let mut table = HtmlTable::new("", &head);
         for row in &self.schedule.rows {
             let luminaire = &self.scene.luminaires[row.members[0]];
             let count = row.members.len();
@@ -480,7 +480,7 @@ fn percent_whole(fraction: f64) -> String {
 /// Rays and computing time by what they were for.
 fn spending_table(spending: &Spending) -> String {
     let caption = "What the rays and the computing time were for";
-    let mut table = Table::new(caption, &[("", true), ("Rays", false), ("Time", false)]);
+    let mut table = HtmlTable::new(caption, &[("", true), ("Rays", false), ("Time", false)]);
     if *spending == Spending::default() {
         return String::new();
     }
@@ -495,8 +495,8 @@ fn spending_table(spending: &Spending) -> String {
     table.markup()
 }
 
-fn result_table() -> Table {
-    Table::new(
+fn result_table() -> HtmlTable {
+    HtmlTable::new(
         "",
         &[
             ("Where", true),

@@ -3,13 +3,13 @@
 use glam::DVec3;
 
 use super::glare_plot::{glare_grid_picture, glare_picture};
-use super::html::{Table, figure, with_error};
+use super::html::{HtmlTable, figure, with_error};
 use super::numbers::{lux, percent, uncertainty};
 use super::picture::escaped;
 use crate::base::glare::rating_text;
 use crate::base::position_index::{Outside, POSITION_INDEX};
 use crate::maps::TableKind;
-use crate::scene::{Background, Observer, Quantity, Scene};
+use crate::scene::{Background, GlareObserver, Quantity, Scene};
 use crate::solver::{GlareRating, Solution, worst_of_sets};
 
 /// Observers whose glare a report draws, at most.
@@ -24,7 +24,7 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
     let mut page = String::new();
     let rows = || solution.maps.iter().flat_map(|map| &map.tables).filter(|row| row.kind == TableKind::Luminance);
     if rows().next().is_some() {
-        let mut table = Table::new(
+        let mut table = HtmlTable::new(
             "",
             &[
                 ("Observer", true),
@@ -52,7 +52,7 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
 }
 
 fn glare_section(scene: &Scene, solution: &Solution) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "",
         &[
             ("Observer", true),
@@ -164,7 +164,7 @@ fn place_of_worst(scene: &Scene, rating: &GlareRating, observers: usize) -> Stri
 }
 
 /// Where an observer sits and looks: `at (2, 3, 1.2) m, towards (1, 0, 0)`.
-pub fn observer_words(observer: &Observer) -> String {
+pub fn observer_words(observer: &GlareObserver) -> String {
     let rounded = |vector: DVec3, scale: f64| {
         vector.to_array().map(|x| ((scale * x).round() / scale + 0.0).to_string()).join(", ")
     };

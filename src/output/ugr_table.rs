@@ -1,6 +1,6 @@
 //! A luminaire's UGR table as files: `ugr-table.csv`, `ugr-corrections.csv`, and `ugr-table.html` for a data sheet.
 
-use super::html::{Table, figure};
+use super::html::{HtmlTable, figure};
 use super::picture::{Picture, escaped};
 use super::report::STYLE;
 use super::sheet::{Field, Sheet};
@@ -187,8 +187,10 @@ fn percent_whole(reflectance: f64) -> String {
 }
 
 fn correction_table(corrections: &[SpacingCorrection]) -> String {
-    let mut table =
-        Table::new("", &[("Spacing", true), ("Rooms", false), ("viewed crosswise", false), ("viewed endwise", false)]);
+    let mut table = HtmlTable::new(
+        "",
+        &[("Spacing", true), ("Rooms", false), ("viewed crosswise", false), ("viewed endwise", false)],
+    );
     for correction in corrections {
         let mut cells = vec![format!("{} H", correction.spacing_h), correction.rooms.len().to_string()];
         cells.extend(Viewing::BOTH.map(|viewing| range_text(correction.range(viewing))));

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::html::{Table, with_error};
+use super::html::{HtmlTable, with_error};
 use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, uncertainty};
 use super::picture::escaped;
 use super::plots::maintenance_note;
@@ -96,7 +96,7 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
     if verdicts.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "",
         &[
             ("Where", true),

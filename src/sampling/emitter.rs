@@ -68,12 +68,12 @@ pub struct Emitter {
     pub luminaire: u32,
     /// Maintained flux in lm.
     pub luminous_flux_lm: f64,
-    shape: Shape,
+    shape: EmitterShape,
     beacon: Beacon,
 }
 
 #[derive(Clone, Debug)]
-enum Shape {
+enum EmitterShape {
     Isotropic { position_m: DVec3, intensity_cd: f64 },
     Lambertian { position_m: DVec3, axis: DVec3, intensity_cd: f64 },
     Web(WebEmitter),
@@ -165,7 +165,7 @@ fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
 impl Emitter {
     /// Whether it is a point, or emits from points that no ray meets.
     pub fn is_point(&self) -> bool {
-        !matches!(self.shape, Shape::Triangle(_) | Shape::Ball { .. } | Shape::Sky(_))
+        !matches!(self.shape, EmitterShape::Triangle(_) | EmitterShape::Ball { .. } | EmitterShape::Sky(_))
     }
 
     /// Whether it is one point: every look from one place then says the same.
@@ -175,7 +175,7 @@ impl Emitter {
 
     /// Whether any part of it lies within a distance of a point, in m.
     pub fn is_within(&self, point_m: DVec3, distance_m: f64) -> bool {
-        if matches!(&self.shape, Shape::Sky(sky) if sky.opening.is_none()) {
+        if matches!(&self.shape, EmitterShape::Sky(sky) if sky.opening.is_none()) {
             return false;
         }
         let reach_m = distance_m + self.beacon.radius_m;
@@ -184,36 +184,36 @@ impl Emitter {
 
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
-        matches!(self.shape, Shape::Ball { .. })
+        matches!(self.shape, EmitterShape::Ball { .. })
     }
 
     /// Whether it is the sky, or what an opening shows of it.
     pub fn is_sky(&self) -> bool {
-        matches!(self.shape, Shape::Sky(_))
+        matches!(self.shape, EmitterShape::Sky(_))
     }
 
     /// Cosine between a triangle's emitting side and a unit direction, 0 behind it; 0 for the others.
     pub fn cosine_towards(&self, direction: DVec3) -> f64 {
         match &self.shape {
-            Shape::Triangle(triangle) => triangle.normal.dot(direction).max(0.0),
+            EmitterShape::Triangle(triangle) => triangle.normal.dot(direction).max(0.0),
             _ => 0.0,
         }
     }
 
     /// Whether it is a photometric luminaire whose opening has an extent.
     pub fn has_opening(&self) -> bool {
-        matches!(&self.shape, Shape::Web(web) if web.aperture.is_some())
+        matches!(&self.shape, EmitterShape::Web(web) if web.aperture.is_some())
     }
 
     /// A point of a point-like emitter, its only one or one of its opening; `None` for the others.
     #[inline]
     pub fn draw_point(&self, stream: &mut Stream) -> Option<OpeningPoint> {
         match &self.shape {
-            Shape::Isotropic { position_m, .. } | Shape::Lambertian { position_m, .. } => {
+            EmitterShape::Isotropic { position_m, .. } | EmitterShape::Lambertian { position_m, .. } => {
                 Some(OpeningPoint { position_m: *position_m, face: None })
             }
-            Shape::Web(web) => Some(web.draw_point(stream)),
-            Shape::Triangle(_) | Shape::Ball { .. } | Shape::Sky(_) => None,
+            EmitterShape::Web(web) => Some(web.draw_point(stream)),
+            EmitterShape::Triangle(_) | EmitterShape::Ball { .. } | EmitterShape::Sky(_) => None,
         }
     }
 
@@ -221,8 +221,8 @@ impl Emitter {
     #[inline]
     pub fn place_of_point(&self, point_m: DVec3) -> Place {
         match &self.shape {
-            Shape::Lambertian { axis, .. } => Place::Sided(point_m, *axis),
-            Shape::Web(web) => Place::Sided(point_m, web.frame[2]),
+            EmitterShape::Lambertian { axis, .. } => Place::Sided(point_m, *axis),
+            EmitterShape::Web(web) => Place::Sided(point_m, web.frame[2]),
             _ => Place::Free(point_m),
         }
     }
@@ -230,17 +230,19 @@ impl Emitter {
     /// Intensity of a point emitter in cd towards a unit direction; 0 for the others, which have none.
     pub fn intensity_cd(&self, direction: DVec3) -> f64 {
         match &self.shape {
-            Shape::Isotropic { intensity_cd, .. } => *intensity_cd,
-            Shape::Lambertian { axis, intensity_cd, .. } => intensity_cd * axis.dot(direction).max(0.0),
-            Shape::Web(web) => web.intensity_cd(direction),
-            Shape::Triangle(_) | Shape::Ball { .. } | Shape::Sky(_) => 0.0,
+            EmitterShape::Isotropic { intensity_cd, .. } => *intensity_cd,
+            EmitterShape::Lambertian { axis, intensity_cd, .. } => intensity_cd * axis.dot(direction).max(0.0),
+            EmitterShape::Web(web) => web.intensity_cd(direction),
+            EmitterShape::Triangle(_) | EmitterShape::Ball { .. } | EmitterShape::Sky(_) => 0.0,
         }
     }
 
     /// The same of one of its points, where all of them are drawn alike: a point of a solid opening shines to where it faces.
     pub fn intensity_from_cd(&self, point: &OpeningPoint, direction: DVec3) -> f64 {
         let share = match &self.shape {
-            Shape::Web(web) => web.aperture.as_ref().map_or(1.0, |aperture| aperture.share_towards(point, direction)),
+            EmitterShape::Web(web) => {
+                web.aperture.as_ref().map_or(1.0, |aperture| aperture.share_towards(point, direction))
+            }
             _ => 1.0,
         };
         if share > 0.0 { share * self.intensity_cd(direction) } else { 0.0 }
@@ -249,24 +251,24 @@ impl Emitter {
     /// Draws a packet in proportion to the flux that leaves.
     pub fn emit(&self, stream: &mut Stream) -> Emitted {
         match &self.shape {
-            Shape::Isotropic { position_m, .. } => {
+            EmitterShape::Isotropic { position_m, .. } => {
                 Emitted::new(Place::Free(*position_m), uniform_sphere(stream.pair()))
             }
-            Shape::Lambertian { position_m, axis, .. } => {
+            EmitterShape::Lambertian { position_m, axis, .. } => {
                 Emitted::new(Place::Sided(*position_m, *axis), cosine_hemisphere(*axis, stream.pair()))
             }
-            Shape::Web(web) => {
+            EmitterShape::Web(web) => {
                 let local = web.sampler.sample(stream.pair());
                 let [c0, c90, axis] = web.frame;
                 let direction = c0 * local.x + c90 * local.y + axis * local.z;
                 Emitted::new(Place::Sided(web.draw_point_towards(direction, stream), axis), direction)
             }
-            Shape::Triangle(triangle) => {
+            EmitterShape::Triangle(triangle) => {
                 let place = triangle.place(uniform_triangle(stream.pair()));
                 Emitted::new(place, cosine_hemisphere(triangle.normal, stream.pair()))
             }
-            Shape::Sky(sky) => sky.emit(stream),
-            Shape::Ball { center_m, radius_m, .. } => {
+            EmitterShape::Sky(sky) => sky.emit(stream),
+            EmitterShape::Ball { center_m, radius_m, .. } => {
                 let outward = uniform_sphere(stream.pair());
                 let place = Place::Ball { luminaire: self.luminaire, position_m: *center_m + outward * *radius_m };
                 Emitted::new(place, cosine_hemisphere(outward, stream.pair()))
@@ -278,8 +280,8 @@ impl Emitter {
     /// point-like emitters, and for a ball with the place inside.
     pub fn point_seen_from(&self, place_m: DVec3, variates: [f64; 2]) -> Option<Place> {
         match &self.shape {
-            Shape::Triangle(triangle) => Some(triangle.place(uniform_triangle(variates))),
-            Shape::Ball { center_m, radius_m, .. } => {
+            EmitterShape::Triangle(triangle) => Some(triangle.place(uniform_triangle(variates))),
+            EmitterShape::Ball { center_m, radius_m, .. } => {
                 let offset_m = *center_m - place_m;
                 let sine = radius_m / offset_m.length();
                 if sine >= 1.0 {
@@ -301,21 +303,21 @@ impl Emitter {
     /// extent, which counts as its centre, and the sky, of which openings show the part in their middle (their looks know better).
     pub fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
         match &self.shape {
-            Shape::Isotropic { position_m, intensity_cd } => {
+            EmitterShape::Isotropic { position_m, intensity_cd } => {
                 intensity_cd * cosine_per_square(*position_m - point_m, normal)
             }
-            Shape::Lambertian { position_m, .. } | Shape::Web(WebEmitter { position_m, .. }) => {
+            EmitterShape::Lambertian { position_m, .. } | EmitterShape::Web(WebEmitter { position_m, .. }) => {
                 let geometry = cosine_per_square(*position_m - point_m, normal);
                 if geometry == 0.0 {
                     return 0.0;
                 }
                 self.intensity_cd((point_m - *position_m).normalize()) * geometry
             }
-            Shape::Sky(sky) => sky.about_lx(point_m, normal),
-            Shape::Triangle(triangle) => {
+            EmitterShape::Sky(sky) => sky.about_lx(point_m, normal),
+            EmitterShape::Triangle(triangle) => {
                 triangle.exitance_lm_m2 * triangle_illuminance_factor(point_m, normal, triangle.corners_m)
             }
-            Shape::Ball { center_m, radius_m, exitance_lm_m2 } => {
+            EmitterShape::Ball { center_m, radius_m, exitance_lm_m2 } => {
                 let offset = *center_m - point_m;
                 let distance = offset.length();
                 exitance_lm_m2 * ball_illuminance_factor(offset.dot(normal) / distance, distance / radius_m)
@@ -339,14 +341,14 @@ impl Emitter {
     /// The point looked at is drawn in proportion to what it brings there unshadowed: the estimate of the illuminance
     /// is what the look says times visibility.
     pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        if let Shape::Web(web) = &self.shape
+        if let EmitterShape::Web(web) = &self.shape
             && let Some(aperture) = &web.aperture
         {
             let towards = |direction: DVec3| web.intensity_cd(direction);
             let (unshadowed_lx, at_m) = aperture.look(point_m, normal, towards, stream)?;
             return Some(Look { unshadowed_lx, place: Some(self.place_of_point(at_m)) });
         }
-        if let Shape::Sky(sky) = &self.shape {
+        if let EmitterShape::Sky(sky) = &self.shape {
             return sky.look(point_m, normal, stream);
         }
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
@@ -354,17 +356,17 @@ impl Emitter {
             return None;
         }
         let place = match &self.shape {
-            Shape::Triangle(triangle) => {
+            EmitterShape::Triangle(triangle) => {
                 let seen = SeenTriangle::new(triangle.seen_from(point_m));
                 seen.draw_projected(normal, stream).map(|(_, barycentric)| triangle.place(barycentric))
             }
-            Shape::Ball { center_m, radius_m, .. } => {
+            EmitterShape::Ball { center_m, radius_m, .. } => {
                 draw_ball(self.luminaire, *center_m, *radius_m, point_m, normal, stream)
             }
-            Shape::Isotropic { position_m, .. }
-            | Shape::Lambertian { position_m, .. }
-            | Shape::Web(WebEmitter { position_m, .. }) => Some(self.place_of_point(*position_m)),
-            Shape::Sky(_) => None,
+            EmitterShape::Isotropic { position_m, .. }
+            | EmitterShape::Lambertian { position_m, .. }
+            | EmitterShape::Web(WebEmitter { position_m, .. }) => Some(self.place_of_point(*position_m)),
+            EmitterShape::Sky(_) => None,
         };
         Some(Look { unshadowed_lx, place })
     }
@@ -375,7 +377,7 @@ impl Emitter {
     /// A far triangle's point is drawn by area, E = M A cos θ cos θ′/(π d²); all else is looked at as ever.
     #[inline]
     pub fn glance(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        let Shape::Triangle(triangle) = &self.shape else {
+        let EmitterShape::Triangle(triangle) = &self.shape else {
             return self.look(point_m, normal, stream);
         };
         let far_m = FAR_FOR_A_GLANCE * triangle.radius_m;
@@ -397,8 +399,8 @@ impl Emitter {
     /// Exitance in lm/m² of an emitter that rays can meet; `None` for points.
     pub fn exitance_lm_m2(&self) -> Option<f64> {
         match &self.shape {
-            Shape::Triangle(triangle) => Some(triangle.exitance_lm_m2),
-            Shape::Ball { exitance_lm_m2, .. } => Some(*exitance_lm_m2),
+            EmitterShape::Triangle(triangle) => Some(triangle.exitance_lm_m2),
+            EmitterShape::Ball { exitance_lm_m2, .. } => Some(*exitance_lm_m2),
             _ => None,
         }
     }

@@ -38,14 +38,14 @@ pub struct OpeningPoint {
 #[derive(Clone, Debug)]
 pub struct Aperture {
     center_m: DVec3,
-    shape: Shape,
+    shape: ApertureShape,
     /// Area of its surface in m².
     surface_m2: f64,
 }
 
 /// Vectors from the middle to the rim, in m.
 #[derive(Clone, Copy, Debug)]
-enum Shape {
+enum ApertureShape {
     /// A parallelogram.
     Flat([DVec3; 2]),
     /// A flat ellipse.
@@ -65,13 +65,17 @@ impl Aperture {
         let half = |extent_m: f64, along: DVec3| 0.5 * extent_m * along;
         let shape = match *opening {
             Opening::Point => return None,
-            Opening::Rectangle { c0_m, c90_m } => Shape::Flat([half(c0_m, c0), half(c90_m, c90)]),
+            Opening::Rectangle { c0_m, c90_m } => ApertureShape::Flat([half(c0_m, c0), half(c90_m, c90)]),
             Opening::Box { c0_m, c90_m, height_m } => {
-                Shape::Box([half(c0_m, c0), half(c90_m, c90), half(height_m, axis)])
+                ApertureShape::Box([half(c0_m, c0), half(c90_m, c90), half(height_m, axis)])
             }
-            Opening::Disk { diameter_m } => Shape::Ellipse([half(diameter_m, c0), half(diameter_m, c90)]),
-            Opening::Ellipse { c0_m, c90_m, height_m: 0.0 } => Shape::Ellipse([half(c0_m, c0), half(c90_m, c90)]),
-            Opening::UprightEllipse { width_m, height_m } => Shape::Ellipse([half(width_m, c90), half(height_m, axis)]),
+            Opening::Disk { diameter_m } => ApertureShape::Ellipse([half(diameter_m, c0), half(diameter_m, c90)]),
+            Opening::Ellipse { c0_m, c90_m, height_m: 0.0 } => {
+                ApertureShape::Ellipse([half(c0_m, c0), half(c90_m, c90)])
+            }
+            Opening::UprightEllipse { width_m, height_m } => {
+                ApertureShape::Ellipse([half(width_m, c90), half(height_m, axis)])
+            }
             Opening::Ellipse { c0_m, c90_m, height_m } => {
                 cylinder([half(c0_m, c0), half(c90_m, c90), half(height_m, axis)])
             }
@@ -85,10 +89,10 @@ impl Aperture {
                 cylinder([half(width_m, c0), half(height_m, axis), half(length_m, c90)])
             }
             Opening::Sphere { diameter_m } => {
-                Shape::Ellipsoid([half(diameter_m, c0), half(diameter_m, c90), half(diameter_m, axis)])
+                ApertureShape::Ellipsoid([half(diameter_m, c0), half(diameter_m, c90), half(diameter_m, axis)])
             }
             Opening::Ellipsoid { c0_m, c90_m, height_m } => {
-                Shape::Ellipsoid([half(c0_m, c0), half(c90_m, c90), half(height_m, axis)])
+                ApertureShape::Ellipsoid([half(c0_m, c0), half(c90_m, c90), half(height_m, axis)])
             }
         };
         let aperture = Aperture { center_m, surface_m2: surface_m2(&shape), shape };
@@ -98,12 +102,12 @@ impl Aperture {
     /// Radius of a ball about the centre that holds the opening, in m.
     pub fn radius_m(&self) -> f64 {
         match &self.shape {
-            Shape::Flat(half) => half.iter().map(|h| h.length_squared()).sum::<f64>().sqrt(),
-            Shape::Box(half) | Shape::Cylinder { half_axes_m: half, .. } => {
+            ApertureShape::Flat(half) => half.iter().map(|h| h.length_squared()).sum::<f64>().sqrt(),
+            ApertureShape::Box(half) | ApertureShape::Cylinder { half_axes_m: half, .. } => {
                 half.iter().map(|h| h.length_squared()).sum::<f64>().sqrt()
             }
-            Shape::Ellipse(half) => half.iter().map(|h| h.length()).fold(0.0, f64::max),
-            Shape::Ellipsoid(half) => half.iter().map(|h| h.length()).fold(0.0, f64::max),
+            ApertureShape::Ellipse(half) => half.iter().map(|h| h.length()).fold(0.0, f64::max),
+            ApertureShape::Ellipsoid(half) => half.iter().map(|h| h.length()).fold(0.0, f64::max),
         }
     }
 
@@ -111,23 +115,25 @@ impl Aperture {
     pub fn half_extent_m(&self, along: DVec3) -> f64 {
         let reach_m = |half: &[DVec3]| half.iter().map(|half| half.dot(along).abs()).sum();
         match &self.shape {
-            Shape::Flat(half) | Shape::Ellipse(half) => reach_m(half),
-            Shape::Box(half) | Shape::Ellipsoid(half) | Shape::Cylinder { half_axes_m: half, .. } => reach_m(half),
+            ApertureShape::Flat(half) | ApertureShape::Ellipse(half) => reach_m(half),
+            ApertureShape::Box(half)
+            | ApertureShape::Ellipsoid(half)
+            | ApertureShape::Cylinder { half_axes_m: half, .. } => reach_m(half),
         }
     }
 
     /// A point drawn uniformly over the opening's surface.
     pub fn draw(&self, stream: &mut Stream) -> OpeningPoint {
         match &self.shape {
-            Shape::Flat(half) => self.flat(draw_flat(half, stream)),
-            Shape::Ellipse(half) => self.flat(draw_disk(half, stream)),
-            Shape::Box(half) => {
+            ApertureShape::Flat(half) => self.flat(draw_flat(half, stream)),
+            ApertureShape::Ellipse(half) => self.flat(draw_disk(half, stream)),
+            ApertureShape::Box(half) => {
                 let [a, b, c] = half.map(DVec3::length);
                 let fixed = pick([b * c, c * a, a * b], stream);
                 let end = if stream.unit() < 0.5 { -1.0 } else { 1.0 };
                 self.on_face(half, fixed, end, stream)
             }
-            Shape::Cylinder { half_axes_m: half @ [a, b, along], barrel_share } => {
+            ApertureShape::Cylinder { half_axes_m: half @ [a, b, along], barrel_share } => {
                 if stream.unit() < *barrel_share {
                     let turn = draw_rim(a, b, stream);
                     self.on_barrel(half, turn, stream)
@@ -136,7 +142,7 @@ impl Aperture {
                     self.solid(draw_disk(&[*a, *b], stream) + end * *along, end * *along)
                 }
             }
-            Shape::Ellipsoid(half) => self.on_ellipsoid(half, draw_ellipsoid(half, stream)),
+            ApertureShape::Ellipsoid(half) => self.on_ellipsoid(half, draw_ellipsoid(half, stream)),
         }
     }
 
@@ -144,8 +150,8 @@ impl Aperture {
     pub fn draw_towards(&self, direction: DVec3, stream: &mut Stream) -> OpeningPoint {
         let facing = |axis: DVec3| if axis.dot(direction) < 0.0 { -1.0 } else { 1.0 };
         match &self.shape {
-            Shape::Flat(_) | Shape::Ellipse(_) => self.draw(stream),
-            Shape::Box(half @ [a, b, c]) => {
+            ApertureShape::Flat(_) | ApertureShape::Ellipse(_) => self.draw(stream),
+            ApertureShape::Box(half @ [a, b, c]) => {
                 let shown = [b.cross(*c), c.cross(*a), a.cross(*b)].map(|face| face.dot(direction).abs());
                 let fixed = pick(shown, stream);
                 // Where an axis has no length its faces are the plane of the others.
@@ -153,7 +159,7 @@ impl Aperture {
                 let outward = if normal.dot(half[fixed]) < 0.0 { -normal } else { normal };
                 self.on_face(half, fixed, facing(outward), stream)
             }
-            Shape::Cylinder { half_axes_m: half @ [a, b, along], .. } => {
+            ApertureShape::Cylinder { half_axes_m: half @ [a, b, along], .. } => {
                 let ends = PI * a.cross(*b).dot(direction).abs();
                 let [across_a, across_b] = barrel_faces(half).map(|face| face.dot(direction));
                 let barrel = 4.0 * across_a.hypot(across_b);
@@ -167,7 +173,7 @@ impl Aperture {
                     self.solid(draw_disk(&[*a, *b], stream) + end, end)
                 }
             }
-            Shape::Ellipsoid(half) => {
+            ApertureShape::Ellipsoid(half) => {
                 // In units of the half axes it is a ball, of which half is seen, by its disk.
                 let scaled = half.map(|axis| axis.dot(direction) / axis.length_squared().max(f64::MIN_POSITIVE));
                 let towards = DVec3::from(scaled).normalize_or(DVec3::Z);
@@ -278,7 +284,7 @@ impl Aperture {
 
     /// A rectangle that is near and partly above the horizon, as two triangles.
     fn near_rectangle(&self, point_m: DVec3, normal: DVec3) -> Option<NearRectangle> {
-        let Shape::Flat([a, b]) = self.shape else {
+        let ApertureShape::Flat([a, b]) = self.shape else {
             return None;
         };
         let twice_quarter = a.cross(b);
@@ -324,7 +330,7 @@ impl NearRectangle {
     }
 }
 
-fn cylinder(half_axes_m: [DVec3; 3]) -> Shape {
+fn cylinder(half_axes_m: [DVec3; 3]) -> ApertureShape {
     let [a, b, along] = half_axes_m;
     let speed = |step: usize| {
         let (sin, cos) = (TAU * (step as f64 + 0.5) / PERIMETER_STEPS as f64).sin_cos();
@@ -334,19 +340,19 @@ fn cylinder(half_axes_m: [DVec3; 3]) -> Shape {
     let barrel_m2 = perimeter_m * 2.0 * along.length();
     let ends_m2 = TAU * a.length() * b.length();
     let barrel_share = if barrel_m2 + ends_m2 > 0.0 { barrel_m2 / (barrel_m2 + ends_m2) } else { 1.0 };
-    Shape::Cylinder { half_axes_m, barrel_share }
+    ApertureShape::Cylinder { half_axes_m, barrel_share }
 }
 
 /// Area of a shape in m²; of a flat one that of one side.
-fn surface_m2(shape: &Shape) -> f64 {
+fn surface_m2(shape: &ApertureShape) -> f64 {
     match shape {
-        Shape::Flat([a, b]) => 4.0 * a.cross(*b).length(),
-        Shape::Ellipse([a, b]) => PI * a.cross(*b).length(),
-        Shape::Box([a, b, c]) => 8.0 * (a.cross(*b).length() + b.cross(*c).length() + c.cross(*a).length()),
-        Shape::Cylinder { half_axes_m: [a, b, _], barrel_share } => {
+        ApertureShape::Flat([a, b]) => 4.0 * a.cross(*b).length(),
+        ApertureShape::Ellipse([a, b]) => PI * a.cross(*b).length(),
+        ApertureShape::Box([a, b, c]) => 8.0 * (a.cross(*b).length() + b.cross(*c).length() + c.cross(*a).length()),
+        ApertureShape::Cylinder { half_axes_m: [a, b, _], barrel_share } => {
             TAU * a.cross(*b).length() / (1.0 - barrel_share).max(f64::MIN_POSITIVE)
         }
-        Shape::Ellipsoid(half) => ellipsoid_m2(half),
+        ApertureShape::Ellipsoid(half) => ellipsoid_m2(half),
     }
 }
 

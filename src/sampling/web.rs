@@ -120,6 +120,7 @@ mod tests {
     use statrs::distribution::{ChiSquared, ContinuousCDF};
 
     use super::*;
+    use crate::sampling::random::{Purpose, Stream};
     use crate::scene::photometry::PhotometricType;
 
     /// Chance of refusing a right sampler.
@@ -132,16 +133,8 @@ mod tests {
     /// Midpoints along each side of a bin, for its expected count.
     const MIDPOINTS: usize = 128;
 
-    /// SplitMix64 (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators").
-    struct Stream(u64);
-
-    impl Stream {
-        fn variate(&mut self) -> f64 {
-            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let once = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            let twice = (once ^ (once >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            ((twice ^ (twice >> 31)) >> 11) as f64 * (-53_f64).exp2()
-        }
+    fn stream() -> Stream {
+        Stream::new(SEED, Purpose::Pilot, 0, 0)
     }
 
     /// Uneven steps, dark zones, a dark plane and an asymmetric lobe.
@@ -181,9 +174,9 @@ mod tests {
     /// The p-value of draws from `drawn` against the intensities of `truth`, bins pooled until 20 are expected in each.
     fn chi_square_p(drawn: &WebSampler, truth: &IntensityWeb) -> f64 {
         let mut counts = vec![0.0; BINS[0] * BINS[1]];
-        let mut stream = Stream(SEED);
+        let mut stream = stream();
         for _ in 0..DRAWS {
-            let direction = drawn.sample([stream.variate(), stream.variate()]);
+            let direction = drawn.sample([stream.fine_unit(), stream.fine_unit()]);
             let turn = (direction.y.atan2(direction.x) / TAU).rem_euclid(1.0);
             let [i, j] = [turn, 0.5 * (1.0 - direction.z)];
             let [i, j] = [(i * BINS[0] as f64) as usize, (j * BINS[1] as f64) as usize];
@@ -288,9 +281,9 @@ mod tests {
     fn a_floodlight_draws_by_its_own_angles() {
         let web = floodlight();
         let sampler = WebSampler::new(&web);
-        let mut stream = Stream(SEED);
+        let mut stream = stream();
         // Mean of 1/I over draws ∝ I is the solid angle of the table over its flux.
-        let mean = (0..200_000).map(|_| 1.0 / sampler.eval(sampler.sample([stream.variate(), stream.variate()])));
+        let mean = (0..200_000).map(|_| 1.0 / sampler.eval(sampler.sample([stream.fine_unit(), stream.fine_unit()])));
         let mean = mean.sum::<f64>() / 200_000.0;
         let zone = 50_f64.to_radians().cos() - 110_f64.to_radians().cos();
         let exact = 70_f64.to_radians() * zone / sampler.total();

@@ -198,7 +198,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
         Emission::Photometric { position_m, frame, .. } => Some((frame[2].z, first_met(scene, *position_m, frame[2])?)),
         _ => None,
     });
-    let aims: Vec<Option<(f64, Met)>> = aims.collect();
+    let aims: Vec<Option<(f64, FirstMet)>> = aims.collect();
     for (luminaire, aim) in scene.luminaires.iter().zip(aims) {
         match aim {
             Some((up, met)) if up > UPWARD && met.distance_m < TOO_NEAR_M => at_ceiling.push(luminaire),
@@ -239,7 +239,7 @@ fn advise_on_grids(scene: &Scene, advice: &mut Vec<String>) {
 }
 
 /// What a straight way meets first.
-pub(crate) struct Met {
+pub(crate) struct FirstMet {
     /// How far away in m.
     pub distance_m: f64,
     /// The back of a surface that has only a front.
@@ -248,8 +248,8 @@ pub(crate) struct Met {
 
 /// The first triangle along a direction, in f64, told by looking at all of them; those that the start lies on do not count
 /// where the direction leaves them.
-pub(crate) fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Option<Met> {
-    let mut nearest: Option<Met> = None;
+pub(crate) fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Option<FirstMet> {
+    let mut nearest: Option<FirstMet> = None;
     for triangle in 0..scene.triangles.len() as u32 {
         let [a, b, c] = scene.corners_m(triangle);
         let twice_area = (b - a).cross(c - a);
@@ -264,7 +264,7 @@ pub(crate) fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Opti
         let is_left = |from: DVec3, to: DVec3| (to - from).cross(hit_m - from).dot(twice_area) >= 0.0;
         if is_left(a, b) && is_left(b, c) && is_left(c, a) {
             let is_dead_back = slope > 0.0 && !scene.surface_of(triangle).two_sided;
-            nearest = Some(Met { distance_m, is_dead_back });
+            nearest = Some(FirstMet { distance_m, is_dead_back });
         }
     }
     nearest

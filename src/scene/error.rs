@@ -17,7 +17,7 @@ pub struct Refusal {
     /// The file in which the fault lies: the scene file, or the mesh, points or photometric file that it names.
     pub path: PathBuf,
     /// Where in that file; `None` where the file as a whole is at fault (missing, unreadable).
-    pub place: Option<Place>,
+    pub place: Option<TextPlace>,
     /// Which entry of the scene file asked for this file, where the fault lies in another one.
     pub named_by: Option<String>,
     /// What is wrong, in one sentence.
@@ -32,7 +32,7 @@ pub struct Refusal {
 
 /// A place in a text file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct TextPlace {
     /// Line, counted from 1.
     pub line: usize,
     /// Column in characters, counted from 1.
@@ -84,9 +84,9 @@ impl Deref for SceneError {
     }
 }
 
-impl Place {
+impl TextPlace {
     /// The place of a byte range of a text; a range past the end is moved to the end, and off the middle of characters.
-    pub(super) fn of(text: &str, start: usize, end: usize, json_path: &str) -> Place {
+    pub(super) fn of(text: &str, start: usize, end: usize, json_path: &str) -> TextPlace {
         let floor = |mut byte: usize| {
             byte = byte.min(text.len());
             while !text.is_char_boundary(byte) {
@@ -110,7 +110,7 @@ impl Place {
             .map(|character| if character.is_control() { ' ' } else { character })
             .collect();
         let indent = before - skipped;
-        Place {
+        TextPlace {
             line: text[..start].matches('\n').count() + 1,
             column: before + 1,
             json_path: json_path.to_string(),
@@ -156,7 +156,7 @@ mod tests {
     fn a_place_counts_lines_and_characters_from_one() {
         let text = "{\n  \"ä\": 1\n}";
         let start = text.find('1').expect("the text has a 1");
-        let place = Place::of(text, start, start + 1, "ä");
+        let place = TextPlace::of(text, start, start + 1, "ä");
         assert_eq!((place.line, place.column, place.length), (2, 8, 1));
         assert_eq!(place.excerpt, "  \"ä\": 1");
     }
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn a_long_line_is_cut_around_the_place() {
         let text = format!("{}X{}", "a".repeat(5000), "b".repeat(5000));
-        let place = Place::of(&text, 5000, 5001, "");
+        let place = TextPlace::of(&text, 5000, 5001, "");
         assert_eq!(place.column, 5001);
         assert_eq!(place.excerpt.chars().nth(place.indent), Some('X'));
         assert!(place.excerpt.chars().count() <= EXCERPT_CHARACTERS);
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn a_range_off_the_text_has_a_place_all_the_same() {
         for (start, end) in [(1, 1), (3, 900), (900, 901)] {
-            let place = Place::of("ä\n", start, end, "");
+            let place = TextPlace::of("ä\n", start, end, "");
             assert!(place.length >= 1);
         }
     }

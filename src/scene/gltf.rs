@@ -18,7 +18,7 @@ use super::gltf_buffers::{Buffers, Elements};
 use super::limits::{MOST_MESH_READS, MOST_MESH_TRIANGLES};
 use super::mesh_builder::MeshBuilder;
 use super::mesh_file::refusal;
-use super::shapes::Shape;
+use super::shapes::GeometryShape;
 use super::units::LengthUnit;
 
 /// What a GLB file begins with.
@@ -38,7 +38,7 @@ pub(super) fn read(
     bytes: &[u8],
     unit: LengthUnit,
     warnings: &mut Vec<String>,
-) -> Result<Shape, SceneError> {
+) -> Result<GeometryShape, SceneError> {
     let (json, binary) = chunks(path, bytes)?;
     let refuse = |error: &dyn std::fmt::Display| refusal(path, "not valid glTF", error.to_string(), "glTF 2.0");
     let root: gltf::json::Root = gltf::json::deserialize::from_slice(&json).map_err(|error| refuse(&error))?;

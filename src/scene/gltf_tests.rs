@@ -42,16 +42,16 @@ fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
     Glb { header, json: json.into(), bin: Some(binary.into()) }.to_vec().expect("memory takes it")
 }
 
-fn read_in(path: &Path, bytes: &[u8], unit: usize) -> Result<(Shape, Vec<String>), SceneError> {
+fn read_in(path: &Path, bytes: &[u8], unit: usize) -> Result<(GeometryShape, Vec<String>), SceneError> {
     let mut warnings = Vec::new();
     Ok((read(path, bytes, LengthUnit::of(unit), &mut warnings)?, warnings))
 }
 
-fn read_glb(json: &Value, binary: &[u8]) -> Result<(Shape, Vec<String>), SceneError> {
+fn read_glb(json: &Value, binary: &[u8]) -> Result<(GeometryShape, Vec<String>), SceneError> {
     read_in(Path::new("test.glb"), &glb(json, binary), 0)
 }
 
-fn normal_of(shape: &Shape) -> DVec3 {
+fn normal_of(shape: &GeometryShape) -> DVec3 {
     let [a, b, c] = shape.parts[0].triangles[0].map(|vertex| shape.vertices[vertex as usize]);
     (b - a).cross(c - a).normalize()
 }

@@ -4,13 +4,13 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::shapes::{Shape, ShapePart};
+use super::shapes::{GeometryShape, ShapePart};
 
 /// A shape that grows as its file is read.
 #[derive(Default)]
 pub(super) struct MeshBuilder {
     numbers: HashMap<[u64; 3], u32>,
-    shape: Shape,
+    shape: GeometryShape,
     /// Where each part is in the shape.
     places: HashMap<Option<String>, usize>,
     /// Triangles of all parts.
@@ -52,7 +52,7 @@ impl MeshBuilder {
     }
 
     /// The shape.
-    pub fn finish(self) -> Shape {
+    pub fn finish(self) -> GeometryShape {
         self.shape
     }
 }

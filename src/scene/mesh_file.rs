@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::SceneError;
 use super::reader::Source;
-use super::shapes::Shape;
+use super::shapes::GeometryShape;
 use super::units::LengthUnit;
 use super::{gltf, obj, parse, ply, stl};
 
@@ -20,7 +20,7 @@ pub(super) const MOST_CORNERS: usize = 1024;
 /// # Errors
 ///
 /// Files that cannot be read, that are damaged or cut short, ask for too much, or hold no triangle.
-pub(super) fn read(path: &Path, unit: LengthUnit, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+pub(super) fn read(path: &Path, unit: LengthUnit, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     match ending.as_str() {
         "gltf" | "glb" => gltf::read(path, &parse::read_bytes(path, "the glTF file")?, unit, warnings),

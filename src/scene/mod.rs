@@ -61,7 +61,7 @@ mod work_tests;
 pub(crate) use advice::first_met;
 pub(crate) use advice_openings::luminaires_behind_surfaces;
 pub use elements::{Cell, Elements, Side};
-pub use error::{Place, Refusal, SceneError};
+pub use error::{Refusal, SceneError, TextPlace};
 pub use evaluation_grid::{EvaluationGrid, GridPart, evaluation_grid};
 pub use file::{read_scene, scene_from_json};
 pub use insides::all_luminaires_are_shut_in;

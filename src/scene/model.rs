@@ -303,7 +303,7 @@ pub struct ReceiverSet {
     /// The points in the order of the tables (a grid row by row).
     pub points: Vec<ReceiverPoint>,
     /// Observers whose glare is rated; empty where something else is asked for.
-    pub observers: Vec<Observer>,
+    pub observers: Vec<GlareObserver>,
     /// What the set is to keep.
     pub requirements: Vec<Requirement>,
 }
@@ -331,7 +331,7 @@ pub enum Quantity {
 
 /// An observer whose glare is rated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Observer {
+pub struct GlareObserver {
     /// The eye in m.
     pub eye_m: DVec3,
     /// Unit vector along the line of sight.

@@ -12,7 +12,7 @@ use super::mesh_builder::MeshBuilder;
 use super::mesh_file::MOST_CORNERS;
 use super::polygon::triangulate;
 use super::reader::{Source, shortened};
-use super::shapes::Shape;
+use super::shapes::GeometryShape;
 
 /// Statements that say nothing of the shape's surfaces.
 const PASSED_OVER: [&str; 10] = ["vt", "vn", "vp", "o", "g", "s", "mtllib", "usemap", "maplib", "lod"];
@@ -24,7 +24,7 @@ const WITHOUT_AREA: [&str; 2] = ["l", "p"];
 /// # Errors
 ///
 /// Malformed vertices and faces, corners that do not exist, and files without a face, with their places.
-pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let mut reader = ObjReader { source, vertices: Vec::new(), mesh: MeshBuilder::default(), part: None };
     let mut strange: Vec<(usize, &str)> = Vec::new();
     let mut lines = Words { text: source.text, next: 0, line: 0 };
@@ -196,7 +196,7 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    fn read_text(text: &str) -> Result<(Shape, Vec<String>), SceneError> {
+    fn read_text(text: &str) -> Result<(GeometryShape, Vec<String>), SceneError> {
         let mut warnings = Vec::new();
         let shape = read(&Source { text, path: Path::new("test.obj") }, &mut warnings)?;
         Ok((shape, warnings))

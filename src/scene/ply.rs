@@ -11,14 +11,14 @@ use super::limits::MOST_MESH_TRIANGLES;
 use super::mesh_builder::MeshBuilder;
 use super::mesh_file::{MOST_CORNERS, refusal};
 use super::polygon::triangulate;
-use super::shapes::Shape;
+use super::shapes::GeometryShape;
 
 /// Reads a mesh. Warnings say what was passed over and matters.
 ///
 /// # Errors
 ///
 /// Files that are damaged or cut short, corners that do not exist or are at no finite place, and files without a face.
-pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let refuse = |error: &dyn std::fmt::Display| {
         // The parser's words come in several lines.
         let got = error.to_string().split_whitespace().collect::<Vec<&str>>().join(" ");
@@ -188,7 +188,7 @@ mod tests {
         bytes
     }
 
-    fn read_bytes(bytes: &[u8]) -> Result<Shape, SceneError> {
+    fn read_bytes(bytes: &[u8]) -> Result<GeometryShape, SceneError> {
         read(Path::new("test.ply"), bytes, &mut Vec::new())
     }
 

@@ -8,7 +8,7 @@ use glam::DVec3;
 use jsonc_parser::ast::{ObjectProp, Value};
 use jsonc_parser::common::Ranged;
 
-use super::error::{Place, Refusal, SceneError};
+use super::error::{Refusal, SceneError, TextPlace};
 use super::names::{listed, nearest};
 
 /// A text and the name it goes by in messages.
@@ -30,7 +30,7 @@ impl Source<'_> {
     ) -> SceneError {
         SceneError::new(Refusal {
             path: self.path.to_path_buf(),
-            place: Some(Place::of(self.text, range.start, range.end, json_path)),
+            place: Some(TextPlace::of(self.text, range.start, range.end, json_path)),
             named_by: None,
             what: what.into(),
             got: got.into(),
@@ -107,7 +107,7 @@ impl<'a> Node<'a> {
     /// `scene.json, line 3, column 9, at geometry[0].file`, for refusals of files that the scene names.
     pub fn as_namer(&self) -> String {
         let start = self.value.range().start;
-        let Place { line, column, .. } = Place::of(self.source.text, start, start, "");
+        let TextPlace { line, column, .. } = TextPlace::of(self.source.text, start, start, "");
         format!("{}, line {line}, column {column}, at {}", self.source.path.display(), self.json_path())
     }
 
@@ -164,7 +164,7 @@ impl<'a> Node<'a> {
         for (property, name) in object.properties.iter().map(|property| (property, property.name.as_str())) {
             if let Some(first_start) = seen.insert(name, property.name.range().start) {
                 let entry = fields.entry(property);
-                let first = Place::of(self.source.text, first_start, first_start, "");
+                let first = TextPlace::of(self.source.text, first_start, first_start, "");
                 return Err(self.source.refuse(
                     entry.key_range.clone(),
                     &entry.value.json_path(),

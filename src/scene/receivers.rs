@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::error::SceneError;
 use super::limits::MOST_POINTS;
 use super::luminaires::unique_name;
-use super::model::{Observer, Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::model::{GlareObserver, Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers;
 use super::reader::{Fields, Node};
 use super::surface_grid::{self, Spacing};
@@ -144,8 +144,8 @@ fn read_one(
 }
 
 /// An observer at each point, who looks along its normal.
-fn observers_at(points: &[ReceiverPoint]) -> Vec<Observer> {
-    points.iter().map(|point| Observer { eye_m: point.position_m, view: point.normal, inside: false }).collect()
+fn observers_at(points: &[ReceiverPoint]) -> Vec<GlareObserver> {
+    points.iter().map(|point| GlareObserver { eye_m: point.position_m, view: point.normal, inside: false }).collect()
 }
 
 /// What is asked for at the points; horizontal and vertical illuminance turn their normals.

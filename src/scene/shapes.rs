@@ -8,7 +8,7 @@ use super::limits::SPHERE_FREQUENCY;
 
 /// Triangles over a list of vertices, in parts; lengths in the file's unit until they are placed.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Shape {
+pub(super) struct GeometryShape {
     pub vertices: Vec<DVec3>,
     pub parts: Vec<ShapePart>,
 }
@@ -24,7 +24,7 @@ pub(super) struct ShapePart {
 pub(super) const BOX_FACES: [&str; 6] = ["floor", "ceiling", "x_min", "x_max", "y_min", "y_max"];
 
 /// An axis-parallel box whose faces share its eight vertices.
-pub(super) fn cuboid(min: DVec3, max: DVec3, inward: bool) -> Shape {
+pub(super) fn cuboid(min: DVec3, max: DVec3, inward: bool) -> GeometryShape {
     let vertices = (0..8)
         .map(|corner| {
             let pick = |bit: usize, axis: usize| if corner & bit == 0 { min[axis] } else { max[axis] };
@@ -42,13 +42,13 @@ pub(super) fn cuboid(min: DVec3, max: DVec3, inward: bool) -> Shape {
             ShapePart { name: Some((*name).into()), triangles }
         })
         .collect();
-    Shape { vertices, parts }
+    GeometryShape { vertices, parts }
 }
 
 /// A parallelogram with the normal u × v.
-pub(super) fn parallelogram(origin: DVec3, u: DVec3, v: DVec3) -> Shape {
+pub(super) fn parallelogram(origin: DVec3, u: DVec3, v: DVec3) -> GeometryShape {
     let vertices = vec![origin, origin + u, origin + u + v, origin + v];
-    Shape { vertices, parts: vec![ShapePart { name: None, triangles: vec![[0, 1, 2], [0, 2, 3]] }] }
+    GeometryShape { vertices, parts: vec![ShapePart { name: None, triangles: vec![[0, 1, 2], [0, 2, 3]] }] }
 }
 
 /// The frequency at which no edge of an inscribed icosphere is longer than asked; at least the default.
@@ -61,7 +61,7 @@ pub(super) fn sphere_frequency(radius: f64, longest_edge: Option<f64>) -> f64 {
 }
 
 /// An icosahedron with every edge cut into `frequency` parts and all vertices on the sphere.
-pub(super) fn icosphere(center: DVec3, radius: f64, inward: bool, frequency: u32) -> Shape {
+pub(super) fn icosphere(center: DVec3, radius: f64, inward: bool, frequency: u32) -> GeometryShape {
     let golden = (1.0 + 5f64.sqrt()) / 2.0;
     let mut corners = Vec::with_capacity(12);
     for long in [golden, -golden] {
@@ -89,7 +89,7 @@ pub(super) fn icosphere(center: DVec3, radius: f64, inward: bool, frequency: u32
         }
     }
     let vertices = sphere.vertices.iter().map(|direction| center + radius * direction.normalize()).collect();
-    Shape { vertices, parts: vec![ShapePart { name: None, triangles }] }
+    GeometryShape { vertices, parts: vec![ShapePart { name: None, triangles }] }
 }
 
 /// Cuts the faces of an icosahedron; points on shared edges get one number.
@@ -141,7 +141,7 @@ impl Subdivision {
 mod tests {
     use super::*;
 
-    fn area_and_volume(shape: &Shape) -> (f64, f64) {
+    fn area_and_volume(shape: &GeometryShape) -> (f64, f64) {
         let mut sums = (0.0, 0.0);
         for triangle in shape.parts.iter().flat_map(|part| &part.triangles) {
             let [a, b, c] = triangle.map(|vertex| shape.vertices[vertex as usize]);

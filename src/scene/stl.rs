@@ -10,7 +10,7 @@ use super::limits::MOST_MESH_TRIANGLES;
 use super::mesh_builder::MeshBuilder;
 use super::mesh_file::refusal;
 use super::parse;
-use super::shapes::Shape;
+use super::shapes::GeometryShape;
 
 /// Bytes of a binary file before its triangles, the last four of them their number.
 const HEADER_BYTES: usize = 84;
@@ -24,7 +24,7 @@ const SOLID: &str = "solid";
 /// # Errors
 ///
 /// Files that are damaged or cut short, corners at no finite place, and files without a triangle.
-pub(super) fn read(path: &Path, mut bytes: Vec<u8>, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+pub(super) fn read(path: &Path, mut bytes: Vec<u8>, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let mut mesh = MeshBuilder::default();
     let said =
         bytes.get(HEADER_BYTES - 4..HEADER_BYTES).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
@@ -139,7 +139,7 @@ mod tests {
         format!("solid {name}\n{facets}endsolid {name}\n")
     }
 
-    fn read_bytes(bytes: &[u8]) -> Result<Shape, SceneError> {
+    fn read_bytes(bytes: &[u8]) -> Result<GeometryShape, SceneError> {
         read(Path::new("test.stl"), bytes.to_vec(), &mut Vec::new())
     }
 

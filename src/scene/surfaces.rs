@@ -13,7 +13,7 @@ use super::model::{Material, MaterialId, Surface, SurfaceId};
 use super::names::listed;
 use super::placing::Placing;
 use super::reader::{Fields, Node, meant};
-use super::shapes::{self, BOX_FACES, Shape};
+use super::shapes::{self, BOX_FACES, GeometryShape};
 use super::units::LengthUnit;
 use super::weld::weld;
 
@@ -220,7 +220,7 @@ impl Surfaces {
         placing: &Placing,
         longest_edge: Option<f64>,
         warnings: &mut Vec<String>,
-    ) -> Result<Shape, SceneError> {
+    ) -> Result<GeometryShape, SceneError> {
         let center = fields.need("center", "[0, 0, 1]")?.vector()?;
         let radius = fields.need("radius", "0.3")?.above_zero("the radius")?;
         let inward = faces_inward(fields)?;
@@ -289,7 +289,7 @@ fn faces_inward(fields: &Fields) -> Result<bool, SceneError> {
     fields.get("facing").map_or(Ok(false), |node| Ok(FACINGS[node.choice(&FACINGS)?] == "inward"))
 }
 
-fn read_box(fields: &Fields) -> Result<Shape, SceneError> {
+fn read_box(fields: &Fields) -> Result<GeometryShape, SceneError> {
     let min = fields.need("min", "[0, 0, 0]")?.vector()?;
     let max_node = fields.need("max", "[8, 6, 3]")?;
     let max = max_node.vector()?;
@@ -306,7 +306,7 @@ fn read_box(fields: &Fields) -> Result<Shape, SceneError> {
     Ok(shapes::cuboid(min, max, faces_inward(fields)?))
 }
 
-fn read_rectangle(fields: &Fields, name: &str, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+fn read_rectangle(fields: &Fields, name: &str, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let origin = fields.need("origin", "[0, 0, 0]")?.vector()?;
     let u = fields.need("u", "[1, 0, 0]")?.vector()?;
     let v_node = fields.need("v", "[0, 1, 0]")?;
@@ -326,7 +326,7 @@ fn read_rectangle(fields: &Fields, name: &str, warnings: &mut Vec<String>) -> Re
     Ok(shapes::parallelogram(origin, u, v))
 }
 
-fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Result<Shape, SceneError> {
+fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let node = fields.need("file", "\"desks.obj\"")?;
     let path = around.base_dir.join(node.name()?);
     let mut shape = mesh_file::read(&path, around.unit, warnings).map_err(|error| error.named_by(node.as_namer()))?;

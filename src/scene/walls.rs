@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::model::{Background, Emission, Observer, Quantity, ReceiverPoint, Scene};
+use super::model::{Background, Emission, GlareObserver, Quantity, ReceiverPoint, Scene};
 use super::shells::{Shell, size_m};
 
 /// Points that stand for the walls: the mean over so many, spread evenly, is within 1% of that over all (0.03 in the rating).
@@ -52,7 +52,7 @@ pub(super) fn place_backgrounds(scene: &mut Scene, shells: &[Shell]) {
 }
 
 /// The least closed room about an observer, by its place among the shells.
-fn room_about(scene: &Scene, shells: &[Shell], observer: &Observer) -> Option<usize> {
+fn room_about(scene: &Scene, shells: &[Shell], observer: &GlareObserver) -> Option<usize> {
     let ahead_m = observer.eye_m + AHEAD * size_m(scene) * (observer.view + DVec3::Z);
     let volume_m3 = |place: &usize| shells[*place].volume_m3.abs();
     (0..shells.len())
@@ -61,7 +61,7 @@ fn room_about(scene: &Scene, shells: &[Shell], observer: &Observer) -> Option<us
 }
 
 /// Points spread evenly over the walls, each with its normal.
-fn points_on_walls(scene: &Scene, room: Option<&Shell>, observer: &Observer) -> Vec<ReceiverPoint> {
+fn points_on_walls(scene: &Scene, room: Option<&Shell>, observer: &GlareObserver) -> Vec<ReceiverPoint> {
     let eye_m = observer.eye_m;
     let Some(top_m) = luminaire_height_m(scene).filter(|height_m| *height_m > eye_m.z) else {
         return Vec::new();

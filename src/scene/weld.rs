@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
-use super::shapes::Shape;
+use super::shapes::GeometryShape;
 
 /// Vertices on rims nearer to each other than this fraction of the mesh's size become one: some digits of single
 /// precision, in which most programs write meshes and rays are traced.
@@ -14,7 +14,7 @@ const SAME_PLACE: f64 = 2e-7;
 ///
 /// It is safe because nothing else changes: vertices within closed surface stay, no triangle loses its area (where two of
 /// its corners would become one, they stay apart), and no vertex moves farther than rays can tell.
-pub(super) fn weld(shape: &mut Shape) -> Option<(usize, DVec3)> {
+pub(super) fn weld(shape: &mut GeometryShape) -> Option<(usize, DVec3)> {
     let rim = rim_vertices(shape);
     let low = shape.vertices.iter().fold(DVec3::INFINITY, |low, vertex| low.min(*vertex));
     let high = shape.vertices.iter().fold(DVec3::NEG_INFINITY, |high, vertex| high.max(*vertex));
@@ -62,7 +62,7 @@ pub(super) fn weld(shape: &mut Shape) -> Option<(usize, DVec3)> {
 const MOST_NEIGHBOURS: usize = 4096;
 
 /// Vertices of edges that an odd number of triangles has.
-fn rim_vertices(shape: &Shape) -> Vec<u32> {
+fn rim_vertices(shape: &GeometryShape) -> Vec<u32> {
     let triangles = || shape.parts.iter().flat_map(|part| &part.triangles);
     let mut edges: Vec<(u32, u32)> = triangles()
         .flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)])
@@ -82,9 +82,9 @@ mod tests {
     use super::*;
 
     /// Two triangles of a square, with corners of their own that `gap` parts along x.
-    fn square(gap: f64) -> Shape {
+    fn square(gap: f64) -> GeometryShape {
         let corner = DVec3::new;
-        Shape {
+        GeometryShape {
             vertices: vec![
                 corner(0.0, 0.0, 0.0),
                 corner(1.0, 0.0, 0.0),
@@ -111,7 +111,7 @@ mod tests {
     fn needles_keep_their_corners() {
         let corner = DVec3::new;
         let vertices = vec![corner(0.0, 0.0, 0.0), corner(1.0, 0.0, 0.0), corner(1.0, 1e-9, 0.0)];
-        let mut needle = Shape { vertices, parts: vec![ShapePart { name: None, triangles: vec![[0, 1, 2]] }] };
+        let mut needle = GeometryShape { vertices, parts: vec![ShapePart { name: None, triangles: vec![[0, 1, 2]] }] };
         assert_eq!(weld(&mut needle), None);
         assert_eq!(needle.parts[0].triangles, [[0, 1, 2]]);
     }

@@ -12,7 +12,7 @@ use crate::estimators::direct::Receiver;
 use crate::estimators::glare::{outside_of_table, sample_glare};
 use crate::maps::{Estimate, MapKind, REPLICAS, standard_error};
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::{Background, Observer, Quantity};
+use crate::scene::{Background, GlareObserver, Quantity};
 
 /// Rays of all replicas for the luminaires of a set's observers, about; the rating of a single one stays within some thousandths.
 const RAYS: f64 = 1e6;
@@ -89,7 +89,7 @@ fn rate_observer(
     context: &Context,
     job: &Job,
     [set, index]: [usize; 2],
-    observer: &Observer,
+    observer: &GlareObserver,
     sites: Range<usize>,
 ) -> GlareRating {
     let luminaires = context.scene.luminaires.len();

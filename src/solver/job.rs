@@ -36,7 +36,7 @@ use crate::chain::Stage;
 use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
 use crate::maps::{
-    History, Judgement, Look, MapKind, REPLICAS, ReplicaMap, ScoreEvidence, StatisticalCheck, Tally, Unit, judge,
+    History, Judgement, MapKind, PastJudgement, REPLICAS, ReplicaMap, ScoreEvidence, StatisticalCheck, Tally, Unit, judge,
 };
 use crate::scene::{Elements, Quantity, Scene};
 
@@ -491,7 +491,7 @@ impl Job {
             self.history.clear();
         }
         self.seen = Some((self.judgement, self.samples));
-        self.history.add(Look {
+        self.history.add(PastJudgement {
             samples: self.samples,
             rays: self.rays,
             squared_error: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),

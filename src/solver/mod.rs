@@ -22,7 +22,7 @@ mod verdicts;
 
 pub use glare::{GlareRating, worst_of_sets};
 pub(crate) use job::PACKETS_OF_A_BOUND;
-pub use run::{DEFAULT_TARGET_ERROR, Expectation, Observer, Progress, expectations, map_requests, solve};
+pub use run::{DEFAULT_TARGET_ERROR, Expectation, Observer, Progress, Silent, expectations, map_requests, solve};
 pub use solution::*;
 pub use spending::{Activity, Spending};
 pub use verdicts::{Finding, Verdict, verdicts};

@@ -71,14 +71,24 @@ pub struct Progress {
 /// Who watches a run: progress goes out, interruptions and the clock come in.
 pub trait Observer: Sync {
     /// Called after every slice of work.
-    fn progress(&self, progress: &Progress);
+    fn progress(&self, _progress: &Progress) {}
     /// Called once before the work where only a time limit ends the run: the stated error that it may be expected to reach.
     fn expects(&self, _error: Forecast) {}
     /// Whether the user wants to stop.
-    fn is_interrupted(&self) -> bool;
-    /// Seconds since the process started.
-    fn wall_s(&self) -> f64;
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+    /// Seconds since the process started. A clock that stands lets no time limit end a run.
+    fn wall_s(&self) -> f64 {
+        0.0
+    }
 }
+
+/// Watches nothing, never interrupts, and its clock stands.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Observer for Silent {}
 
 /// Solves a scene for the maps asked for.
 ///

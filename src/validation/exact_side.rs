@@ -4,7 +4,7 @@ use super::case::{Along, Beside, CASE_FILE, Case, Comparison, ELEMENT_MAP, Light
 use super::error::CaseError;
 use super::measure::{counts, fill_in_measured};
 use super::statistics::{Entry, EntrySet};
-use super::truth::{Site, Truth};
+use super::truth::{Truth, TruthSite};
 use crate::scene::{Elements, Scene};
 use crate::solver::Solution;
 
@@ -78,7 +78,7 @@ fn refused(case: &Case, run: &Run, comparison: &Comparison, got: String) -> Case
     CaseError::new(&case.folder.join(CASE_FILE), what, got, "what truth and map can tell", "correct the case")
 }
 
-fn entry_of(truth: &Truth, comparison: &Comparison, site: &Site, label: String) -> Result<Entry, String> {
+fn entry_of(truth: &Truth, comparison: &Comparison, site: &TruthSite, label: String) -> Result<Entry, String> {
     let beside_lx = match &comparison.beside {
         Some(Beside { column: Some(column), .. }) => truth.beside(column, site)?,
         Some(beside) => beside.value_lx,
@@ -90,7 +90,7 @@ fn entry_of(truth: &Truth, comparison: &Comparison, site: &Site, label: String) 
 fn average(comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
     let whole = if comparison.map == ELEMENT_MAP { "all surfaces" } else { &comparison.map };
     let label = comparison.surface.clone().unwrap_or_else(|| whole.to_owned());
-    Ok(vec![entry_of(truth, comparison, &Site::Average { surface: comparison.surface.as_deref() }, label)?])
+    Ok(vec![entry_of(truth, comparison, &TruthSite::Average { surface: comparison.surface.as_deref() }, label)?])
 }
 
 fn points(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
@@ -107,7 +107,7 @@ fn points(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<E
             (None, Some(axis), Some(along_m)) => format!("{} = {} m", axis.along.name(), rounded(along_m)),
             _ => (index + 1).to_string(),
         };
-        let site = Site::Point { position_m: point.position_m, normal: point.normal, index };
+        let site = TruthSite::Point { position_m: point.position_m, normal: point.normal, index };
         let entry = entry_of(truth, comparison, &site, label)?;
         entries.push(Entry { index, weight: point.weight, along_m, ..entry });
     }
@@ -128,7 +128,7 @@ fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec
         if !counts(comparison, &surface.name, &surface.geometry) {
             continue;
         }
-        let site = Site::Element { corners_m: cells.corners_m(scene, cell), surface: &surface.name, index };
+        let site = TruthSite::Element { corners_m: cells.corners_m(scene, cell), surface: &surface.name, index };
         let entry = entry_of(truth, comparison, &site, format!("{} {index}", surface.name))?;
         entries.push(Entry { index, weight: cells.area_m2(scene, cell), ..entry });
     }

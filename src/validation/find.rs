@@ -12,7 +12,7 @@ const KNOWN_GROUPS: [&str; 4] = ["all", "quick", "hard", "calibration"];
 
 /// What was asked for and found.
 #[derive(Debug)]
-pub struct Found {
+pub struct FoundCases {
     /// The cases, each once, by name.
     pub cases: Vec<Case>,
     /// Known groups that have no case.
@@ -26,7 +26,7 @@ pub struct Found {
 /// # Errors
 ///
 /// A name that is neither, a missing folder, a malformed case.
-pub fn find_cases(names: &[String], cases_dir: Option<&Path>) -> Result<Found, CaseError> {
+pub fn find_cases(names: &[String], cases_dir: Option<&Path>) -> Result<FoundCases, CaseError> {
     let names = if names.is_empty() { vec!["all".to_owned()] } else { names.to_vec() };
     let mut folders: Vec<PathBuf> = Vec::new();
     let mut empty_groups = Vec::new();
@@ -78,7 +78,7 @@ pub fn find_cases(names: &[String], cases_dir: Option<&Path>) -> Result<Found, C
         }
     }
     cases.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(Found { cases, empty_groups })
+    Ok(FoundCases { cases, empty_groups })
 }
 
 fn is_case(folder: &Path) -> bool {

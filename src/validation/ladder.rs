@@ -3,8 +3,8 @@
 use super::case::Case;
 use super::error::CaseError;
 use super::exact_side::ExactSide;
-use super::measure::Silent;
-use super::methods::{Climb, Method};
+use super::measure::Stopwatch;
+use super::methods::{Climb, ComparedMethod};
 use crate::solver::{ElementChoice, MapSelection, Settings};
 
 /// Chains a map on the lowest rung.
@@ -39,9 +39,9 @@ pub struct Ladder {
     /// Its rungs, from cheap to dear.
     pub rungs: Vec<Rung>,
     /// Error against seconds, where there are rungs enough.
-    pub by_time: Option<Fit>,
+    pub by_time: Option<LadderFit>,
     /// Error against rays.
-    pub by_rays: Option<Fit>,
+    pub by_rays: Option<LadderFit>,
 }
 
 /// Errors below this are those of rounding.
@@ -66,7 +66,7 @@ pub struct Rung {
 
 /// error = scale · cost^slope, fitted to the logarithms.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fit {
+pub struct LadderFit {
     /// Error at a cost of 1.
     pub scale: f64,
     /// Exponent; −½ for independent samples.
@@ -75,9 +75,9 @@ pub struct Fit {
     pub covers: [f64; 2],
 }
 
-impl Fit {
+impl LadderFit {
     /// Least squares through `(cost, error)`; `None` for fewer than three places.
-    pub fn through(places: &[(f64, f64)]) -> Option<Fit> {
+    pub fn through(places: &[(f64, f64)]) -> Option<LadderFit> {
         let logs: Vec<(f64, f64)> = places
             .iter()
             .filter(|(cost, error)| *cost > 0.0 && *error > 0.0)
@@ -96,7 +96,7 @@ impl Fit {
         let slope = products / squares;
         let errors = || logs.iter().map(|place| place.1.exp());
         let covers = [errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min)];
-        (squares > 0.0 && slope < 0.0).then(|| Fit { scale: (y - slope * x).exp(), slope, covers })
+        (squares > 0.0 && slope < 0.0).then(|| LadderFit { scale: (y - slope * x).exp(), slope, covers })
     }
 
     /// Cost at which the error is reached.
@@ -131,7 +131,7 @@ impl Ladder {
 /// A comparison that the truth or the map cannot answer.
 pub fn climb(
     case: &Case,
-    method: &Method,
+    method: &ComparedMethod,
     budget_s: f64,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Vec<Ladder>, CaseError> {
@@ -166,7 +166,7 @@ pub fn climb(
             while rung.runs < REPEATS {
                 let seed = run.seed + 1 + (rungs.len() * REPEATS + rung.runs) as u64;
                 let settings = settings(asked, target_error, seed);
-                let solution = match (method.solve)(&run.scene, &settings, &Silent::starting_now()) {
+                let solution = match (method.solve)(&run.scene, &settings, &Stopwatch::starting_now()) {
                     Ok(solution) => solution,
                     Err(reason) => {
                         tell(&format!("{}: {}: {reason}", comparison.name, method.name));
@@ -232,8 +232,8 @@ pub fn climb(
             comparison: comparison.name.clone(),
             method: method.name.to_owned(),
             estimator,
-            by_time: Fit::through(&places(|rung| rung.seconds)),
-            by_rays: Fit::through(&places(|rung| rung.rays as f64)),
+            by_time: LadderFit::through(&places(|rung| rung.seconds)),
+            by_rays: LadderFit::through(&places(|rung| rung.rays as f64)),
             rungs,
         });
     }
@@ -255,10 +255,10 @@ mod tests {
     #[test]
     fn a_fit_finds_the_law_that_made_the_places() {
         let places: Vec<(f64, f64)> = (0..8).map(|k| (2f64.powi(k), 0.05 * 2f64.powi(k).powf(-0.5))).collect();
-        let fit = Fit::through(&places).expect("eight places on a line");
+        let fit = LadderFit::through(&places).expect("eight places on a line");
         assert!((fit.slope + 0.5).abs() < 1e-12 && (fit.scale - 0.05).abs() < 1e-12);
         assert!((fit.cost_at(0.005) - 100.0).abs() < 1e-9);
         assert!(fit.extrapolates(0.003) && !fit.extrapolates(0.03));
-        assert_eq!(Fit::through(&places[..2]), None);
+        assert_eq!(LadderFit::through(&places[..2]), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::ladder::{Fit, LEVELS, Ladder, Rung};
+use super::ladder::{LEVELS, Ladder, LadderFit, Rung};
 use super::plots::{Drawn, EXACT, FAINT, MEASURED, Sign, TEXT, legend, legend_height, svg, tick};
 use super::report::Table;
 use super::report_html::{opening, table as html_table};
@@ -63,7 +63,8 @@ fn figure_of_merit(ladder: &Ladder) -> String {
 fn results(ladders: &[&Ladder]) -> Table {
     let rows = ladders.iter().map(|ladder| {
         let best = ladder.rungs.last();
-        let slope = |fit: &Option<Fit>| fit.map_or("–".to_owned(), |fit| significant(fit.slope, 3).replace('-', "−"));
+        let slope =
+            |fit: &Option<LadderFit>| fit.map_or("–".to_owned(), |fit| significant(fit.slope, 3).replace('-', "−"));
         let mut row = vec![
             name_of(ladder),
             best.map_or("–".to_owned(), |rung| percent(rung.true_error)),
@@ -127,7 +128,7 @@ fn sign(index: usize) -> Sign {
     }
 }
 
-fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder) -> Option<Fit>) -> String {
+fn plot(ladders: &[&Ladder], axis: &str, cost: fn(&Rung) -> f64, fit: fn(&Ladder) -> Option<LadderFit>) -> String {
     // A rung without error, or without rays (radiosity), has no place on logarithmic axes.
     let is_shown = |rung: &&Rung| rung.true_error > 0.0 && cost(rung) > 0.0;
     let all = || ladders.iter().flat_map(|ladder| &ladder.rungs).filter(is_shown);

@@ -1,7 +1,7 @@
 //! Light meshes as a method like the others, and their rivals.
 
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::chain::Stage;
 use crate::control::Forecast;
@@ -24,8 +24,8 @@ const ATTEMPT: u32 = 1 << 8;
 /// A map that the target does not bind takes about as many rays as those that it binds at most, or as many as this.
 const LEAST_RAYS: f64 = 1e7;
 
-/// How long a map that shows nothing yet goes on when the run was to end.
-const PATIENCE: Duration = Duration::from_millis(600);
+/// How long in s, by the run's clock, a map that shows nothing yet goes on when the run was to end.
+const PATIENCE_S: f64 = 0.6;
 
 /// How the light mesh of a run is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,15 +94,15 @@ pub fn solve_by_light_mesh(
     let no_rule = settings.time_limit_s.is_none() && !is_given;
     let target_error = settings.target_error.or_else(|| no_rule.then_some(DEFAULT_TARGET_ERROR));
     let is_late = || settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() >= limit_s);
-    let stopped = OnceLock::new();
+    let stopped_s = OnceLock::new();
     let stop = || {
         let stops = observer.is_interrupted() || is_late();
         if stops {
-            stopped.get_or_init(Instant::now);
+            stopped_s.get_or_init(|| observer.wall_s());
         }
         stops
     };
-    let is_long_over = || stop() && stopped.get().is_some_and(|at| at.elapsed() > PATIENCE);
+    let is_long_over = || stop() && stopped_s.get().is_some_and(|at_s| observer.wall_s() - at_s > PATIENCE_S);
     let mut planner = Planner {
         around: Surroundings { scene, stage: &stage, solids: &solids, samples: &samples, give_up: &is_long_over },
         wishes: Wishes {
@@ -425,7 +425,7 @@ mod tests {
         let room = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
             "geometry": [{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "grey" }],
             "luminaires": [{ "name": "lamp", "type": "point", "position": [1,1.5,2.2], "intensity_cd": 100 }],
-            "receivers": [{ "name": "grid", "type": "grid", "origin": [0.2,0.2,0], "u": [3.6,0,0], "v": [0,3.6,0], "columns": 60, "rows": 60 }] }"#;
+            "receivers": [{ "name": "grid", "type": "grid", "origin": [0.2,0.2,0], "u": [3.6,0,0], "v": [0,3.6,0], "columns": 30, "rows": 30 }] }"#;
         let scene = scene_from_json(room, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
         let stage = Stage::new(&scene);
         let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, Placing::Stratified, 1));

@@ -7,11 +7,11 @@ use super::statistics::EntrySet;
 use super::truth_enclosure::mesh_area_m2;
 use crate::maps::{MapKind, MapResult, REPLICAS, TableRow, standard_error};
 use crate::scene::{Elements, Scene};
-use crate::solver::{ElementChoice, MapSelection, Observer, Progress, Settings, Solution, StopReason};
+use crate::solver::{ElementChoice, MapSelection, Observer, Settings, Solution, StopReason};
 
 /// What a run cost and how it ended.
 #[derive(Clone, Debug)]
-pub struct RunRecord {
+pub struct MeasuredRun {
     /// Name of the run.
     pub name: String,
     /// Names of the estimators that gave the compared maps.
@@ -35,24 +35,18 @@ pub struct RunRecord {
 }
 
 /// Watches nothing, and counts seconds from its own start.
-pub struct Silent {
+pub struct Stopwatch {
     started: Instant,
 }
 
-impl Silent {
+impl Stopwatch {
     /// An observer whose clock starts now.
-    pub fn starting_now() -> Silent {
-        Silent { started: Instant::now() }
+    pub fn starting_now() -> Stopwatch {
+        Stopwatch { started: Instant::now() }
     }
 }
 
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-
+impl Observer for Stopwatch {
     fn wall_s(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }
@@ -76,11 +70,11 @@ pub fn settings_of(run: &Run) -> Settings {
 }
 
 /// Tells what a run cost.
-pub fn record_of(run: &Run, solution: &Solution) -> RunRecord {
+pub fn record_of(run: &Run, solution: &Solution) -> MeasuredRun {
     let mut methods: Vec<String> = solution.maps.iter().map(|map| map.method.clone()).collect();
     methods.sort();
     methods.dedup();
-    RunRecord {
+    MeasuredRun {
         name: run.name.clone(),
         methods,
         seed: solution.seed,

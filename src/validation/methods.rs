@@ -10,7 +10,7 @@ use crate::solver;
 use crate::solver::{Observer, Settings, Solution, map_requests, solve};
 
 /// A way to compute a scene.
-pub struct Method {
+pub struct ComparedMethod {
     /// Name, as `--method` takes it.
     pub name: &'static str,
     /// One line for a reader.
@@ -33,43 +33,43 @@ pub enum Climb {
 }
 
 /// All methods; one that is added here joins every comparison.
-pub const METHODS: &[Method] = &[
-    Method {
+pub const METHODS: &[ComparedMethod] = &[
+    ComparedMethod {
         name: "auto",
         description: "what a short pilot finds the quickest, map by map; leaves it where a look in the run says otherwise",
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Auto, scene, settings, observer)),
     },
-    Method {
+    ComparedMethod {
         name: "collision",
         description: "element maps by counting the packets of forward chains, receivers by walks; direct light by formula",
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve(scene, settings, observer)),
     },
-    Method {
+    ComparedMethod {
         name: "gather",
         description: "gathering rays from elements and receivers that look up what chains left, with pooled checks; direct light computed",
         applies: |_, _| Ok(()),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Gather, scene, settings, observer)),
     },
-    Method {
+    ComparedMethod {
         name: "local",
         description: "receivers by local estimation: every vertex of every chain scores at all of them, near surfaces by walks",
         applies: |scene, settings| receivers_alone(scene, settings),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::Local, scene, settings, observer)),
     },
-    Method {
+    ComparedMethod {
         name: "local-naive",
         description: "the same with the plain kernel, which has no finite variance in corners",
         applies: |scene, settings| receivers_alone(scene, settings),
         climbs: Climb::Chains,
         solve: |scene, settings, observer| Ok(solve_with(solver::Method::LocalNaive, scene, settings, observer)),
     },
-    Method {
+    ComparedMethod {
         name: "radiosity",
         description: "finite elements with exact form factors on closed rooms of rectangles, extrapolated over three meshes",
         applies: |scene, _| Radiosity::check(scene).map_err(|error| error.to_string()),
@@ -78,7 +78,7 @@ pub const METHODS: &[Method] = &[
             solve_by_radiosity(scene, settings, observer).map_err(|error| error.to_string())
         },
     },
-    Method {
+    ComparedMethod {
         name: "light-mesh",
         description: "visibility of the luminaires averaged over the points of a regular mesh near each place, indirect light gathered at them",
         applies: |scene, settings| check_requests(scene, settings).map_err(|error| error.to_string()),
@@ -87,28 +87,28 @@ pub const METHODS: &[Method] = &[
             solve_by_light_mesh(scene, settings, &MeshChoice::default(), observer).map_err(|error| error.to_string())
         },
     },
-    Method {
+    ComparedMethod {
         name: "points-1",
         description: "a shadow ray to every luminaire, areas taken for one point: exact for points",
         applies: check_points,
         climbs: Climb::Targets,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 1, observer),
     },
-    Method {
+    ComparedMethod {
         name: "points-5",
         description: "areas taken for 5 points each, a shadow ray to each",
         applies: check_points,
         climbs: Climb::Targets,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 5, observer),
     },
-    Method {
+    ComparedMethod {
         name: "points-25",
         description: "areas taken for 25 points each, a shadow ray to each",
         applies: check_points,
         climbs: Climb::Targets,
         solve: |scene, settings, observer| solve_by_points(scene, settings, 25, observer),
     },
-    Method {
+    ComparedMethod {
         name: "points-225",
         description: "areas taken for 225 points each, a shadow ray to each",
         applies: check_points,

@@ -1,7 +1,7 @@
 //! Cases against truths: what luxmc computes, put beside what is known exactly.
 //!
 //! A case is a folder with a `case.json`; `docs/validation.md` describes it. [`find_cases`] finds cases at run time,
-//! [`run_case`] runs one, [`report_html`], [`report_md`] and [`case_csv`] tell what came out.
+//! [`run_case`] runs one, `report_html`, `report_md` and [`case_csv`] tell what came out.
 
 mod calibration;
 mod case;
@@ -43,11 +43,11 @@ pub use calibration::{
 pub use case::{Case, Comparison, Criterion, Light, Run, What};
 pub use case_of_run::case_of_stored_run;
 pub use error::CaseError;
-pub use find::{Found, find_cases};
+pub use find::{FoundCases, find_cases};
 pub use ladder::{Ladder, Rung, climb};
 pub use ladder_report::{ladder_csv, ladder_html, ladder_md};
 pub use light_mesh::{MeshChoice, check_requests as check_light_mesh, solve_by_light_mesh};
-pub use methods::{METHODS, Method};
+pub use methods::{ComparedMethod, METHODS};
 pub use outcome::{CaseOutcome, ComparisonOutcome, run_case, run_case_by};
 pub use radiosity::solve_by_radiosity;
 pub use report::{Table, Validation};

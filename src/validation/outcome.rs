@@ -4,7 +4,7 @@ use super::case::{Case, Comparison, Run};
 use super::demand::{Part, parts_of};
 use super::error::CaseError;
 use super::exact_side::ExactSide;
-use super::measure::{RunRecord, Silent, record_of, settings_of};
+use super::measure::{MeasuredRun, Stopwatch, record_of, settings_of};
 use super::run_method::RunMethod;
 use super::statistics::{EntrySet, Statistics};
 use super::verdict::{Check, judge};
@@ -24,7 +24,7 @@ pub struct CaseOutcome {
     /// Where truth and geometry come from.
     pub sources: Vec<String>,
     /// Cost of every run.
-    pub runs: Vec<RunRecord>,
+    pub runs: Vec<MeasuredRun>,
     /// What was compared.
     pub comparisons: Vec<ComparisonOutcome>,
 }
@@ -89,9 +89,9 @@ pub fn run_case(case: &Case, tell: &mut dyn FnMut(&str)) -> Result<CaseOutcome, 
         let exact = exact_sides(case, run)?;
         for part in parts_of(run, run.method.as_ref(), &exact) {
             let solution = match &run.method {
-                None => solve(&run.scene, &part.settings, &Silent::starting_now()),
+                None => solve(&run.scene, &part.settings, &Stopwatch::starting_now()),
                 Some(method) => method
-                    .solve(&run.scene, &part.settings, &Silent::starting_now())
+                    .solve(&run.scene, &part.settings, &Stopwatch::starting_now())
                     .map_err(|reason| not_by(case, &run.name, method, reason))?,
             };
             runs.push(record_of_part(run, &part, &solution));
@@ -126,7 +126,7 @@ pub fn run_case_by(
         tell(&run.name);
         let exact = exact_sides(case, run)?;
         for part in parts_of(run, Some(method), &exact) {
-            let solution = match method.solve(&run.scene, &part.settings, &Silent::starting_now()) {
+            let solution = match method.solve(&run.scene, &part.settings, &Stopwatch::starting_now()) {
                 Ok(solution) => solution,
                 Err(reason) => {
                     tell(&format!("{}: left out: {reason}", run.name));
@@ -158,10 +158,10 @@ fn name_in_tables(case: &Case, run: &Run, comparison: &Comparison) -> Option<Str
     (case.runs.len() > 1 && !comparison.what.is_one_number()).then(|| run.name.clone())
 }
 
-fn record_of_part(run: &Run, part: &Part, solution: &Solution) -> RunRecord {
+fn record_of_part(run: &Run, part: &Part, solution: &Solution) -> MeasuredRun {
     let record = record_of(run, solution);
     let name = part.map.as_ref().map_or(record.name.clone(), |map| format!("{}: {map}", record.name));
-    RunRecord { name, ..record }
+    MeasuredRun { name, ..record }
 }
 
 fn not_by(case: &Case, run: &str, method: &RunMethod, reason: String) -> CaseError {
@@ -169,7 +169,7 @@ fn not_by(case: &Case, run: &str, method: &RunMethod, reason: String) -> CaseErr
     CaseError::new(&case.folder, what, reason, "a scene that the method can compute", "name another method")
 }
 
-fn outcome_of(case: &Case, runs: Vec<RunRecord>, parts: Vec<(Option<String>, Comparison, EntrySet)>) -> CaseOutcome {
+fn outcome_of(case: &Case, runs: Vec<MeasuredRun>, parts: Vec<(Option<String>, Comparison, EntrySet)>) -> CaseOutcome {
     let comparisons = merge_averages(parts).into_iter().map(|(run, comparison, set)| {
         let statistics = set.statistics();
         let checks = judge(&set, &statistics, &comparison.criterion);

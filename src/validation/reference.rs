@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::CaseError;
-use super::truth::Site;
+use super::truth::TruthSite;
 
 /// A point of the reference may lie this far from the receiver in m: the decimals of a table, no more.
 const SAME_PLACE_M: f64 = 1e-6;
@@ -46,7 +46,7 @@ impl Reference {
     }
 
     /// The number of a column at a site; `None` for an empty cell.
-    pub fn number(&self, column: &str, site: &Site) -> Result<Option<f64>, String> {
+    pub fn number(&self, column: &str, site: &TruthSite) -> Result<Option<f64>, String> {
         let at = self.column(column).ok_or_else(|| format!("{} has no column {column}", self.path.display()))?;
         let row = self.row(site)?;
         let cell = row[at].as_str();
@@ -61,10 +61,10 @@ impl Reference {
         self.header.iter().position(|known| known == name)
     }
 
-    fn row(&self, site: &Site) -> Result<&[String], String> {
+    fn row(&self, site: &TruthSite) -> Result<&[String], String> {
         let at = self.path.display();
         match site {
-            Site::Point { index, position_m, .. } => {
+            TruthSite::Point { index, position_m, .. } => {
                 let row = self.rows.get(*index).ok_or_else(|| format!("{at} has no row for point {index}"))?;
                 for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
                     let Some(column) = self.column(name) else { continue };
@@ -79,10 +79,10 @@ impl Reference {
                 }
                 Ok(row)
             }
-            Site::Element { index, .. } => {
+            TruthSite::Element { index, .. } => {
                 self.rows.get(*index).map(Vec::as_slice).ok_or_else(|| format!("{at} has no row for element {index}"))
             }
-            Site::Average { surface } => {
+            TruthSite::Average { surface } => {
                 let Some(column) = self.column("surface") else {
                     return Ok(&self.rows[0]);
                 };

@@ -4,6 +4,7 @@ use super::outcome::{CaseOutcome, ComparisonOutcome};
 use super::plots::{comparison_plot, shows_entries};
 use super::report::{HOW_TO_READ, Table, VERDICT, Validation, costs, deviations, numbers, sources, subject};
 use super::words::escaped;
+use crate::output::html;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -106,27 +107,21 @@ fn capital(text: &str) -> String {
 
 /// A table; with `linked` the first column leads to the cases' sections.
 pub(super) fn table(table: &Table, linked: bool) -> String {
-    let class = |index: usize| if table.text_columns.contains(&index) { " class=\"text\"" } else { "" };
-    let mut html = String::from("<table>\n<thead><tr>");
-    for (index, heading) in table.header.iter().enumerate() {
-        html.push_str(&format!("<th{}>{}</th>", class(index), escaped(heading)));
-    }
-    html.push_str("</tr></thead>\n<tbody>\n");
-    for row in &table.rows {
-        html.push_str("<tr>");
-        for (index, cell) in row.iter().enumerate() {
-            let text = escaped(cell);
-            if table.header[index] == VERDICT {
-                let class = if cell == "pass" { "pass" } else { "fail" };
-                html.push_str(&format!("<td><span class=\"{class}\">{text}</span></td>"));
-            } else if linked && index == 0 {
-                html.push_str(&format!("<td class=\"text\"><a href=\"#{text}\">{text}</a></td>"));
-            } else {
-                html.push_str(&format!("<td{}>{text}</td>", class(index)));
-            }
+    let headings: Vec<String> = table.header.iter().map(|heading| escaped(heading)).collect();
+    let is_text = |index: usize| table.text_columns.contains(&index);
+    let head: Vec<(&str, bool)> =
+        headings.iter().enumerate().map(|(index, heading)| (heading.as_str(), is_text(index))).collect();
+    let cell = |index: usize, cell: &String| {
+        let text = escaped(cell);
+        if table.header[index] == VERDICT {
+            let class = if cell == "pass" { "pass" } else { "fail" };
+            return format!("<span class=\"{class}\">{text}</span>");
         }
-        html.push_str("</tr>\n");
+        if linked && index == 0 { format!("<a href=\"#{text}\">{text}</a>") } else { text }
+    };
+    let mut markup = html::HtmlTable::new("", &head);
+    for row in &table.rows {
+        markup.row(row.iter().enumerate().map(|(index, text)| cell(index, text)).collect());
     }
-    html.push_str("</tbody>\n</table>\n");
-    html
+    markup.markup()
 }

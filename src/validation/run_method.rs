@@ -1,7 +1,7 @@
 //! The method that a case's run, or the user, asks for.
 
 use super::light_mesh::{MeshChoice, solve_by_light_mesh};
-use super::methods::{Climb, METHODS, Method};
+use super::methods::{Climb, ComparedMethod, METHODS};
 use crate::light_mesh::IndirectForm;
 use crate::scene::Scene;
 use crate::solver::{Observer, Settings, Solution};
@@ -12,7 +12,7 @@ const LIGHT_MESH: &str = "light-mesh";
 /// A method, and for light meshes what the mesh is like.
 #[derive(Clone, Copy)]
 pub struct RunMethod {
-    method: &'static Method,
+    method: &'static ComparedMethod,
     mesh: MeshChoice,
 }
 

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::case::{ELEMENT_MAP, Light, read_text};
 use super::error::CaseError;
-use super::truth::{Exact, Site};
+use super::truth::{Exact, TruthSite};
 use super::words::percent;
 use crate::scene::Scene;
 
@@ -100,17 +100,17 @@ impl StoredRun {
     }
 
     /// The value at a site with its standard error as uncertainty; a part of the light has at most that of the whole.
-    pub fn exact(&self, site: &Site, light: Light) -> Result<Exact, String> {
+    pub fn exact(&self, site: &TruthSite, light: Light) -> Result<Exact, String> {
         let row = match site {
-            Site::Point { index, position_m, .. } => self.row(*index, *position_m)?,
-            Site::Element { index, corners_m: [a, b, c], surface } => {
+            TruthSite::Point { index, position_m, .. } => self.row(*index, *position_m)?,
+            TruthSite::Element { index, corners_m: [a, b, c], surface } => {
                 let row = self.row(*index, (*a + *b + *c) / 3.0)?;
                 if row.surface != *surface {
                     return Err(self.misfit(*index, &row.surface, surface));
                 }
                 row
             }
-            Site::Average { surface } => return self.average(surface.unwrap_or(&self.map), light),
+            TruthSite::Average { surface } => return self.average(surface.unwrap_or(&self.map), light),
         };
         let value_lx = match light {
             Light::Total => row.illuminance_lx,

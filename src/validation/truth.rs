@@ -89,7 +89,7 @@ fn reference_file() -> String {
 
 /// What is asked about.
 #[derive(Clone, Copy, Debug)]
-pub enum Site<'a> {
+pub enum TruthSite<'a> {
     /// A point of a receiver set and its place in it.
     Point {
         /// Place in m.
@@ -184,13 +184,13 @@ impl<'a> Truth<'a> {
     /// # Errors
     ///
     /// What the truth cannot tell, in words.
-    pub fn exact(&self, site: &Site, light: Light) -> Result<Exact, String> {
+    pub fn exact(&self, site: &TruthSite, light: Light) -> Result<Exact, String> {
         let mut exact = self.of_spec(site, light)?;
         if !(exact.value_lx.is_finite() && exact.value_lx >= 0.0) {
             return Err(format!("the exact value is {} lx", exact.value_lx));
         }
         // Means over a mesh's own area leave nothing out; its single elements still see facets for a smooth shape.
-        if matches!(site, Site::Element { .. })
+        if matches!(site, TruthSite::Element { .. })
             && !matches!(self.comparison.truth, TruthSpec::BoxRoom(_) | TruthSpec::Run { .. })
         {
             exact.unaccounted_lx = exact.discretisation_lx;
@@ -204,7 +204,7 @@ impl<'a> Truth<'a> {
         self.scene.receivers.iter().any(of_set)
     }
 
-    fn of_spec(&self, site: &Site, light: Light) -> Result<Exact, String> {
+    fn of_spec(&self, site: &TruthSite, light: Light) -> Result<Exact, String> {
         match &self.comparison.truth {
             TruthSpec::Sobolev(truth) if self.is_luminance() => sobolev_luminance(truth, site, light),
             TruthSpec::Sobolev(truth) => sobolev_truth(truth, site, light),
@@ -261,7 +261,7 @@ impl<'a> Truth<'a> {
     /// # Errors
     ///
     /// A column that is missing or holds no number.
-    pub fn beside(&self, column: &str, site: &Site) -> Result<Option<f64>, String> {
+    pub fn beside(&self, column: &str, site: &TruthSite) -> Result<Option<f64>, String> {
         match &self.reference {
             Some(reference) => reference.number(column, site),
             None => Err("numbers to show beside come from the reference, and the truth is a function".to_owned()),

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::case::Light;
-use super::truth::{Exact, Site};
+use super::truth::{Exact, TruthSite};
 use crate::analytic::sphere::{concentric_spheres, rank_one_indirect_lx};
 use crate::scene::Scene;
 
@@ -74,11 +74,11 @@ pub(super) fn concentric(
     luminous_flux_lm: f64,
     radii_m: [f64; 2],
     [inner, outer]: [f64; 2],
-    site: &Site,
+    site: &TruthSite,
     light: Light,
 ) -> Result<Exact, String> {
     let surface = match site {
-        Site::Average { surface: Some(surface) } | Site::Element { surface, .. } => *surface,
+        TruthSite::Average { surface: Some(surface) } | TruthSite::Element { surface, .. } => *surface,
         _ => return Err("concentric spheres are compared on the surfaces \"inner\" and \"outer\"".to_owned()),
     };
     if light != Light::Total {

@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::Deserialize;
 
 use super::case::Light;
-use super::truth::{Exact, Site};
+use super::truth::{Exact, TruthSite};
 use crate::analytic::box_room::{BoxRoom, BoxRoomSolution, RoomFace, RoomSource, RoomValue};
 
 /// A point this near to a face, in m, lies on it.
@@ -46,7 +46,12 @@ impl RoomCache {
     }
 }
 
-pub(super) fn room_truth(truth: &RoomTruth, cache: &RoomCache, site: &Site, light: Light) -> Result<Exact, String> {
+pub(super) fn room_truth(
+    truth: &RoomTruth,
+    cache: &RoomCache,
+    site: &TruthSite,
+    light: Light,
+) -> Result<Exact, String> {
     let intensity_cd = truth.luminous_flux_lm / (4.0 * std::f64::consts::PI);
     let source = RoomSource::Point { position: DVec3::from(truth.source_m), intensity_cd };
     let room = BoxRoom { size_m: truth.size_m, reflectances: truth.reflectances, sources: vec![source] };
@@ -57,9 +62,9 @@ pub(super) fn room_truth(truth: &RoomTruth, cache: &RoomCache, site: &Site, ligh
         Light::Total => value.total_lx(),
     };
     let (value, discretisation_lx) = match site {
-        Site::Average { surface } => (solution.face_mean(face_named(surface.unwrap_or(""))?), 0.0),
-        Site::Point { position_m, normal, .. } => (on_face(truth, &solution, *position_m, *normal)?, 0.0),
-        Site::Element { corners_m, .. } => {
+        TruthSite::Average { surface } => (solution.face_mean(face_named(surface.unwrap_or(""))?), 0.0),
+        TruthSite::Point { position_m, normal, .. } => (on_face(truth, &solution, *position_m, *normal)?, 0.0),
+        TruthSite::Element { corners_m, .. } => {
             let [a, b, c] = *corners_m;
             let mean = solution.triangle_mean(*corners_m).map_err(|error| error.to_string())?;
             let normal = (b - a).cross(c - a).normalize();

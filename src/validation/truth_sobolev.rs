@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use serde::Deserialize;
 
 use super::case::Light;
-use super::truth::{Exact, Site};
+use super::truth::{Exact, TruthSite};
 use crate::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 
 /// Sobolev's planes at z = 0 (plane 1) and z = distance (plane 2), the source over the origin.
@@ -44,8 +44,8 @@ impl SobolevTruth {
     }
 }
 
-pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &Site, light: Light) -> Result<Exact, String> {
-    let Site::Point { position_m, .. } = site else {
+pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: Light) -> Result<Exact, String> {
+    let TruthSite::Point { position_m, .. } = site else {
         return Err("Sobolev's solution is compared at points".to_owned());
     };
     let (plane, other) = match truth.plane {
@@ -86,8 +86,8 @@ pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &Site, light: Light) -> 
 
 /// Luminance in cd/m² of what an observer between the planes sees: ρE/π of the sub-point on the plane asked about, whatever
 /// the angle.
-pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &Site, light: Light) -> Result<Exact, String> {
-    let Site::Point { position_m, normal, index } = *site else {
+pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &TruthSite, light: Light) -> Result<Exact, String> {
+    let TruthSite::Point { position_m, normal, index } = *site else {
         return Err("luminances are compared at points".to_owned());
     };
     if light != Light::Total {
@@ -98,7 +98,7 @@ pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &Site, light: Light)
     if !(reach_m > 0.0 && reach_m.is_finite()) {
         return Err(format!("direction {index} does not look at plane {}", truth.plane));
     }
-    let site = Site::Point { position_m: position_m + reach_m * normal, normal, index };
+    let site = TruthSite::Point { position_m: position_m + reach_m * normal, normal, index };
     let exact = sobolev_truth(truth, &site, light)?;
     let share = rho / PI;
     Ok(Exact {

@@ -1,5 +1,10 @@
 //! Numbers as a report writes them.
 
+pub use crate::output::date::utc_date as date;
+pub use crate::output::numbers::significant;
+use crate::output::numbers::superscript;
+pub use crate::output::picture::escaped;
+
 /// Per cent below which a report says no more than that it is rounding.
 const NOTHING_PERCENT: f64 = 1e-7;
 
@@ -30,30 +35,14 @@ pub fn sigmas(z: f64) -> String {
     format!("{z:.2}{NARROW}σ").replace('-', "−")
 }
 
-/// A number with so many significant digits, without an exponent.
-pub fn significant(number: f64, digits: usize) -> String {
-    if number == 0.0 || !number.is_finite() {
-        return format!("{number}");
-    }
-    let magnitude = number.abs().log10().floor() as i64;
-    let decimals = (digits as i64 - 1 - magnitude).max(0) as usize;
-    format!("{number:.decimals$}")
-}
-
 /// A number as mantissa and power of ten.
 pub fn scientific(number: f64) -> String {
     let text = format!("{number:.1e}");
     let Some((mantissa, exponent)) = text.split_once('e') else {
         return text;
     };
-    let raised = |letter: char| match letter {
-        '-' => '⁻',
-        digit => digit.to_digit(10).map_or(digit, |digit| SUPERSCRIPTS[digit as usize]),
-    };
-    format!("{}·10{}", mantissa.replace('-', "−"), exponent.chars().map(raised).collect::<String>())
+    format!("{}·10{}", mantissa.replace('-', "−"), superscript(exponent))
 }
-
-const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
 /// A count with thousands apart.
 pub fn grouped(count: u64) -> String {
@@ -87,26 +76,6 @@ pub fn duration(seconds: f64) -> String {
     }
     let whole = seconds.round() as u64;
     format!("{}{NARROW}min {:02}{NARROW}s", whole / 60, whole % 60)
-}
-
-/// Text made safe for HTML.
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-/// Date of a time in seconds since 1970 (UTC), as `2026-11-21`.
-pub fn date(unix_s: u64) -> String {
-    // Days to civil date (Hinnant 2013, "chrono-compatible low-level date algorithms").
-    let days = (unix_s / 86_400) as i64 + 719_468;
-    let era = days.div_euclid(146_097);
-    let day_of_era = days.rem_euclid(146_097);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let shifted_month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
-    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
-    let year = year_of_era + era * 400 + i64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
 }
 
 #[cfg(test)]

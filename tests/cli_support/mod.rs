@@ -2,7 +2,11 @@
 #![allow(dead_code)]
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A program that goes on for so long hangs. Far beyond what any run here takes on a busy machine.
+const HANGS_AFTER: Duration = Duration::from_secs(180);
 
 /// Scenes of these tests.
 pub fn scene(name: &str) -> PathBuf {
@@ -19,6 +23,34 @@ pub fn luxmc(arguments: &[&str]) -> Command {
 /// Runs it to the end.
 pub fn run(arguments: &[&str]) -> Output {
     luxmc(arguments).output().expect("the program starts")
+}
+
+/// Starts a program whose output is kept, and says what it does; one that hangs is ended and fails the test.
+pub fn run_or_hang(mut command: Command, while_it_runs: impl FnOnce(u32)) -> Output {
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    while_it_runs(child.id());
+    let started = Instant::now();
+    while child.try_wait().expect("a child").is_none() {
+        if started.elapsed() > HANGS_AFTER {
+            child.kill().expect("it can be ended");
+            panic!("the program has not ended: {command:?}");
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.wait_with_output().expect("it ended")
+}
+
+/// Interrupts a program, as Ctrl-C does.
+#[cfg(unix)]
+pub fn interrupt(id: u32) {
+    signal(id, "-INT");
+}
+
+/// Sends a signal to a program.
+#[cfg(unix)]
+pub fn signal(id: u32, signal: &str) {
+    let sent = Command::new("kill").args([signal, id.to_string().as_str()]).status();
+    assert!(sent.is_ok_and(|status| status.success()));
 }
 
 /// Runs `solve` on a scene of these tests.

@@ -4,20 +4,8 @@
 use std::path::Path;
 
 use luxmc::scene::{Scene, read_scene, scene_from_json};
-use luxmc::solver::{MapSelection, Observer, Progress, Settings, Solution, solve};
-
-/// Watches nothing and never interrupts.
-pub struct Silent;
-
-impl Observer for Silent {
-    fn progress(&self, _: &Progress) {}
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
+pub use luxmc::solver::Silent;
+use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 /// A run for a target error.
 pub fn to_target(scene: &Scene, seed: u64, maps: MapSelection, target_error: f64) -> Solution {

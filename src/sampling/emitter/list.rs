@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Emitted, Emitter, Place, Shape, SkyEmitter, TriangleEmitter, WebEmitter};
+use super::{Emitted, Emitter, EmitterShape, Place, SkyEmitter, TriangleEmitter, WebEmitter};
 use crate::base::sky::Sky;
 use crate::sampling::emitter_tree::{Cut, EmitterTree};
 use crate::sampling::importance::{Beacon, Profile};
@@ -34,7 +34,7 @@ impl Emitters {
         let mut webs: HashMap<*const IntensityWeb, (Arc<WebSampler>, Profile)> = HashMap::new();
         for (luminaire, source) in scene.luminaires.iter().enumerate() {
             let luminaire = luminaire as u32;
-            let mut push = |luminous_flux_lm: f64, shape: Shape| {
+            let mut push = |luminous_flux_lm: f64, shape: EmitterShape| {
                 if luminous_flux_lm > 0.0 {
                     let beacon = shape.beacon();
                     list.push(Emitter { luminaire, luminous_flux_lm, shape, beacon });
@@ -43,11 +43,11 @@ impl Emitters {
             match &source.emission {
                 Emission::Isotropic { position_m, intensity_cd } => push(
                     source.luminous_flux_lm,
-                    Shape::Isotropic { position_m: *position_m, intensity_cd: *intensity_cd },
+                    EmitterShape::Isotropic { position_m: *position_m, intensity_cd: *intensity_cd },
                 ),
                 Emission::Lambertian { position_m, axis, intensity_cd } => push(
                     source.luminous_flux_lm,
-                    Shape::Lambertian { position_m: *position_m, axis: *axis, intensity_cd: *intensity_cd },
+                    EmitterShape::Lambertian { position_m: *position_m, axis: *axis, intensity_cd: *intensity_cd },
                 ),
                 Emission::Photometric { position_m, frame, web, opening, scale } => {
                     let (sampler, profile) = webs
@@ -57,15 +57,15 @@ impl Emitters {
                     let (web, aperture) = (web.clone(), Aperture::new(opening, *position_m, frame).map(Arc::new));
                     let (position_m, frame, scale) = (*position_m, *frame, *scale);
                     let emitter = WebEmitter { position_m, frame, web, sampler, profile, scale, aperture };
-                    push(source.luminous_flux_lm, Shape::Web(emitter));
+                    push(source.luminous_flux_lm, EmitterShape::Web(emitter));
                 }
                 Emission::Sphere { center_m, radius_m, exitance_lm_m2 } => push(
                     source.luminous_flux_lm,
-                    Shape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
+                    EmitterShape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
                 ),
                 Emission::Sky { sky, openings, .. } => {
                     for (luminous_flux_lm, emitter) in SkyEmitter::all(sky, openings) {
-                        push(luminous_flux_lm, Shape::Sky(emitter));
+                        push(luminous_flux_lm, EmitterShape::Sky(emitter));
                     }
                 }
                 Emission::Area { surfaces, front, back, exitance_lm_m2 } => {
@@ -74,7 +74,10 @@ impl Emitters {
                         for triangle in scene.surfaces[*surface as usize].triangles.clone() {
                             for (side, _) in sides.iter().filter(|(_, emits)| *emits) {
                                 let emitter = TriangleEmitter::new(scene, triangle, *side, *exitance_lm_m2);
-                                push(scene.triangle_area_m2(triangle) * exitance_lm_m2, Shape::Triangle(emitter));
+                                push(
+                                    scene.triangle_area_m2(triangle) * exitance_lm_m2,
+                                    EmitterShape::Triangle(emitter),
+                                );
                             }
                         }
                     }
@@ -94,7 +97,7 @@ impl Emitters {
             .iter()
             .enumerate()
             .filter_map(|(index, emitter)| match &emitter.shape {
-                Shape::Triangle(triangle) => Some(((triangle.triangle, triangle.side), index as u32)),
+                EmitterShape::Triangle(triangle) => Some(((triangle.triangle, triangle.side), index as u32)),
                 _ => None,
             })
             .collect();
@@ -126,7 +129,7 @@ impl Emitters {
     /// The sky, if there is one that gives light.
     pub fn sky(&self) -> Option<&Sky> {
         self.list.iter().find_map(|emitter| match &emitter.shape {
-            Shape::Sky(sky) => Some(&*sky.sky),
+            EmitterShape::Sky(sky) => Some(&*sky.sky),
             _ => None,
         })
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Emitter, Shape};
+use super::{Emitter, EmitterShape};
 
 /// A ball that holds an emitter, and the half space that holds all its light, if there is one.
 #[derive(Clone, Copy, Debug)]
@@ -29,15 +29,15 @@ impl Emitter {
     pub fn reach(&self) -> Reach {
         let beacon = &self.beacon;
         let ahead = match &self.shape {
-            Shape::Lambertian { position_m, axis, .. } => Some((*axis, axis.dot(*position_m))),
-            Shape::Triangle(triangle) => Some((triangle.normal, triangle.normal.dot(triangle.centroid_m))),
-            Shape::Web(web) if web.web.shines_ahead_only() => {
+            EmitterShape::Lambertian { position_m, axis, .. } => Some((*axis, axis.dot(*position_m))),
+            EmitterShape::Triangle(triangle) => Some((triangle.normal, triangle.normal.dot(triangle.centroid_m))),
+            EmitterShape::Web(web) if web.web.shines_ahead_only() => {
                 let axis = web.frame[2];
                 let behind_m = web.aperture.as_ref().map_or(0.0, |aperture| aperture.half_extent_m(axis));
                 Some((axis, axis.dot(web.position_m) - behind_m))
             }
-            Shape::Sky(sky) => sky.ahead().map(|(axis, at_m)| (axis, axis.dot(at_m))),
-            Shape::Isotropic { .. } | Shape::Web(_) | Shape::Ball { .. } => None,
+            EmitterShape::Sky(sky) => sky.ahead().map(|(axis, at_m)| (axis, axis.dot(at_m))),
+            EmitterShape::Isotropic { .. } | EmitterShape::Web(_) | EmitterShape::Ball { .. } => None,
         };
         Reach { center_m: beacon.center_m, radius_m: beacon.radius_m, ahead }
     }

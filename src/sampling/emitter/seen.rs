@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::{Emitter, Place, Shape};
+use super::{Emitter, EmitterShape, Place};
 use crate::base::solid_angle::triangle_solid_angle_sr;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::{uniform_cone, uniform_triangle};
@@ -32,7 +32,7 @@ pub struct SeenPart {
 impl Emitter {
     /// Luminance in cd/m² of a luminous opening that a line of sight meets, I/A_projected, and at which distance in m.
     pub fn opening_on_sight(&self, eye_m: DVec3, direction: DVec3) -> Option<(f64, f64)> {
-        let Shape::Web(web) = &self.shape else {
+        let EmitterShape::Web(web) = &self.shape else {
             return None;
         };
         let aperture = web.aperture.as_ref()?;
@@ -43,7 +43,7 @@ impl Emitter {
 
     /// Distance in m at which a line of sight that meets the emitter's ball meets it; infinite for other emitters.
     pub fn ball_at_m(&self, eye_m: DVec3, direction: DVec3) -> f64 {
-        let Shape::Ball { center_m, radius_m, .. } = &self.shape else {
+        let EmitterShape::Ball { center_m, radius_m, .. } = &self.shape else {
             return f64::INFINITY;
         };
         let offset_m = *center_m - eye_m;
@@ -58,7 +58,7 @@ impl Emitter {
     /// of the opening. So is a ball. Triangles are cut into parts of some degrees.
     pub fn show_parts(&self, eye_m: DVec3, stream: &mut Stream, mut show: impl FnMut(SeenPart)) {
         match &self.shape {
-            Shape::Triangle(triangle) => {
+            EmitterShape::Triangle(triangle) => {
                 let corners = triangle.seen_from(eye_m);
                 if corners[0].dot(triangle.normal) >= 0.0 {
                     return;
@@ -83,7 +83,7 @@ impl Emitter {
                     });
                 }
             }
-            Shape::Ball { center_m, radius_m, exitance_lm_m2 } => {
+            EmitterShape::Ball { center_m, radius_m, exitance_lm_m2 } => {
                 let offset_m = *center_m - eye_m;
                 let distance_m = offset_m.length();
                 if distance_m <= *radius_m {
@@ -104,11 +104,11 @@ impl Emitter {
                 });
             }
             // Its glare is rated by other formulas.
-            Shape::Sky(_) => {}
-            Shape::Isotropic { position_m, .. } | Shape::Lambertian { position_m, .. } => {
+            EmitterShape::Sky(_) => {}
+            EmitterShape::Isotropic { position_m, .. } | EmitterShape::Lambertian { position_m, .. } => {
                 show_point(self, *position_m, *position_m, 0.0, eye_m, &mut show);
             }
-            Shape::Web(web) => {
+            EmitterShape::Web(web) => {
                 let towards = (web.position_m - eye_m).normalize_or(web.frame[2]);
                 let area_m2 = web.aperture.as_ref().map_or(0.0, |aperture| aperture.projected_area_m2(towards));
                 show_point(self, web.position_m, web.draw_point_towards(-towards, stream), area_m2, eye_m, &mut show);

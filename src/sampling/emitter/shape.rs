@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{Place, Shape, TriangleEmitter};
+use super::{EmitterShape, Place, TriangleEmitter};
 use crate::sampling::importance::{Beacon, Profile};
 use crate::scene::{Scene, Side};
 
-impl Shape {
+impl EmitterShape {
     /// What decides how often an emitter is looked at.
     pub(super) fn beacon(&self) -> Beacon {
         let point = |position_m: &DVec3, axis: DVec3, intensity_cd: f64, profile: Profile| Beacon {
@@ -20,13 +20,13 @@ impl Shape {
             is_needle: false,
         };
         match self {
-            Shape::Isotropic { position_m, intensity_cd } => {
+            EmitterShape::Isotropic { position_m, intensity_cd } => {
                 point(position_m, DVec3::Z, *intensity_cd, Profile::Uniform)
             }
-            Shape::Lambertian { position_m, axis, intensity_cd } => {
+            EmitterShape::Lambertian { position_m, axis, intensity_cd } => {
                 point(position_m, *axis, *intensity_cd, Profile::Cosine)
             }
-            Shape::Web(web) => Beacon {
+            EmitterShape::Web(web) => Beacon {
                 center_m: web.position_m,
                 radius_m: web.aperture.as_ref().map_or(0.0, |aperture| aperture.radius_m()),
                 axis: web.frame[2],
@@ -34,7 +34,7 @@ impl Shape {
                 profile: web.profile.clone(),
                 is_needle: false,
             },
-            Shape::Triangle(triangle) => Beacon {
+            EmitterShape::Triangle(triangle) => Beacon {
                 center_m: triangle.centroid_m,
                 radius_m: triangle.radius_m,
                 axis: triangle.normal,
@@ -42,8 +42,8 @@ impl Shape {
                 profile: Profile::Cosine,
                 is_needle: triangle.is_needle(),
             },
-            Shape::Sky(sky) => sky.beacon(),
-            Shape::Ball { center_m, radius_m, exitance_lm_m2 } => Beacon {
+            EmitterShape::Sky(sky) => sky.beacon(),
+            EmitterShape::Ball { center_m, radius_m, exitance_lm_m2 } => Beacon {
                 center_m: *center_m,
                 radius_m: *radius_m,
                 axis: DVec3::Z,

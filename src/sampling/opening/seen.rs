@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{Aperture, Shape};
+use super::{Aperture, ApertureShape};
 
 /// A half axis without length counts as this share of the largest, so that a box without height is met all the same.
 const THINNEST: f64 = 1e-9;
@@ -26,18 +26,18 @@ impl Aperture {
             (inside && distance_m > 0.0 && distance_m.is_finite()).then_some(distance_m)
         };
         match &self.shape {
-            Shape::Flat([a, b]) => from_flat(*a, *b, |x, y| x.abs() <= 1.0 && y.abs() <= 1.0),
-            Shape::Ellipse([a, b]) => from_flat(*a, *b, |x, y| x * x + y * y <= 1.0),
-            Shape::Box(half) => {
+            ApertureShape::Flat([a, b]) => from_flat(*a, *b, |x, y| x.abs() <= 1.0 && y.abs() <= 1.0),
+            ApertureShape::Ellipse([a, b]) => from_flat(*a, *b, |x, y| x * x + y * y <= 1.0),
+            ApertureShape::Box(half) => {
                 let spans = scaled(half, offset_m, direction).map(|[o, d]| slab(o, d));
                 first(&spans)
             }
-            Shape::Ellipsoid(half) => {
+            ApertureShape::Ellipsoid(half) => {
                 let [[ox, dx], [oy, dy], [oz, dz]] = scaled(half, offset_m, direction);
                 let (o, d) = (DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz));
                 first(&[quadric(d.length_squared(), o.dot(d), o.length_squared() - 1.0)])
             }
-            Shape::Cylinder { half_axes_m, .. } => {
+            ApertureShape::Cylinder { half_axes_m, .. } => {
                 let [[ox, dx], [oy, dy], [oz, dz]] = scaled(half_axes_m, offset_m, direction);
                 let round = quadric(dx * dx + dy * dy, ox * dx + oy * dy, ox * ox + oy * oy - 1.0);
                 first(&[round, slab(oz, dz)])
@@ -49,11 +49,13 @@ impl Aperture {
     pub fn projected_area_m2(&self, direction: DVec3) -> f64 {
         let face = |a: &DVec3, b: &DVec3| a.cross(*b).dot(direction).abs();
         match &self.shape {
-            Shape::Flat([a, b]) => 4.0 * face(a, b),
-            Shape::Ellipse([a, b]) => PI * face(a, b),
-            Shape::Box([a, b, c]) => 4.0 * (face(a, b) + face(b, c) + face(c, a)),
-            Shape::Ellipsoid([a, b, c]) => PI * (face(a, b).powi(2) + face(b, c).powi(2) + face(c, a).powi(2)).sqrt(),
-            Shape::Cylinder { half_axes_m: [a, b, along], .. } => {
+            ApertureShape::Flat([a, b]) => 4.0 * face(a, b),
+            ApertureShape::Ellipse([a, b]) => PI * face(a, b),
+            ApertureShape::Box([a, b, c]) => 4.0 * (face(a, b) + face(b, c) + face(c, a)),
+            ApertureShape::Ellipsoid([a, b, c]) => {
+                PI * (face(a, b).powi(2) + face(b, c).powi(2) + face(c, a).powi(2)).sqrt()
+            }
+            ApertureShape::Cylinder { half_axes_m: [a, b, along], .. } => {
                 // The barrel's outline is a parallelogram as wide as the rim reaches across the line of sight.
                 PI * face(a, b) + 4.0 * (face(a, along).powi(2) + face(b, along).powi(2)).sqrt()
             }

@@ -6,7 +6,7 @@ use crate::solver::{ConvergenceRow, ElementChoice, MapSelection, Method, Setting
 use crate::validation::case::{Case, Comparison, Light, Run};
 use crate::validation::error::CaseError;
 use crate::validation::exact_side::ExactSide;
-use crate::validation::measure::Silent;
+use crate::validation::measure::Stopwatch;
 use crate::validation::statistics::EntrySet;
 
 /// Probabilities at which error bars are held against the truth.
@@ -144,7 +144,7 @@ fn solve_all(run: &Run, comparison: &Comparison, method: Method, settings: &Camp
             elements: ElementChoice::Given,
             ..Settings::default()
         };
-        solve(&run.scene, &settings, &Silent::starting_now())
+        solve(&run.scene, &settings, &Stopwatch::starting_now())
     };
     // The first run tells what the others will cost.
     let first = solve_one(0);

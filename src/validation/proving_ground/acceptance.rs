@@ -102,7 +102,7 @@ fn standard_error(parts: &[f64], share: f64, bars: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::campaign::{MapProof, RoomProof, RunProof};
-    use super::super::judgement::Judgement;
+    use super::super::judgement::RoomJudgement;
     use super::super::reference::Cost;
     use super::super::summary::mean_and_worst;
     use super::*;
@@ -120,7 +120,7 @@ mod tests {
                 estimator: "gather".to_owned(),
                 said_met: true,
                 stated_error: 0.009,
-                judgement: Judgement {
+                judgement: RoomJudgement {
                     true_error: if seed < off as u64 { 0.01 * over } else { 0.008 },
                     reference_error: 0.003,
                     bars: 200,

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::cpu::{ThreadClock, on_one_thread};
-use super::judgement::{Entry, Judgement, judge};
+use super::judgement::{JudgedEntry, RoomJudgement, judge};
 use super::patient::Patient;
 use super::reference::{Cost, Reference, ReferenceSettings};
 use super::rival::{Rival, RivalRun, run_rival};
@@ -94,7 +94,7 @@ pub struct MapProof {
     /// Stated error.
     pub stated_error: f64,
     /// What it is beside the reference.
-    pub judgement: Judgement,
+    pub judgement: RoomJudgement,
 }
 
 impl RoomProof {
@@ -209,18 +209,18 @@ pub(super) fn solve_watched(scene: &Scene, settings: &Settings, limit_s: f64) ->
     })
 }
 
-fn judge_map(scene: &Scene, reference: &Reference, map: &MapResult, solution: &Solution) -> Option<Judgement> {
+fn judge_map(scene: &Scene, reference: &Reference, map: &MapResult, solution: &Solution) -> Option<RoomJudgement> {
     let MapKind::Receivers(set) = map.kind else { return None };
     let truth = &reference.maps[set];
     let points = &scene.receivers[set].points;
-    let entry = |index: usize| Entry {
+    let entry = |index: usize| JudgedEntry {
         value_lx: map.values.illuminance_lx[index],
         standard_error_lx: map.values.standard_error_lx[index],
         reference_lx: truth.illuminance_lx[index],
         reference_error_lx: truth.standard_error_lx[index],
         weight: if points[index].inside { 0.0 } else { points[index].weight },
     };
-    let entries: Vec<Entry> = (0..points.len()).map(entry).collect();
+    let entries: Vec<JudgedEntry> = (0..points.len()).map(entry).collect();
     judge(&entries, solution.replicas.saturating_sub(1) as f64)
 }
 
@@ -228,13 +228,13 @@ fn judge_map(scene: &Scene, reference: &Reference, map: &MapResult, solution: &S
 fn own_error(scene: &Scene, reference: &Reference, set: usize) -> f64 {
     let truth = &reference.maps[set];
     let points = &scene.receivers[set].points;
-    let entry = |index: usize| Entry {
+    let entry = |index: usize| JudgedEntry {
         value_lx: truth.illuminance_lx[index],
         reference_lx: truth.illuminance_lx[index],
         reference_error_lx: truth.standard_error_lx[index],
         weight: if points[index].inside { 0.0 } else { points[index].weight },
-        ..Entry::default()
+        ..JudgedEntry::default()
     };
-    let entries: Vec<Entry> = (0..points.len()).map(entry).collect();
+    let entries: Vec<JudgedEntry> = (0..points.len()).map(entry).collect();
     judge(&entries, 1.0).map_or(0.0, |judgement| judgement.reference_error)
 }

@@ -9,7 +9,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// A receiver: what a run says of it and what the reference says.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Entry {
+pub struct JudgedEntry {
     /// Illuminance of the run in lx.
     pub value_lx: f64,
     /// Its standard error in lx.
@@ -24,7 +24,7 @@ pub struct Entry {
 
 /// What comes out for a map. Errors are fractions of the reference's mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Judgement {
+pub struct RoomJudgement {
     /// True error: the root of the mean square deviation less the reference's own; 0 where that leaves nothing.
     pub true_error: f64,
     /// The reference's own error.
@@ -38,8 +38,8 @@ pub struct Judgement {
 /// Judges a map; `None` where the reference found no light or no receiver has a weight.
 ///
 /// The error bars have the given degrees of freedom. A value that says it is exact must agree within the reference's bar alone.
-pub fn judge(entries: &[Entry], degrees_of_freedom: f64) -> Option<Judgement> {
-    let sum = |of: fn(&Entry) -> f64| entries.iter().map(|entry| entry.weight * of(entry)).sum::<f64>();
+pub fn judge(entries: &[JudgedEntry], degrees_of_freedom: f64) -> Option<RoomJudgement> {
+    let sum = |of: fn(&JudgedEntry) -> f64| entries.iter().map(|entry| entry.weight * of(entry)).sum::<f64>();
     let weight = sum(|_| 1.0);
     let mean_lx = sum(|entry| entry.reference_lx) / weight;
     if weight <= 0.0 || mean_lx <= 0.0 {
@@ -49,12 +49,13 @@ pub fn judge(entries: &[Entry], degrees_of_freedom: f64) -> Option<Judgement> {
     let noise_lx2 = sum(|entry| entry.reference_error_lx.powi(2)) / weight;
 
     let within = student_within(LEVEL, degrees_of_freedom);
-    let bar_lx = |entry: &Entry| within * entry.standard_error_lx.hypot(entry.reference_error_lx);
-    let holds = |entry: &&Entry| {
+    let bar_lx = |entry: &JudgedEntry| within * entry.standard_error_lx.hypot(entry.reference_error_lx);
+    let holds = |entry: &&JudgedEntry| {
         (entry.value_lx - entry.reference_lx).abs() <= bar_lx(entry) + ROUNDING * entry.reference_lx.abs()
     };
-    let has_bar = |entry: &&Entry| entry.weight > 0.0 && (bar_lx(entry) > 0.0 || entry.value_lx != entry.reference_lx);
-    Some(Judgement {
+    let has_bar =
+        |entry: &&JudgedEntry| entry.weight > 0.0 && (bar_lx(entry) > 0.0 || entry.value_lx != entry.reference_lx);
+    Some(RoomJudgement {
         true_error: (mean_square_lx2 - noise_lx2).max(0.0).sqrt() / mean_lx,
         reference_error: noise_lx2.sqrt() / mean_lx,
         bars: entries.iter().filter(has_bar).count(),
@@ -74,9 +75,9 @@ mod tests {
 
     /// 20,000 receivers of 100 lx; the run is off by 2 lx, the reference by 1 lx (seed 1). `off` multiplies the run's deviations, not
     /// what it states.
-    fn entries(off: f64) -> Vec<Entry> {
+    fn entries(off: f64) -> Vec<JudgedEntry> {
         let mut dice = Dice::new("judgement", 1);
-        let entry = |_| Entry {
+        let entry = |_| JudgedEntry {
             value_lx: 100.0 + 2.0 * off * normal(&mut dice),
             standard_error_lx: 2.0,
             reference_lx: 100.0 + normal(&mut dice),
@@ -110,15 +111,15 @@ mod tests {
 
     #[test]
     fn weights_count_and_dark_maps_have_no_error() {
-        let bright = Entry { value_lx: 110.0, reference_lx: 100.0, weight: 1.0, ..Entry::default() };
-        let left_out = Entry { value_lx: 900.0, reference_lx: 1.0, weight: 0.0, ..Entry::default() };
+        let bright = JudgedEntry { value_lx: 110.0, reference_lx: 100.0, weight: 1.0, ..JudgedEntry::default() };
+        let left_out = JudgedEntry { value_lx: 900.0, reference_lx: 1.0, weight: 0.0, ..JudgedEntry::default() };
         let judgement = judge(&[bright, left_out], 15.0).unwrap();
         assert!((judgement.true_error - 0.1).abs() < 1e-12);
         // It says that it is exact, and is not.
         assert_eq!((judgement.bars, judgement.held), (1, 0));
-        assert_eq!(judge(&[Entry { weight: 1.0, ..Entry::default() }], 15.0), None);
+        assert_eq!(judge(&[JudgedEntry { weight: 1.0, ..JudgedEntry::default() }], 15.0), None);
         // Both say 0 for certain: nothing to judge.
-        let dark = Entry { weight: 1.0, ..Entry::default() };
+        let dark = JudgedEntry { weight: 1.0, ..JudgedEntry::default() };
         assert_eq!(judge(&[bright, dark], 15.0).unwrap().bars, 1);
     }
 }

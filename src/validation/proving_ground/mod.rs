@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 pub use acceptance::failures;
 pub use campaign::{MapProof, Proof, ProofSettings, RoomProof, RunProof, prove};
-pub use judgement::Judgement;
+pub use judgement::RoomJudgement;
 pub use reference::{Cost, ReferenceSettings};
 pub use report::{proof_csv, proof_html, proof_md, proof_pictures, proof_table};
 pub use rival::Rival;

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::cpu::ThreadClock;
-use crate::solver::{Observer, Progress};
+use crate::solver::Observer;
 
 /// Ends a run after so many processor seconds. The run does not know of it and plans nothing for it, as it would for a time limit.
 pub struct Patient {
@@ -20,8 +20,6 @@ impl Patient {
 }
 
 impl Observer for Patient {
-    fn progress(&self, _: &Progress) {}
-
     fn is_interrupted(&self) -> bool {
         self.clock.cpu_s() > self.limit_s
     }

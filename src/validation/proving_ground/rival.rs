@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use super::judgement::{Entry, judge};
+use super::judgement::{JudgedEntry, judge};
 use super::reference::{Cost, Reference};
 use super::rival_scene::rival_scene;
 use crate::scene::Scene;
@@ -76,14 +76,14 @@ fn sets(scene: &Scene, reference: &Reference, values_lx: &[f64]) -> Vec<(usize, 
     let mut first = 0;
     let mut sets = Vec::new();
     for (set, map) in scene.receivers.iter().zip(&reference.maps) {
-        let entry = |(index, point): (usize, &crate::scene::ReceiverPoint)| Entry {
+        let entry = |(index, point): (usize, &crate::scene::ReceiverPoint)| JudgedEntry {
             value_lx: values_lx.get(first + index).copied().unwrap_or(0.0),
             reference_lx: map.illuminance_lx[index],
             reference_error_lx: map.standard_error_lx[index],
             weight: if point.inside { 0.0 } else { point.weight },
-            ..Entry::default()
+            ..JudgedEntry::default()
         };
-        let entries: Vec<Entry> = set.points.iter().enumerate().map(entry).collect();
+        let entries: Vec<JudgedEntry> = set.points.iter().enumerate().map(entry).collect();
         sets.extend(judge(&entries, 1.0).map(|judgement| (entries.len(), judgement.true_error)));
         first += entries.len();
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use super::{Findings, Wishes};
+use super::{Findings, StudyWishes};
 use crate::scene::{Scene, read_scene, scene_from_json};
 use crate::solver::{ElementChoice, MapSelection, Method, Observer, Progress, Settings, Solution, StopReason, solve};
 use crate::validation::find::find_cases;
@@ -55,7 +55,7 @@ fn scene_of_case(name: &str) -> Result<(Scene, std::path::PathBuf), String> {
     Ok((case.runs.swap_remove(0).scene, case.folder))
 }
 
-fn subjects(wishes: &mut Wishes) -> Result<Vec<Subject>, String> {
+fn subjects(wishes: &mut StudyWishes) -> Result<Vec<Subject>, String> {
     let (given, adaptive) = (ElementChoice::Given, ElementChoice::Adaptive);
     let of = |name, scene, maps, elements| Subject { name, scene, maps, elements, targets: &TARGETS, untrue: None };
     let mut subjects =
@@ -171,7 +171,7 @@ fn cell(cost: &Cost, of: fn(&Cost) -> f64, words: fn(f64) -> String) -> String {
 }
 
 /// Rays and seconds of auto and of the fixed methods.
-pub fn choice(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn choice(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let mut found = Findings::of("choice", SETTING);
     let seeds = if wishes.quick { 1 } else { SEEDS };
     let (mut by_rays, mut by_seconds, mut worse) = (Vec::new(), Vec::new(), Vec::new());

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::pictures::{Line, log_log};
 use super::world::{HALL_M, Lit, grid, hall, relative_rms};
-use super::{Findings, Wishes};
+use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options, RADIUS_PER_STEP};
 use crate::validation::report::Table;
 use crate::validation::words::{grouped, percent, significant};
@@ -25,7 +25,7 @@ struct Row {
     error: f64,
 }
 
-fn measure(edge: usize, count: usize, wishes: &mut Wishes) -> Result<Row, String> {
+fn measure(edge: usize, count: usize, wishes: &mut StudyWishes) -> Result<Row, String> {
     let world = hall(edge)?;
     let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], count);
     let options = Options { step_m: STEP_M, radius_m: RADIUS_PER_STEP * STEP_M, accelerations: Accelerations::ALL };
@@ -123,7 +123,7 @@ fn finish(name: &'static str, rows: &[Row], what: &str, size: fn(&Row) -> f64) -
 }
 
 /// Time against the number of luminaires, 1 to 225.
-pub fn over_luminaires(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn over_luminaires(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edges, count): (&[usize], usize) =
         if wishes.quick { (&[1, 3, 8], 80) } else { (&[1, 2, 3, 5, 7, 8, 10, 15], 500) };
     let rows = edges.iter().map(|edge| measure(*edge, count, wishes)).collect::<Result<Vec<_>, _>>()?;
@@ -131,7 +131,7 @@ pub fn over_luminaires(wishes: &mut Wishes) -> Result<Findings, String> {
 }
 
 /// Time against the number of receivers, 50² to 2,000².
-pub fn over_receivers(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn over_receivers(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, counts): (usize, &[usize]) =
         if wishes.quick { (3, &[20, 60, 150]) } else { (8, &[50, 125, 250, 500, 1000, 2000]) };
     let rows = counts.iter().map(|count| measure(edge, *count, wishes)).collect::<Result<Vec<_>, _>>()?;

@@ -22,7 +22,7 @@ pub use pictures::{Line, log_log};
 pub use report::{study_csv, study_md, study_section};
 
 /// What a study is told to do, and whom it tells.
-pub struct Wishes<'a> {
+pub struct StudyWishes<'a> {
     /// Small sizes: seconds instead of minutes, to see that it works.
     pub quick: bool,
     /// Hears of every step.
@@ -36,7 +36,7 @@ pub struct Study {
     /// What it asks, in one line.
     pub title: &'static str,
     /// Runs it; an error says what could not be made.
-    pub run: fn(&mut Wishes) -> Result<Findings, String>,
+    pub run: fn(&mut StudyWishes) -> Result<Findings, String>,
 }
 
 /// The name that stands for all studies of light meshes.

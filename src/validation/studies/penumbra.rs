@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::pictures::{Line, profiles};
 use super::world::World;
-use super::{Findings, Wishes};
+use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
 
@@ -40,7 +40,7 @@ fn whole_width_m() -> f64 {
 }
 
 /// Profiles across the shadow of an edge.
-pub fn penumbra(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let looks = if wishes.quick { 256 } else { 4096 };
     let line_m: Vec<DVec3> =
         (0..PLACES).map(|i| DVec3::new(HALF_M * (2.0 * i as f64 / (PLACES - 1) as f64 - 1.0), 0.0137, 0.0)).collect();

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::open_air::{Things, gazebo, playground, scene_text};
 use super::world::{Lit, World, grid, relative_rms};
-use super::{Findings, Wishes};
+use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::scene::read_scene;
 use crate::validation::report::Table;
@@ -57,7 +57,7 @@ fn options(step_m: f64, ratio: f64, level: usize) -> Options {
 }
 
 /// Shares of MU2, MU3 and MU4 in what is saved of the time with MU1 alone.
-pub fn accelerations(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn accelerations(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, steps_m, radii): (usize, &[f64], &[f64]) =
         if wishes.quick { (96, &STEPS_M[..1], &RADII[..1]) } else { (1024, &STEPS_M, &RADII) };
     let mut found = Findings::of(
@@ -117,7 +117,7 @@ fn rounded_percent(share: f64) -> String {
 }
 
 /// What the sparse tree takes, and what every point of a mesh over the whole scene would.
-pub fn memory(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn memory(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (edge, steps_m): (usize, &[f64]) = if wishes.quick { (96, &STEPS_M[..1]) } else { (1024, &STEPS_M) };
     let mut found = Findings::of(
         "light-mesh-memory",

@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use super::pictures::{Line, log_log};
 use super::slopes::Slope;
-use super::{Findings, Wishes};
+use super::{Findings, StudyWishes};
 use crate::scene::{Scene, read_scene};
 use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
-use crate::validation::measure::Silent;
+use crate::validation::measure::Stopwatch;
 use crate::validation::report::Table;
 use crate::validation::words::{grouped, significant};
 
@@ -179,7 +179,7 @@ fn scene_of(wish: &Wish) -> Result<(Scene, f64), String> {
     Ok((scene, started.elapsed().as_secs_f64()))
 }
 
-fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut Wishes) -> Result<Row, String> {
+fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut StudyWishes) -> Result<Row, String> {
     let (scene, read_s) = scene_of(wish)?;
     let luminaires = wish.lamps[0] * wish.lamps[1];
     let receivers = wish.grid[0] * wish.grid[1];
@@ -193,7 +193,7 @@ fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut Wishes) -> Result<R
             maps: MapSelection::Receivers,
             ..Settings::default()
         };
-        runs.push(solve(&scene, &settings, &Silent::starting_now()));
+        runs.push(solve(&scene, &settings, &Stopwatch::starting_now()));
         if told.quick || runs.iter().any(|run| run.compute_s > DEAR_S) {
             break;
         }
@@ -298,7 +298,7 @@ fn add(found: &mut Findings, what: &str, rows: &[Row], slopes: &mut Vec<Vec<Stri
 }
 
 /// Cost against triangles, luminaires and receivers.
-pub fn scaling(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn scaling(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let mut found = Findings::of("scaling", SETTING);
     let (mut slopes, mut above) = (Vec::new(), Vec::new());
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::pictures::{Line, log_log};
 use super::world::{HALL_M, Lit, World, grid, hall_with_crates, relative_rms};
-use super::{Findings, Wishes};
+use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options, RADIUS_PER_STEP};
 use crate::validation::report::Table;
 use crate::validation::words::{grouped, percent, significant};
@@ -20,7 +20,7 @@ const PLACES: usize = 4096;
 const STEP_M: f64 = 0.1;
 
 /// Time, rays and error of each number of points, and of the mesh.
-pub fn sources(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn sources(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let count = if wishes.quick { 64 } else { 500 };
     let mut found = Findings::of(
         "light-mesh-sources",

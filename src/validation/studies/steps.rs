@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::pictures::{Line, log_log};
 use super::world::{HALL_M, grid, hall, relative_rms};
-use super::{Findings, Wishes};
+use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
 use crate::validation::report::Table;
 use crate::validation::words::percent;
@@ -17,7 +17,7 @@ const WIDE_FROM_M: f64 = 0.004;
 const WIDE: f64 = 2.0;
 
 /// Errors at steps from 0.8 m to 1 mm.
-pub fn steps(wishes: &mut Wishes) -> Result<Findings, String> {
+pub fn steps(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let (steps_m, count): (&[f64], usize) = if wishes.quick {
         (&[0.8, 0.2, 0.05], 60)
     } else {
