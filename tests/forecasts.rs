@@ -68,7 +68,7 @@ impl Observer for Counting {
     fn progress(&self, _: &Progress) {
         self.has_begun.store(true, Ordering::Relaxed);
     }
-    fn expects(&self, error: Forecast) {
+    fn expects(&self, error: Forecast, _: Option<f64>) {
         self.expected.lock().expect("one thread").push(error);
     }
     fn is_interrupted(&self) -> bool {
@@ -79,8 +79,8 @@ impl Observer for Counting {
     }
 }
 
-/// A run that only a time limit ends says once which error it expects to reach, a smaller one where there is more time; a run with a
-/// target says nothing of the kind.
+/// A run that a time limit ends says once which error it expects to reach, a smaller one where there is more time; a run with a target
+/// that fits in says nothing of the kind.
 #[test]
 fn a_time_limit_alone_says_what_it_affords() {
     let scene = scene("office.json");
@@ -97,7 +97,42 @@ fn a_time_limit_alone_says_what_it_affords() {
         clock.expected.into_inner().expect("one thread")
     };
     let (short, long) = (told(40.0, None), told(160.0, None));
-    assert_eq!((short.len(), long.len(), told(40.0, Some(0.01)).len()), (1, 1, 0));
+    assert_eq!((short.len(), long.len(), told(40.0, Some(0.9)).len()), (1, 1, 0));
     assert!(long[0].expected < short[0].expected && short[0].expected < 1.0, "{short:?} {long:?}");
     assert!(short[0].low < short[0].expected && short[0].expected < short[0].high, "{short:?}");
+}
+
+/// Keeps the errors that it was told, in order.
+#[derive(Default)]
+struct Errors(Mutex<Vec<Option<f64>>>);
+
+impl Observer for Errors {
+    fn progress(&self, progress: &Progress) {
+        self.0.lock().expect("one thread").push(progress.estimated_error);
+    }
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+    fn wall_s(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Elements of a cube that are cut several times on the way to 1 %: once an error is known it stays told, that of the coarser elements
+/// while finer ones have none.
+#[test]
+fn an_error_that_was_told_stays_told_while_elements_are_cut() {
+    let errors = Errors::default();
+    let settings = Settings {
+        target_error: Some(0.01),
+        maps: MapSelection::Elements,
+        elements: luxmc::solver::ElementChoice::Adaptive,
+        ..Settings::default()
+    };
+    let scene = cube(0.8, 10.0);
+    let run = solve(&scene, &settings, &errors);
+    assert!(run.elements.len() > 4 * scene.triangles.len(), "{} elements", run.elements.len());
+    let told = errors.0.into_inner().expect("one thread");
+    let first = told.iter().position(Option::is_some).expect("an error");
+    assert!(first + 2 < told.len() && told[first..].iter().all(Option::is_some), "{told:?}");
 }

@@ -5,12 +5,43 @@ mod common;
 use std::path::Path;
 
 use common::Silent;
+use glam::DVec3;
+use luxmc::chain::Stage;
+use luxmc::estimators::direct::Receiver;
+use luxmc::estimators::glare::sample_glare;
+use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::{Scene, scene_from_json};
 use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 /// Eye-to-luminaire height of the standard room in m, and the distance between luminaires.
 const HEIGHT_M: f64 = 2.0;
 const SPACING_M: f64 = 0.5;
+
+/// A panel steeply overhead is cut into thousands of parts, none of which has a position index: no ray is traced, and yet that is work.
+/// The same panel ahead takes a ray a part.
+#[test]
+fn parts_without_a_position_index_are_work_too() {
+    let panel = |x_m: f64, z_m: f64| {
+        let scene = scene_from_json(
+            &format!(
+                r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+                "geometry": [ {{ "name": "panel", "type": "rectangle", "origin": [{x_m},-1,{z_m}], "u": [0,2,0], "v": [2,0,0], "material": "m" }} ],
+                "luminaires": [ {{ "name": "light", "type": "area", "surface": "panel", "luminous_flux_lm": 1000 }} ] }}"#
+            ),
+            None,
+            Path::new("."),
+        );
+        let stage = Stage::new(&scene.expect("a scene"));
+        let eye_m = DVec3::new(0.0, 0.0, 1.0);
+        let origin = stage.tracer.side_origin(eye_m, DVec3::X);
+        let eye = Receiver { point_m: eye_m, normal: DVec3::X, origin: &origin };
+        let mut sums = [0.0];
+        (sample_glare(&stage, &eye, &mut Stream::new(0, Purpose::Pilot, 0, 0), &mut sums), sums[0])
+    };
+    let (overhead, ahead) = (panel(-2.1, 1.1), panel(3.0, 3.0));
+    assert!(overhead.0 > 100 && overhead.1 == 0.0, "{overhead:?}");
+    assert!(ahead.0 > 10 && ahead.1 > 0.0, "{ahead:?}");
+}
 
 /// A row of `validation/ugr-tables/reference.csv`.
 #[derive(Debug)]

@@ -11,7 +11,7 @@ use super::console;
 use super::exit::Exit;
 use super::number_text::{count, percent, time};
 use crate::control::Forecast;
-use crate::solver::{Observer, Progress};
+use crate::solver::{Hindrance, Observer, Progress};
 
 /// Seconds between two lines where there is no terminal.
 const LINE_INTERVAL_S: f64 = 5.0;
@@ -19,7 +19,7 @@ const LINE_INTERVAL_S: f64 = 5.0;
 const LONG_S: f64 = 3600.0;
 /// One of more is as good as never.
 const NEVER_S: f64 = 30.0 * 86_400.0;
-/// Seconds of a run before its forecast is believed.
+/// Seconds of a run before its forecast is believed; before, its interval tells.
 const BELIEVED_FROM_S: f64 = 10.0;
 /// The run that somebody may wait for instead, in s.
 const PATIENCE_S: f64 = 600.0;
@@ -60,8 +60,10 @@ pub struct Watcher {
     started: Instant,
     run_started_s: f64,
     display: Display,
-    /// Whether a long forecast has been told.
+    /// Whether it has been told that the run takes very long.
     has_told: AtomicBool,
+    /// The same of something that keeps a map from its target for good.
+    has_told_of_reach: AtomicBool,
 }
 
 impl Watcher {
@@ -75,16 +77,25 @@ impl Watcher {
         } else {
             Display::Lines(Mutex::new(run_started_s))
         };
-        Watcher { started, run_started_s, display, has_told: AtomicBool::new(false) }
+        Watcher {
+            started,
+            run_started_s,
+            display,
+            has_told: AtomicBool::new(false),
+            has_told_of_reach: AtomicBool::new(false),
+        }
     }
 
-    /// Says once that a run will take very long.
+    /// Says once that a run will take very long, and once that it may take for ever.
     fn tell_of_long_run(&self, progress: &Progress) {
-        if matches!(self.display, Display::Quiet) || progress.wall_s - self.run_started_s < BELIEVED_FROM_S {
+        if matches!(self.display, Display::Quiet) {
             return;
         }
-        let Some(line) = long_run_line(progress) else { return };
-        if self.has_told.swap(true, Ordering::Relaxed) {
+        let runs_s = progress.wall_s - self.run_started_s;
+        let Some(line) = long_run_line(progress, runs_s) else { return };
+        let is_out_of_reach = runs_s >= BELIEVED_FROM_S && hindrance(progress).is_some_and(Hindrance::is_out_of_reach);
+        let has_told = if is_out_of_reach { &self.has_told_of_reach } else { &self.has_told };
+        if has_told.swap(true, Ordering::Relaxed) {
             return;
         }
         match &self.display {
@@ -128,8 +139,8 @@ impl Observer for Watcher {
         }
     }
 
-    fn expects(&self, error: Forecast) {
-        let line = limit_line(error);
+    fn expects(&self, error: Forecast, target: Option<f64>) {
+        let line = limit_line(error, target);
         match &self.display {
             Display::Quiet => {}
             Display::Bar(bar) => bar.println(line),
@@ -170,10 +181,14 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
     parts.join(", ")
 }
 
-/// The error that a time limit may be expected to afford.
-fn limit_line(error: Forecast) -> String {
+/// The error that a time limit may be expected to afford, which a target is below.
+fn limit_line(error: Forecast, target: Option<f64>) -> String {
     let [low, expected, high] = [error.low, error.expected, error.high].map(percent);
-    format!("by the pilots the time limit affords a stated error of {expected} or so ({low} to {high} in 90 % of runs)")
+    let comes_first =
+        target.map_or(String::new(), |target| format!("comes before the target of {} and ", percent(target)));
+    format!(
+        "by the pilots the time limit {comes_first}affords a stated error of {expected} or so ({low} to {high} in 90 % of runs)"
+    )
 }
 
 /// Seconds that remain, with the interval that holds them in nine runs of ten.
@@ -182,54 +197,135 @@ fn remaining(left_s: Forecast) -> String {
     if low == high { format!("{expected} left") } else { format!("{expected} left ({low} to {high})") }
 }
 
-/// A forecast beyond an hour in words, with its cause and what to do; `None` where the run is shorter or has no target.
-fn long_run_line(progress: &Progress) -> Option<String> {
-    let left_s = progress.remaining_s.map(|left_s| left_s.expected);
-    let (remaining_s, target) = (left_s.filter(|left_s| *left_s > LONG_S)?, progress.target_error?);
-    let when = match remaining_s {
-        left_s if left_s > NEVER_S => "as good as never at this rate".to_owned(),
-        left_s => format!("in some {} at this rate", time(left_s)),
-    };
-    let cause = match (&progress.slowest_map, progress.estimated_error) {
-        (Some(name), Some(error)) => format!("; most of it goes to \"{name}\" (worst error so far {})", percent(error)),
-        (Some(name), None) => format!("; most of it goes to \"{name}\""),
-        _ => String::new(),
+/// The same of what has no end in sight yet.
+fn within(left_s: Forecast) -> String {
+    remaining(left_s).replacen(" left", "", 1)
+}
+
+/// What keeps the slowest map from its target but chance.
+fn hindrance(progress: &Progress) -> Option<&Hindrance> {
+    progress.slowest_map.as_ref()?.hindrance.as_ref()
+}
+
+/// A forecast beyond an hour in words, with its cause and what to do; `None` where the run is shorter, has no target, or where its
+/// first seconds leave it open.
+fn long_run_line(progress: &Progress, runs_s: f64) -> Option<String> {
+    let (left_s, target) = (progress.remaining_s?, progress.target_error?);
+    let is_believed = runs_s >= BELIEVED_FROM_S;
+    let is_out_of_reach = is_believed && hindrance(progress).is_some_and(Hindrance::is_out_of_reach);
+    let remaining_s = if is_believed { left_s.expected } else { left_s.low };
+    if remaining_s <= LONG_S && !is_out_of_reach {
+        return None;
+    }
+    let when = match left_s.expected {
+        _ if is_out_of_reach => "is out of reach so far".to_owned(),
+        left_s if left_s > NEVER_S => "will as good as never be met at this rate".to_owned(),
+        _ => format!("is met in some {} at this rate", within(left_s)),
     };
     // The error falls with the root of the work.
-    let easier = target * ((progress.wall_s + remaining_s) / PATIENCE_S).sqrt();
-    let remedy = match easier < 1.0 {
-        true => format!("--target-error {:.2}% takes some {}", 100.0 * easier, time(PATIENCE_S)),
-        false => "a larger error or fewer maps (--maps) take less".to_owned(),
+    let easier = target * ((runs_s + left_s.expected) / PATIENCE_S).sqrt();
+    let remedy = match hindrance(progress) {
+        Some(Hindrance::Cells(_)) if is_out_of_reach => "--method collision has no such part".to_owned(),
+        Some(Hindrance::Elements(_)) => {
+            "smaller elements at the start (max_element_edge) may do, and --elements given asks for their means alone"
+                .to_owned()
+        }
+        _ if easier < 1.0 => format!("--target-error {:.2}% takes some {}", 100.0 * easier, time(PATIENCE_S)),
+        _ => "a larger error or fewer maps (--maps) take less".to_owned(),
     };
+    let (target, cause) = (percent(target), cause(progress, is_out_of_reach));
     Some(format!(
-        "forecast: the target of {} is met {when}{cause}; {remedy}; Ctrl-C or --time-limit end the run with what it has",
-        percent(target)
+        "forecast: the target of {target} {when}{cause}; {remedy}; Ctrl-C or --time-limit end the run with what it has"
     ))
+}
+
+/// Why a run takes long, as far as that is known.
+fn cause(progress: &Progress, is_out_of_reach: bool) -> String {
+    let Some(map) = &progress.slowest_map else {
+        return String::new();
+    };
+    let name = &map.name;
+    match (&map.hindrance, map.error) {
+        (Some(Hindrance::Cells(bias)), _) if is_out_of_reach => format!(
+            ": what the cells of \"{name}\" share of its error, {}, exceeds it by itself, and walks take that off slowly",
+            percent(*bias)
+        ),
+        (Some(Hindrance::Elements(lost)), _) => format!(
+            ": what the elements of \"{name}\" cannot show, {}, exceeds it by itself until they are cut",
+            percent(*lost)
+        ),
+        (Some(Hindrance::Check(times)), _) => format!(
+            "; most of it goes to \"{name}\", in which a statistical check refused the error {} so far",
+            if *times == 1 { "once".to_owned() } else { format!("{times} times") }
+        ),
+        (_, Some(error)) => format!("; most of it goes to \"{name}\" (its error so far {})", percent(error)),
+        (_, None) => format!("; most of it goes to \"{name}\""),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::SlowestMap;
 
-    /// Beyond an hour, and only there, a run says so, by what, and what takes less.
-    #[test]
-    fn a_forecast_beyond_an_hour_is_told_with_its_cause() {
-        let progress = |remaining_s: f64| Progress {
+    fn at(remaining_s: Forecast, hindrance: Option<Hindrance>) -> Progress {
+        Progress {
             estimated_error: Some(0.05),
             target_error: Some(0.01),
             chains: 1,
             rays: 1,
             forecast_rays: None,
-            remaining_s: Some(Forecast::known(remaining_s)),
-            slowest_map: Some("corners".to_owned()),
+            remaining_s: Some(remaining_s),
+            slowest_map: Some(SlowestMap { name: "corners".to_owned(), error: Some(0.05), hindrance }),
             fraction: 0.0,
             wall_s: 20.0,
-        };
-        assert_eq!(long_run_line(&progress(3500.0)), None);
-        let line = long_run_line(&progress(7180.0)).unwrap_or_default();
+        }
+    }
+
+    /// Beyond an hour, and only there, a run says so, by what, and what takes less.
+    #[test]
+    fn a_forecast_beyond_an_hour_is_told_with_its_cause() {
+        let line_of = |remaining_s: f64| long_run_line(&at(Forecast::known(remaining_s), None), 20.0);
+        assert_eq!(line_of(3500.0), None);
+        let line = line_of(7180.0).unwrap_or_default();
         assert!(line.contains("1 h 59 min") && line.contains("\"corners\"") && line.contains("3.46%"), "{line}");
-        let line = long_run_line(&progress(f64::INFINITY)).unwrap_or_default();
+        let line = line_of(f64::INFINITY).unwrap_or_default();
         assert!(line.contains("never") && line.contains("--maps"), "{line}");
+    }
+
+    /// At the start a forecast is told where its whole interval lies beyond the hour, and not where the interval reaches into it.
+    #[test]
+    fn the_pilots_tell_of_a_long_run_before_it() {
+        let by_pilots = |low: f64| long_run_line(&at(Forecast { expected: 9000.0, low, high: 20_000.0 }, None), 0.1);
+        assert_eq!(by_pilots(3000.0), None);
+        let line = by_pilots(4000.0).unwrap_or_default();
+        assert!(line.contains("2 h 30 min (1 h 06 min to 5 h 33 min)"), "{line}");
+    }
+
+    /// What cells share of the error is told as out of reach where it exceeds the target and no plan takes it below, however short the
+    /// forecast; elements that lose more than the target are told as that, a check that refuses likewise.
+    #[test]
+    fn what_exceeds_the_target_by_itself_is_told() {
+        let line_of =
+            |remaining_s: f64, hindrance| long_run_line(&at(Forecast::known(remaining_s), Some(hindrance)), 20.0);
+        let line = line_of(60.0, Hindrance::Cells(0.02)).unwrap_or_default();
+        assert!(
+            line.contains("out of reach") && line.contains("2.00 %") && line.contains("--method collision"),
+            "{line}"
+        );
+        assert_eq!(line_of(60.0, Hindrance::Elements(0.02)), None);
+        let line = line_of(7200.0, Hindrance::Elements(0.02)).unwrap_or_default();
+        assert!(line.contains("cannot show, 2.00 %") && line.contains("max_element_edge"), "{line}");
+        let line = line_of(7200.0, Hindrance::Check(2)).unwrap_or_default();
+        assert!(line.contains("refused the error 2 times"), "{line}");
+    }
+
+    #[test]
+    fn a_limit_before_the_target_is_told() {
+        let error = Forecast { expected: 0.006, low: 0.004, high: 0.01 };
+        let (with, without) = (limit_line(error, Some(0.001)), limit_line(error, None));
+        assert!(with.contains("comes before the target of 0.100 % and affords a stated error of 0.600 %"), "{with}");
+        assert!(without.contains("the time limit affords"), "{without}");
     }
 
     #[test]

@@ -16,6 +16,7 @@ use super::proportions::check_proportions;
 use super::result_table::result_table;
 use super::selection::select_maps;
 use super::{Outcome, console, values};
+use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
 use crate::maps::{MapKind, TableRow};
 use crate::output::{
@@ -164,6 +165,7 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         write_s: write_started.elapsed().as_secs_f64(),
         wall_s: started.elapsed().as_secs_f64(),
         threads: pool.current_num_threads(),
+        peak_memory_bytes: peak_bytes(),
         position_accuracy_m: position_accuracy_m(&scene),
         files: directory.names(),
     };
@@ -353,7 +355,7 @@ fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
         (StopReason::TimeLimit, None) => "time limit reached",
         (_, None) => "chains done",
     };
-    let why = solution.why_unmet().map_or(String::new(), |why| format!(", since {why}"));
+    let why = solution.why_unmet().map_or(String::new(), |why| format!(": {why}"));
     let balance = match &solution.flux_balance {
         Ok(balance) => format!(
             "flux: {} lm emitted = {} absorbed + {} escaped + {} on back faces + {} truncated",
@@ -378,7 +380,7 @@ fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
     };
     let chains = if solution.chains > 0 { format!(" after {} chains", solution.chains) } else { String::new() };
     format!(
-        "{end}; stated error {}{why}{chains} in {}{unbound}\n{balance}\nresults in {directory}",
+        "{end}; stated error {}{chains} in {}{why}{unbound}\n{balance}\nresults in {directory}",
         percent(solution.estimated_error),
         time(wall_s)
     )

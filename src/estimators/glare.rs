@@ -5,16 +5,20 @@ use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
 use crate::sampling::random::Stream;
 
+/// Parts of luminaires without a position index take as long as one ray, so many of them.
+const PARTS_OF_A_RAY: u64 = 8;
+
 /// Adds one unbiased sample of L²ω/p² in cd²·sr/m⁴ of every luminaire to its place in `sums`, for an eye that looks along its
-/// normal; returns the rays it took.
+/// normal; returns the work that it took, in rays.
 ///
 /// Every part of a luminaire counts if it has a position index and a point of it, drawn at random, is seen (through panes by
 /// what they let pass, squared as luminance is).
 pub fn sample_glare(stage: &Stage, eye: &Receiver, stream: &mut Stream, sums: &mut [f64]) -> u64 {
-    let mut rays = 0;
+    let (mut rays, mut parts) = (0, 0u64);
     for emitter in stage.emitters.list() {
         let sum = &mut sums[emitter.luminaire as usize];
         emitter.show_parts(eye.point_m, stream, |part| {
+            parts += 1;
             let Ok(index) = position_index(eye.normal, part.towards) else {
                 return;
             };
@@ -23,7 +27,7 @@ pub fn sample_glare(stage: &Stage, eye: &Receiver, stream: &mut Stream, sums: &m
             *sum += part.squared_luminance_sr * (transmittance / index).powi(2);
         });
     }
-    rays
+    rays.max(parts / PARTS_OF_A_RAY)
 }
 
 /// Why luminaires ahead of the eye do not count: for each the first reason that a part of it in sight has; `None` for

@@ -17,8 +17,6 @@ const MOST_SKEWNESS: f64 = 1.5;
 pub(super) struct Spread {
     /// Its indirect part in lx.
     scale_lx: f64,
-    /// Standard error of its mean in lx.
-    standard_error_lx: f64,
     /// Third central moment of a replica times the indirect part, in lx⁴, without bias.
     third_lx4: f64,
     /// Squared variance of a replica in lx⁴, without bias.
@@ -26,9 +24,9 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Takes the standard error of an entry's mean, and its value and indirect part from every replica, all in lx. Products of even and odd replicas
-    /// have no bias, since these are independent.
-    pub fn of(standard_error_lx: f64, value_lx: impl Fn(usize) -> f64, indirect_lx: impl Fn(usize) -> f64) -> Spread {
+    /// Takes an entry's value and indirect part in lx from every replica. Products of even and odd replicas have no bias, since these
+    /// are independent.
+    pub fn of(value_lx: impl Fn(usize) -> f64, indirect_lx: impl Fn(usize) -> f64) -> Spread {
         let halves = [0, 1].map(|parity| {
             let replicas = || (parity..REPLICAS).step_by(2);
             let mean = |of: &dyn Fn(usize) -> f64| replicas().map(of).sum::<f64>() / HALF as f64;
@@ -40,32 +38,38 @@ impl Spread {
         let [(even_lx, even_variance, even_third), (odd_lx, odd_variance, odd_third)] = halves;
         Spread {
             scale_lx: 0.5 * (even_lx + odd_lx),
-            standard_error_lx,
             third_lx4: 0.5 * (even_third * odd_lx + odd_third * even_lx),
             fourth_lx4: even_variance * odd_variance,
         }
     }
 }
 
-/// Factors by which the error bars of a map's entries grow.
+/// The skewness of a mean over its relative standard error, one number for a map.
 ///
 /// Sixteen replicas cannot tell one entry's skewness. But scores of one kind have a skewness in proportion to their relative
 /// spread, as counts have: g = c · s/E, E the indirect part, with one c for the map, which the third moments of all entries give.
-pub(super) fn widening(spreads: &[Spread]) -> Vec<f64> {
-    let (mut thirds, mut fourths) = (0.0, 0.0);
-    for spread in spreads.iter().filter(|spread| spread.scale_lx > 0.0) {
-        thirds += spread.third_lx4 / spread.scale_lx.powi(3);
-        fourths += spread.fourth_lx4 / spread.scale_lx.powi(3);
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Skewness(f64);
+
+impl Skewness {
+    /// That of a map with these entries.
+    pub(super) fn of<'a>(spreads: impl Iterator<Item = &'a Spread>) -> Skewness {
+        let (mut thirds, mut fourths) = (0.0, 0.0);
+        for spread in spreads.filter(|spread| spread.scale_lx > 0.0) {
+            thirds += spread.third_lx4 / spread.scale_lx.powi(3);
+            fourths += spread.fourth_lx4 / spread.scale_lx.powi(3);
+        }
+        Skewness(if fourths > 0.0 { (thirds / fourths).max(0.0) } else { 0.0 })
     }
-    let c = if fourths > 0.0 { (thirds / fourths).max(0.0) } else { 0.0 };
-    let factor = |spread: &Spread| {
-        if spread.scale_lx <= 0.0 {
+
+    /// The factor by which the bar of a mean grows, given its standard error and its indirect part.
+    pub(super) fn widening(self, standard_error_lx: f64, indirect_lx: f64) -> f64 {
+        if indirect_lx <= 0.0 {
             return 1.0;
         }
-        let skewness = (c * spread.standard_error_lx / spread.scale_lx).min(MOST_SKEWNESS);
+        let skewness = (self.0 * standard_error_lx / indirect_lx).min(MOST_SKEWNESS);
         1.0 + PER_SQUARED_SKEWNESS * skewness * skewness
-    };
-    spreads.iter().map(factor).collect()
+    }
 }
 
 #[cfg(test)]
@@ -102,13 +106,16 @@ mod tests {
                 .iter()
                 .map(|values| {
                     let value = |replica: usize| values[replica];
-                    Spread::of(standard_error(value), value, value)
+                    Spread::of(value, value)
                 })
                 .collect();
-            for (spread, factor) in spreads.iter().zip(widening(&spreads)) {
+            let skewness = Skewness::of(spreads.iter());
+            for (spread, values) in spreads.iter().zip(&entries) {
                 let deviation = (spread.scale_lx - truth).abs();
-                held[0] += f64::from(u8::from(deviation <= T * spread.standard_error_lx));
-                held[1] += f64::from(u8::from(deviation <= T * factor * spread.standard_error_lx));
+                let error = standard_error(|replica| values[replica]);
+                let factor = skewness.widening(error, spread.scale_lx);
+                held[0] += f64::from(u8::from(deviation <= T * error));
+                held[1] += f64::from(u8::from(deviation <= T * factor * error));
             }
         }
         held.map(|count| count / 40_000.0)

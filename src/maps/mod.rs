@@ -18,6 +18,7 @@ pub use daylight::{DaylightFactors, SHARES_WANTED};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use history::{History, PastJudgement};
 pub use judge::{Judgement, judge};
+pub use lopsided::Skewness;
 pub use pieces::Piece;
 pub use replicas::{HALF, REPLICAS, ReplicaMap, Tally, Unit, standard_error};
 pub use residuals::{CellsError, Left, ResidualState, Residuals};

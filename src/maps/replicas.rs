@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::basis::{Linear, SLOPES};
-use super::lopsided::{Spread, widening};
+use super::lopsided::{Skewness, Spread};
 use super::pieces::{Piece, on_pieces};
 use super::{CellsError, Levels, MapValues, PartScores, Residuals, ScoreEvidence};
 
@@ -312,17 +312,20 @@ impl ReplicaMap {
         3.0 * luminous_flux_lm / (packets * entries_area_m2)
     }
 
-    /// Lengthens the error bars of entries whose replicas are lopsided: see [`super::lopsided`].
+    /// How lopsided its scores are: see [`super::lopsided`].
+    pub fn skewness(&self) -> Skewness {
+        let spreads = (0..self.sites).map(|entry| {
+            let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
+            Spread::of(|replica| self.illuminance_lx(replica, entry), indirect_lx)
+        });
+        Skewness::of(spreads.collect::<Vec<Spread>>().iter())
+    }
+
+    /// Lengthens the error bars of entries whose replicas are lopsided.
     fn widen_bars(&self, values: &mut MapValues) {
-        let spreads: Vec<Spread> = (0..self.sites)
-            .map(|entry| {
-                let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
-                let error_lx = values.standard_error_lx[entry];
-                Spread::of(error_lx, |replica| self.illuminance_lx(replica, entry), indirect_lx)
-            })
-            .collect();
-        for (error_lx, factor) in values.standard_error_lx.iter_mut().zip(widening(&spreads)) {
-            *error_lx *= factor;
+        let skewness = self.skewness();
+        for (error_lx, indirect_lx) in values.standard_error_lx.iter_mut().zip(&values.indirect_lx) {
+            *error_lx *= skewness.widening(*error_lx, *indirect_lx);
         }
     }
 

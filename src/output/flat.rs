@@ -8,7 +8,7 @@ use super::contour::Field;
 use super::picture::PagePoint;
 use crate::maps::{MapKind, MapResult, TableKind, TableRow};
 use crate::scene::elements::part_corners;
-use crate::scene::{Elements, Quantity, ReceiverLayout, Scene, Side, SurfaceId};
+use crate::scene::{Elements, Quantity, ReceiverLayout, ReceiverSet, Scene, Side, SurfaceId};
 
 /// Pieces that the sloped elements of a surface are drawn in, about.
 const MOST_PIECES: f64 = 8_000.0;
@@ -165,6 +165,34 @@ pub fn quantity_words(quantity: Quantity) -> &'static str {
     }
 }
 
+/// What receives the light at the points of a grid, where that is not the grid's own plane.
+fn receiving_words(set: &ReceiverSet, normal: DVec3) -> Option<String> {
+    let towards = |direction: DVec3| {
+        let named = [
+            ("+x", DVec3::X),
+            ("−x", -DVec3::X),
+            ("+y", DVec3::Y),
+            ("−y", -DVec3::Y),
+            ("+z", DVec3::Z),
+            ("−z", -DVec3::Z),
+        ];
+        let along = named.iter().find(|(_, axis)| direction.dot(*axis) > 1.0 - ALONG_AXIS);
+        let numbers = || format!("({}, {}, {})", trim(direction.x), trim(direction.y), trim(direction.z));
+        along.map_or_else(numbers, |(name, _)| (*name).to_owned())
+    };
+    match set.quantity {
+        Quantity::Cylindrical => Some("small upright cylinders".to_owned()),
+        Quantity::SemiCylindrical { direction } => {
+            Some(format!("small upright half cylinders that look towards {}", towards(direction)))
+        }
+        Quantity::Perpendicular => {
+            let own = set.points.first().map(|point| point.normal)?;
+            (own.dot(normal) < 1.0 - ALONG_AXIS).then(|| format!("planes that look towards {}", towards(own)))
+        }
+        Quantity::Luminance | Quantity::Glare(_) => None,
+    }
+}
+
 /// The flat map of a grid; `None` for points in no order.
 pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
     let MapKind::Receivers(set) = map.kind else { return None };
@@ -172,7 +200,15 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
     let ReceiverLayout::Grid { columns, rows, u_m, v_m, .. } = set.layout else { return None };
     let row = map.tables.iter().find(|row| row.kind == TableKind::Grid)?;
     let normal = u_m.cross(v_m).normalize();
-    let plane = Plane::new(normal, set.points.iter().map(|point| point.position_m));
+    let mut plane = Plane::new(normal, set.points.iter().map(|point| point.position_m));
+    if let Some(receiving) = receiving_words(set, normal) {
+        let at = set.points.first().map_or(0.0, |point| point.position_m.z);
+        let is_level = normal.z.abs() > 1.0 - ALONG_AXIS;
+        plane.view = match is_level {
+            true => format!("on {receiving}, z = {} m; seen from above", trim(at)),
+            false => format!("on {receiving}; {}", plane.view),
+        };
+    }
 
     // Every point stands for a cell as wide as the distance of the points.
     let half = |span_m: DVec3, count: u32| 0.5 * span_m / f64::from(count.max(2) - 1);
@@ -204,7 +240,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
 }
 
 /// Bilinear between the points: every square of four is cut in four triangles about its middle.
-fn grid_field(plane: &Plane, map: &MapResult, set: &crate::scene::ReceiverSet, columns: u32, rows: u32) -> Field {
+fn grid_field(plane: &Plane, map: &MapResult, set: &ReceiverSet, columns: u32, rows: u32) -> Field {
     let mut field = Field {
         nodes: set.points.iter().map(|point| plane.spot(point.position_m)).collect(),
         values: map.values.illuminance_lx.clone(),

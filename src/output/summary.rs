@@ -28,6 +28,8 @@ pub struct RunRecord {
     pub wall_s: f64,
     /// Worker threads.
     pub threads: usize,
+    /// Bytes of memory that it took at most at a time, up to here.
+    pub peak_memory_bytes: u64,
     /// How far off a point may lie that rays see, in m.
     pub position_accuracy_m: f64,
     /// All files of the run, the summary apart.
@@ -63,6 +65,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "spent": spent(&solution.spending),
         "replicas": solution.replicas,
         "threads": record.threads,
+        "peak_memory_bytes": record.peak_memory_bytes,
         "surfaces": scene.surfaces.len(),
         "triangles": scene.triangles.len(),
         "elements": solution.elements.len(),
@@ -221,10 +224,17 @@ struct Summary<'a> {
     luminaires: &'a [Luminaire],
 }
 
-/// What it says of a luminaire.
+/// Luminaires of a scene from which on equal ones that follow each other are one entry.
+const MANY_LUMINAIRES: usize = 10_000;
+
+/// What it says of a luminaire, or of so many that differ in their places alone.
 #[derive(Serialize)]
 struct LuminaireEntry<'a> {
     name: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    last_name: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    count: Option<usize>,
     luminous_flux_lm: f64,
     dimming: f64,
     maintenance_factor: f64,
@@ -233,7 +243,7 @@ struct LuminaireEntry<'a> {
 
 impl Serialize for Summary<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let luminaires: Vec<LuminaireEntry> = self.luminaires.iter().map(luminaire_entry).collect();
+        let luminaires = luminaire_entries(self.luminaires);
         let mut map = serializer.serialize_map(None)?;
         for (key, value) in self.rest.into_iter().flatten() {
             match key.as_str() {
@@ -245,9 +255,30 @@ impl Serialize for Summary<'_> {
     }
 }
 
+/// An entry for each luminaire; of very many, one for those that are equal and follow each other.
+fn luminaire_entries(luminaires: &[Luminaire]) -> Vec<LuminaireEntry<'_>> {
+    if luminaires.len() < MANY_LUMINAIRES {
+        return luminaires.iter().map(luminaire_entry).collect();
+    }
+    let numbers = |luminaire: &Luminaire| {
+        (luminaire.luminous_flux_lm, luminaire.dimming, luminaire.maintenance_factor, luminaire.power_w)
+    };
+    let equal = luminaires.chunk_by(|one, next| numbers(one) == numbers(next));
+    equal
+        .map(|equal| match equal {
+            [first, .., last] => {
+                LuminaireEntry { last_name: Some(&last.name), count: Some(equal.len()), ..luminaire_entry(first) }
+            }
+            _ => luminaire_entry(&equal[0]),
+        })
+        .collect()
+}
+
 fn luminaire_entry(luminaire: &Luminaire) -> LuminaireEntry<'_> {
     LuminaireEntry {
         name: &luminaire.name,
+        last_name: None,
+        count: None,
         luminous_flux_lm: luminaire.luminous_flux_lm,
         dimming: luminaire.dimming,
         maintenance_factor: luminaire.maintenance_factor,

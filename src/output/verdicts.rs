@@ -100,11 +100,11 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         "",
         &[
             ("Where", true),
+            ("Verdict", true),
             ("Required", true),
             ("Found", false),
             ("95 % interval", false),
             ("Probability<br>that it is met", false),
-            ("Verdict", true),
         ],
     );
     for verdict in &verdicts {
@@ -120,11 +120,11 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         });
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
+            format!("<span class=\"verdict {class}\">{sign} {}</span>{doubt}", verdict.ruling().name()),
             with_indices(&escaped(&requirement_words(&verdict.requirement))) + &asked_by,
             if error == UNKNOWN { escaped(&found) } else { with_error(&found, &error) },
             interval,
             escaped(&probability),
-            format!("<span class=\"verdict {class}\">{sign} {}</span>{doubt}", verdict.ruling().name()),
         ]);
     }
     format!(

@@ -96,6 +96,9 @@ pub(super) struct EmitterTree {
 
 /// Groups that stand open at a time while emitters are shown in their order, about.
 const MOST_OPEN: usize = 4096;
+/// Groups that are opened in vain, one after the other, before the rest is taken to bring nothing: all of a million luminaires may
+/// shine away from a point, and groups of them only just not.
+const MOST_IN_VAIN: usize = 16_384;
 
 impl EmitterTree {
     /// Builds the tree over beacons; `None` over none.
@@ -183,15 +186,20 @@ impl EmitterTree {
         0.0
     }
 
-    /// Shows the emitters that may bring something to a point, strong ones about first, until `show` wants no more: each
-    /// with its importance and that of all that have not been shown.
-    pub fn strongest_first(&self, point_m: DVec3, normal: DVec3, mut show: impl FnMut(u32, f64, f64) -> bool) {
+    /// Shows the emitters that may bring something to a point, strong ones about first, until `show` wants no more or very many
+    /// groups have held none: each with its importance and that of all that have not been shown. Returns how many emitters and groups
+    /// it has looked into.
+    pub fn strongest_first(&self, point_m: DVec3, normal: DVec3, mut show: impl FnMut(u32, f64, f64) -> bool) -> usize {
         let weighed =
             |node: u32| Weighed { importance: self.nodes[node as usize].beacon.importance(point_m, normal), node };
         let mut open = BinaryHeap::from([weighed(self.nodes.len() as u32 - 1)]);
         let all = open.iter().map(|top| top.importance).sum::<f64>();
-        let mut rest = all;
+        let (mut rest, mut looked_into, mut in_vain) = (all, 0, 0);
         while let Some(mut strongest) = open.pop() {
+            (looked_into, in_vain) = (looked_into + 1, in_vain + 1);
+            if in_vain > MOST_IN_VAIN {
+                break;
+            }
             // Of very many groups not all are opened before the first emitter is shown.
             while open.len() > MOST_OPEN
                 && let Content::Children(left, right) = self.nodes[strongest.node as usize].content
@@ -208,8 +216,11 @@ impl EmitterTree {
             }
             match self.nodes[strongest.node as usize].content {
                 Content::Emitter(emitter) => {
-                    if strongest.importance > 0.0 && !show(emitter, strongest.importance, rest) {
-                        return;
+                    if strongest.importance > 0.0 {
+                        in_vain = 0;
+                        if !show(emitter, strongest.importance, rest) {
+                            break;
+                        }
                     }
                 }
                 Content::Children(left, right) => {
@@ -220,6 +231,7 @@ impl EmitterTree {
                 }
             }
         }
+        looked_into
     }
 
     /// Makes `cut` ready for any number of choices at a point with a unit normal: lists the groups that stand far enough to
@@ -338,6 +350,34 @@ mod tests {
     #[test]
     fn so_it_is_among_so_many_that_groups_open_late() {
         choices_are_as_told(MANY as i32 + 100);
+    }
+
+    /// 90,000 luminaires that shine down are next to nothing to a ceiling above them, group by group: the search gives up. From below the
+    /// strongest are found at once, and it ends with them.
+    #[test]
+    fn a_search_among_many_that_shine_away_ends() {
+        let downward = |i: i32| Beacon {
+            center_m: DVec3::new(f64::from(i % 300), f64::from(i / 300), 5.0),
+            radius_m: 0.0,
+            axis: -DVec3::Z,
+            intensity_cd: 100.0,
+            profile: Profile::Cosine,
+            is_needle: false,
+        };
+        let beacons: Vec<Beacon> = (0..90_000).map(downward).collect();
+        let tree = EmitterTree::of(&beacons.iter().collect::<Vec<_>>()).expect("there are beacons");
+        let search = |z: f64, normal: DVec3| {
+            let mut shown = 0;
+            let looked_into = tree.strongest_first(DVec3::new(150.3, 150.4, z), normal, |_, _, _| {
+                shown += 1;
+                shown < 32
+            });
+            (shown, looked_into)
+        };
+        let (shown, looked_into) = search(6.0, -DVec3::Z);
+        assert!(shown == 0 && looked_into <= MOST_IN_VAIN + 1, "{shown} {looked_into}");
+        let (shown, looked_into) = search(0.0, DVec3::Z);
+        assert!(shown == 32 && looked_into < MOST_IN_VAIN, "{shown} {looked_into}");
     }
 
     fn choices_are_as_told(count: i32) {

@@ -20,6 +20,8 @@ pub use self::elements::{Refinement, Shows, element_map, element_weights};
 pub use self::ends::Ends;
 pub use self::engine::Engine;
 use self::expected::first_look;
+use self::forecast::BeforeCut;
+pub use self::forecast::Hindrance;
 use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
@@ -96,6 +98,8 @@ pub struct Job {
     pub met: bool,
     /// Whether its elements cannot show what the target asks for, and can be cut no further.
     pub finest: bool,
+    /// What was known when its elements were last cut: until the next look that says more than a pilot.
+    before_cut: Option<BeforeCut>,
     /// Samples done in every replica: chains for elements, walks a point for receivers; passes in a black scene.
     pub samples: u64,
     /// Samples at which it is judged next.
@@ -227,6 +231,7 @@ impl Job {
             bound,
             met: false,
             finest: false,
+            before_cut: None,
             samples: 0,
             next_judgement: 0,
             rays: 0,

@@ -21,8 +21,11 @@ mod sweep;
 mod verdicts;
 
 pub use glare::{GlareRating, worst_of_sets};
+pub use job::Hindrance;
 pub(crate) use job::PACKETS_OF_A_BOUND;
-pub use run::{DEFAULT_TARGET_ERROR, Expectation, Observer, Progress, Silent, expectations, map_requests, solve};
+pub use run::{
+    DEFAULT_TARGET_ERROR, Expectation, Observer, Progress, Silent, SlowestMap, expectations, map_requests, solve,
+};
 pub use solution::*;
 pub use spending::{Activity, Spending};
 pub use verdicts::{Finding, Verdict, verdicts};

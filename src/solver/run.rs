@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use self::clock::Clock;
 pub use self::expectations::{Expectation, expectations};
+pub use self::forecast::SlowestMap;
 use super::cells::CellSets;
 use super::choice;
 use super::finish::finish;
@@ -61,7 +62,7 @@ pub struct Progress {
     /// Forecast of the seconds that remain, where there is one.
     pub remaining_s: Option<Forecast>,
     /// The map that the rest of the time goes to most, once there is a forecast.
-    pub slowest_map: Option<String>,
+    pub slowest_map: Option<SlowestMap>,
     /// Share of the work done, 0 to 1.
     pub fraction: f64,
     /// Seconds since the process started.
@@ -72,8 +73,9 @@ pub struct Progress {
 pub trait Observer: Sync {
     /// Called after every slice of work.
     fn progress(&self, _progress: &Progress) {}
-    /// Called once before the work where only a time limit ends the run: the stated error that it may be expected to reach.
-    fn expects(&self, _error: Forecast) {}
+    /// Called once before the work where a time limit ends the run, before its target if it has one: the stated error that it may be
+    /// expected to reach.
+    fn expects(&self, _error: Forecast, _target: Option<f64>) {}
     /// Whether the user wants to stop.
     fn is_interrupted(&self) -> bool {
         false
@@ -145,7 +147,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     run.clock.pilots_end(run.all_rays(), observer.wall_s());
     run.record(false);
     if let Some(error) = run.affordable_error() {
-        observer.expects(error);
+        observer.expects(error, settings.target_error);
     }
     observer.progress(&run.progress());
     let stop_reason = run.work();

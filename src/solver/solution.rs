@@ -3,8 +3,11 @@
 use super::glare::GlareRating;
 use super::spending::Spending;
 use crate::control::Forecast;
-use crate::maps::{Judgement, MapResult};
+use crate::maps::{Judgement, MapError, MapResult};
 use crate::scene::Elements;
+
+/// What maps that ask cells are told to be estimated by.
+const GATHERING: &str = "gather";
 
 /// How maps are estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -231,7 +234,7 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Why a target was not met though the stated error may be under it: words that follow "since"; `None` where it was met, where
+    /// Why a target was not met, where it is not for want of work alone: words that follow "since"; `None` where it was met, where
     /// none was set, or where the error says enough.
     pub fn why_unmet(&self) -> Option<String> {
         let target = self.target_error?;
@@ -242,6 +245,30 @@ impl Solution {
         if map.error.dark_upper_bound_lx.is_some() {
             return Some(format!("no light has reached \"{}\" yet", map.name));
         }
+        let worst = |of: fn(&MapError) -> f64| {
+            let unmet = self.maps.iter().filter(|map| map.bound && map.target_met == Some(false));
+            unmet.filter(|map| of(&map.error) >= target).max_by(|a, b| of(&a.error).total_cmp(&of(&b.error)))
+        };
+        if let Some(map) = worst(|error| error.discretisation) {
+            let more = match self.stop_reason {
+                StopReason::FinestMesh => {
+                    ": smaller elements at the start (max_element_edge) may show more, and --elements given asks for their means alone"
+                }
+                _ => ", and they were to be cut further",
+            };
+            return Some(format!(
+                "what the elements of \"{}\" cannot show, {} of its mean, exceeds the target by itself{more}",
+                map.name,
+                percent(map.error.discretisation)
+            ));
+        }
+        if let Some(map) = worst(|error| error.bias).filter(|map| map.method == GATHERING) {
+            return Some(format!(
+                "what the cells of \"{}\" share of its error, {}, exceeds the target by itself, and walks had not taken it off yet",
+                map.name,
+                percent(map.error.bias)
+            ));
+        }
         (self.estimated_error <= target).then(|| {
             format!(
                 "the halves of \"{}\" agree that well by luck: by the spread of all replicas its error may be above the target in more than one run of twenty",
@@ -249,4 +276,9 @@ impl Solution {
             )
         })
     }
+}
+
+/// A share as a sentence has it.
+fn percent(share: f64) -> String {
+    format!("{:.3} %", 100.0 * share)
 }

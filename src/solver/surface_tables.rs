@@ -23,6 +23,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
         Some(_) => job.discretisation_lx(),
         None => Vec::new(),
     };
+    let skewness = job.map.skewness();
     // Elements that adapt are told without what is covered; the others are means over it too.
     let exposed = if job.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
     let row = |of: SurfaceSide| {
@@ -44,6 +45,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
                 grid: of.grid.as_ref().filter(|grid| !grid.cells.is_empty()),
                 discretisation_lx: &discretisation_lx,
             },
+            skewness,
         };
         let mut row = table_row(&job.map, &subject);
         if job.adaptive.is_some() {
@@ -129,6 +131,7 @@ pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
         area_m2,
         covered_area_m2: 0.0,
         places: Places::Entries,
+        skewness: job.map.skewness(),
     };
     table_row(&job.map, &subject)
 }

@@ -51,12 +51,34 @@ const HARD_WORDS: [&str; 16] = [
     "é",
 ];
 
+/// The same for the four bytes of a number in binary files: floats and counts that programs do not expect.
+const HARD_WORDS_OF_BITS: [u32; 14] = [
+    0,
+    1,
+    0x8000_0000, // −0, or −2³¹
+    0x3f80_0000, // 1
+    0x0000_0001, // the least float
+    0x7f7f_ffff, // the greatest
+    0x7f80_0000, // infinite
+    0xff80_0000,
+    0x7fc0_0000, // none
+    0x5368_d4a5, // 10¹²
+    0x322b_cc77, // 10⁻⁸
+    0x7fff_ffff,
+    0xffff_ffff,
+    0x0010_0000,
+];
+
 /// Changes a file in one to four places; mostly numbers, since other changes are soon refused.
 pub fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..1 + random.below(4) {
+        // Files of binary numbers are other than text.
+        let is_binary = std::str::from_utf8(&bytes).is_err();
         match random.below(16) {
-            0..=10 => change_number(&mut bytes, random),
+            0..=9 if is_binary => change_bits(&mut bytes, random),
+            0 => change_name(&mut bytes, random),
+            1..=10 => change_number(&mut bytes, random),
             11 => flip(&mut bytes, random),
             12 => remove(&mut bytes, random),
             13 => repeat(&mut bytes, random),
@@ -96,6 +118,40 @@ fn change_number(bytes: &mut Vec<u8>, random: &mut Random) {
         _ => HARD_NUMBERS[random.below(HARD_NUMBERS.len())].to_owned(),
     };
     bytes.splice(from..to, new.into_bytes());
+}
+
+/// Puts another number in the place of four bytes that may be one.
+fn change_bits(bytes: &mut [u8], random: &mut Random) {
+    if bytes.len() < 4 {
+        return;
+    }
+    let at = random.below(bytes.len() - 3);
+    // Most files keep their numbers at multiples of two.
+    let at = if random.below(4) == 0 { at } else { at & !1 };
+    let old = f32::from_le_bytes(std::array::from_fn(|byte| bytes[at + byte]));
+    let new = match random.below(4) {
+        0 => (old * (random.unit() as f32 * 2.0 - 0.5)).to_le_bytes(),
+        1 => (old * 10f32.powi(random.below(13) as i32 - 6)).to_le_bytes(),
+        2 => HARD_WORDS_OF_BITS[random.below(HARD_WORDS_OF_BITS.len())].to_le_bytes(),
+        _ => HARD_WORDS_OF_BITS[random.below(HARD_WORDS_OF_BITS.len())].to_be_bytes(),
+    };
+    bytes[at..at + 4].copy_from_slice(&new);
+}
+
+/// Puts a name that the file has elsewhere in the place of one: another material, another kind, another key.
+fn change_name(bytes: &mut Vec<u8>, random: &mut Random) {
+    let quotes: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at] == b'"').collect();
+    let names = quotes.len() / 2;
+    if names == 0 {
+        return;
+    }
+    let place = |random: &mut Random| {
+        let name = 2 * random.below(names);
+        quotes[name]..quotes[name + 1] + 1
+    };
+    let other = bytes[place(random)].to_vec();
+    let place = place(random);
+    bytes.splice(place, other);
 }
 
 fn flip(bytes: &mut [u8], random: &mut Random) {

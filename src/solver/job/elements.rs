@@ -32,6 +32,7 @@ impl Job {
         let Some(Refined { elements, broad }) = refined else {
             return Refinement::None;
         };
+        self.before_cut = self.before_cut(context);
         self.forget_looks();
         let found = if broad.is_some() || self.broad.is_none() { Refinement::Anew } else { Refinement::OfDirect };
         if let Some(broad) = broad {

@@ -19,18 +19,74 @@ const DEVIATION_OF_LOOK: f64 = 0.05;
 const DEVIATION_OF_PLAN: f64 = 0.3;
 const DEVIATION_BY_CUTTING: f64 = 0.7;
 
+/// What keeps a map from its target but chance, which falls with the work.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Hindrance {
+    /// What cells share of its error, as a fraction: it is above the target, and no plan that was tried takes it below.
+    Cells(f64),
+    /// What its elements cannot show, as a fraction, is above the target: they are to be cut.
+    Elements(f64),
+    /// A statistical check refused it so many times when it met the target.
+    Check(u64),
+}
+
+impl Hindrance {
+    /// Whether more of the same work is not known to get rid of it.
+    pub fn is_out_of_reach(&self) -> bool {
+        matches!(self, Hindrance::Cells(_))
+    }
+}
+
+/// What was known of a map before it started anew on finer elements.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BeforeCut {
+    error: ErrorParts,
+    /// Rays that it was still to take, and those that it had taken.
+    left: Forecast,
+    rays: u64,
+}
+
 impl Job {
+    /// What is known of it now, to be kept while its elements are cut.
+    pub(super) fn before_cut(&self, context: &Context) -> Option<BeforeCut> {
+        let left = self.rays_left(context, context.target_error)?;
+        Some(BeforeCut { error: self.error_so_far(context)?, left, rays: self.rays })
+    }
+
+    /// What keeps it from a target but chance, by its latest look.
+    pub fn hindrance(&self, target: f64) -> Option<Hindrance> {
+        let (judgement, _) = self.seen.as_ref()?;
+        if self.refused {
+            return Some(Hindrance::Check(self.refusals));
+        }
+        if judgement.discretisation >= target {
+            return Some(Hindrance::Elements(judgement.discretisation));
+        }
+        let is_planned = self.cell_growth.as_ref().is_none_or(|(growth, _)| growth.reaches);
+        (judgement.bias >= target && !is_planned).then_some(Hindrance::Cells(judgement.bias))
+    }
+
+    /// The error that it states by its latest look.
+    pub fn stated_error(&self) -> Option<f64> {
+        self.seen.as_ref().map(|(judgement, _)| judgement.stated_error())
+    }
+
+    /// Whether anything of its error is known but what its pilot lets expect, be it on coarser elements.
+    pub fn has_been_judged(&self) -> bool {
+        self.is_judged() || self.before_cut.is_some()
+    }
+
     /// Whether anything of the error of its present samples is known but what its pilot lets expect.
     pub fn is_judged(&self) -> bool {
         self.seen.is_some()
     }
 
-    /// The error so far: by the latest look, or what as many rays of walks or counts would leave by the pilot. None where
-    /// the pilot found no light.
+    /// The error so far: by the latest look, be it on coarser elements, or what as many rays of walks or counts would leave by the
+    /// pilot. None where the pilot found no light.
     pub fn error_so_far(&self, context: &Context) -> Option<ErrorParts> {
         match &self.seen {
             Some((judgement, _)) if judgement.mean_lx > 0.0 => Some(ErrorParts::of(judgement)),
-            _ => self.error_by_pilot(context),
+            _ => self.before_cut.map(|before| before.error).or_else(|| self.error_by_pilot(context)),
         }
     }
 
@@ -69,8 +125,15 @@ impl Job {
             (Some((judgement, samples)), None) if judgement.mean_lx > 0.0 && *samples > 0 => {
                 Some(self.left_by_look(context, target))
             }
-            _ => self.left_by_pilot(context, target),
+            _ => self.left_by_pilot(context, target).map(|left| self.at_least_as_before(left)),
         }
+    }
+
+    /// What a pilot says is left, or what the look before the elements were cut said, where that is more: a pilot knows nothing of
+    /// elements that are still to be cut.
+    fn at_least_as_before(&self, left: Forecast) -> Forecast {
+        let before = self.before_cut.map(|before| before.left.less(self.rays.saturating_sub(before.rays) as f64));
+        before.filter(|before| before.expected > left.expected).unwrap_or(left)
     }
 
     /// By its plan, of which so many rays are left.

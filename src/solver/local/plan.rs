@@ -23,9 +23,11 @@ const MOST_CHAINS: usize = 2048;
 const WORK_A_CHAIN: f64 = 2e4;
 /// Entries that the pilot's chains score at, at least and at most, and pairs of vertices and entries that it keeps: in nearly
 /// white rooms chains have thousands of vertices.
-const FEWEST_ENTRIES: usize = 16;
+const FEWEST_ENTRIES: usize = 4;
 const MOST_ENTRIES: usize = 256;
 const MOST_PAIRS: usize = 2_000_000;
+/// Vertices that it keeps, about, some 150 bytes each: in white places single chains have hundreds of thousands.
+const MOST_VERTICES: usize = 400_000;
 /// Of a pilot that traces its connections: entries at most, and share of the work at stake that its connections may take.
 const MOST_TRACED_ENTRIES: usize = 32;
 const SHARE_OF_TRACING: f64 = 0.05;
@@ -200,7 +202,7 @@ impl Pilot {
         let is_done = |chains: usize, rays: u64, vertices: usize| {
             chains == most
                 || chains >= FEWEST_SITES && (rays >= enough_rays || vertices >= enough_vertices)
-                || chains >= 2 && is_over(context)
+                || chains >= 2 && (vertices >= MOST_VERTICES || is_over(context))
         };
         while !is_done(chains.len(), path_rays, vertex_count) {
             let mut vertices = Vec::new();
@@ -394,25 +396,30 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part,
         if traced > ENOUGH_RAYS && sites >= FEWEST_SITES as f64 || sites >= 2.0 && is_over(context) {
             break;
         }
-        let (mut sum, mut squares) = (0.0, 0.0);
+        let (mut sum, mut squares, mut rays_of_site, mut done) = (0.0, 0.0, 0, 0);
         let rate = anchors.walk_rate(entry);
         for walk in 0..WALKS {
+            // A single walk in a white place may take a good part of a second.
+            if done >= 2 && is_over(context) {
+                break;
+            }
+            done += 1;
             stream.seek(entry as u64 * WALKS + walk);
             let (value, rays) = anchors.sample_rest(context.stage, receivers, entry, bound, &mut cut, &mut stream);
             sum += value;
             squares += value * value;
-            part.rays += rate * rays as f64;
-            traced += rays;
+            rays_of_site += rays;
         }
-        let count = WALKS as f64;
+        traced += rays_of_site;
+        let count = f64::from(done);
+        part.rays += rate * rays_of_site as f64 / count;
         part.variance += point.weight / rate * ((squares - sum * sum / count) / (count - 1.0)).max(0.0);
-        total += sum;
+        total += sum / count;
         sites += 1.0;
     }
     if sites == 0.0 {
         return (Part::default(), 0.0, 0);
     }
     let scale = receivers.points.len() as f64 / sites;
-    let walks = WALKS as f64;
-    (Part { variance: part.variance * scale, rays: part.rays / walks * scale }, total / (walks * sites), traced)
+    (Part { variance: part.variance * scale, rays: part.rays * scale }, total / sites, traced)
 }

@@ -123,10 +123,10 @@ impl Run<'_> {
         })
     }
 
-    /// The error that a time limit affords, by the pilots: none where one of them found no light, where something else may end the run, or
-    /// where there is no time for any.
+    /// The error that a time limit affords, by the pilots: none where one of them found no light, where something else may end the run
+    /// (chains, or a target that fits in), or where there is no time for any.
     pub(super) fn affordable_error(&self) -> Option<Forecast> {
-        if self.settings.target_error.is_some() || self.settings.chains.is_some() {
+        if self.settings.chains.is_some() {
             return None;
         }
         let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
@@ -146,7 +146,8 @@ impl Run<'_> {
             }
             Some(high)
         };
-        let expected = error_of(|rays| rays.expected).filter(|error| *error < ERRORS[1])?;
+        let least = self.settings.target_error.unwrap_or(0.0);
+        let expected = error_of(|rays| rays.expected).filter(|error| (least..ERRORS[1]).contains(error))?;
         Some(Forecast { expected, low: error_of(|rays| rays.low)?, high: error_of(|rays| rays.high)? })
     }
 }

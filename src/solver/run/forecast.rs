@@ -3,7 +3,7 @@
 use super::{FIRST_LOOK_RAYS, Progress, Run, UNBOUND_SHARE};
 use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
-use crate::solver::job::Job;
+use crate::solver::job::{Hindrance, Job};
 
 /// Share of the forecast run after which its history has another row, whether a map was judged or not.
 const STEP_OF_ROWS: f64 = 0.02;
@@ -11,18 +11,34 @@ const STEP_OF_ROWS: f64 = 0.02;
 /// Standard deviation of the logarithm of the rays that maps take which the target does not bind.
 const DEVIATION_OF_UNBOUND: f64 = 0.3;
 
+/// The map that the rest of a run goes to most.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SlowestMap {
+    /// `elements`, or the receiver set's name.
+    pub name: String,
+    /// Its stated error by its latest look, once it has had one.
+    pub error: Option<f64>,
+    /// What keeps it from its target but chance; `None` where nothing else is known to.
+    pub hindrance: Option<Hindrance>,
+}
+
 /// Work that is left to do.
 #[derive(Default)]
 pub(super) struct Left {
     pub rays: Forecast,
     /// The map that takes the most of it, and its rays.
-    slowest: Option<(String, f64)>,
+    slowest: Option<(SlowestMap, f64)>,
 }
 
 impl Left {
-    fn add(&mut self, map: &str, rays: Forecast) {
-        if self.slowest.as_ref().is_none_or(|(_, most)| rays.expected > *most) {
-            self.slowest = Some((map.to_owned(), rays.expected));
+    fn add(&mut self, map: SlowestMap, rays: Forecast) {
+        // What is out of reach comes before what merely takes long.
+        let is_worse = |(slowest, most): &(SlowestMap, f64)| {
+            let ranks = [&map, slowest].map(|map| map.hindrance.as_ref().is_some_and(Hindrance::is_out_of_reach));
+            if ranks[0] == ranks[1] { rays.expected > *most } else { ranks[0] }
+        };
+        if self.slowest.as_ref().is_none_or(is_worse) {
+            self.slowest = Some((map, rays.expected));
         }
         self.rays = self.rays.plus(rays);
     }
@@ -81,7 +97,7 @@ impl Run<'_> {
 
     /// How the run stands, with a forecast where a target, chains or a limit end it.
     pub(super) fn progress(&self) -> Progress {
-        let judged = || self.jobs.iter().filter(|job| job.bound && job.is_judged());
+        let judged = || self.jobs.iter().filter(|job| job.bound && job.has_been_judged());
         let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
         let remaining = self.remaining(rays, wall_s);
         let time_fraction = self.settings.time_limit_s.map_or(0.0, |limit_s| wall_s / limit_s);
@@ -125,7 +141,8 @@ impl Run<'_> {
         let mut refused = 0.0f64;
         for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
             let rays = self.left_of(job)?;
-            left.add(&job.name, rays);
+            let hindrance = self.target_error.and_then(|target| job.hindrance(target));
+            left.add(SlowestMap { name: job.name.clone(), error: job.stated_error(), hindrance }, rays);
             refused = job.rays_if_refused(rays.expected).max(refused);
         }
         if self.settings.chains.is_none() {
