@@ -9,6 +9,7 @@ mod exit;
 mod inspect;
 mod inspect_photometric;
 mod memory;
+mod merge;
 mod mesh;
 mod method;
 mod new;
@@ -18,8 +19,10 @@ mod progress;
 mod proportions;
 mod proving_ground;
 mod result_table;
+mod results;
 mod schema;
 mod selection;
+mod share;
 mod sobolev;
 mod solve;
 mod text_table;
@@ -45,6 +48,7 @@ pub fn run() -> ExitCode {
     survive_file_size_limits();
     let outcome = match &arguments.command {
         Command::Solve(arguments) => solve::run(arguments, started),
+        Command::Merge(arguments) => merge::run(arguments, started),
         Command::Sobolev(arguments) => sobolev::run(arguments),
         Command::Validate(arguments) => validate::run(arguments, started),
         Command::Compare(arguments) => compare::run(arguments),

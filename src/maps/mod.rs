@@ -20,7 +20,7 @@ pub use history::{History, Look};
 pub use judge::{Judgement, judge};
 pub use pieces::Piece;
 pub use replicas::{HALF, REPLICAS, ReplicaMap, Tally, Unit, standard_error};
-pub use residuals::{CellsError, Left, ResidualState, Residuals};
+pub use residuals::{CellsError, Left, Measured, ResidualState, Residuals};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, grid_places, stated_error, stated_row};

@@ -7,6 +7,7 @@ mod ends;
 mod engine;
 mod expected;
 mod forecast;
+mod merged;
 
 use std::ops::Range;
 use std::time::Instant;
