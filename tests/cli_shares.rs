@@ -172,6 +172,27 @@ fn options_that_make_no_share_are_refused() {
     for wrong in ["0/2", "3/2", "1", "a/2", "1/2/3"] {
         refused(&["--share", wrong, "--chains", "2000"], "3/8");
     }
+    // Shares of a scene without chance are equal, and may be: a lamp alone lights the floor, and what could reflect stays dark.
+    let dark_shelf = r#""geometry": [ { "name": "shelf", "type": "rectangle", "origin": [-1, -1, 3], "u": [2, 0, 0], "v": [0, 2, 0],
+        "material": "grey" },"#;
+    let text_of_scene = std::fs::read_to_string(scene("black.json")).expect("there");
+    let with_shelf = text_of_scene
+        .replace("\"geometry\": [", dark_shelf)
+        .replace("\"materials\": {", "\"materials\": { \"grey\": { \"type\": \"diffuse\", \"reflectance\": 0.5 },");
+    let shelf = home.path("shelf.json");
+    std::fs::write(&shelf, with_shelf).expect("written");
+    let black = ["1/2", "2/2"].map(|share| {
+        let out = home.path(&share.replace('/', "-"));
+        let output = solve_file(&shelf, &out, &["--share", share, "--chains", "2000", "--maps", "below", "--quiet"]);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        out
+    });
+    let reason = home.summary("1-2")["stop_reason"].clone();
+    assert_eq!(reason, "chains", "walks look for light that is not there");
+    let sums = black.each_ref().map(|out| std::fs::read(out.join("tables.csv")).expect("written"));
+    let (exit, told) = home.merge(&[&black[0], &black[1]], "black", &[]);
+    assert!(exit == 0 && sums[0] == sums[1], "{exit} {told}");
+
     // A share that a time limit ends has done what it was to do, whatever the target of the whole.
     let out = home.path("timed");
     let output =

@@ -108,7 +108,12 @@ impl ShareError {
 pub fn share_file(header: ShareHeader, sums: &[Sums]) -> ResultFile {
     let slabs = || sums.iter().flat_map(slabs_of);
     let mut digest = Sha256::new();
-    slabs().flatten().for_each(|value| digest.update(value.to_le_bytes()));
+    let mut slab_bytes: Vec<u8> = Vec::new();
+    for slab in slabs() {
+        slab_bytes.clear();
+        slab_bytes.extend(slab.iter().flat_map(|value| value.to_le_bytes()));
+        digest.update(&slab_bytes);
+    }
     let header = ShareHeader { sums_sha256: hexadecimal(digest), ..header };
     let header = serde_json::to_string(&header).expect("a header has text keys alone");
     let first = format!("{FORMAT} {}\n{header}\n", hexadecimal(Sha256::new_with_prefix(&header)));
@@ -175,18 +180,15 @@ impl ShareFile {
     /// Sums that are not those that were written.
     pub fn sums(&self) -> Result<Vec<Sums>, ShareError> {
         let unreadable = |error: std::io::Error| ShareError::unreadable(&self.path, &error);
-        let mut reader = BufReader::with_capacity(1 << 20, File::open(&self.path).map_err(unreadable)?);
+        let mut reader = File::open(&self.path).map_err(unreadable)?;
         reader.seek(SeekFrom::Start(self.begin)).map_err(unreadable)?;
         let mut digest = Sha256::new();
         let mut slab = |entries: usize| -> Result<Vec<f64>, ShareError> {
-            let mut values = Vec::with_capacity(entries);
-            for _ in 0..entries {
-                let mut bytes = [0; 8];
-                reader.read_exact(&mut bytes).map_err(unreadable)?;
-                digest.update(bytes);
-                values.push(f64::from_le_bytes(bytes));
-            }
-            Ok(values)
+            let mut bytes = vec![0; 8 * entries];
+            reader.read_exact(&mut bytes).map_err(unreadable)?;
+            digest.update(&bytes);
+            let value = |bytes: &[u8]| bytes.try_into().map_or(f64::NAN, f64::from_le_bytes);
+            Ok(bytes.chunks_exact(8).map(value).collect())
         };
         let mut all = Vec::new();
         for map in &self.header.record.maps {

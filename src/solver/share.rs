@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::job::{Ends, Job};
 use super::run::{Observer, solve_as};
 use super::spending::Spending;
-use super::{Settings, Solution, StopReason};
+use super::{Settings, Solution};
 use crate::maps::{CellsError, MapKind, Measured, PartScores, REPLICAS, Tally, Unit};
 use crate::sampling::random::seed_of_share;
 use crate::scene::Scene;
@@ -37,7 +37,7 @@ pub struct ShareRecord {
     pub compute_s: f64,
     /// Rays and seconds by what they were for.
     pub spending: Spending,
-    /// Whether every map is exact, so that all shares tell the same.
+    /// Whether chance has no part in its maps, so that all shares tell the same.
     pub is_exact: bool,
     /// Its maps: elements first, then receivers in file order.
     pub maps: Vec<MapOfShare>,
@@ -87,6 +87,14 @@ pub struct Sums {
     pub cells_profile: Vec<f64>,
 }
 
+impl Sums {
+    /// Whether all replicas are equal.
+    fn are_without_chance(&self) -> bool {
+        let are_equal = |slabs: &[Vec<f64>]| slabs.windows(2).all(|pair| pair[0] == pair[1]);
+        are_equal(&self.direct) && are_equal(&self.indirect)
+    }
+}
+
 impl MapOfShare {
     /// Whether samples of both maps are of one kind, so that their sums may be added as they are.
     pub fn is_like(&self, other: &MapOfShare) -> bool {
@@ -103,13 +111,13 @@ impl MapOfShare {
 
 impl ShareRecord {
     /// Of a share that has ended.
-    pub(super) fn of(solution: &Solution, maps: Vec<MapOfShare>) -> ShareRecord {
+    fn of(solution: &Solution, maps: Vec<MapOfShare>, is_exact: bool) -> ShareRecord {
         ShareRecord {
             chains: solution.chains,
             rays: solution.rays,
             compute_s: solution.compute_s,
             spending: solution.spending,
-            is_exact: solution.stop_reason == StopReason::Exact,
+            is_exact,
             maps,
         }
     }
@@ -125,8 +133,8 @@ pub fn solve_share(
     observer: &dyn Observer,
 ) -> (Solution, ShareRecord, Vec<Sums>) {
     let (solution, maps) = solve_as(scene, settings, Some(share), observer);
-    let (maps, sums) = maps.into_iter().unzip();
-    let record = ShareRecord::of(&solution, maps);
+    let (maps, sums): (Vec<MapOfShare>, Vec<Sums>) = maps.into_iter().unzip();
+    let record = ShareRecord::of(&solution, maps, sums.iter().all(Sums::are_without_chance));
     (solution, record, sums)
 }
 
