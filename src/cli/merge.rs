@@ -9,6 +9,7 @@ use super::exit::Failure;
 use super::memory::{check_memory, limit_memory};
 use super::method::{self, Plots};
 use super::number_text::percent;
+use super::patience::meanwhile;
 use super::proportions::check_proportions;
 use super::results::{closing_lines, counted, exit_of, stage_results, tell_results};
 use super::{Outcome, console, solve, values};
@@ -78,7 +79,8 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     check_out(arguments)?;
     let first = &shares[0];
     let path = arguments.scene.as_ref().unwrap_or(&first.header.scene_path);
-    let mut scene = read_scene(path)?;
+    let reading = format!("reading and checking {}", path.display());
+    let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(path))?;
     check_proportions(&mut scene, &path.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();
     check_scene(&scene, path, first)?;
@@ -105,7 +107,8 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
         console::message(&format!("warning: {warning}"));
     }
     let records: Vec<ShareRecord> = shares.iter().map(|share| share.header.record.clone()).collect();
-    let merged = pool.install(|| merge(&scene, &settings, &records, |index| shares[index].sums()));
+    let merging = || merge(&scene, &settings, &records, |index| shares[index].sums());
+    let merged = meanwhile("merging", started, arguments.quiet, || false, || pool.install(merging));
     let Merged { mut solution, more } = match merged {
         Ok(merged) => merged,
         Err(error) => {

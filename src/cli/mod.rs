@@ -15,6 +15,7 @@ mod method;
 mod new;
 mod new_hall;
 mod number_text;
+mod patience;
 mod progress;
 mod proportions;
 mod proving_ground;

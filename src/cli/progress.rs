@@ -62,6 +62,8 @@ pub struct Watcher {
     display: Display,
     /// Whether a long forecast has been told.
     has_told: AtomicBool,
+    /// Whether the run has told of itself.
+    has_begun: AtomicBool,
 }
 
 impl Watcher {
@@ -75,7 +77,12 @@ impl Watcher {
         } else {
             Display::Lines(Mutex::new(run_started_s))
         };
-        Watcher { started, run_started_s, display, has_told: AtomicBool::new(false) }
+        Watcher { started, run_started_s, display, has_told: AtomicBool::new(false), has_begun: AtomicBool::new(false) }
+    }
+
+    /// Whether the run has told of itself.
+    pub fn has_begun(&self) -> bool {
+        self.has_begun.load(Ordering::Relaxed)
     }
 
     /// Says once that a run will take very long.
@@ -111,6 +118,7 @@ fn bar() -> ProgressBar {
 
 impl Observer for Watcher {
     fn progress(&self, progress: &Progress) {
+        self.has_begun.store(true, Ordering::Relaxed);
         self.tell_of_long_run(progress);
         match &self.display {
             Display::Quiet => {}

@@ -11,6 +11,7 @@ use super::memory::{check_memory, limit_memory};
 use super::mesh::MeshArguments;
 use super::method::{self, Method, Plots, method};
 use super::number_text::{percent, significant, time};
+use super::patience::meanwhile;
 use super::progress::{Watcher, heed_interruptions};
 use super::proportions::check_proportions;
 use super::results::{closing_lines, counted, exit_of, quoted, stage_results, tell_results};
@@ -21,7 +22,7 @@ use crate::maps::MapKind;
 use crate::output::{PartOfRun, ReportContext, ResultDirectory, RunRecord, ShareHeader, share_file, summary_file};
 use crate::radiosity::Radiosity;
 use crate::scene::{Elements, Scene, allow_large_files, read_scene};
-use crate::solver::{ElementChoice, Settings, Share, Solution, StopReason, solve, solve_share};
+use crate::solver::{ElementChoice, Settings, Share, Solution, StopReason, solve_share};
 use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
 const EXAMPLES: &str = "\
@@ -105,7 +106,8 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     if arguments.allow_large {
         allow_large_files();
     }
-    let mut scene = read_scene(&arguments.scene)?;
+    let reading = format!("reading and checking {}", arguments.scene.display());
+    let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(&arguments.scene))?;
     check_proportions(&mut scene, &arguments.scene.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();
     let settings = settings(arguments, &scene)?;
@@ -145,16 +147,19 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
 
     let watcher = Watcher::new(started, quiet);
     let mut of_share = None;
-    let solution: Result<_, Failure> = pool.install(|| match (arguments.method, arguments.share) {
+    let solve = || match (arguments.method, arguments.share) {
         (Method::Radiosity, _) => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
         (Method::LightMesh, _) => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
-        (_, None) => Ok(solve(&scene, &settings, &watcher)),
+        (_, None) => Ok(crate::solver::solve(&scene, &settings, &watcher)),
         (_, Some(share)) => {
             let (solution, record, sums) = solve_share(&scene, &settings, share, &watcher);
             of_share = Some((share, record, sums));
             Ok(solution)
         }
-    });
+    };
+    let readying = "making the scene ready for rays, and pilots";
+    let solution: Result<_, Failure> =
+        meanwhile(readying, started, quiet, || watcher.has_begun(), || pool.install(solve));
     watcher.finish();
     let solution = match solution {
         Ok(solution) => solution,
