@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 use super::compare::CompareArguments;
 use super::completions::CompletionsArguments;
 use super::inspect::InspectArguments;
+use super::merge::MergeArguments;
 use super::new::NewArguments;
 use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
@@ -46,6 +47,8 @@ pub enum Command {
     New(NewArguments),
     /// Compute every map and receiver set of a scene and write the results into a directory
     Solve(SolveArguments),
+    /// Make one result of the shares of a run (solve --share k/n), and judge its target
+    Merge(MergeArguments),
     /// Exact illuminance between two parallel diffuse planes lit by a point source
     #[command(long_about = sobolev::ABOUT)]
     Sobolev(SobolevArguments),

@@ -9,17 +9,21 @@ mod exit;
 mod inspect;
 mod inspect_photometric;
 mod memory;
+mod merge;
 mod mesh;
 mod method;
 mod new;
 mod new_hall;
 mod number_text;
+mod patience;
 mod progress;
 mod proportions;
 mod proving_ground;
 mod result_table;
+mod results;
 mod schema;
 mod selection;
+mod share;
 mod sobolev;
 mod solve;
 mod text_table;
@@ -45,6 +49,7 @@ pub fn run() -> ExitCode {
     survive_file_size_limits();
     let outcome = match &arguments.command {
         Command::Solve(arguments) => solve::run(arguments, started),
+        Command::Merge(arguments) => merge::run(arguments, started),
         Command::Sobolev(arguments) => sobolev::run(arguments),
         Command::Validate(arguments) => validate::run(arguments, started),
         Command::Compare(arguments) => compare::run(arguments),

@@ -64,6 +64,8 @@ pub struct Watcher {
     has_told: AtomicBool,
     /// The same of something that keeps a map from its target for good.
     has_told_of_reach: AtomicBool,
+    /// Whether the run has told of itself.
+    has_begun: AtomicBool,
 }
 
 impl Watcher {
@@ -83,7 +85,13 @@ impl Watcher {
             display,
             has_told: AtomicBool::new(false),
             has_told_of_reach: AtomicBool::new(false),
+            has_begun: AtomicBool::new(false),
         }
+    }
+
+    /// Whether the run has told of itself.
+    pub fn has_begun(&self) -> bool {
+        self.has_begun.load(Ordering::Relaxed)
     }
 
     /// Says once that a run will take very long, and once that it may take for ever.
@@ -122,6 +130,7 @@ fn bar() -> ProgressBar {
 
 impl Observer for Watcher {
     fn progress(&self, progress: &Progress) {
+        self.has_begun.store(true, Ordering::Relaxed);
         self.tell_of_long_run(progress);
         match &self.display {
             Display::Quiet => {}

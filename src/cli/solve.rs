@@ -6,25 +6,24 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use clap::Args;
 
 use super::dry_run::{self, dry_run};
-use super::exit::{Exit, Failure};
+use super::exit::Failure;
 use super::memory::{check_memory, limit_memory};
 use super::mesh::MeshArguments;
 use super::method::{self, MethodChoice, Plots, method};
 use super::number_text::{percent, significant, time};
+use super::patience::meanwhile;
 use super::progress::{Watcher, heed_interruptions};
 use super::proportions::check_proportions;
-use super::result_table::result_table;
+use super::results::{closing_lines, counted, exit_of, quoted, stage_results, tell_results};
 use super::selection::select_maps;
-use super::{Outcome, console, values};
+use super::{Outcome, console, share, values};
 use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
-use crate::maps::{MapKind, TableRow};
-use crate::output::{
-    ReportContext, ResultDirectory, RunRecord, plots, report_file, result_files, summary_file, vtk_file,
-};
+use crate::maps::MapKind;
+use crate::output::{PartOfRun, ReportContext, ResultDirectory, RunRecord, ShareHeader, share_file, summary_file};
 use crate::radiosity::Radiosity;
 use crate::scene::{Elements, Scene, allow_large_files, read_scene};
-use crate::solver::{ElementChoice, Settings, Solution, StopReason, solve};
+use crate::solver::{ElementChoice, Settings, Share, Solution, StopReason, solve_share};
 use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
 const EXAMPLES: &str = "\
@@ -33,6 +32,7 @@ Examples:
   luxmc solve office.json --out out --target-error 0.5%   finer
   luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
   luxmc solve office.json --out out --chains 1e6          the same bytes in every run
+  luxmc solve office.json --out out/3 --share 3/8 --chains 1e7   one of eight shares, for luxmc merge
   luxmc solve office.json --dry-run                       what targets would take: rays, seconds, memory
   luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
 
@@ -80,6 +80,10 @@ pub struct SolveArguments {
     /// target asks, with their discretisation error) or given (the scene's own, as means)
     #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = method::elements)]
     elements: ElementChoice,
+    /// Compute one of many independent shares of a run, such as 3/8, which luxmc merge makes one result of. --chains or --time-limit
+    /// say how much work it is; --target-error is what the merged result is judged by
+    #[arg(long, value_name = "K/N", value_parser = values::share, allow_hyphen_values = true, conflicts_with = "dry_run")]
+    share: Option<Share>,
     #[command(flatten)]
     mesh: MeshArguments,
     /// Plots: svg, png, both with a comma between, or none [default: svg]
@@ -103,10 +107,14 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     if arguments.allow_large {
         allow_large_files();
     }
-    let mut scene = read_scene(&arguments.scene)?;
+    let reading = format!("reading and checking {}", arguments.scene.display());
+    let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(&arguments.scene))?;
     check_proportions(&mut scene, &arguments.scene.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();
     let settings = settings(arguments, &scene)?;
+    if let Some(share) = arguments.share {
+        share::check(share, &scene, &settings, arguments.method)?;
+    }
     if arguments.method == MethodChoice::Radiosity {
         Radiosity::check(&scene)?;
     }
@@ -139,11 +147,20 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     }
 
     let watcher = Watcher::new(started, quiet);
-    let solution: Result<_, Failure> = pool.install(|| match arguments.method {
-        MethodChoice::Radiosity => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
-        MethodChoice::LightMesh => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
-        _ => Ok(solve(&scene, &settings, &watcher)),
-    });
+    let mut of_share = None;
+    let solve = || match (arguments.method, arguments.share) {
+        (MethodChoice::Radiosity, _) => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
+        (MethodChoice::LightMesh, _) => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
+        (_, None) => Ok(crate::solver::solve(&scene, &settings, &watcher)),
+        (_, Some(share)) => {
+            let (solution, record, sums) = solve_share(&scene, &settings, share, &watcher);
+            of_share = Some((share, record, sums));
+            Ok(solution)
+        }
+    };
+    let readying = "making the scene ready for rays, and pilots";
+    let solution: Result<_, Failure> =
+        meanwhile(readying, started, quiet, || watcher.has_begun(), || pool.install(solve));
     watcher.finish();
     let solution = match solution {
         Ok(solution) => solution,
@@ -155,30 +172,36 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
 
     let write_started = Instant::now();
     let computed_s = started.elapsed().as_secs_f64();
-    for file in result_files(&scene, &solution)? {
-        directory.stage(&file)?;
-    }
-    stage_pages(arguments, &scene, &solution, computed_s, pool.current_num_threads(), &mut directory)?;
-    let record = RunRecord {
+    let threads = pool.current_num_threads();
+    let context = ReportContext {
         scene: arguments.scene.display().to_string(),
+        command: command_again(arguments, &solution),
+        repeats_digits: solution.stop_reason == StopReason::Chains,
+        unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+        wall_s: computed_s,
+        threads,
+    };
+    stage_results(&scene, &solution, &context, arguments.plots, &mut directory)?;
+    if let Some((share, record, sums)) = of_share {
+        let header = share::header(&scene, &arguments.scene, &settings, &solution, share, record);
+        let command = command_without_output(arguments, &solution);
+        directory.stage(&share_file(ShareHeader { command, threads, ..header }, &sums))?;
+    }
+    let record = RunRecord {
+        scene: context.scene,
         read_s,
         write_s: write_started.elapsed().as_secs_f64(),
         wall_s: started.elapsed().as_secs_f64(),
-        threads: pool.current_num_threads(),
+        threads,
         peak_memory_bytes: peak_bytes(),
         position_accuracy_m: position_accuracy_m(&scene),
         files: directory.names(),
+        part: arguments.share.map_or(PartOfRun::Whole, PartOfRun::Share),
     };
     directory.stage(&summary_file(&scene, &solution, &record))?;
     directory.commit()?;
 
-    console::result(&result_table(&scene, &solution))?;
-    if let Some(line) = covered_line(&solution) {
-        tell(&line);
-    }
-    for warning in &solution.warnings {
-        console::message(&format!("warning: {warning}"));
-    }
+    tell_results(&scene, &solution, tell)?;
     let adapts = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
     if arguments.elements == ElementChoice::Given && !adapts {
         tell("note: --elements given changes nothing here, since the target does not bind the element map");
@@ -190,43 +213,15 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     Ok(exit_of(&solution))
 }
 
-/// Stages the plots, the report that shows them, and the elements for ParaView.
-fn stage_pages(
-    arguments: &SolveArguments,
-    scene: &Scene,
-    solution: &Solution,
-    wall_s: f64,
-    threads: usize,
-    directory: &mut ResultDirectory,
-) -> Result<(), Failure> {
-    let formats = arguments.plots.unwrap_or(Plots { svg: true, png: false });
-    let drawn = if formats.any() { plots(scene, solution) } else { Vec::new() };
-    for plot in &drawn {
-        if formats.svg {
-            directory.stage(&plot.svg_file())?;
-        }
-        if formats.png {
-            directory.stage(&plot.png_file())?;
-        }
-    }
-    let context = ReportContext {
-        scene: arguments.scene.display().to_string(),
-        command: command_again(arguments, solution),
-        repeats_digits: solution.stop_reason == StopReason::Chains,
-        unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
-        wall_s,
-        threads,
-    };
-    directory.stage(&report_file(scene, solution, &drawn, &context))?;
-    if let Some(file) = vtk_file(scene, solution) {
-        directory.stage(&file)?;
-    }
-    Ok(())
-}
-
 /// The command with which the run can be made again.
 fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
-    let mut command = format!("luxmc solve {} --out out --seed {}", quoted(&arguments.scene), arguments.seed);
+    let share = arguments.share.map_or(String::new(), |share| format!(" --share {}/{}", share.number, share.of));
+    format!("{} --out out{share}", command_without_output(arguments, solution))
+}
+
+/// The same without directory and share.
+fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> String {
+    let mut command = format!("luxmc solve {} --seed {}", quoted(&arguments.scene), arguments.seed);
     match (arguments.chains, arguments.target_error) {
         (Some(chains), _) => command += &format!(" --chains {chains}"),
         (None, Some(target)) => command += &format!(" --target-error {target}"),
@@ -245,13 +240,6 @@ fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
         command += &format!(" --maps {}", quoted(Path::new(maps)));
     }
     command
-}
-
-/// A name as a shell takes it.
-fn quoted(name: &Path) -> String {
-    let text = name.display().to_string();
-    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "._-/,".contains(letter);
-    if !text.is_empty() && text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failure> {
@@ -292,7 +280,7 @@ fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failu
     })
 }
 
-fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Failure> {
+pub fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Failure> {
     // Rayon takes 0 for all processors.
     let wanted = threads.unwrap_or(0);
     rayon::ThreadPoolBuilder::new().num_threads(wanted).build().map_err(|error| Failure::Usage {
@@ -305,6 +293,7 @@ fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Failure> {
 
 fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, threads: usize) -> String {
     let mut rules = Vec::new();
+    rules.extend(arguments.share.map(|share| format!("share {} of {}", share.number, share.of)));
     rules.extend(settings.target_error.map(|error| format!("target {}", percent(error))));
     rules.extend(settings.chains.map(|chains| format!("{chains} chains")));
     rules.extend(settings.time_limit_s.map(|limit_s| format!("time limit {}", time(limit_s))));
@@ -334,75 +323,4 @@ fn late_line(time_limit_s: Option<f64>, read_s: f64) -> Option<String> {
         time(read_s),
         time(limit_s)
     ))
-}
-
-/// A number of things: `1 thread`, `2 threads`.
-fn counted(count: usize, thing: &str) -> String {
-    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
-}
-
-fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
-    let is_unlit = solution.maps.iter().any(|map| map.bound && map.error.dark_upper_bound_lx.is_some());
-    let end = match (solution.stop_reason, solution.target_met) {
-        (StopReason::Exact, _) => "exact: nothing is left to chance",
-        (StopReason::Interrupted, _) => "interrupted",
-        (_, Some(true)) => "target met",
-        (StopReason::FinestMesh, Some(false)) => "target not met by the finest mesh",
-        (StopReason::FinestMesh, None) => "finest mesh reached",
-        (StopReason::Chains, Some(false)) if is_unlit => "target not met: no light was found in a map that it binds",
-        (StopReason::TimeLimit, Some(false)) => "target not met: the time limit came first",
-        (_, Some(false)) => "target not met: the chains are used up",
-        (StopReason::TimeLimit, None) => "time limit reached",
-        (_, None) => "chains done",
-    };
-    let why = solution.why_unmet().map_or(String::new(), |why| format!(": {why}"));
-    let balance = match &solution.flux_balance {
-        Ok(balance) => format!(
-            "flux: {} lm emitted = {} absorbed + {} escaped + {} on back faces + {} truncated",
-            significant(balance.emitted_lm, 5),
-            significant(balance.absorbed_lm, 5),
-            significant(balance.escaped_lm, 5),
-            significant(balance.back_face_lm, 5),
-            significant(balance.truncated_lm, 5)
-        ),
-        Err(note) => format!("flux: no balance, since {note}"),
-    };
-    let unbound: Vec<String> = solution
-        .maps
-        .iter()
-        .filter(|map| !map.bound && solution.target_error.is_some_and(|target| map.error.estimated > target))
-        .map(|map| format!("{} {}", map.name, percent(map.error.estimated)))
-        .collect();
-    let unbound = if unbound.is_empty() {
-        String::new()
-    } else {
-        format!("\nnot bound by the target: {} (--maps all binds every map)", unbound.join(", "))
-    };
-    let chains = if solution.chains > 0 { format!(" after {} chains", solution.chains) } else { String::new() };
-    format!(
-        "{end}; stated error {}{chains} in {}{why}{unbound}\n{balance}\nresults in {directory}",
-        percent(solution.estimated_error),
-        time(wall_s)
-    )
-}
-
-/// What is told of surfaces of which something covers a part.
-fn covered_line(solution: &Solution) -> Option<String> {
-    /// More names than these say no more.
-    const MOST: usize = 8;
-    let mut rows: Vec<&TableRow> =
-        solution.maps.iter().flat_map(|map| &map.tables).filter(|row| row.covered_area_m2 > 0.0).collect();
-    rows.sort_by(|one, other| other.covered_area_m2.total_cmp(&one.covered_area_m2));
-    let parts: Vec<String> =
-        rows.iter().take(MOST).map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2))).collect();
-    let more = if rows.len() > MOST { format!(" and of {} more", rows.len() - MOST) } else { String::new() };
-    (!rows.is_empty()).then(|| format!("note: covered, and not in these tables: {}{more}", parts.join(", ")))
-}
-
-fn exit_of(solution: &Solution) -> Exit {
-    match (solution.stop_reason, solution.target_met) {
-        (StopReason::Interrupted, _) => Exit::Interrupted,
-        (_, Some(false)) => Exit::TargetMissed,
-        _ => Exit::Done,
-    }
 }

@@ -2,6 +2,8 @@
 //!
 //! The errors are texts for clap, which puts the option and its value before them.
 
+use crate::solver::Share;
+
 /// Largest number of worker threads.
 const MOST_THREADS: usize = 1024;
 /// Largest number of chains a map: what the counters of samples hold.
@@ -21,6 +23,18 @@ pub fn target_error(text: &str) -> Result<f64, String> {
         return Ok(error);
     }
     Err(format!("{}; {REMEDY}", if error >= 1.0 { "100% or more asks for nothing" } else { "no run can reach it" }))
+}
+
+/// A share of a run: `3/8`, counted from 1.
+pub fn share(text: &str) -> Result<Share, String> {
+    const REMEDY: &str = "write which share of how many, such as 3/8, counted from 1";
+    let (number, of) = text.split_once('/').ok_or_else(|| format!("no share; {REMEDY}"))?;
+    let count = |part: &str| part.trim().parse::<u32>().map_err(|_| format!("\"{part}\" is no number; {REMEDY}"));
+    let share = Share { number: count(number)?, of: count(of)? };
+    if (1..=share.of).contains(&share.number) {
+        return Ok(share);
+    }
+    Err(format!("there is no such share; {REMEDY}"))
 }
 
 /// Sets of reflectances of ceiling, walls and reference plane, as fractions.

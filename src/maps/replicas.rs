@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::basis::{Linear, SLOPES};
 use super::lopsided::{Skewness, Spread};
 use super::pieces::{Piece, on_pieces};
@@ -44,7 +46,7 @@ pub struct ReplicaMap {
 }
 
 /// How many samples the entries of a map have: a sweep over all entries may stand in the middle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Samples of every entry.
     pub complete: u64,

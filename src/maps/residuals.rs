@@ -7,6 +7,8 @@
 //! known well, a single entry's poorly. Each scale is taken off by the share λ = b²/(b² + σ²) that leaves the least, b² its squared
 //! error and σ² the variance of a half's walks there. The shares for one half come from the other, so that nothing weighs itself.
 
+use serde::{Deserialize, Serialize};
+
 use super::HALF;
 use super::replicas::REPLICAS;
 
@@ -42,7 +44,7 @@ pub struct Residuals {
 }
 
 /// What walks say of a map's cells; all in lx², of regions and of entries, mean over the map.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResidualState {
     /// Squared bias that both halves share; may be below 0 by chance.
     pub common: [f64; 2],
@@ -63,6 +65,8 @@ pub struct ResidualState {
 pub struct CellsError {
     /// Over the map.
     pub left: Left,
+    /// What walks have measured of it, and took off.
+    pub measured: Measured,
     /// At every element or point, in lx, of which the error bars of entries tell.
     pub by_site_lx: Vec<f64>,
 }
@@ -74,6 +78,82 @@ pub struct Left {
     pub common: f64,
     /// By chance, which the halves' difference shows.
     pub chance: f64,
+}
+
+/// What walks say of a map's cells, and the shares of regions and of entries that the even and the odd half take off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    state: ResidualState,
+    shares: [[f64; 2]; 2],
+}
+
+impl Measured {
+    /// What is left of the cells' error at both scales: squared bias that both halves share, with its chance, and squared chance of
+    /// the cells, in lx². So many standard errors are added to what is measured.
+    fn left(&self, sure: f64) -> Left {
+        let [one, other] = self.shares.map(|shares| self.state.left_by(shares, 1.0, sure));
+        Left { common: 0.5 * (one.common + other.common), chance: 0.5 * (one.chance + other.chance) }
+    }
+}
+
+impl CellsError {
+    /// Of a map whose walks say this, and whose cells are unsure at each entry by this part of their root mean square.
+    ///
+    /// The map's error is stated with what is not known of it; bars of single entries are to hold as often as they say, and have it as
+    /// it is expected.
+    pub fn of(measured: Measured, profile: &[f64]) -> CellsError {
+        CellsError::left_at([SURE, 0.0].map(|sure| measured.left(sure)), profile, measured)
+    }
+
+    fn left_at([left, expected]: [Left; 2], profile: &[f64], measured: Measured) -> CellsError {
+        let left_lx = (expected.common + expected.chance).sqrt();
+        CellsError { left, measured, by_site_lx: profile.iter().map(|unsure| left_lx * unsure).collect() }
+    }
+
+    /// How unsure the cells are at each entry, over their root mean square.
+    pub fn profile(&self) -> Vec<f64> {
+        let expected = self.measured.left(0.0);
+        let left_lx = (expected.common + expected.chance).sqrt();
+        let unsure = |lx: &f64| if left_lx > 0.0 { lx / left_lx } else { 1.0 };
+        self.by_site_lx.iter().map(unsure).collect()
+    }
+
+    /// Of the mean of several maps, each with cells and walks of its own: their weights, and what walks say, where they ask cells.
+    ///
+    /// What walks say is pooled, so that it is known better than from one map. What both halves of a map share is taken to be the same
+    /// in all of them, and does not fall; chance does.
+    pub fn of_mean(maps: &[(f64, Option<Measured>)], profile: &[f64]) -> CellsError {
+        let asking = || maps.iter().filter_map(|(weight, measured)| Some((*weight, (*measured)?)));
+        let all_weights = maps.iter().map(|(weight, _)| weight).sum::<f64>().max(f64::MIN_POSITIVE);
+        let weight_sum = asking().map(|(weight, _)| weight).sum::<f64>().max(f64::MIN_POSITIVE);
+        let mean = |of: &dyn Fn(&ResidualState) -> f64| {
+            asking().map(|(weight, measured)| weight * of(&measured.state)).sum::<f64>() / weight_sum
+        };
+        let scales = |of: &dyn Fn(&ResidualState, usize) -> f64| [0, 1].map(|scale| mean(&|state| of(state, scale)));
+        let pooled = ResidualState {
+            common: scales(&|state, scale| state.common[scale]),
+            chance: scales(&|state, scale| state.chance[scale]),
+            standard_error: [0, 1].map(|scale| {
+                let squares =
+                    asking().map(|(weight, measured)| (weight * measured.state.standard_error[scale]).powi(2));
+                squares.sum::<f64>().sqrt() / weight_sum
+            }),
+            ..ResidualState::default()
+        };
+        let left = [SURE, 0.0].map(|sure| {
+            let mut left = Left::default();
+            for (weight, measured) in asking() {
+                // Each took off its own shares, and had its own entries without walks.
+                let state = ResidualState { silent_share: measured.state.silent_share, ..pooled };
+                let share = weight / all_weights;
+                let of_map = Measured { state, ..measured }.left(sure);
+                left.common += share * of_map.common;
+                left.chance += share * share * of_map.chance;
+            }
+            left
+        });
+        CellsError::left_at(left, profile, Measured { state: pooled, shares: [[0.0; 2]; 2] })
+    }
 }
 
 impl ResidualState {
@@ -257,23 +337,10 @@ impl Residuals {
         }
     }
 
-    /// What is left of the cells' error once corrections are taken. The map's error is stated with what is not known of it; bars of single
-    /// entries are to hold as often as they say, and have it as it is expected.
+    /// What is left of the cells' error once corrections are taken.
     pub fn cells_error(&self) -> CellsError {
-        let left = self.left(SURE);
-        let expected = self.left(0.0);
-        let left_lx = (expected.common + expected.chance).sqrt();
-        CellsError { left, by_site_lx: self.profile.iter().map(|unsure| left_lx * unsure).collect() }
-    }
-
-    /// What is left of the cells' error at both scales: squared bias that both halves share, with its chance, and squared chance of
-    /// the cells, in lx².
-    fn left(&self, sure: f64) -> Left {
-        if self.walks == 0 {
-            return Left::default();
-        }
-        let [one, other] = self.shares.map(|shares| self.state.left_by(shares, 1.0, sure));
-        Left { common: 0.5 * (one.common + other.common), chance: 0.5 * (one.chance + other.chance) }
+        let measured = Measured { state: self.state, shares: self.shares };
+        CellsError::of(if self.walks == 0 { Measured::default() } else { measured }, &self.profile)
     }
 }
 
@@ -386,6 +453,26 @@ mod tests {
         assert!(off < 3.0 && known.shares[0][1] > 0.9, "{off} {:?}", known.shares);
         let chance = walked(3, 0.0, 10.0);
         assert!(chance.shares[0][1] < 0.2, "{:?}", chance.shares);
-        assert!(known.left(SURE).common < 1.0 && walked(3, 3.0, 100.0).left(SURE).common > 4.0);
+        let left = |residuals: &Residuals| residuals.cells_error().left.common;
+        assert!(left(&known) < 1.0 && left(&walked(3, 3.0, 100.0)) > 4.0);
+    }
+
+    /// 40 maps (seeds 0 to 39) whose walks know little of a bias of 3 lx: together they know it, within 4 of their standard errors, and
+    /// tell it from one of 4 lx (the planted fault). Chance falls with their number, the bias does not; one map alone is what it was.
+    #[test]
+    fn many_maps_know_what_one_does_not_and_their_bias_does_not_fall() {
+        let measured: Vec<_> =
+            (0..40).map(|seed| (2.0, Some(walked(seed, 3.0, 30.0).cells_error().measured))).collect();
+        let profile = [1.0; 4];
+        let all = CellsError::of_mean(&measured, &profile);
+        let (found, error) = (all.measured.state.common[1], all.measured.state.standard_error[1]);
+        assert!((found - 9.0).abs() < 4.0 * error && (found - 16.0).abs() > 4.0 * error, "{found} ± {error}");
+        let [alone, twice] = [1, 2].map(|count| CellsError::of_mean(&vec![measured[7]; count], &profile));
+        assert_eq!(alone.left.common, walked(7, 3.0, 30.0).cells_error().left.common);
+        assert_eq!(2.0 * twice.left.chance, alone.left.chance);
+        let expected = |error: &CellsError| error.by_site_lx[0].powi(2) - error.left.chance;
+        assert!((expected(&twice) - expected(&alone)).abs() < 1e-9, "{twice:?} {alone:?}");
+        let without = CellsError::of_mean(&[measured[7], (6.0, None)], &profile);
+        assert!((4.0 * without.left.common / alone.left.common - 1.0).abs() < 1e-12, "a share that asks no cells");
     }
 }

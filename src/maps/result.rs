@@ -25,7 +25,7 @@ impl Estimate {
 }
 
 /// What a map is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum MapKind {
     /// Area means of the elements, in the order of [`crate::scene::Elements`].
     Elements,

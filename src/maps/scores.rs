@@ -7,6 +7,8 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use crate::base::pareto::pareto_shape;
 
 /// Largest scores that are kept of a part of a map.
@@ -14,7 +16,7 @@ pub const LARGEST: usize = 256;
 
 /// Deviations of single scores from the level of their entry, each times the root of the entry's weight: sums and the
 /// largest. The map's squared error is the sum of their squares over the square of the samples.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Scores {
     /// Scores counted.
     pub count: u64,
@@ -113,7 +115,7 @@ pub struct ScoreEvidence {
 }
 
 /// Scores of a part of a map, by what they deviate from.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PartScores {
     /// From the entry's level; a part that has them is judged by them.
     levelled: Scores,

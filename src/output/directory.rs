@@ -20,6 +20,7 @@ const OWN_NAMES: &[&str] = &[
     "convergence.svg",
     "convergence.png",
     "scene.vtp",
+    "share.luxmc",
     "report.html",
 ];
 /// The file whose presence says that the others are complete.

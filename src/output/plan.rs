@@ -1,8 +1,9 @@
 //! The plan of a scene: what stands where, with luminaires and receivers, seen from above and to scale.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::axes::{Frame, Scale, TYPE};
 use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
@@ -125,23 +126,23 @@ impl<'a> Plan<'a> {
     /// Creases, rims and silhouettes as seen from above, each once.
     fn edges(&self) -> Vec<[PagePoint; 2]> {
         let scene = self.scene;
-        let mut sides: HashMap<(u32, u32), Vec<DVec3>> = HashMap::new();
+        // Edges with the triangle of each: sorted, those of one edge lie together, and millions of them take little room.
+        let mut sides: Vec<[u32; 3]> = Vec::with_capacity(3 * scene.triangles.len());
         for (index, [a, b, c]) in scene.triangles.iter().enumerate() {
-            let normal = scene.triangle_normal(index as u32);
-            for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
-                sides.entry((from.min(to), from.max(to))).or_default().push(normal);
-            }
+            sides.extend([[*a, *b], [*b, *c], [*c, *a]].map(|[from, to]| [from.min(to), from.max(to), index as u32]));
         }
-        let is_drawn = |normals: &[DVec3]| match normals {
-            [one, other] => one.dot(*other) < SMOOTH_COSINE || (one.z > 0.0) != (other.z > 0.0),
+        sides.par_sort_unstable();
+        let is_drawn = |sides: &&[[u32; 3]]| match sides {
+            [[.., one], [.., other]] => {
+                let [one, other] = [one, other].map(|triangle| scene.triangle_normal(*triangle));
+                one.dot(other) < SMOOTH_COSINE || (one.z > 0.0) != (other.z > 0.0)
+            }
             _ => true,
         };
         let mut seen = HashSet::new();
         let mut edges: Vec<[PagePoint; 2]> = Vec::new();
-        let mut drawn: Vec<(u32, u32)> =
-            sides.iter().filter(|(_, normals)| is_drawn(normals)).map(|(edge, _)| *edge).collect();
-        drawn.sort_unstable();
-        for (from, to) in drawn {
+        for drawn in sides.chunk_by(|one, other| one[..2] == other[..2]).filter(is_drawn) {
+            let [from, to, _] = drawn[0];
             let edge = [from, to].map(|vertex| self.spot(scene.vertices_m[vertex as usize]));
             let mut key = edge.map(|spot| spot.map(|x| (2.0 * x).round() as i64));
             key.sort_unstable();

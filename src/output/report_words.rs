@@ -26,6 +26,8 @@ pub fn stop_words(solution: &Solution) -> String {
             "The run was interrupted; the values are as exact as they had become by then.".to_owned()
         }
         (_, Some(true)) => "The target was met.".to_owned(),
+        (StopReason::Shares, Some(false)) => format!("The target was not met by the shares that were merged{why}."),
+        (StopReason::Shares, None) => "All shares of the computation are in these values.".to_owned(),
         (StopReason::TimeLimit, Some(false)) => {
             format!("The target was not met: the time granted was used up before{why}.")
         }

@@ -10,7 +10,7 @@ use super::verdicts::verdict_entries;
 use crate::base::position_index::POSITION_INDEX;
 use crate::maps::{MapResult, StatisticalCheck, TableKind};
 use crate::scene::{Background, Luminaire, Quantity, Scene};
-use crate::solver::{Activity, GlareRating, Solution, Spending, worst_of_sets};
+use crate::solver::{Activity, GlareRating, MoreShares, Share, Solution, Spending, worst_of_sets};
 
 /// Version of the scene file that this program reads.
 const SCENE_FILE_VERSION: u32 = 1;
@@ -34,6 +34,44 @@ pub struct RunRecord {
     pub position_accuracy_m: f64,
     /// All files of the run, the summary apart.
     pub files: Vec<String>,
+    /// Whether it is a whole run.
+    pub part: PartOfRun,
+}
+
+/// Whether results are those of a whole run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PartOfRun {
+    /// They are.
+    Whole,
+    /// They are those of one share.
+    Share(Share),
+    /// They are merged of so many shares.
+    Merged {
+        /// Number of shares.
+        shares: usize,
+        /// Seconds of computing of all of them.
+        compute_s: f64,
+        /// What is missing to the target, if one is set.
+        more: Option<MoreShares>,
+    },
+}
+
+impl PartOfRun {
+    /// What the summary says of it: entries that are null for others.
+    fn entries(self) -> [Value; 2] {
+        match self {
+            PartOfRun::Whole => [Value::Null, Value::Null],
+            PartOfRun::Share(share) => [json!({ "number": share.number, "of": share.of }), Value::Null],
+            PartOfRun::Merged { shares, compute_s, more } => {
+                let more = match more {
+                    Some(MoreShares::None) => json!(0),
+                    Some(MoreShares::About(more)) => json!(more.expected),
+                    Some(MoreShares::NoNumber) | None => Value::Null,
+                };
+                [Value::Null, json!({ "shares": shares, "compute_s": compute_s, "more_shares_needed": more })]
+            }
+        }
+    }
 }
 
 /// The summary of a run.
@@ -54,11 +92,14 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
             "z_score": check.z_score,
         })
     });
+    let [share, merged] = record.part.entries();
     let warnings: Vec<&String> = scene.warnings.iter().chain(&solution.warnings).collect();
     let summary = json!({
         "scene": record.scene,
         "title": scene.title,
         "seed": solution.seed,
+        "share": share,
+        "merged": merged,
         "method": solution.method,
         "chains": solution.chains,
         "rays": solution.rays,

@@ -29,6 +29,19 @@ pub enum Purpose {
     Residuals,
     /// Rays that fill cells.
     CellFills,
+    /// No numbers of its own: the seeds of a run's shares.
+    Shares,
+}
+
+/// Seed of the streams of one share of a run: another for every share, whatever the number of shares.
+pub fn seed_of_share(seed: u64, number: u32) -> u64 {
+    key_of(seed, Purpose::Shares, number)
+}
+
+/// Two rounds of the mixer keep neighbouring seeds and purposes apart.
+fn key_of(seed: u64, purpose: Purpose, map: u32) -> u64 {
+    let purpose_and_map = ((purpose as u64) << 32) | u64::from(map);
+    splitmix64(splitmix64(seed.wrapping_add(0x9E37_79B9_7F4A_7C15)) ^ splitmix64(!purpose_and_map))
 }
 
 /// One stream: Philox 4×32-10 keyed by (seed, purpose, map), its counter split into replica, index and draw.
@@ -68,9 +81,7 @@ const SPACING_53: f64 = 1.0 / 9_007_199_254_740_992.0;
 impl Stream {
     /// The streams of one purpose in one map and replica; choose an index by [`Stream::seek`] before drawing.
     pub fn new(seed: u64, purpose: Purpose, map: u32, replica: u32) -> Stream {
-        let purpose_and_map = ((purpose as u64) << 32) | u64::from(map);
-        // Two rounds of the mixer keep neighbouring seeds and purposes apart.
-        let key = splitmix64(splitmix64(seed.wrapping_add(0x9E37_79B9_7F4A_7C15)) ^ splitmix64(!purpose_and_map));
+        let key = key_of(seed, purpose, map);
         let quasi_key = splitmix64(key ^ splitmix64(u64::from(replica)));
         let philox = Philox::new([key as u32, (key >> 32) as u32], u128::from(replica) << 96);
         Stream { philox, replica, quasi_key, quasi: None, lot: Lot { value: 0.0, length: 0.0 } }

@@ -5,6 +5,7 @@ mod advice_openings;
 mod arrays;
 mod box_tree;
 mod coplanar;
+mod digest;
 pub mod elements;
 mod error;
 mod evaluation_grid;

@@ -4,7 +4,7 @@ use super::glare::{GlareRating, rate, words_on_outside, worst_of_sets};
 use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
 use super::spending::Spending;
 use super::surface_tables::{receiver_table, surface_tables};
-use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Method, Settings, Solution, StopReason};
+use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solution, StopReason};
 use crate::chain::MOST_RAYS_OF_A_CHAIN;
 use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, standard_error};
 use crate::sampling::reflection::Law;
@@ -109,14 +109,7 @@ pub(super) fn finish(
     }
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     Solution {
-        method: match settings.method {
-            Method::Auto => "auto",
-            Method::Collision => "collision",
-            Method::Gather => "gather",
-            Method::Local => "local",
-            Method::LocalNaive => "local-naive",
-        }
-        .to_owned(),
+        method: settings.method.name().to_owned(),
         seed: settings.seed,
         target_error,
         chains,

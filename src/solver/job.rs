@@ -7,6 +7,7 @@ mod ends;
 mod engine;
 mod expected;
 mod forecast;
+mod merged;
 mod walking;
 
 use std::ops::Range;
@@ -38,7 +39,8 @@ use crate::chain::Stage;
 use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
 use crate::maps::{
-    History, Judgement, MapKind, PastJudgement, REPLICAS, ReplicaMap, ScoreEvidence, StatisticalCheck, Tally, Unit, judge,
+    History, Judgement, MapKind, PastJudgement, REPLICAS, ReplicaMap, ScoreEvidence, StatisticalCheck, Tally, Unit,
+    judge,
 };
 use crate::scene::{Elements, Quantity, Scene};
 

@@ -9,10 +9,12 @@ mod glare;
 mod guide;
 mod job;
 mod local;
+mod merge;
 mod order;
 mod pace;
 mod pilot;
 mod run;
+mod share;
 mod solution;
 mod sparse;
 mod spending;
@@ -23,9 +25,11 @@ mod verdicts;
 pub use glare::{GlareRating, worst_of_sets};
 pub use job::Hindrance;
 pub(crate) use job::PACKETS_OF_A_BOUND;
+pub use merge::{Merged, MoreShares, merge};
 pub use run::{
     DEFAULT_TARGET_ERROR, Expectation, Observer, Progress, Silent, SlowestMap, expectations, map_requests, solve,
 };
+pub use share::{MapOfShare, Share, ShareRecord, Sums, solve_share};
 pub use solution::*;
 pub use spending::{Activity, Spending};
 pub use verdicts::{Finding, Verdict, verdicts};

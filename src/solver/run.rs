@@ -14,6 +14,7 @@ use super::choice;
 use super::finish::finish;
 use super::job::{Context, Engine, Job, Refinement};
 use super::pace::{Pace, TimeLeft};
+use super::share::{MapOfShare, Share, Sums, sums_of};
 use super::sparse::fill_sparse_elements;
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
@@ -97,15 +98,26 @@ impl Observer for Silent {}
 /// The maps depend on scene, settings and how far the run went, never on threads: all sums grow in an order that the
 /// replicas fix. Names in `settings.maps` must be those of receiver sets, or `elements`.
 pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Solution {
+    solve_as(scene, settings, None, observer).0
+}
+
+/// Solves a scene as a whole, or as a share of it, which leaves its sums.
+pub(super) fn solve_as(
+    scene: &Scene,
+    settings: &Settings,
+    share: Option<Share>,
+    observer: &dyn Observer,
+) -> (Solution, Vec<(MapOfShare, Sums)>) {
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
     let target_error = settings
         .target_error
+        .filter(|_| share.is_none())
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
     let adapt_to = adapts(settings, &stage).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
-    let (seed, method) = (settings.seed, settings.method);
-    let planned_error = target_error.unwrap_or(DEFAULT_TARGET_ERROR);
+    let (seed, method) = (share.map_or(settings.seed, |share| share.seed(settings.seed)), settings.method);
+    let planned_error = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let is_later_than = |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
     let time_left = || match () {
         _ if is_long_over(settings, observer) => TimeLeft::LongOver,
@@ -163,6 +175,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
+    let sums = if share.is_some() { jobs.iter().map(sums_of).collect() } else { Vec::new() };
     let mut solution = finish(
         &context,
         settings,
@@ -185,7 +198,7 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     solution.warnings.extend(left_out.iter().map(|(name, _)| {
         format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
     }));
-    solution
+    (solution, sums)
 }
 
 /// Whether a time limit has passed so long ago that what shows nothing yet is left out.
@@ -302,7 +315,7 @@ impl Run<'_> {
 
     /// The target, or the error that a time limit affords, about.
     fn error_to_plan_for(&self) -> f64 {
-        if let Some(target) = self.target_error {
+        if let Some(target) = self.settings.target_error.or(self.target_error) {
             return target;
         }
         if self.settings.time_limit_s.is_none() {

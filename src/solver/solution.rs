@@ -25,6 +25,22 @@ pub enum Method {
     LocalNaive,
 }
 
+impl Method {
+    /// All of them.
+    pub const ALL: [Method; 5] = [Method::Auto, Method::Collision, Method::Gather, Method::Local, Method::LocalNaive];
+
+    /// Name as `summary.json` writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Auto => "auto",
+            Method::Collision => "collision",
+            Method::Gather => "gather",
+            Method::Local => "local",
+            Method::LocalNaive => "local-naive",
+        }
+    }
+}
+
 /// Which elements the element map has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ElementChoice {
@@ -88,6 +104,8 @@ pub enum StopReason {
     Exact,
     /// The finest mesh that a method of elements makes did not meet the target.
     FinestMesh,
+    /// All shares are merged.
+    Shares,
 }
 
 impl StopReason {
@@ -100,6 +118,7 @@ impl StopReason {
             StopReason::Interrupted => "interrupted",
             StopReason::Exact => "exact",
             StopReason::FinestMesh => "finest_mesh",
+            StopReason::Shares => "shares",
         }
     }
 }

@@ -1,9 +1,11 @@
 //! How packets end.
 
+use serde::{Deserialize, Serialize};
+
 use crate::chain::End;
 
 /// How the packets of forward chains ended, counted.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Ends {
     /// Absorbed by surfaces.
     pub absorbed: u64,

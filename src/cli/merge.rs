@@ -1,0 +1,374 @@
+//! `luxmc merge`: one result of the shares of a run.
+
+use std::path::{Path, PathBuf};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use clap::Args;
+
+use super::exit::Failure;
+use super::memory::{check_memory, limit_memory};
+use super::method::{self, Plots};
+use super::number_text::percent;
+use super::patience::meanwhile;
+use super::proportions::check_proportions;
+use super::results::{closing_lines, counted, exit_of, stage_results, tell_results};
+use super::{Outcome, console, solve, values};
+use crate::base::memory::peak_bytes;
+use crate::control::Forecast;
+use crate::geometry::position_accuracy_m;
+use crate::maps::MapKind;
+use crate::output::{
+    PartOfRun, ReportContext, ResultDirectory, RunRecord, ShareError, ShareFile, read_share, summary_file,
+};
+use crate::scene::{Elements, Scene, allow_large_files, read_scene};
+use crate::solver::{
+    ElementChoice, MapSelection, Merged, Method, MoreShares, Settings, ShareRecord, StopReason, merge,
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  luxmc solve office.json --out out/1 --share 1/2 --chains 1e6 --target-error 0.5%
+  luxmc solve office.json --out out/2 --share 2/2 --chains 1e6 --target-error 0.5%
+  luxmc merge out/1 out/2 --out out/all              judges the target, and says how many more shares it takes
+  luxmc solve office.json --out out/3 --share 3/3 --chains 1e6 --target-error 0.5%
+  luxmc merge out/1 out/2 out/3 --out out/all        a further share joins
+
+The result does not depend on the order of the directories. All shares from the first to the last are to be there, each once, of one
+scene, seed, method and version of luxmc.";
+
+/// Arguments of `luxmc merge`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct MergeArguments {
+    /// Directories of all shares, written by luxmc solve --share
+    #[arg(value_name = "DIR", required = true)]
+    shares: Vec<PathBuf>,
+    /// Directory for the merged results; made where missing, other files in it stay
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Judge this stated relative error of every bound map: 1% or 0.01 [default: that of the shares]
+    #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
+    target_error: Option<f64>,
+    /// Scene file, where it no longer lies where the shares found it
+    #[arg(long, value_name = "SCENE")]
+    scene: Option<PathBuf>,
+    /// Plots: svg, png, both with a comma between, or none [default: svg]
+    #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
+    plots: Option<Plots>,
+    /// Worker threads; results do not depend on them [default: all processors]
+    #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
+    threads: Option<usize>,
+    /// Memory that the merge may take: 2GB, 512MiB [default: what the machine has left]
+    #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
+    memory_limit: Option<u64>,
+    /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
+    #[arg(long)]
+    allow_large: bool,
+    /// No notes on standard error; warnings and errors stay
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Merges shares.
+pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
+    limit_memory(arguments.memory_limit);
+    if arguments.allow_large {
+        allow_large_files();
+    }
+    let shares = read_shares(&arguments.shares)?;
+    let target_error = target_of(arguments, &shares)?;
+    check_out(arguments)?;
+    let first = &shares[0];
+    let path = arguments.scene.as_ref().unwrap_or(&first.header.scene_path);
+    let reading = format!("reading and checking {}", path.display());
+    let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(path))?;
+    check_proportions(&mut scene, &path.display().to_string())?;
+    let read_s = started.elapsed().as_secs_f64();
+    check_scene(&scene, path, first)?;
+    let maps = first.header.record.maps.iter().map(|map| map.name.clone()).collect();
+    let settings = Settings {
+        method: method_of(first)?,
+        elements: ElementChoice::Given,
+        seed: first.header.seed,
+        target_error,
+        maps: MapSelection::Named(maps),
+        threads: arguments.threads,
+        ..Settings::default()
+    };
+    check_memory(&scene, &settings)?;
+    let pool = solve::thread_pool(arguments.threads)?;
+    let mut directory = ResultDirectory::open(&arguments.out)?;
+    let tell = |line: &str| {
+        if !arguments.quiet {
+            console::message(line)
+        }
+    };
+    tell(&opening_line(&first.header.scene, shares.len(), target_error));
+    for warning in &scene.warnings {
+        console::message(&format!("warning: {warning}"));
+    }
+    let records: Vec<ShareRecord> = shares.iter().map(|share| share.header.record.clone()).collect();
+    let merging = || merge(&scene, &settings, &records, |index| shares[index].sums());
+    let merged = meanwhile("merging", started, arguments.quiet, || false, || pool.install(merging));
+    let Merged { mut solution, more } = match merged {
+        Ok(merged) => merged,
+        Err(error) => {
+            directory.withdraw();
+            return Err(error.into());
+        }
+    };
+    solution.warnings.extend(interrupted_line(&shares));
+    solution.notes.extend(more.map(|more| words_on_more(&more, shares.len(), target_error.unwrap_or(0.0))));
+    let compute_s = records.iter().map(|record| record.compute_s).sum();
+
+    let write_started = Instant::now();
+    let context = ReportContext {
+        scene: first.header.scene.clone(),
+        command: commands_again(&shares),
+        repeats_digits: shares.iter().all(|share| share.header.stop_reason == StopReason::Chains.name()),
+        unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+        wall_s: compute_s,
+        threads: shares.iter().map(|share| share.header.threads).max().unwrap_or(1),
+    };
+    stage_results(&scene, &solution, &context, arguments.plots, &mut directory)?;
+    let record = RunRecord {
+        scene: context.scene,
+        read_s,
+        write_s: write_started.elapsed().as_secs_f64(),
+        wall_s: started.elapsed().as_secs_f64(),
+        threads: pool.current_num_threads(),
+        peak_memory_bytes: peak_bytes(),
+        position_accuracy_m: position_accuracy_m(&scene),
+        files: directory.names(),
+        part: PartOfRun::Merged { shares: shares.len(), compute_s, more },
+    };
+    directory.stage(&summary_file(&scene, &solution, &record))?;
+    directory.commit()?;
+
+    tell_results(&scene, &solution, tell)?;
+    for note in &solution.notes {
+        tell(&format!("note: {note}"));
+    }
+    tell(&closing_lines(&solution, &arguments.out.display().to_string(), compute_s));
+    Ok(exit_of(&solution))
+}
+
+/// Reads the headers of all shares, and puts them in order.
+fn read_shares(directories: &[PathBuf]) -> Result<Vec<ShareFile>, ShareError> {
+    let mut shares = directories.iter().map(|directory| read_share(directory)).collect::<Result<Vec<_>, _>>()?;
+    shares.sort_by_key(|share| share.header.share.number);
+    check_twins(&shares)?;
+    let first = &shares[0];
+    for share in &shares[1..] {
+        check_alike(first, share)?;
+    }
+    check_numbers(&shares)?;
+    Ok(shares)
+}
+
+/// Refuses one share that comes twice, under its own number or another: it would weigh as two, and bring no more than one.
+fn check_twins(shares: &[ShareFile]) -> Result<(), ShareError> {
+    let number = |share: &ShareFile| share.header.share.number;
+    let mut by_sums: Vec<&ShareFile> = shares.iter().collect();
+    by_sums.sort_by_key(|share| (&share.header.sums_sha256, number(share)));
+    let in_order = shares.windows(2).map(|pair| (&pair[0], &pair[1]));
+    let same_number = in_order.into_iter().find(|(one, other)| number(one) == number(other));
+    // Shares without chance have the same sums by right.
+    let same_sums = by_sums
+        .windows(2)
+        .map(|pair| (pair[0], pair[1]))
+        .find(|(one, other)| one.header.sums_sha256 == other.header.sums_sha256 && !one.header.record.is_exact);
+    let Some((one, other)) = same_number.or(same_sums) else { return Ok(()) };
+    Err(ShareError {
+        path: other.path.clone(),
+        what: match number(one) == number(other) {
+            true => format!("share {} comes twice", number(one)),
+            false => format!(
+                "shares {} and {} are one and the same: their sums are equal to the last bit",
+                number(one),
+                number(other)
+            ),
+        },
+        got: format!("the other in {}", one.path.display()),
+        expected: "every share once, with sums of its own".to_owned(),
+        remedy: "leave one of them out".to_owned(),
+    })
+}
+
+/// Refuses shares that are not of one run.
+fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), ShareError> {
+    let (ours, theirs) = (&first.header, &other.header);
+    let names = [&first.header, &other.header].map(|header| format!("share {}", header.share.number));
+    let differ = |what: &str, got: String, expected: String| ShareError {
+        path: other.path.clone(),
+        what: format!("{} and {} are {what}", names[0], names[1]),
+        got,
+        expected: format!("{expected}, as in {}", first.path.display()),
+        remedy: "compute all shares with one luxmc, scene, seed, method and choice of maps".to_owned(),
+    };
+    let digits =
+        |header: &crate::output::ShareHeader| format!("{} (digest {:.16}…)", header.scene, header.scene_digest);
+    let maps = |header: &crate::output::ShareHeader| {
+        let map =
+            |map: &crate::solver::MapOfShare| format!("{}{}", map.name, if map.bound { "" } else { " (unbound)" });
+        header.record.maps.iter().map(map).collect::<Vec<_>>().join(", ")
+    };
+    if ours.luxmc != theirs.luxmc {
+        return Err(differ("of different versions of luxmc", theirs.luxmc.clone(), ours.luxmc.clone()));
+    }
+    if ours.scene_digest != theirs.scene_digest {
+        return Err(differ("of different scenes", digits(theirs), digits(ours)));
+    }
+    if ours.seed != theirs.seed {
+        return Err(differ("of runs with different seeds", theirs.seed.to_string(), ours.seed.to_string()));
+    }
+    if ours.method != theirs.method {
+        return Err(differ("by different methods", theirs.method.clone(), ours.method.clone()));
+    }
+    let (mine, its) = (&ours.record.maps, &theirs.record.maps);
+    if mine.len() != its.len() || !mine.iter().zip(its).all(|(one, other)| one.is_of_same_map(other)) {
+        return Err(differ("of different maps", maps(theirs), maps(ours)));
+    }
+    Ok(())
+}
+
+/// Refuses a set of shares with gaps.
+fn check_numbers(shares: &[ShareFile]) -> Result<(), ShareError> {
+    let all = shares.iter().map(|share| share.header.share.of).max().unwrap_or(0);
+    let missing: Vec<u32> = (1..=all)
+        .filter(|number| shares.binary_search_by_key(number, |share| share.header.share.number).is_err())
+        .collect();
+    let Some(first) = missing.first() else { return Ok(()) };
+    let more = if missing.len() > 1 { format!(" and {} more", missing.len() - 1) } else { String::new() };
+    Err(ShareError {
+        path: shares[0].path.clone(),
+        what: format!("share {first} of {all}{more} is missing"),
+        got: counted(shares.len(), "share"),
+        expected: format!("all {all}, since one of them says that there are as many"),
+        remedy: format!("compute it: {} --share {first}/{all} --out DIR", shares[0].header.command),
+    })
+}
+
+/// The target that is judged: the one asked for, else that of the shares.
+fn target_of(arguments: &MergeArguments, shares: &[ShareFile]) -> Result<Option<f64>, ShareError> {
+    let first = shares[0].header.target_error;
+    if arguments.target_error.is_some() {
+        return Ok(arguments.target_error);
+    }
+    match shares.iter().find(|share| share.header.target_error != first) {
+        None => Ok(first),
+        Some(other) => {
+            let words = |target: Option<f64>| target.map_or("no target".to_owned(), percent);
+            Err(ShareError {
+                path: other.path.clone(),
+                what: "the shares have different targets".to_owned(),
+                got: words(other.header.target_error),
+                expected: format!("{}, as in {}", words(first), shares[0].path.display()),
+                remedy: "say which with --target-error".to_owned(),
+            })
+        }
+    }
+}
+
+/// Refuses to write into the directory of a share, whose files would go.
+fn check_out(arguments: &MergeArguments) -> Result<(), Failure> {
+    let place = |path: &Path| path.canonicalize().ok();
+    let out = place(&arguments.out);
+    let is_share = out.is_some() && arguments.shares.iter().any(|share| place(share) == out);
+    if !is_share {
+        return Ok(());
+    }
+    Err(Failure::Usage {
+        what: "the merged results would take the place of a share".to_owned(),
+        got: format!("--out {}", arguments.out.display()),
+        expected: "a directory of its own".to_owned(),
+        remedy: "name another directory".to_owned(),
+    })
+}
+
+/// Refuses a scene that is not the one that was computed.
+fn check_scene(scene: &Scene, path: &Path, share: &ShareFile) -> Result<(), ShareError> {
+    let (header, digest) = (&share.header, scene.digest());
+    let entries = |kind: MapKind| match kind {
+        MapKind::Elements => Some(Elements::of(scene).len()),
+        MapKind::Receivers(set) => scene.receivers.get(set).map(|receivers| receivers.points.len()),
+    };
+    let fits = header.record.maps.iter().all(|map| entries(map.kind) == Some(map.entries));
+    if digest == header.scene_digest && fits {
+        return Ok(());
+    }
+    Err(ShareError {
+        path: path.to_path_buf(),
+        what: "the scene is not the one that the shares computed, or it has changed since".to_owned(),
+        got: format!("digest {digest:.16}…"),
+        expected: format!("digest {:.16}…, as in {}", header.scene_digest, share.path.display()),
+        remedy: "bring back the scene as it was, name it with --scene, or compute the shares again".to_owned(),
+    })
+}
+
+fn method_of(share: &ShareFile) -> Result<Method, ShareError> {
+    let name = &share.header.method;
+    Method::ALL.into_iter().find(|method| method.name() == name).ok_or_else(|| ShareError {
+        path: share.path.clone(),
+        what: "the share is by a method that cannot be merged".to_owned(),
+        got: name.clone(),
+        expected: Method::ALL.map(Method::name).join(", "),
+        remedy: "compute the shares again with one of those".to_owned(),
+    })
+}
+
+fn opening_line(scene: &str, shares: usize, target_error: Option<f64>) -> String {
+    let target = target_error.map_or(String::new(), |target| format!(", target {}", percent(target)));
+    format!("luxmc {}: {scene}: {} to merge{target}", env!("CARGO_PKG_VERSION"), counted(shares, "share"))
+}
+
+/// Which shares were interrupted: what they had done counts as far as it goes.
+fn interrupted_line(shares: &[ShareFile]) -> Option<String> {
+    let cut: Vec<String> = shares
+        .iter()
+        .filter(|share| share.header.stop_reason == StopReason::Interrupted.name())
+        .map(|share| share.header.share.number.to_string())
+        .collect();
+    let (plural, were) = if cut.len() == 1 { ("", "was") } else { ("s", "were") };
+    (!cut.is_empty()).then(|| {
+        format!(
+            "share{plural} {} {were} interrupted and had done less than asked for: compute again what is to be whole",
+            cut.join(", ")
+        )
+    })
+}
+
+/// The commands that make the merged result again.
+fn commands_again(shares: &[ShareFile]) -> String {
+    let (count, command) = (shares.len(), &shares[0].header.command);
+    format!(
+        "{command} --share k/{count} --out {SHARES_IN}/k    for each k from 1 to {count}\nluxmc merge {SHARES_IN}/* --out out"
+    )
+}
+
+/// Where the commands of a report put shares.
+const SHARES_IN: &str = "shares";
+
+/// What is missing to the target.
+fn words_on_more(more: &MoreShares, shares: usize, target_error: f64) -> String {
+    let target = percent(target_error);
+    match more {
+        MoreShares::None => format!("{} meet the target of {target}", counted(shares, "share")),
+        MoreShares::About(Forecast { expected, low, high }) => {
+            let count = |number: &f64| format!("{number:.0}");
+            let interval = if low < high { format!(" ({} to {})", count(low), count(high)) } else { String::new() };
+            let is_one = *expected == 1.0;
+            format!(
+                "about {} more {}{interval} of the same size would meet the target of {target}: give {} the next {}, and merge all",
+                count(expected),
+                if is_one { "share" } else { "shares" },
+                if is_one { "it" } else { "them" },
+                if is_one { "number" } else { "numbers" }
+            )
+        }
+        MoreShares::NoNumber => format!(
+            "shares of this size are not known to meet the target of {target}, however many: what is not chance in their error is above it, \
+             or no light was found; give each more chains, or compute all by --method collision"
+        ),
+    }
+}

@@ -1,0 +1,135 @@
+//! What a run leaves behind: files staged in one order, and what the terminal says of them.
+
+use std::path::Path;
+
+use super::console;
+use super::exit::{Exit, Failure};
+use super::method::Plots;
+use super::number_text::{percent, significant, time};
+use super::result_table::result_table;
+use crate::maps::TableRow;
+use crate::output::{ReportContext, ResultDirectory, plots, report_file, result_files, vtk_file};
+use crate::scene::Scene;
+use crate::solver::{Solution, StopReason};
+
+/// Stages tables, plots, the report that shows them, and the elements for ParaView.
+pub fn stage_results(
+    scene: &Scene,
+    solution: &Solution,
+    context: &ReportContext,
+    formats: Option<Plots>,
+    directory: &mut ResultDirectory,
+) -> Result<(), Failure> {
+    for file in result_files(scene, solution)? {
+        directory.stage(&file)?;
+    }
+    let formats = formats.unwrap_or(Plots { svg: true, png: false });
+    let drawn = if formats.any() { plots(scene, solution) } else { Vec::new() };
+    for plot in &drawn {
+        if formats.svg {
+            directory.stage(&plot.svg_file())?;
+        }
+        if formats.png {
+            directory.stage(&plot.png_file())?;
+        }
+    }
+    directory.stage(&report_file(scene, solution, &drawn, context))?;
+    if let Some(file) = vtk_file(scene, solution) {
+        directory.stage(&file)?;
+    }
+    Ok(())
+}
+
+/// Prints the table, what surfaces are covered, and the warnings.
+pub fn tell_results(scene: &Scene, solution: &Solution, tell: impl Fn(&str)) -> Result<(), Failure> {
+    console::result(&result_table(scene, solution))?;
+    if let Some(line) = covered_line(solution) {
+        tell(&line);
+    }
+    for warning in &solution.warnings {
+        console::message(&format!("warning: {warning}"));
+    }
+    Ok(())
+}
+
+/// A name as a shell takes it.
+pub fn quoted(name: &Path) -> String {
+    let text = name.display().to_string();
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "._-/,".contains(letter);
+    if !text.is_empty() && text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
+/// A number of things: `1 thread`, `2 threads`.
+pub fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
+/// How the run ended, where its flux went, and where the results are.
+pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
+    let is_unlit = solution.maps.iter().any(|map| map.bound && map.error.dark_upper_bound_lx.is_some());
+    let end = match (solution.stop_reason, solution.target_met) {
+        (StopReason::Exact, _) => "exact: nothing is left to chance",
+        (StopReason::Interrupted, _) => "interrupted",
+        (_, Some(true)) => "target met",
+        (StopReason::FinestMesh, Some(false)) => "target not met by the finest mesh",
+        (StopReason::FinestMesh, None) => "finest mesh reached",
+        (StopReason::Chains, Some(false)) if is_unlit => "target not met: no light was found in a map that it binds",
+        (StopReason::Shares, Some(false)) => "target not met by these shares",
+        (StopReason::Shares, None) => "shares merged",
+        (StopReason::TimeLimit, Some(false)) => "target not met: the time limit came first",
+        (_, Some(false)) => "target not met: the chains are used up",
+        (StopReason::TimeLimit, None) => "time limit reached",
+        (_, None) => "chains done",
+    };
+    let why = solution.why_unmet().map_or(String::new(), |why| format!(": {why}"));
+    let balance = match &solution.flux_balance {
+        Ok(balance) => format!(
+            "flux: {} lm emitted = {} absorbed + {} escaped + {} on back faces + {} truncated",
+            significant(balance.emitted_lm, 5),
+            significant(balance.absorbed_lm, 5),
+            significant(balance.escaped_lm, 5),
+            significant(balance.back_face_lm, 5),
+            significant(balance.truncated_lm, 5)
+        ),
+        Err(note) => format!("flux: no balance, since {note}"),
+    };
+    let unbound: Vec<String> = solution
+        .maps
+        .iter()
+        .filter(|map| !map.bound && solution.target_error.is_some_and(|target| map.error.estimated > target))
+        .map(|map| format!("{} {}", map.name, percent(map.error.estimated)))
+        .collect();
+    let unbound = if unbound.is_empty() {
+        String::new()
+    } else {
+        format!("\nnot bound by the target: {} (--maps all binds every map)", unbound.join(", "))
+    };
+    let chains = if solution.chains > 0 { format!(" after {} chains", solution.chains) } else { String::new() };
+    format!(
+        "{end}; stated error {}{chains} in {}{why}{unbound}\n{balance}\nresults in {directory}",
+        percent(solution.estimated_error),
+        time(wall_s)
+    )
+}
+
+/// What is told of surfaces of which something covers a part.
+fn covered_line(solution: &Solution) -> Option<String> {
+    /// More names than these say no more.
+    const MOST: usize = 8;
+    let mut rows: Vec<&TableRow> =
+        solution.maps.iter().flat_map(|map| &map.tables).filter(|row| row.covered_area_m2 > 0.0).collect();
+    rows.sort_by(|one, other| other.covered_area_m2.total_cmp(&one.covered_area_m2));
+    let parts: Vec<String> =
+        rows.iter().take(MOST).map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2))).collect();
+    let more = if rows.len() > MOST { format!(" and of {} more", rows.len() - MOST) } else { String::new() };
+    (!rows.is_empty()).then(|| format!("note: covered, and not in these tables: {}{more}", parts.join(", ")))
+}
+
+/// How the program ends on it.
+pub fn exit_of(solution: &Solution) -> Exit {
+    match (solution.stop_reason, solution.target_met) {
+        (StopReason::Interrupted, _) => Exit::Interrupted,
+        (_, Some(false)) => Exit::TargetMissed,
+        _ => Exit::Done,
+    }
+}

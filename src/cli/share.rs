@@ -1,0 +1,84 @@
+//! Shares of a run: what `--share` asks for, and what it leaves behind.
+
+use std::path::Path;
+
+use super::exit::Failure;
+use super::method::MethodChoice;
+use crate::maps::MapKind;
+use crate::output::ShareHeader;
+use crate::scene::Scene;
+use crate::solver::{ElementChoice, Settings, Share, ShareRecord, Solution, map_requests};
+
+/// Refuses shares that could not be merged.
+///
+/// # Errors
+///
+/// A method whose shares would all tell the same, elements that would differ from share to share, and a share of no known size.
+pub fn check(share: Share, scene: &Scene, settings: &Settings, method: MethodChoice) -> Result<(), Failure> {
+    let asked = format!("--share {}/{}", share.number, share.of);
+    let refuse = |what: &str, got: String, expected: &str, remedy: &str| {
+        let [what, expected, remedy] = [what, expected, remedy].map(str::to_owned);
+        Err(Failure::Usage { what, got, expected, remedy })
+    };
+    let without_shares = match method {
+        MethodChoice::Radiosity => Some("radiosity"),
+        MethodChoice::LightMesh => Some("light-mesh"),
+        MethodChoice::Auto
+        | MethodChoice::Gather
+        | MethodChoice::Collision
+        | MethodChoice::Local
+        | MethodChoice::LocalNaive => None,
+    };
+    if let Some(name) = without_shares {
+        return refuse(
+            "the error of this method is no matter of chance: every share would have the same",
+            format!("{asked} --method {name}"),
+            "auto, gather, collision or local",
+            "leave out --share, or name one of those methods",
+        );
+    }
+    if settings.chains.is_none() && settings.time_limit_s.is_none() {
+        return refuse(
+            "a share must know how much work it is to do",
+            asked,
+            "--chains N or --time-limit TIME, for this share alone; --target-error is what luxmc merge judges",
+            "add --chains, such as --chains 1e7; luxmc solve --dry-run tells what targets take",
+        );
+    }
+    let binds_elements = map_requests(scene, &settings.maps).contains(&(MapKind::Elements, true));
+    if binds_elements && settings.elements == ElementChoice::Adaptive {
+        return refuse(
+            "elements that adapt to the light would differ from share to share and could not be merged",
+            format!("{asked} with --elements adaptive, which is the default"),
+            "--elements given, or --maps of receiver sets alone",
+            "add --elements given; \"max_element_edge\" in the scene makes them finer",
+        );
+    }
+    Ok(())
+}
+
+/// What a share tells of itself; the command and the threads are left to the caller.
+pub fn header(
+    scene: &Scene,
+    scene_file: &Path,
+    settings: &Settings,
+    solution: &Solution,
+    share: Share,
+    record: ShareRecord,
+) -> ShareHeader {
+    ShareHeader {
+        luxmc: env!("CARGO_PKG_VERSION").to_owned(),
+        scene: scene_file.display().to_string(),
+        scene_path: std::path::absolute(scene_file).unwrap_or_else(|_| scene_file.to_path_buf()),
+        scene_digest: scene.digest(),
+        method: settings.method.name().to_owned(),
+        seed: settings.seed,
+        share,
+        target_error: settings.target_error,
+        command: String::new(),
+        stop_reason: solution.stop_reason.name().to_owned(),
+        threads: 0,
+        record,
+        sums_sha256: String::new(),
+    }
+}

@@ -1,0 +1,164 @@
+//! Shares of a run: each has streams of its own, and leaves behind what a merge needs.
+
+use serde::{Deserialize, Serialize};
+
+use super::job::{Ends, Job};
+use super::run::{Observer, solve_as};
+use super::spending::Spending;
+use super::{Settings, Solution};
+use crate::maps::{CellsError, MapKind, Measured, PartScores, REPLICAS, Tally, Unit};
+use crate::sampling::random::seed_of_share;
+use crate::scene::Scene;
+
+/// One of many independent shares of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Share {
+    /// Its number, counted from 1. What it draws depends on nothing else, so that others can join later.
+    pub number: u32,
+    /// How many there are to be.
+    pub of: u32,
+}
+
+impl Share {
+    /// Seed of its streams in a run with this seed.
+    pub fn seed(self, seed: u64) -> u64 {
+        seed_of_share(seed, self.number)
+    }
+}
+
+/// What a share did.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ShareRecord {
+    /// Chains traced, all maps.
+    pub chains: u64,
+    /// Rays traced, all kinds.
+    pub rays: u64,
+    /// Seconds of computing.
+    pub compute_s: f64,
+    /// Rays and seconds by what they were for.
+    pub spending: Spending,
+    /// Whether chance has no part in its maps, so that all shares tell the same.
+    pub is_exact: bool,
+    /// Its maps: elements first, then receivers in file order.
+    pub maps: Vec<MapOfShare>,
+}
+
+/// What a share says of a map beside its sums.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MapOfShare {
+    /// `elements`, or the receiver set's name.
+    pub name: String,
+    /// Elements or a receiver set.
+    pub kind: MapKind,
+    /// Whether the target binds it.
+    pub bound: bool,
+    /// Name of the estimator of its indirect light.
+    pub method: String,
+    /// Elements or points.
+    pub entries: usize,
+    /// Chains spent on it.
+    pub chains: u64,
+    /// Rays traced for it.
+    pub rays: u64,
+    /// Whether the sums of indirect light count packets; else they are in lx.
+    pub counts_packets: bool,
+    /// Whether chains counted its direct light too, for want of time.
+    pub counts_direct: bool,
+    /// Samples of direct light.
+    pub direct_samples: Tally,
+    /// Samples of indirect light.
+    pub indirect_samples: Tally,
+    /// What walks say of the cells' error; nothing where nothing asked cells.
+    pub cells_error: Option<Measured>,
+    /// Single scores of direct and of indirect light.
+    pub scores: [PartScores; 2],
+    /// How its packets ended, replica by replica.
+    pub ends: [Ends; REPLICAS],
+}
+
+/// The sums of a share's map.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sums {
+    /// One slab a replica: sums of direct scores in lx.
+    pub direct: Vec<Vec<f64>>,
+    /// One slab a replica: sums of indirect scores (lx, or counts of packets).
+    pub indirect: Vec<Vec<f64>>,
+    /// How unsure the cells are at every element or point, over their root mean square; empty where nothing asked cells.
+    pub cells_profile: Vec<f64>,
+}
+
+impl Sums {
+    /// Whether all replicas are equal.
+    fn are_without_chance(&self) -> bool {
+        let are_equal = |slabs: &[Vec<f64>]| slabs.windows(2).all(|pair| pair[0] == pair[1]);
+        are_equal(&self.direct) && are_equal(&self.indirect)
+    }
+}
+
+impl MapOfShare {
+    /// Whether samples of both maps are of one kind, so that their sums may be added as they are.
+    pub fn is_like(&self, other: &MapOfShare) -> bool {
+        self.method == other.method
+            && self.counts_packets == other.counts_packets
+            && self.counts_direct == other.counts_direct
+    }
+
+    /// Whether both are of one map, whatever estimated it.
+    pub fn is_of_same_map(&self, other: &MapOfShare) -> bool {
+        (&self.name, self.kind, self.bound, self.entries) == (&other.name, other.kind, other.bound, other.entries)
+    }
+}
+
+impl ShareRecord {
+    /// Of a share that has ended.
+    fn of(solution: &Solution, maps: Vec<MapOfShare>, is_exact: bool) -> ShareRecord {
+        ShareRecord {
+            chains: solution.chains,
+            rays: solution.rays,
+            compute_s: solution.compute_s,
+            spending: solution.spending,
+            is_exact,
+            maps,
+        }
+    }
+}
+
+/// Solves one of many independent shares of a run, and tells what a merge needs: what it did, and the sums of its maps.
+///
+/// Chains or a time limit say how much of the work it is; the target is that of the merged maps, for which it plans.
+pub fn solve_share(
+    scene: &Scene,
+    settings: &Settings,
+    share: Share,
+    observer: &dyn Observer,
+) -> (Solution, ShareRecord, Vec<Sums>) {
+    let (solution, maps) = solve_as(scene, settings, Some(share), observer);
+    let (maps, sums): (Vec<MapOfShare>, Vec<Sums>) = maps.into_iter().unzip();
+    let record = ShareRecord::of(&solution, maps, sums.iter().all(Sums::are_without_chance));
+    (solution, record, sums)
+}
+
+/// What a finished job leaves for a merge.
+pub(super) fn sums_of(job: &Job) -> (MapOfShare, Sums) {
+    let map = &job.map;
+    let counts_packets = matches!(map.indirect_unit_lx, Unit::Packets { .. });
+    let about = MapOfShare {
+        name: job.name.clone(),
+        kind: job.kind,
+        bound: job.bound,
+        method: job.engine.name().to_owned(),
+        entries: map.len(),
+        chains: job.chains(),
+        rays: job.all_rays(),
+        counts_packets,
+        // Passes over direct light are far fewer than chains, and never as many.
+        counts_direct: counts_packets && !job.is_black() && map.direct_samples == map.indirect_samples,
+        direct_samples: map.direct_samples,
+        indirect_samples: map.indirect_samples,
+        cells_error: map.cells_error.as_ref().map(|error| error.measured),
+        scores: map.scores.clone(),
+        ends: job.ends,
+    };
+    let cells_profile = map.cells_error.as_ref().map_or_else(Vec::new, CellsError::profile);
+    (about, Sums { direct: map.direct.clone(), indirect: map.indirect.clone(), cells_profile })
+}
