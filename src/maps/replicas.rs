@@ -314,7 +314,7 @@ impl ReplicaMap {
         3.0 * luminous_flux_lm / (packets * entries_area_m2)
     }
 
-    /// How lopsided its scores are: see [`super::lopsided`].
+    /// How lopsided its scores are: see [`Skewness`].
     pub fn skewness(&self) -> Skewness {
         let spreads = (0..self.sites).map(|entry| {
             let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
