@@ -28,8 +28,7 @@ use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
 use super::guide::Guide;
-use super::local::Kernel;
-use super::local::LocalPlan;
+use super::local::{Kernel, LocalPlan};
 pub use super::pace::RAYS_PER_SLICE;
 use super::pace::{Pace, TimeLeft};
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
@@ -38,10 +37,7 @@ use super::sweep::{self, Deposits};
 use crate::chain::Stage;
 use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_checks};
 use crate::estimators::ahead::Expectations;
-use crate::maps::{
-    History, Judgement, MapKind, PastJudgement, REPLICAS, ReplicaMap, ScoreEvidence, StatisticalCheck, Tally, Unit,
-    judge,
-};
+use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, ScoreEvidence, StatisticalCheck, Tally, Unit};
 use crate::scene::{Elements, Quantity, Scene};
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
@@ -477,7 +473,7 @@ impl Job {
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
         self.direct_variance = self.map.direct_variance(&self.weights);
-        self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
+        self.judgement = crate::maps::judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
             let broad = self.broad.as_ref();
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, broad);
@@ -498,7 +494,7 @@ impl Job {
             self.history.clear();
         }
         self.seen = Some((self.judgement, self.samples));
-        self.history.add(PastJudgement {
+        self.history.add(crate::maps::PastJudgement {
             samples: self.samples,
             rays: self.rays,
             squared_error: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),

@@ -3,12 +3,14 @@
 mod clock;
 mod expectations;
 mod forecast;
+mod observer;
 
 use std::time::{Duration, Instant};
 
 use self::clock::Clock;
 pub use self::expectations::{Expectation, expectations};
 pub use self::forecast::SlowestMap;
+pub use self::observer::{Observer, Progress, Silent};
 use super::cells::CellSets;
 use super::choice;
 use super::finish::finish;
@@ -20,7 +22,7 @@ use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
 use crate::base::memory::limit_bytes;
 use crate::chain::{NearLights, Stage};
-use crate::control::{Forecast, accepts, after_refusal, needed_work, next_judgement};
+use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::MapKind;
 use crate::scene::Scene;
 
@@ -46,52 +48,6 @@ const LONG_OVER: f64 = 1.1;
 const PATIENCE_S: f64 = 0.5;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
-
-/// How a run stands.
-#[derive(Clone, Debug)]
-pub struct Progress {
-    /// Worst stated error of the bound maps, once all have been judged.
-    pub estimated_error: Option<f64>,
-    /// Target, if one is set.
-    pub target_error: Option<f64>,
-    /// Chains so far, all maps.
-    pub chains: u64,
-    /// Rays so far.
-    pub rays: u64,
-    /// Forecast of the rays at the end, where there is one.
-    pub forecast_rays: Option<Forecast>,
-    /// Forecast of the seconds that remain, where there is one.
-    pub remaining_s: Option<Forecast>,
-    /// The map that the rest of the time goes to most, once there is a forecast.
-    pub slowest_map: Option<SlowestMap>,
-    /// Share of the work done, 0 to 1.
-    pub fraction: f64,
-    /// Seconds since the process started.
-    pub wall_s: f64,
-}
-
-/// Who watches a run: progress goes out, interruptions and the clock come in.
-pub trait Observer: Sync {
-    /// Called after every slice of work.
-    fn progress(&self, _progress: &Progress) {}
-    /// Called once before the work where a time limit ends the run, before its target if it has one: the stated error that it may be
-    /// expected to reach.
-    fn expects(&self, _error: Forecast, _target: Option<f64>) {}
-    /// Whether the user wants to stop.
-    fn is_interrupted(&self) -> bool {
-        false
-    }
-    /// Seconds since the process started. A clock that stands lets no time limit end a run.
-    fn wall_s(&self) -> f64 {
-        0.0
-    }
-}
-
-/// Watches nothing, never interrupts, and its clock stands.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Silent;
-
-impl Observer for Silent {}
 
 /// Solves a scene for the maps asked for.
 ///
