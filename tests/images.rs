@@ -73,8 +73,7 @@ fn agree(what: &str, (one, one_error): (f64, f64), (other, other_error): (f64, f
     assert!((fault * one - other).abs() > T * error, "{what}: the fault of {fault} passed, ± {error}");
 }
 
-const FLOOR: &str =
-    r#"{ "name": "floor", "type": "grid", "origin": [0,0,0], "u": [4,0,0], "v": [0,3,0], "columns": 12, "rows": 9 }"#;
+const FLOOR: &str = r#"{ "name": "floor", "type": "grid", "origin": [0.125,0.125,0], "u": [3.75,0,0], "v": [0,2.75,0], "columns": 16, "rows": 12 }"#;
 const ROOM: &str =
     r#"{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,3,2.5], "facing": "inward", "material": "grey" }"#;
 

@@ -8,7 +8,7 @@ use common::{Silent, T15_QUANTILE_95_4, cube, with_chains};
 use luxmc::maps::MapResult;
 use luxmc::scene::Scene;
 use luxmc::solver::{
-    ElementChoice, MapSelection, Merged, Method, MoreShares, Settings, Share, ShareRecord, Solution, Sums, merge,
+    ElementChoice, MapSelection, MapSums, Merged, Method, MoreShares, Settings, Share, ShareRecord, Solution, merge,
     solve_share,
 };
 
@@ -30,7 +30,7 @@ fn settings(method: Method, target_error: Option<f64>) -> Settings {
 struct Kept {
     solution: Solution,
     record: ShareRecord,
-    sums: Vec<Sums>,
+    sums: Vec<MapSums>,
 }
 
 fn share(scene: &Scene, number: u32, settings: &Settings) -> Kept {

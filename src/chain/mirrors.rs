@@ -21,15 +21,18 @@ pub struct Mirrors {
     pub areas: Vec<u32>,
     /// Whether the facets are all there are in the scene.
     pub are_all: bool,
+    /// Whether walks look for areas in them: where no facet sees another. Between mirrors that face each other a ray that goes on meets
+    /// areas better than looks that stop somewhere.
+    pub walks_look: bool,
     /// Of every triangle's front and back, whether it is a facet.
     is_facet: Vec<[bool; 2]>,
 }
 
 impl Mirrors {
-    /// Whether images of areas in this side of a triangle are looked for.
+    /// Whether walks look for images of areas in this side of a triangle.
     #[inline]
     pub fn shows_areas_in(&self, triangle: u32, side: Side) -> bool {
-        !self.areas.is_empty() && self.is_facet[triangle as usize][side as usize]
+        self.walks_look && self.is_facet[triangle as usize][side as usize]
     }
 }
 
@@ -86,7 +89,11 @@ pub(super) fn mirrors_of(
         // Rays meet areas in what is left out.
         left_out.clear();
     }
-    let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, points, areas, are_all, is_facet });
+    let sees = |one: &Facet, other: &Facet| one.is_before(other) && other.is_before(one);
+    let face_each_other =
+        facets.iter().enumerate().any(|(index, one)| facets[..index].iter().any(|other| sees(one, other)));
+    let walks_look = !areas.is_empty() && !face_each_other;
+    let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, points, areas, are_all, walks_look, is_facet });
     (mirrors, left_out)
 }
 

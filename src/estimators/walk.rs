@@ -518,7 +518,7 @@ fn in_mirrors_lx<F: Fn(DVec3) -> f64>(
         return (0.0, 0);
     };
     let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, to_points, cut, stream);
-    if mirrors.areas.is_empty() || chance < 1.0 && !stream.happens(chance) {
+    if !mirrors.walks_look || chance < 1.0 && !stream.happens(chance) {
         return (points_lx, point_rays);
     }
     let (areas_lx, area_rays) = look_for_areas(stage, mirrors, receiver, to_areas, stream);

@@ -78,7 +78,7 @@ impl MeanSquare {
 
 /// What a map differs by from light computed without a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measured {
+pub struct MeasuredDifference {
     /// Direct part.
     pub direct: MeanSquare,
     /// Indirect part.
@@ -87,7 +87,7 @@ pub struct Measured {
     pub rays: u64,
 }
 
-impl Measured {
+impl MeasuredDifference {
     /// Both parts: their errors have nothing to do with each other.
     pub fn total(&self) -> MeanSquare {
         let standard_error = self.direct.standard_error.hypot(self.indirect.standard_error);
@@ -140,7 +140,7 @@ pub fn measure_direct(
     looks: u64,
     seed: u64,
     map: u32,
-) -> (Measured, Vec<f64>) {
+) -> (MeasuredDifference, Vec<f64>) {
     let exact = looks_are_exact(around.stage) && !entries.are_means() && !entries.have_chance();
     let looks = if exact { 1 } else { looks };
     let judged: Vec<(f64, u64)> = chosen
@@ -170,7 +170,7 @@ pub fn measure_direct(
         .collect();
     let products: Vec<f64> = judged.iter().map(|(product, _)| *product).collect();
     let rays = judged.iter().map(|(_, rays)| rays).sum();
-    (Measured { direct: MeanSquare::of(&products), indirect: MeanSquare::default(), rays }, products)
+    (MeasuredDifference { direct: MeanSquare::of(&products), indirect: MeanSquare::default(), rays }, products)
 }
 
 /// One unbiased sample of the direct light of an entry, without a mesh and with lines of sight of its own, and its rays.

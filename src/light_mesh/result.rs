@@ -4,8 +4,8 @@ use super::classes::{CLASSES, Classes, kind, squares_of};
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
-    Checked, DIRECT_PLACES, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, Measured, ONE_IN_SIXTY, ONE_IN_TWENTY,
-    choose, looks_until, measure_direct,
+    Checked, DIRECT_PLACES, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY,
+    ONE_IN_TWENTY, choose, looks_until, measure_direct,
 };
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
 use super::samples::Samples;
@@ -25,7 +25,7 @@ pub struct TracedMap {
     /// The map.
     pub map: MapResult,
     /// What was measured of its error.
-    pub measured: Measured,
+    pub measured: MeasuredDifference,
     /// What the stated error stays below with 95% probability.
     pub upper_error: f64,
     /// Work of computing it, planning included.
@@ -71,7 +71,7 @@ impl Planner<'_> {
         let rounds = self.complete(entries, map, plan, &mut lights, &mut effort);
 
         // What is stated is checked at places and with numbers that no choice has seen.
-        let mut measured = Measured::default();
+        let mut measured = MeasuredDifference::default();
         let chosen = |most: usize| -> Vec<(usize, EntryLight)> {
             choose(entries, most, seed, map).into_iter().map(|entry| (entry, lights[entry])).collect()
         };
@@ -181,7 +181,7 @@ impl Planner<'_> {
         &self,
         entries: &Entries,
         lights: &[EntryLight],
-        measured: &Measured,
+        measured: &MeasuredDifference,
         squares: impl Fn(&EntryLight) -> f64,
         by_mesh: bool,
     ) -> (MapResult, f64) {

@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use super::ResultFile;
 use crate::maps::REPLICAS;
-use crate::solver::{MapOfShare, Share, ShareRecord, Sums};
+use crate::solver::{MapOfShare, MapSums, Share, ShareRecord};
 
 /// Name of the file.
 pub const SHARE_FILE: &str = "share.luxmc";
@@ -105,7 +105,7 @@ impl ShareError {
 }
 
 /// The file of a share; the digest of its sums is filled in.
-pub fn share_file(header: ShareHeader, sums: &[Sums]) -> ResultFile {
+pub fn share_file(header: ShareHeader, sums: &[MapSums]) -> ResultFile {
     let slabs = || sums.iter().flat_map(slabs_of);
     let mut digest = Sha256::new();
     let mut slab_bytes: Vec<u8> = Vec::new();
@@ -123,7 +123,7 @@ pub fn share_file(header: ShareHeader, sums: &[Sums]) -> ResultFile {
     ResultFile { name: SHARE_FILE.to_owned(), bytes }
 }
 
-fn slabs_of(sums: &Sums) -> impl Iterator<Item = &Vec<f64>> {
+fn slabs_of(sums: &MapSums) -> impl Iterator<Item = &Vec<f64>> {
     sums.direct.iter().chain(&sums.indirect).chain([&sums.cells_profile])
 }
 
@@ -178,7 +178,7 @@ impl ShareFile {
     /// # Errors
     ///
     /// Sums that are not those that were written.
-    pub fn sums(&self) -> Result<Vec<Sums>, ShareError> {
+    pub fn sums(&self) -> Result<Vec<MapSums>, ShareError> {
         let unreadable = |error: std::io::Error| ShareError::unreadable(&self.path, &error);
         let mut reader = File::open(&self.path).map_err(unreadable)?;
         reader.seek(SeekFrom::Start(self.begin)).map_err(unreadable)?;
@@ -195,7 +195,7 @@ impl ShareFile {
             let mut slabs = || (0..REPLICAS).map(|_| slab(map.entries)).collect::<Result<Vec<_>, _>>();
             let (direct, indirect) = (slabs()?, slabs()?);
             let cells_profile = if map.cells_error.is_some() { slab(map.entries)? } else { Vec::new() };
-            all.push(Sums { direct, indirect, cells_profile });
+            all.push(MapSums { direct, indirect, cells_profile });
         }
         if hexadecimal(digest) != self.header.sums_sha256 {
             return Err(ShareError::damaged(&self.path, "sums whose digest is not the one in the header"));

@@ -41,6 +41,13 @@ impl Facet {
         (point_m - self.corners_m[0]).dot(self.normal)
     }
 
+    /// Whether a part of another facet lies before the side that reflects, beyond rounding.
+    pub fn is_before(&self, other: &Facet) -> bool {
+        let size_m =
+            other.corners_m.iter().map(|corner_m| (*corner_m - self.corners_m[0]).length()).fold(0.0, f64::max);
+        other.corners_m.iter().any(|corner_m| self.height_m(*corner_m) > 1e-9 * size_m)
+    }
+
     /// The image of a point.
     pub fn image_m(&self, point_m: DVec3) -> DVec3 {
         point_m - self.normal * (2.0 * self.height_m(point_m))

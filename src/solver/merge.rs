@@ -9,7 +9,7 @@ use super::finish::finish;
 use super::job::{Context, Engine, Job};
 use super::pace::{Pace, TimeLeft};
 use super::run::DEFAULT_TARGET_ERROR;
-use super::share::{MapOfShare, ShareRecord, Sums};
+use super::share::{MapOfShare, MapSums, ShareRecord};
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ErrorParts, Settings, Solution, StopReason};
 use crate::chain::Stage;
@@ -48,7 +48,7 @@ pub fn merge<E>(
     scene: &Scene,
     settings: &Settings,
     shares: &[ShareRecord],
-    mut load: impl FnMut(usize) -> Result<Vec<Sums>, E>,
+    mut load: impl FnMut(usize) -> Result<Vec<MapSums>, E>,
 ) -> Result<Merged, E> {
     let started = Instant::now();
     let stage = Stage::new(scene);
@@ -160,7 +160,7 @@ impl MergedMap {
     }
 
     /// Adds the sums of a share, as means times its weight.
-    fn add(&mut self, share: &MapOfShare, sums: &Sums) {
+    fn add(&mut self, share: &MapOfShare, sums: &MapSums) {
         let weights = match self.is_alike {
             true => [share.direct_samples.complete, share.indirect_samples.complete],
             false => [share.rays.max(1); 2],
@@ -217,7 +217,7 @@ struct CellsOfShares {
 }
 
 impl CellsOfShares {
-    fn add(&mut self, weight: f64, share: &MapOfShare, sums: &Sums) {
+    fn add(&mut self, weight: f64, share: &MapOfShare, sums: &MapSums) {
         self.measured.push((weight, share.cells_error));
         for (all, unsure) in self.profile.iter_mut().zip(&sums.cells_profile) {
             *all += weight * unsure;

@@ -29,7 +29,7 @@ pub use merge::{Merged, MoreShares, merge};
 pub use run::{
     DEFAULT_TARGET_ERROR, Expectation, Observer, Progress, Silent, SlowestMap, expectations, map_requests, solve,
 };
-pub use share::{MapOfShare, Share, ShareRecord, Sums, solve_share};
+pub use share::{MapOfShare, MapSums, Share, ShareRecord, solve_share};
 pub use solution::*;
 pub use spending::{Activity, Spending};
 pub use verdicts::{Finding, Verdict, verdicts};

@@ -16,7 +16,7 @@ use super::choice;
 use super::finish::finish;
 use super::job::{Context, Engine, Job, Refinement};
 use super::pace::{Pace, TimeLeft};
-use super::share::{MapOfShare, Share, Sums, sums_of};
+use super::share::{MapOfShare, MapSums, Share, sums_of};
 use super::sparse::fill_sparse_elements;
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
@@ -63,7 +63,7 @@ pub(super) fn solve_as(
     settings: &Settings,
     share: Option<Share>,
     observer: &dyn Observer,
-) -> (Solution, Vec<(MapOfShare, Sums)>) {
+) -> (Solution, Vec<(MapOfShare, MapSums)>) {
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();

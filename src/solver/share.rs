@@ -78,7 +78,7 @@ pub struct MapOfShare {
 
 /// The sums of a share's map.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sums {
+pub struct MapSums {
     /// One slab a replica: sums of direct scores in lx.
     pub direct: Vec<Vec<f64>>,
     /// One slab a replica: sums of indirect scores (lx, or counts of packets).
@@ -87,7 +87,7 @@ pub struct Sums {
     pub cells_profile: Vec<f64>,
 }
 
-impl Sums {
+impl MapSums {
     /// Whether all replicas are equal.
     fn are_without_chance(&self) -> bool {
         let are_equal = |slabs: &[Vec<f64>]| slabs.windows(2).all(|pair| pair[0] == pair[1]);
@@ -131,15 +131,15 @@ pub fn solve_share(
     settings: &Settings,
     share: Share,
     observer: &dyn Observer,
-) -> (Solution, ShareRecord, Vec<Sums>) {
+) -> (Solution, ShareRecord, Vec<MapSums>) {
     let (solution, maps) = solve_as(scene, settings, Some(share), observer);
-    let (maps, sums): (Vec<MapOfShare>, Vec<Sums>) = maps.into_iter().unzip();
-    let record = ShareRecord::of(&solution, maps, sums.iter().all(Sums::are_without_chance));
+    let (maps, sums): (Vec<MapOfShare>, Vec<MapSums>) = maps.into_iter().unzip();
+    let record = ShareRecord::of(&solution, maps, sums.iter().all(MapSums::are_without_chance));
     (solution, record, sums)
 }
 
 /// What a finished job leaves for a merge.
-pub(super) fn sums_of(job: &Job) -> (MapOfShare, Sums) {
+pub(super) fn sums_of(job: &Job) -> (MapOfShare, MapSums) {
     let map = &job.map;
     let counts_packets = matches!(map.indirect_unit_lx, Unit::Packets { .. });
     let about = MapOfShare {
@@ -160,5 +160,5 @@ pub(super) fn sums_of(job: &Job) -> (MapOfShare, Sums) {
         ends: job.ends,
     };
     let cells_profile = map.cells_error.as_ref().map_or_else(Vec::new, CellsError::profile);
-    (about, Sums { direct: map.direct.clone(), indirect: map.indirect.clone(), cells_profile })
+    (about, MapSums { direct: map.direct.clone(), indirect: map.indirect.clone(), cells_profile })
 }
