@@ -91,8 +91,8 @@ pub(super) fn mirrors_of(
     }
     let sees = |one: &Facet, other: &Facet| one.is_before(other) && other.is_before(one);
     let face_each_other =
-        facets.iter().enumerate().any(|(index, one)| facets[..index].iter().any(|other| sees(one, other)));
-    let walks_look = !areas.is_empty() && !face_each_other;
+        || facets.iter().enumerate().any(|(index, one)| facets[..index].iter().any(|other| sees(one, other)));
+    let walks_look = !areas.is_empty() && !face_each_other();
     let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, points, areas, are_all, walks_look, is_facet });
     (mirrors, left_out)
 }

@@ -168,12 +168,14 @@ impl NearLights {
             }
             let normal = stage.normal(hit.triangle, hit.side);
             let law = stage.law(hit.triangle);
-            // A sheet spreads to either side.
-            let is_behind = (to.0 - stage.tracer.position_m(&stage.leave(&hit, Way::Spread))).dot(normal) < 0.0;
             let (leaving, way) = match law {
                 Law::Diffuse(law) => (law.reflectance, Way::Spread),
-                Law::Translucent(law) if is_behind => (law.transmittance, Way::SpreadThrough),
-                Law::Translucent(law) => (law.reflectance, Way::Spread),
+                // A sheet spreads to either side.
+                Law::Translucent(law) => {
+                    let lit_m = stage.tracer.position_m(&stage.leave(&hit, Way::Spread));
+                    let is_behind = (to.0 - lit_m).dot(normal) < 0.0;
+                    if is_behind { (law.transmittance, Way::SpreadThrough) } else { (law.reflectance, Way::Spread) }
+                }
                 Law::Glass(_) => match law.sample(emitted.direction, normal, stream) {
                     Some(scattered) if scattered.way == Way::Passed => {
                         origin = stage.leave(&hit, scattered.way);

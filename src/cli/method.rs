@@ -21,6 +21,21 @@ pub enum MethodChoice {
     LightMesh,
 }
 
+impl MethodChoice {
+    /// The name of a method that traces no chains, and whose error is no matter of their chance.
+    pub fn name_without_chains(self) -> Option<&'static str> {
+        match self {
+            MethodChoice::Radiosity => Some("radiosity"),
+            MethodChoice::LightMesh => Some("light-mesh"),
+            MethodChoice::Auto
+            | MethodChoice::Gather
+            | MethodChoice::Collision
+            | MethodChoice::Local
+            | MethodChoice::LocalNaive => None,
+        }
+    }
+}
+
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<MethodChoice, String> {
     const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance without lobes)";

@@ -20,16 +20,7 @@ pub fn check(share: Share, scene: &Scene, settings: &Settings, method: MethodCho
         let [what, expected, remedy] = [what, expected, remedy].map(str::to_owned);
         Err(Failure::Usage { what, got, expected, remedy })
     };
-    let without_shares = match method {
-        MethodChoice::Radiosity => Some("radiosity"),
-        MethodChoice::LightMesh => Some("light-mesh"),
-        MethodChoice::Auto
-        | MethodChoice::Gather
-        | MethodChoice::Collision
-        | MethodChoice::Local
-        | MethodChoice::LocalNaive => None,
-    };
-    if let Some(name) = without_shares {
+    if let Some(name) = method.name_without_chains() {
         return refuse(
             "the error of this method is no matter of chance: every share would have the same",
             format!("{asked} --method {name}"),

@@ -243,16 +243,7 @@ fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> St
 }
 
 fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failure> {
-    let without_chains = match arguments.method {
-        MethodChoice::Radiosity => Some("radiosity"),
-        MethodChoice::LightMesh => Some("light-mesh"),
-        MethodChoice::Auto
-        | MethodChoice::Gather
-        | MethodChoice::Collision
-        | MethodChoice::Local
-        | MethodChoice::LocalNaive => None,
-    };
-    if let (Some(method), Some(chains)) = (without_chains, arguments.chains) {
+    if let (Some(method), Some(chains)) = (arguments.method.name_without_chains(), arguments.chains) {
         return Err(Failure::Usage {
             what: format!("{method} traces no chains"),
             got: format!("--chains {chains} with --method {method}"),

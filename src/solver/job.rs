@@ -7,6 +7,7 @@ mod ends;
 mod engine;
 mod expected;
 mod forecast;
+mod judged;
 mod merged;
 mod walking;
 
@@ -28,16 +29,16 @@ use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
 use super::guide::Guide;
-use super::local::{Kernel, LocalPlan};
+use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
 use super::pace::{Pace, TimeLeft};
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::spending::{Activity, Spending};
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT, statistical_checks};
+use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT};
 use crate::estimators::ahead::Expectations;
-use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, ScoreEvidence, StatisticalCheck, Tally, Unit};
+use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge};
 use crate::scene::{Elements, Quantity, Scene};
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
@@ -219,10 +220,33 @@ impl Job {
         let entries = map.len();
         let cutting_rays = adaptive.as_ref().map_or(0, |adaptive| adaptive.pilot_rays);
         Job {
+            adaptive,
+            pilot_rays: direct.pilot_rays + indirect.pilot_rays + cutting_rays,
+            method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
+            direct,
+            indirect,
+            walked: indirect,
+            share: DirectShare::of(direct, indirect, [entries; 2]),
+            expectations,
+            local,
+            ..Job::bare(context, kind, elements, (map, weights), bound, engine)
+        }
+    }
+
+    /// A job for a map without any sample, pilot or plan.
+    fn bare(
+        context: &Context,
+        kind: MapKind,
+        elements: Elements,
+        (map, weights): (ReplicaMap, Vec<f64>),
+        bound: bool,
+        engine: Engine,
+    ) -> Job {
+        Job {
             name: kind.name(context.scene).to_owned(),
             kind,
             elements,
-            adaptive,
+            adaptive: None,
             broad: None,
             map,
             weights,
@@ -233,7 +257,7 @@ impl Job {
             samples: 0,
             next_judgement: 0,
             rays: 0,
-            pilot_rays: direct.pilot_rays + indirect.pilot_rays + cutting_rays,
+            pilot_rays: 0,
             direct_rays: 0,
             offered: None,
             given_up_rays: 0,
@@ -246,7 +270,7 @@ impl Job {
             refusals: 0,
             refused: false,
             engine,
-            method_reason: if context.method == Method::Auto { "no other applies" } else { "asked for" }.to_owned(),
+            method_reason: String::new(),
             direct_variance: 0.0,
             asks: None,
             cell_goal: CellGoal::default(),
@@ -255,14 +279,14 @@ impl Job {
             judged_samples: 0,
             seen: None,
             pace: ErrorHistory::default(),
-            direct,
-            indirect,
-            walked: indirect,
-            share: DirectShare::of(direct, indirect, [entries; 2]),
-            expectations,
+            direct: PartCost::default(),
+            indirect: PartCost::default(),
+            walked: PartCost::default(),
+            share: DirectShare::default(),
+            expectations: Expectations::default(),
             loss: Loss::default(),
             guide: None,
-            local,
+            local: None,
             black: !context.stage.reflects(),
         }
     }
@@ -473,7 +497,7 @@ impl Job {
     pub fn judge(&mut self, context: &Context) {
         self.judged_samples = self.samples;
         self.direct_variance = self.map.direct_variance(&self.weights);
-        self.judgement = crate::maps::judge(&self.map, self.weights.iter().copied().enumerate());
+        self.judgement = judge(&self.map, self.weights.iter().copied().enumerate());
         if let Some(adaptive) = &self.adaptive {
             let broad = self.broad.as_ref();
             self.loss = adaptive.loss(context, &self.elements, self.site_weights(), &self.map, broad);
@@ -482,48 +506,13 @@ impl Job {
         }
         self.pace.note(self.samples, &self.judgement);
         self.learn_directions();
-        if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
-            // Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
-            let bound = PACKETS_OF_A_BOUND / self.chains() as f64 * self.flux_over_map(context);
-            self.judgement.halves_error = self.judgement.halves_error.max(bound);
-            self.judgement.expected_error = self.judgement.expected_error.max(bound);
-            self.judgement.unseen = false;
-        }
+        self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gathering {
             // Cells know more at every look: its samples are not those of the look before and some more.
             self.history.clear();
         }
         self.seen = Some((self.judgement, self.samples));
-        self.history.add(crate::maps::PastJudgement {
-            samples: self.samples,
-            rays: self.rays,
-            squared_error: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
-            degrees_of_freedom: self.judgement.degrees_of_freedom,
-            means_lx: self.judgement.means_lx,
-        });
-    }
-
-    /// What single scores say of direct light and of indirect.
-    pub(super) fn score_parts(&self) -> [ScoreEvidence; 2] {
-        let [direct, _] = self.map.score_evidence();
-        let [_, mut indirect] = self.gathered().score_evidence();
-        if matches!(self.engine, Engine::Gathering | Engine::Connecting(Kernel::Bounded)) {
-            // What cells answer and the bounded kernel have an end, however the largest scores fall off: pooled over entries of
-            // many sizes they look like a tail.
-            indirect.shape = None;
-        }
-        [direct, indirect]
-    }
-
-    /// Asks the statistical checks about what has been judged; whether all pass.
-    pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
-        let parts = self.score_parts();
-        self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since, target_error);
-        let all_pass = self.checks.iter().all(|check| check.passed);
-        if !all_pass {
-            self.held_since.get_or_insert(self.samples);
-        }
-        all_pass
+        self.note_judgement();
     }
 
     /// Flux of all luminaires over the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.

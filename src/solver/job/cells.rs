@@ -317,7 +317,8 @@ impl Job {
                 parts.growth(chance_lx)
             }
             None if self.refused => {
-                let few = usize::from(self.score_parts()[1].fourth > self.score_parts()[0].fourth);
+                let [of_direct, of_rays] = self.score_parts().map(|part| part.fourth);
+                let few = usize::from(of_rays > of_direct);
                 let mut factors = [1.0; KINDS];
                 factors[few] = 2.0;
                 CellGrowth { factors, all_walk: false, rays: parts.rays[few], reaches: true }

@@ -1,9 +1,8 @@
 //! Jobs that shares have done: their sums are added, and judged like those of any other.
 
-use super::{CellGoal, DirectShare, Ends, ErrorHistory, Expectations, History, Judgement, Loss, PartCost, Spending};
-use super::{Context, Engine, Job, PACKETS_OF_A_BOUND, REPLICAS};
+use super::{Context, Engine, Job};
 use crate::control::accepts;
-use crate::maps::{MapKind, PastJudgement, ReplicaMap, Unit, judge};
+use crate::maps::{MapKind, ReplicaMap, Unit, judge};
 use crate::scene::Elements;
 use crate::solver::local::Kernel;
 
@@ -38,53 +37,7 @@ impl Job {
         if !counts_packets {
             map.indirect_unit_lx = Unit::Lux;
         }
-        Job {
-            name: kind.name(context.scene).to_owned(),
-            kind,
-            elements,
-            adaptive: None,
-            broad: None,
-            map,
-            weights,
-            bound,
-            met: false,
-            finest: false,
-            before_cut: None,
-            samples: 0,
-            next_judgement: 0,
-            rays: 0,
-            pilot_rays: 0,
-            direct_rays: 0,
-            offered: None,
-            given_up_rays: 0,
-            spending: Spending::default(),
-            ends: [Ends::default(); REPLICAS],
-            judgement: Judgement::default(),
-            history: History::default(),
-            checks: Vec::new(),
-            held_since: None,
-            refusals: 0,
-            refused: false,
-            engine,
-            method_reason: String::new(),
-            direct_variance: 0.0,
-            asks: None,
-            cell_goal: CellGoal::default(),
-            cell_growth: None,
-            plan_bounds: None,
-            judged_samples: 0,
-            seen: None,
-            pace: ErrorHistory::default(),
-            direct: PartCost::default(),
-            indirect: PartCost::default(),
-            walked: PartCost::default(),
-            share: DirectShare::default(),
-            expectations: Expectations::default(),
-            guide: None,
-            loss: Loss::default(),
-            local: None,
-            black: !context.stage.reflects(),
-        }
+        Job::bare(context, kind, elements, (map, weights), bound, engine)
     }
 
     /// Judges sums that so many chains have made. Shares know nothing of each other, so that the looks after each are a history.
@@ -93,19 +46,8 @@ impl Job {
         self.samples = if self.black { map.direct_samples.complete } else { map.indirect_samples.complete };
         self.judged_samples = self.samples;
         self.judgement = judge(map, self.weights.iter().copied().enumerate());
-        if self.judgement.unseen && !self.judgement.dark && self.engine != Engine::Gathering {
-            let bound = PACKETS_OF_A_BOUND / chains.max(1) as f64 * self.flux_over_map(context);
-            self.judgement.halves_error = self.judgement.halves_error.max(bound);
-            self.judgement.expected_error = self.judgement.expected_error.max(bound);
-            self.judgement.unseen = false;
-        }
-        self.history.add(PastJudgement {
-            samples: self.samples,
-            rays: self.rays,
-            squared_error: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
-            degrees_of_freedom: self.judgement.degrees_of_freedom,
-            means_lx: self.judgement.means_lx,
-        });
+        self.bound_unseen(context, chains.max(1));
+        self.note_judgement();
     }
 
     /// Holds merged sums against the target, and against the statistical checks.

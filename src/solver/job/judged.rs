@@ -1,0 +1,53 @@
+//! What becomes of a job's judgement, whether it made its samples itself or shares did.
+
+use super::{Context, Engine, Job, PACKETS_OF_A_BOUND};
+use crate::control::statistical_checks;
+use crate::maps::{PastJudgement, ScoreEvidence};
+use crate::solver::local::Kernel;
+
+impl Job {
+    /// Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
+    pub(super) fn bound_unseen(&mut self, context: &Context, chains: u64) {
+        if !self.judgement.unseen || self.judgement.dark || self.engine == Engine::Gathering {
+            return;
+        }
+        let bound = PACKETS_OF_A_BOUND / chains as f64 * self.flux_over_map(context);
+        self.judgement.halves_error = self.judgement.halves_error.max(bound);
+        self.judgement.expected_error = self.judgement.expected_error.max(bound);
+        self.judgement.unseen = false;
+    }
+
+    /// Keeps the judgement among those of its samples.
+    pub(super) fn note_judgement(&mut self) {
+        self.history.add(PastJudgement {
+            samples: self.samples,
+            rays: self.rays,
+            squared_error: (self.judgement.expected_error * self.judgement.mean_lx).powi(2),
+            degrees_of_freedom: self.judgement.degrees_of_freedom,
+            means_lx: self.judgement.means_lx,
+        });
+    }
+
+    /// What single scores say of direct light and of indirect.
+    pub(super) fn score_parts(&self) -> [ScoreEvidence; 2] {
+        let [direct, _] = self.map.score_evidence();
+        let [_, mut indirect] = self.gathered().score_evidence();
+        if matches!(self.engine, Engine::Gathering | Engine::Connecting(Kernel::Bounded)) {
+            // What cells answer and the bounded kernel have an end, however the largest scores fall off: pooled over entries of
+            // many sizes they look like a tail.
+            indirect.shape = None;
+        }
+        [direct, indirect]
+    }
+
+    /// Asks the statistical checks about what has been judged; whether all pass.
+    pub fn passes_checks(&mut self, target_error: Option<f64>) -> bool {
+        let parts = self.score_parts();
+        self.checks = statistical_checks(&self.history, parts, &self.judgement, self.held_since, target_error);
+        let all_pass = self.checks.iter().all(|check| check.passed);
+        if !all_pass {
+            self.held_since.get_or_insert(self.samples);
+        }
+        all_pass
+    }
+}
