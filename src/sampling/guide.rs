@@ -42,13 +42,16 @@ impl Density {
         ([u, v], 1.0 / (BINS as f64 * across * along))
     }
 
+    /// The weight of samples in a bin.
+    #[inline]
+    pub fn weight(&self, bin: usize) -> f64 {
+        let (column, row) = (bin / ACROSS, bin % ACROSS);
+        1.0 / (BINS as f64 * length(&self.columns, column) * length(&self.rows[column], row))
+    }
+
     /// Second moment of the weighted scores over that of even ones, where those of bins are given.
     pub fn second_moment(&self, squares: &[f64; BINS]) -> f64 {
-        let of_bin = |bin: usize| {
-            let (column, row) = (bin / ACROSS, bin % ACROSS);
-            squares[bin] / (length(&self.columns, column) * length(&self.rows[column], row))
-        };
-        (0..BINS).map(of_bin).sum::<f64>() / (BINS * BINS) as f64
+        (0..BINS).map(|bin| squares[bin] * self.weight(bin)).sum::<f64>() / BINS as f64
     }
 }
 

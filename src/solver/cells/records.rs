@@ -8,15 +8,16 @@ use crate::estimators::cells::{Question, Term};
 pub struct Records {
     /// Of every ray, pass by pass: the cell that it asked.
     pub terms: Vec<Term>,
-    /// Part of the hemisphere into which it went.
+    /// Bin of the direction into which it went.
     pub bins: Vec<u8>,
-    /// What it found beside, in lx; empty where rays can find nothing else.
+    /// What it found beside, in lx.
     pub plain_lx: Vec<f32>,
     /// Where in its element it began; empty where elements show no slopes.
     pub starts: Vec<[f32; 2]>,
     /// Of every walk, pass by pass: what it found beside cells, in lx, and the number of terms up to its end.
     pub walks: Vec<(f32, u32)>,
     pub walk_terms: Vec<Term>,
+    pub walk_bins: Vec<u8>,
     pub walk_starts: Vec<[f32; 2]>,
     /// Places among the terms of rays, and of walks, whose cells are new.
     pub new: Vec<(u32, Question)>,
@@ -28,6 +29,7 @@ impl Records {
     pub fn bytes(&self) -> usize {
         size_of::<Term>() * (self.terms.capacity() + self.walk_terms.capacity())
             + self.bins.capacity()
+            + self.walk_bins.capacity()
             + size_of::<f32>() * self.plain_lx.capacity()
             + size_of::<[f32; 2]>() * (self.starts.capacity() + self.walk_starts.capacity())
             + size_of::<(f32, u32)>() * self.walks.capacity()
@@ -43,7 +45,7 @@ impl Records {
     /// What each of the first rays brought, by the light that cells have now, in lx.
     pub fn told_lx(&self, cells: &CellLight, rays: usize) -> Vec<f32> {
         let mut told: Vec<f32> =
-            self.terms[..rays].iter().map(|term| term.factor * cells.value_lx(term.asked)).collect();
+            self.terms[..rays].iter().map(|term| term.factor * cells.value_lx(term.cell)).collect();
         told.iter_mut().zip(&self.plain_lx).for_each(|(told, plain_lx)| *told += plain_lx);
         told
     }
