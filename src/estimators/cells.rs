@@ -247,7 +247,9 @@ pub fn residual_walk(
         return (0.0, rays);
     };
     let weight = weight * here.reflectance;
-    while rays < MOST_RAYS_OF_A_WALK {
+    let mut surfaces = 0;
+    while rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(surfaces) {
+        surfaces += 1;
         ask(here.question(grid, -weight));
         let receiver = here.place.receiver();
         if !here.indirect_alone
@@ -268,5 +270,6 @@ pub fn residual_walk(
         }
         here = next;
     }
+    stage.patience.note_walk_given_up();
     (plain_lx, rays)
 }
