@@ -201,6 +201,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let cells = CELLS.map(fill_cells).map(|[peak, cells, _]| (peak, cells));
     print_row("cell of the gathering cache", "with one sample, solved for", cells);
     let samples = SAMPLES.map(fill_cells).map(|[peak, _, samples]| (peak, samples));
-    print_row("further sample in a cell", "640,000 cells, solved for", samples);
+    print_row("further sample in a cell", "in 640,000 places, solved for", samples);
     Ok(())
 }
