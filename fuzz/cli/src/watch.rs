@@ -70,7 +70,8 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let reading_s = match status.code() {
         // Inspected or refused.
         _ if !limits.writes => READING_S,
-        Some(2) => READING_S,
+        // Refused, or out of memory before a summary could tell.
+        Some(2 | 4) => READING_S,
         _ => read_s(&out),
     };
     let is_late = took_s > 1.1 * limits.time_limit_s + limits.beyond_s + reading_s;
