@@ -1,6 +1,7 @@
 //! The command line: arguments, progress, exit codes. Nothing outside this room prints.
 
 mod arguments;
+mod beforehand;
 mod compare;
 mod completions;
 mod console;

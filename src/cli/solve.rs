@@ -5,6 +5,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 
+use super::beforehand::Beforehand;
 use super::dry_run::{self, dry_run};
 use super::exit::Failure;
 use super::memory::{check_memory, limit_memory};
@@ -107,6 +108,10 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     if arguments.allow_large {
         allow_large_files();
     }
+    let beforehand = arguments.time_limit.and_then(|limit_s| Some((limit_s, Beforehand::of(&arguments.scene)?)));
+    if let Some(line) = beforehand.and_then(|(limit_s, scene)| scene.line(limit_s)) {
+        console::message(&line);
+    }
     let reading = format!("reading and checking {}", arguments.scene.display());
     let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(&arguments.scene))?;
     check_proportions(&mut scene, &arguments.scene.display().to_string())?;
@@ -142,7 +147,8 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         console::message(&format!("warning: {warning}"));
     }
 
-    if let Some(line) = late_line(arguments.time_limit, started.elapsed().as_secs_f64()) {
+    let rest_s = beforehand.map_or(0.0, |(_, scene)| scene.rest_after_s(read_s));
+    if let Some(line) = late_line(arguments.time_limit, started.elapsed().as_secs_f64(), rest_s) {
         console::message(&line);
     }
 
@@ -286,7 +292,7 @@ fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, 
     let mut rules = Vec::new();
     rules.extend(arguments.share.map(|share| format!("share {} of {}", share.number, share.of)));
     rules.extend(settings.target_error.map(|error| format!("target {}", percent(error))));
-    rules.extend(settings.chains.map(|chains| format!("{chains} chains")));
+    rules.extend(settings.chains.map(|chains| counted(chains as usize, "chain")));
     rules.extend(settings.time_limit_s.map(|limit_s| format!("time limit {}", time(limit_s))));
     if rules.is_empty() {
         rules.push("target 1 %".to_owned());
@@ -305,12 +311,14 @@ fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, 
     )
 }
 
-/// What is told before the run where reading alone has taken all the time there was.
-fn late_line(time_limit_s: Option<f64>, read_s: f64) -> Option<String> {
+/// What is told before the run where reading alone has taken all the time there was, with the time that making ready and writing take.
+fn late_line(time_limit_s: Option<f64>, read_s: f64, rest_s: f64) -> Option<String> {
     let limit_s = time_limit_s.filter(|limit_s| read_s >= *limit_s)?;
+    let rest =
+        if rest_s > 0.0 { format!(", some {} with making ready and writing", time(rest_s)) } else { String::new() };
     Some(format!(
-        "warning: reading and checking the scene took {}, more than the time limit of {}: what follows is a first look, and a limit \
-         leaves time to compute from twice that on",
+        "warning: reading and checking the scene took {}, more than the time limit of {}: what follows is a first look{rest}, and a \
+         limit leaves time to compute from twice all that on",
         time(read_s),
         time(limit_s)
     ))

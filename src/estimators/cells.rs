@@ -287,7 +287,9 @@ pub fn residual_walk(
         return Walked { plain_lx, bin, rays };
     };
     let weight = weight * weight_of_first * here.reflectance;
-    while rays < MOST_RAYS_OF_A_WALK {
+    let mut surfaces = 0;
+    while rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(surfaces) {
+        surfaces += 1;
         ask(here.question(grid, -weight));
         let (beside_lx, met, more_rays) = send(stage, &here.place.receiver(), cut, stream);
         plain_lx += weight * beside_lx;
@@ -301,5 +303,6 @@ pub fn residual_walk(
         }
         here = next;
     }
+    stage.patience.note_walk_given_up();
     Walked { plain_lx, bin, rays }
 }

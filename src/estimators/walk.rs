@@ -241,7 +241,7 @@ struct Start {
     looked_back: Option<LookedBack>,
 }
 
-/// Rays after which a walk ends: thirty times its expected length in the whitest room that is taken. Only in a white place that
+/// Rays after which a walk is given up: thirty times its expected length in the whitest room that is taken. Only in a white place that
 /// no luminaire's light enters walks come to that, and would go on for ever.
 pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
 
@@ -263,8 +263,10 @@ fn follow_lm_m2(
     let (mut sum_lm_m2, mut rays) = (0.0, 0);
     let mut is_first = true;
     let mut weight = 1.0;
-    while rays < MOST_RAYS_OF_A_WALK {
+    let mut surfaces = 0;
+    while rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(surfaces) {
         rays += 1;
+        surfaces += 1;
         let hit = match stage.tracer.first_hit(&origin, direction) {
             Meeting::Surface(hit) => hit,
             Meeting::Ball(luminaire) => {
@@ -367,6 +369,7 @@ fn follow_lm_m2(
         }
         direction = scattered.direction;
     }
+    stage.patience.note_walk_given_up();
     (sum_lm_m2, rays)
 }
 

@@ -20,6 +20,10 @@ pub const SHARE_FILE: &str = "share.luxmc";
 const FORMAT: &str = "luxmc share 1";
 /// A longer line is no header.
 const LONGEST_HEADER: u64 = 1 << 28;
+/// No run counts further.
+const MOST_COUNTED: u64 = 1 << 53;
+/// No sum of illuminances comes to more: the brightest luminaire has 1e30 lm. Its fourth power is a number.
+const MOST_SUMMED: f64 = 1e70;
 
 /// What a share tells of itself.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -140,6 +144,10 @@ pub fn read_share(directory: &Path) -> Result<ShareFile, ShareError> {
     let path = directory.join(SHARE_FILE);
     let unreadable = |error: std::io::Error| ShareError::unreadable(&path, &error);
     let damaged = |got: &str| ShareError::damaged(&path, got);
+    // A pipe would keep one waiting when it is opened already.
+    if !std::fs::metadata(&path).map_err(unreadable)?.is_file() {
+        return Err(unreadable(std::io::Error::other("a directory, device or pipe")));
+    }
     let file = File::open(&path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
     let mut reader = BufReader::new(file);
@@ -162,6 +170,11 @@ pub fn read_share(directory: &Path) -> Result<ShareFile, ShareError> {
     if wanted != Some(length) {
         let wanted = wanted.map_or("more than there can be".to_owned(), |bytes| bytes.to_string());
         return Err(damaged(&format!("{length} bytes, where its header tells of {wanted}")));
+    }
+    let record = &header.record;
+    let of_maps = record.maps.iter().flat_map(|map| [map.chains, map.rays]);
+    if let Some(count) = of_maps.chain([record.chains, record.rays]).find(|count| *count > MOST_COUNTED) {
+        return Err(damaged(&format!("a header that counts {count} chains or rays")));
     }
     Ok(ShareFile { path, header, begin })
 }
@@ -199,6 +212,13 @@ impl ShareFile {
         }
         if hexadecimal(digest) != self.header.sums_sha256 {
             return Err(ShareError::damaged(&self.path, "sums whose digest is not the one in the header"));
+        }
+        // What is no number is no less.
+        if !all.iter().flat_map(slabs_of).flatten().all(|value| value.abs() <= MOST_SUMMED) {
+            return Err(ShareError::damaged(
+                &self.path,
+                format!("sums that are no numbers, or beyond {MOST_SUMMED:e}"),
+            ));
         }
         Ok(all)
     }

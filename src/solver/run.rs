@@ -97,6 +97,7 @@ pub(super) fn solve_as(
         pace,
     };
     let (piloted, begun_wall_s) = (Instant::now(), observer.wall_s());
+    give_up_long_paths(&stage, settings, begun_wall_s);
     let mut run = Run {
         context: &context,
         settings,
@@ -160,6 +161,18 @@ pub(super) fn solve_as(
 /// Whether a time limit has passed so long ago that what shows nothing yet is left out.
 fn is_long_over(settings: &Settings, observer: &dyn Observer) -> bool {
     settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S)
+}
+
+/// Lets long paths be given up once that is so: a single one may take longer than all that a limit leaves. A clock that stands ends nothing.
+fn give_up_long_paths(stage: &Stage, settings: &Settings, wall_s: f64) {
+    let Some(limit_s) = settings.time_limit_s.filter(|_| wall_s > 0.0) else {
+        return;
+    };
+    let left_s = (LONG_OVER * limit_s + PATIENCE_S - wall_s).max(0.0);
+    let left = Duration::try_from_secs_f64(left_s).ok();
+    if let Some(time) = left.and_then(|left| Instant::now().checked_add(left)) {
+        stage.patience.end_at(time);
+    }
 }
 
 /// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there.
