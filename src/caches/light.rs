@@ -3,7 +3,10 @@
 //! A sample at a place of cell c found direct light D, light that needs no cell P, and a surface of reflectance ρ in cell z.
 //! The illuminance of the cell is H_c = mean(D + P + ρ H_z): a sparse system that sweeps solve without a ray.
 
+use serde::{Deserialize, Serialize};
+
 use super::CellGrid;
+use crate::base::memory::bytes_of_list;
 
 /// Relative change of the sum of all cells in a sweep below which the system counts as solved.
 const SOLVED: f64 = 1e-6;
@@ -18,7 +21,7 @@ const ENOUGH_SAMPLES: f64 = 4.0;
 const OF_NO_SAMPLE: f64 = 0.5;
 
 /// A cell and what of its light is asked for: all, or indirect light alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CellRef(u32);
 
 impl CellRef {
@@ -45,7 +48,7 @@ impl CellRef {
 }
 
 /// What a ray from a place of a cell found.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct CellSample {
     /// Cell that the place belongs to.
     pub cell: u32,
@@ -60,7 +63,7 @@ pub struct CellSample {
 }
 
 /// Cells of one half and their light.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CellLight {
     /// Where they lie.
     pub grid: CellGrid,
@@ -105,10 +108,10 @@ impl CellLight {
     /// Bytes that cells and samples take.
     pub fn bytes(&self) -> usize {
         self.grid.bytes()
-            + self.samples.capacity() * size_of::<CellSample>()
-            + self.counts.capacity() * size_of::<u16>()
-            + self.values_lx.capacity() * size_of::<[f32; 2]>()
-            + self.variances_lx2.capacity() * size_of::<f32>()
+            + bytes_of_list(&self.samples)
+            + bytes_of_list(&self.counts)
+            + bytes_of_list(&self.values_lx)
+            + bytes_of_list(&self.variances_lx2)
     }
 
     /// Books a sample of a cell before it is taken; returns its number within the cell.
