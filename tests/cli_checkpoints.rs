@@ -13,8 +13,7 @@ use sha2::{Digest, Sha256};
 /// Files that hold no times.
 const TABLES: [&str; 3] = ["elements.csv", "receivers.csv", "tables.csv"];
 /// Keys of the summary that tell of times, of memory or of the machine.
-const TIMES: [&str; 8] =
-    ["read_s", "build_s", "compute_s", "write_s", "wall_s", "peak_memory_bytes", "threads", "spending"];
+const TIMES: [&str; 7] = ["read_s", "build_s", "compute_s", "write_s", "wall_s", "peak_memory_bytes", "threads"];
 /// A program that has written no checkpoint for so long never will.
 const HANGS_AFTER: Duration = Duration::from_secs(120);
 
@@ -66,6 +65,8 @@ impl Home {
         let mut summary = summary(&self.path(out));
         let keys = summary.as_object_mut().expect("an object");
         keys.retain(|key, _| !TIMES.contains(&key.as_str()));
+        let spent = keys["spent"].as_object_mut().expect("an object");
+        spent.values_mut().for_each(|of| drop(of.as_object_mut().expect("an object").remove("seconds")));
         all.push(summary.to_string());
         all
     }
@@ -120,24 +121,24 @@ fn differences(home: &Home) -> Vec<(String, String)> {
 
 #[test]
 fn walks_that_are_killed_go_on_to_the_same_bytes() {
-    killed_runs_come_to_the_same(&["--method", "collision", "--target-error", "0.1%"], 3);
+    killed_runs_come_to_the_same(&["--method", "collision", "--target-error", "0.3%"], 3);
 }
 
 #[test]
 fn gathering_that_is_killed_goes_on_to_the_same_bytes() {
-    killed_runs_come_to_the_same(&["--method", "gather", "--target-error", "0.1%"], 3);
+    killed_runs_come_to_the_same(&["--method", "gather", "--target-error", "0.5%"], 3);
 }
 
 #[test]
 fn fixed_chains_of_all_maps_that_are_killed_go_on_to_the_same_bytes() {
-    killed_runs_come_to_the_same(&["--maps", "all", "--elements", "given", "--chains", "400000"], 3);
+    killed_runs_come_to_the_same(&["--maps", "all", "--elements", "given", "--chains", "60000"], 3);
 }
 
 #[cfg(unix)]
 #[test]
 fn a_run_that_its_user_interrupts_goes_on_to_the_same_bytes() {
     let home = Home::new();
-    let options = ["--maps", "all", "--target-error", "1%"];
+    let options = ["--maps", "work plane", "--target-error", "0.3%", "--method", "collision"];
     home.solve("whole", &options);
     let file = home.path("run.ckpt");
     let child = home.start("killed", "run.ckpt", &options);
@@ -158,7 +159,7 @@ fn a_run_that_its_user_interrupts_goes_on_to_the_same_bytes() {
 #[test]
 fn a_limit_ends_a_part_of_a_run_and_a_smaller_error_goes_on() {
     let home = Home::new();
-    let options = ["--method", "collision", "--target-error", "0.1%"];
+    let options = ["--method", "collision", "--target-error", "0.3%"];
     home.solve("whole", &options);
     let file = home.path("run.ckpt");
     assert!(killed_at_the_next_checkpoint(home.start("killed", "run.ckpt", &options), &file));
@@ -171,19 +172,19 @@ fn a_limit_ends_a_part_of_a_run_and_a_smaller_error_goes_on() {
     assert!(home.told("killed") == home.told("whole"), "{:#?}", differences(&home));
 
     let first = summary(&home.path("killed"));
-    let (exit, told) = home.resume("run.ckpt", &["--target-error", "0.07%", "--out", text(&home.path("finer"))]);
+    let (exit, told) = home.resume("run.ckpt", &["--target-error", "0.2%", "--out", text(&home.path("finer"))]);
     assert_eq!(exit, 0, "{told}");
     let finer = summary(&home.path("finer"));
-    assert!(finer["target_met"] == true && finer["target_error"] == 0.0007, "{finer}");
-    assert!(finer["estimated_error"].as_f64() < Some(0.0007), "{finer}");
+    assert!(finer["target_met"] == true && finer["target_error"] == 0.002, "{finer}");
+    assert!(finer["estimated_error"].as_f64() < Some(0.002), "{finer}");
     let [before, after] = [&first, &finer].map(|summary| summary["rays"].as_f64().expect("a number"));
-    assert!(after > 1.2 * before && after < 6.0 * before, "{before} {after}");
+    assert!(after > 1.1 * before && after < 6.0 * before, "{before} {after}");
 }
 
 #[test]
 fn a_share_goes_on_to_the_same_sums() {
     let home = Home::new();
-    let options = ["--share", "2/3", "--maps", "receivers", "--chains", "400000"];
+    let options = ["--share", "2/3", "--maps", "receivers", "--chains", "60000"];
     home.solve("whole", &options);
     assert!(killed_at_the_next_checkpoint(home.start("killed", "run.ckpt", &options), &home.path("run.ckpt")));
     assert_eq!(home.resume("run.ckpt", &["--quiet"]).0, 0);
@@ -265,7 +266,7 @@ fn what_cannot_be_kept_is_refused_before_the_run() {
     std::fs::write(home.path("notes.txt"), "mine").expect("written");
     refused(&["--checkpoint", text(&home.path("notes.txt"))], &["no checkpoint bears that name"]);
     // A run that is not done is not lost by a slip; one that is done gives way.
-    let options = ["--method", "collision", "--target-error", "0.1%"];
+    let options = ["--method", "collision", "--target-error", "0.3%"];
     assert!(killed_at_the_next_checkpoint(home.start("killed", "run.ckpt", &options), &file));
     refused(&["--checkpoint", text(&file), "--chains", "1000"], &["not done", "luxmc resume"]);
     let done = home.path("done.ckpt");

@@ -8,6 +8,7 @@ use super::console;
 use super::exit::Failure;
 use super::method::MethodChoice;
 use super::number_text::{count, percent, time};
+use super::results::counted;
 use super::solve::{Resumption, SolveArguments};
 use crate::output::{
     CheckpointFile, CheckpointHeader, SealedError, prove_checkpoint, read_checkpoint, write_checkpoint,
@@ -64,8 +65,8 @@ impl CheckpointKeeper {
             true => format!("luxmc resume {path} --target-error … goes on to a smaller error"),
             false => format!("luxmc resume {path} goes on from there"),
         };
-        let (times, all) = (written.count, time(written.all_s));
-        Some(format!("checkpoint in {path}: {how} (written {times} times, {all} in all)"))
+        let (times, all) = (counted(written.count as usize, "time"), time(written.all_s));
+        Some(format!("checkpoint in {path}: {how} (written {times}, {all} in all)"))
     }
 }
 
