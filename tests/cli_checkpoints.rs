@@ -250,6 +250,25 @@ fn damaged_foreign_and_changed_checkpoints_are_refused() {
 }
 
 #[test]
+fn a_checkpoint_that_cannot_be_written_any_more_is_told_and_the_run_goes_on() {
+    let home = Home::new();
+    let folder = home.path("folder");
+    std::fs::create_dir(&folder).expect("made");
+    let child = home.start("out", "folder/run.ckpt", &["--method", "collision", "--target-error", "0.3%"]);
+    let started = Instant::now();
+    while state_of(&folder.join("run.ckpt")).is_none() {
+        assert!(started.elapsed() < HANGS_AFTER, "no checkpoint is written");
+    }
+    std::fs::rename(&folder, home.path("elsewhere")).expect("moved");
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(errors(&output).matches("cannot be written").count(), 1, "{}", errors(&output));
+    assert_eq!(summary(&home.path("out"))["target_met"], true);
+    // What was written before goes on from where it lies now.
+    assert_eq!(home.resume("elsewhere/run.ckpt", &["--quiet"]).0, 0);
+}
+
+#[test]
 fn what_cannot_be_kept_is_refused_before_the_run() {
     let home = Home::new();
     let refused = |options: &[&str], words: &[&str]| {

@@ -54,11 +54,14 @@ impl CheckpointKeeper {
     /// What is told once the run has ended: of a run with work left, how it goes on.
     pub fn closing_line(&self, solution: &Solution) -> Option<String> {
         let written = *self.written.lock().ok()?;
-        if written.count == 0 {
+        if written.has_failed {
             return Some(format!(
-                "no checkpoint was written: {}",
-                if written.has_failed { "the disk did not take it" } else { "the run ended before its pilots did" }
+                "warning: the latest checkpoint could not be written; what lies in {}, if anything, is an earlier one",
+                self.path.display()
             ));
+        }
+        if written.count == 0 {
+            return Some("no checkpoint was written: the run ended before its pilots did".to_owned());
         }
         let path = self.path.display();
         let how = match DONE.contains(&solution.stop_reason) {
@@ -96,7 +99,10 @@ impl Keeper for CheckpointKeeper {
             Err(error) => {
                 // Told once: the run goes on, and what was written before stays.
                 if !written.has_failed {
-                    console::message(&format!("warning: no checkpoint could be written, the run goes on\n{error}"));
+                    console::message(&format!(
+                        "warning: the checkpoint {} cannot be written ({error}): the run goes on, and tries again",
+                        self.path.display()
+                    ));
                 }
                 written.has_failed = true;
             }

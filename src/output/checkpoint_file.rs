@@ -3,15 +3,15 @@
 //! A header that tells what is run and how far it is ([`super::sealed`]), and the state in the format of the crate postcard. The file
 //! takes its name only when all of it is safely on the disk, so that there is always a whole one.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use tempfile::NamedTempFile;
 
-use super::OutputError;
-use super::directory::temporary;
 use super::sealed::{Format, Sealed, SealedError, hexadecimal};
 use crate::solver::{KeptRun, RunState};
 
@@ -68,14 +68,20 @@ pub struct CheckpointFile {
 }
 
 /// Digests what goes through it.
-struct Digesting<W> {
-    inner: W,
+struct Digesting<'a> {
+    inner: &'a mut File,
     digest: Sha256,
+    /// What the system answered where it did not take them: who serialises knows only that.
+    refusal: &'a Cell<Option<std::io::Error>>,
 }
 
-impl<W: Write> Write for Digesting<W> {
+impl Write for Digesting<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let count = self.inner.write(bytes)?;
+        let count = self.inner.write(bytes).map_err(|error| {
+            let kind = error.kind();
+            self.refusal.set(Some(error));
+            std::io::Error::from(kind)
+        })?;
         self.digest.update(&bytes[..count]);
         Ok(count)
     }
@@ -90,24 +96,34 @@ impl<W: Write> Write for Digesting<W> {
 /// # Errors
 ///
 /// The disk does not take it: the one before stays.
-pub fn write_checkpoint(path: &Path, header: &CheckpointHeader, state: &RunState) -> Result<(), OutputError> {
-    let unwritable = |error: std::io::Error| OutputError::unwritable(path, "the checkpoint cannot be written", &error);
-    let mut staged = temporary(folder_of(path))?;
+pub fn write_checkpoint(path: &Path, header: &CheckpointHeader, state: &RunState) -> std::io::Result<()> {
+    let mut staged = new_file_beside(path)?;
     // The digest is known once the state is written; the lines are as long as before then.
-    write_lines(staged.as_file_mut(), header, NO_DIGEST).map_err(unwritable)?;
-    let to_disk = Digesting { inner: staged.as_file_mut(), digest: Sha256::new() };
-    let written = postcard::to_io(state, BufWriter::with_capacity(BLOCK, to_disk))
-        .map_err(|error| unwritable(std::io::Error::other(error)))?;
-    let Digesting { digest, .. } = written.into_inner().map_err(|error| unwritable(error.into_error()))?;
-    write_lines(staged.as_file_mut(), header, &hexadecimal(digest))
-        .and_then(|()| staged.as_file().sync_all())
-        .map_err(unwritable)?;
-    staged.persist(path).map_err(|error| unwritable(error.error))?;
+    write_lines(staged.as_file_mut(), header, NO_DIGEST)?;
+    let refusal = Cell::new(None);
+    let to_disk = Digesting { inner: staged.as_file_mut(), digest: Sha256::new(), refusal: &refusal };
+    let written = match postcard::to_io(state, BufWriter::with_capacity(BLOCK, to_disk)) {
+        Ok(written) => written,
+        Err(error) => return Err(refusal.take().unwrap_or_else(|| std::io::Error::other(error))),
+    };
+    let Digesting { digest, .. } = written.into_inner().map_err(|error| error.into_error())?;
+    write_lines(staged.as_file_mut(), header, &hexadecimal(digest))?;
+    staged.as_file().sync_all()?;
+    staged.persist(path)?;
     // A rename lasts once the directory is on the disk; some systems cannot do that to a directory.
     if let Ok(directory) = File::open(folder_of(path)) {
         directory.sync_all().ok();
     }
     Ok(())
+}
+
+fn new_file_beside(path: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".luxmc-").suffix(".tmp");
+    // Temporary files are private by default; checkpoints are for whoever may read files of this user.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder_of(path))
 }
 
 /// Writes the header's lines at the beginning of a file.
@@ -123,7 +139,7 @@ fn write_lines(file: &mut File, header: &CheckpointHeader, digest: &str) -> std:
 ///
 /// The directory is not there or cannot be written to.
 pub fn prove_checkpoint(path: &Path) -> std::io::Result<()> {
-    let mut probe = tempfile::NamedTempFile::new_in(folder_of(path))?;
+    let mut probe = new_file_beside(path)?;
     probe.write_all(b"luxmc")?;
     probe.close()
 }

@@ -179,7 +179,7 @@ fn locked(path: &Path) -> Result<Option<std::fs::File>, OutputError> {
     }
 }
 
-pub(super) fn temporary(directory: &Path) -> Result<NamedTempFile, OutputError> {
+fn temporary(directory: &Path) -> Result<NamedTempFile, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".luxmc-").suffix(".tmp");
 
