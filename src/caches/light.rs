@@ -5,7 +5,10 @@
 //! that surface among it. The indirect illuminance of the cell is I_c = mean(P + ρ I_z): a sparse system that sweeps solve without
 //! a ray.
 
+use serde::{Deserialize, Serialize};
+
 use super::CellGrid;
+use crate::base::memory::bytes_of_list;
 
 /// Relative change of the sum of all cells in a sweep below which the system counts as solved.
 const SOLVED: f64 = 1e-6;
@@ -23,7 +26,7 @@ const OF_NO_SAMPLE: f64 = 0.5;
 pub const NO_CELL: u32 = u32::MAX;
 
 /// What a ray from a place of a cell found.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct CellSample {
     /// Cell that the place belongs to.
     pub cell: u32,
@@ -36,7 +39,7 @@ pub struct CellSample {
 }
 
 /// Cells of one half and their light.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CellLight {
     /// Where they lie.
     pub grid: CellGrid,
@@ -81,10 +84,10 @@ impl CellLight {
     /// Bytes that cells and samples take.
     pub fn bytes(&self) -> usize {
         self.grid.bytes()
-            + self.samples.capacity() * size_of::<CellSample>()
-            + self.counts.capacity() * size_of::<u16>()
-            + self.values_lx.capacity() * size_of::<f32>()
-            + self.variances_lx2.capacity() * size_of::<f32>()
+            + bytes_of_list(&self.samples)
+            + bytes_of_list(&self.counts)
+            + bytes_of_list(&self.values_lx)
+            + bytes_of_list(&self.variances_lx2)
     }
 
     /// Books a sample of a cell before it is taken; returns its number within the cell.

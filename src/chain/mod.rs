@@ -136,6 +136,11 @@ impl Stage {
         self.sight_map.get_or_init(|| SightMap::of(self, planned_rays));
     }
 
+    /// Takes what an earlier part of the run has found to be in sight from where, if anything.
+    pub fn take_sight_map(&self, found: Option<SightMap>) {
+        self.sight_map.get_or_init(|| found);
+    }
+
     /// Whether a run of about so many rays in a scene of so many m² would find that out for nearly all places: choosing luminaires
     /// costs little then.
     pub fn would_look_out(&self, scene_m2: f64, planned_rays: f64) -> bool {

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod beforehand;
+mod checkpoint;
 mod compare;
 mod completions;
 mod console;
@@ -22,6 +23,7 @@ mod proportions;
 mod proving_ground;
 mod result_table;
 mod results;
+mod resume;
 mod schema;
 mod selection;
 mod share;
@@ -50,6 +52,7 @@ pub fn run() -> ExitCode {
     survive_file_size_limits();
     let outcome = match &arguments.command {
         Command::Solve(arguments) => solve::run(arguments, started),
+        Command::Resume(arguments) => resume::run(arguments, started),
         Command::Merge(arguments) => merge::run(arguments, started),
         Command::Sobolev(arguments) => sobolev::run(arguments),
         Command::Validate(arguments) => validate::run(arguments, started),

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
+use serde::{Deserialize, Serialize};
 
 use super::beforehand::Beforehand;
+use super::checkpoint::CheckpointKeeper;
 use super::dry_run::{self, dry_run};
 use super::exit::Failure;
 use super::memory::{check_memory, limit_memory};
@@ -17,14 +19,16 @@ use super::progress::{Watcher, heed_interruptions};
 use super::proportions::check_proportions;
 use super::results::{closing_lines, counted, exit_of, quoted, stage_results, tell_results};
 use super::selection::select_maps;
-use super::{Outcome, console, share, values};
+use super::{Outcome, checkpoint, console, share, values};
 use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
 use crate::maps::MapKind;
-use crate::output::{PartOfRun, ReportContext, ResultDirectory, RunRecord, ShareHeader, share_file, summary_file};
+use crate::output::{
+    CheckpointFile, PartOfRun, ReportContext, ResultDirectory, RunRecord, ShareHeader, share_file, summary_file,
+};
 use crate::radiosity::Radiosity;
 use crate::scene::{Elements, Scene, allow_large_files, read_scene};
-use crate::solver::{ElementChoice, Settings, Share, Solution, StopReason, solve_share};
+use crate::solver::{ElementChoice, Settings, Share, Solution, StopReason, resume_share, solve_share};
 use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
 const EXAMPLES: &str = "\
@@ -34,6 +38,7 @@ Examples:
   luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
   luxmc solve office.json --out out --chains 1e6          the same bytes in every run
   luxmc solve office.json --out out/3 --share 3/8 --chains 1e7   one of eight shares, for luxmc merge
+  luxmc solve office.json --out out --checkpoint office.ckpt     kept every minute; luxmc resume office.ckpt goes on
   luxmc solve office.json --dry-run                       what targets would take: rays, seconds, memory
   luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
 
@@ -42,21 +47,21 @@ Ctrl-C ends the run and writes what it has; another one a second later ends the 
 Exit code 3: a limit came before the target.";
 
 /// Arguments of `luxmc solve`.
-#[derive(Debug, Args)]
+#[derive(Debug, Args, Serialize, Deserialize)]
 #[command(after_help = EXAMPLES)]
 pub struct SolveArguments {
     /// Scene file (JSON)
     scene: PathBuf,
     /// Directory for the results; made where missing, other files in it stay
     #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// Pilots alone: print what a run would take (rays, seconds, memory) by every method that applies, or by --method, to errors
     /// of 3, 1, 0.3 and 0.1%, and to --target-error
     #[arg(long)]
     dry_run: bool,
     /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
-    target_error: Option<f64>,
+    pub target_error: Option<f64>,
     /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
     #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
     time_limit: Option<f64>,
@@ -68,7 +73,7 @@ pub struct SolveArguments {
     seed: u64,
     /// Worker threads; results do not depend on them [default: all processors]
     #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
-    threads: Option<usize>,
+    pub threads: Option<usize>,
     /// Maps to compute, write and bind to the target: all, elements, receivers, or names of receiver sets with
     /// commas between [default: all are computed; the target binds the receiver sets, if any]
     #[arg(long, value_name = "MAPS")]
@@ -85,35 +90,60 @@ pub struct SolveArguments {
     /// say how much work it is; --target-error is what the merged result is judged by
     #[arg(long, value_name = "K/N", value_parser = values::share, allow_hyphen_values = true, conflicts_with = "dry_run")]
     share: Option<Share>,
+    /// Keep the state of the run in this file, from which luxmc resume goes on
+    #[arg(long, value_name = "FILE", conflicts_with = "dry_run")]
+    #[serde(skip)]
+    pub checkpoint: Option<PathBuf>,
+    /// Time between two checkpoints: 60s, 5m; longer where writing takes more than 2 % of it [default: 60s]
+    #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true, requires = "checkpoint")]
+    pub checkpoint_every: Option<f64>,
     #[command(flatten)]
+    #[serde(skip)]
     mesh: MeshArguments,
     /// Plots: svg, png, both with a comma between, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
-    plots: Option<Plots>,
+    pub plots: Option<Plots>,
     /// Memory that the run may take: 2GB, 512MiB [default: what the machine has left]
     #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
-    memory_limit: Option<u64>,
+    pub memory_limit: Option<u64>,
     /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
     #[arg(long)]
-    allow_large: bool,
+    pub allow_large: bool,
     /// No progress on standard error; warnings and errors stay
     #[arg(long)]
-    quiet: bool,
+    pub quiet: bool,
+}
+
+/// A run that goes on.
+pub struct Resumption {
+    /// Its checkpoint.
+    pub file: CheckpointFile,
+    /// Where its scene lies.
+    pub scene: PathBuf,
+    /// Seconds from the start of the process at which this part of it ends.
+    pub time_limit_s: Option<f64>,
 }
 
 /// Solves a scene.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
+    run_from(arguments, None, started)
+}
+
+/// Solves a scene from the beginning, or goes on from a checkpoint.
+pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
     heed_interruptions();
     limit_memory(arguments.memory_limit);
     if arguments.allow_large {
         allow_large_files();
     }
-    let beforehand = arguments.time_limit.and_then(|limit_s| Some((limit_s, Beforehand::of(&arguments.scene)?)));
+    let scene_file = resumption.as_ref().map_or(&arguments.scene, |resumption| &resumption.scene);
+    let limit_s = resumption.as_ref().map_or(arguments.time_limit, |resumption| resumption.time_limit_s);
+    let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file)?)));
     if let Some(line) = beforehand.and_then(|(limit_s, scene)| scene.line(limit_s)) {
         console::message(&line);
     }
-    let reading = format!("reading and checking {}", arguments.scene.display());
-    let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(&arguments.scene))?;
+    let reading = format!("reading and checking {}", scene_file.display());
+    let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
     check_proportions(&mut scene, &arguments.scene.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();
     let settings = settings(arguments, &scene)?;
@@ -128,12 +158,20 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         check_light_mesh(&scene, &settings)?;
     }
     check_memory(&scene, &settings)?;
+    if let (Some(path), None) = (&arguments.checkpoint, &resumption) {
+        checkpoint::check(path, arguments.method)?;
+    }
+    let going_on = resumption.as_ref().map(|resumption| checkpoint::take_up(resumption, &scene)).transpose()?;
     let pool = thread_pool(arguments.threads)?;
     let Some(out) = arguments.out.as_ref().filter(|_| !arguments.dry_run) else {
         dry_run::check(arguments.method)?;
         return pool.install(|| dry_run(&scene, &settings, arguments.method, started, arguments.quiet));
     };
     let mut directory = ResultDirectory::open(out)?;
+    if let Some(Err(failure)) = arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path)) {
+        directory.withdraw();
+        return Err(failure);
+    }
 
     let quiet = arguments.quiet;
     let tell = |line: &str| {
@@ -148,18 +186,31 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     }
 
     let rest_s = beforehand.map_or(0.0, |(_, scene)| scene.rest_after_s(read_s));
-    if let Some(line) = late_line(arguments.time_limit, started.elapsed().as_secs_f64(), rest_s) {
+    if let Some(line) = late_line(limit_s, started.elapsed().as_secs_f64(), rest_s) {
         console::message(&line);
     }
 
-    let watcher = Watcher::new(started, quiet);
+    if let Some(resumption) = &resumption {
+        tell(&format!("going on from {}", checkpoint::words_on(&resumption.file)));
+    }
+    let keeper = arguments.checkpoint.as_ref().map(|path| {
+        let header = checkpoint::header(&scene, [scene_file, &arguments.scene, out], arguments);
+        CheckpointKeeper::new(path.clone(), arguments.checkpoint_every, started, header)
+    });
+    let watcher = Watcher::new(started, quiet, keeper);
     let mut of_share = None;
     let solve = || match (arguments.method, arguments.share) {
         (MethodChoice::Radiosity, _) => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
         (MethodChoice::LightMesh, _) => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
-        (_, None) => Ok(crate::solver::solve(&scene, &settings, &watcher)),
+        (_, None) => Ok(match going_on {
+            Some(going_on) => crate::solver::resume(&scene, &settings, going_on, &watcher),
+            None => crate::solver::solve(&scene, &settings, &watcher),
+        }),
         (_, Some(share)) => {
-            let (solution, record, sums) = solve_share(&scene, &settings, share, &watcher);
+            let (solution, record, sums) = match going_on {
+                Some(going_on) => resume_share(&scene, &settings, share, going_on, &watcher),
+                None => solve_share(&scene, &settings, share, &watcher),
+            };
             of_share = Some((share, record, sums));
             Ok(solution)
         }
@@ -189,9 +240,10 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     };
     stage_results(&scene, &solution, &context, arguments.plots, &mut directory)?;
     if let Some((share, record, sums)) = of_share {
-        let header = share::header(&scene, &arguments.scene, &settings, &solution, share, record);
+        let header = share::header(&scene, scene_file, &settings, &solution, share, record);
         let command = command_without_output(arguments, &solution);
-        directory.stage(&share_file(ShareHeader { command, threads, ..header }, &sums))?;
+        directory
+            .stage(&share_file(ShareHeader { command, threads, scene: context.scene.clone(), ..header }, &sums))?;
     }
     let record = RunRecord {
         scene: context.scene,
@@ -216,6 +268,9 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         tell(&format!("note: {note}"));
     }
     tell(&closing_lines(&solution, &out.display().to_string(), computed_s));
+    if let Some(line) = watcher.keeper.as_ref().and_then(|keeper| keeper.closing_line(&solution)) {
+        tell(&line);
+    }
     Ok(exit_of(&solution))
 }
 

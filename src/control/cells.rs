@@ -3,6 +3,8 @@
 //! Four variances and four costs are measured at every look. The next step is the growth of the four that is predicted to reach
 //! the target with the fewest rays.
 
+use serde::{Deserialize, Serialize};
+
 use super::margin;
 use crate::maps::ResidualState;
 
@@ -26,7 +28,7 @@ pub struct CellParts {
 }
 
 /// Factors by which each kind of work is to grow.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellGrowth {
     /// Of each kind: 1 or more.
     pub factors: [f64; KINDS],

@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::caches::{CellGrid, CellKey, CellLight, CellSample, Lookup, NO_CELL};
 use crate::chain::Stage;
@@ -23,7 +24,7 @@ use crate::sampling::random::Stream;
 const SAMPLES_A_TASK: usize = 64;
 
 /// A factor by which the light of a cell counts.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Term {
     /// The cell, or [`NO_CELL`].
     pub cell: u32,
@@ -81,7 +82,7 @@ impl Memory for Asking {
 /// What a ray or a walk asks, before its cell is looked up.
 ///
 /// Look-ups are done many at a time: each waits for memory, and many wait no longer than one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Question {
     /// The cell.
     pub key: CellKey,

@@ -19,7 +19,7 @@ const SURE: f64 = 0.5;
 const LEAST_UNSURE: f64 = 0.1;
 
 /// Residual walks of a map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Residuals {
     /// Walks of every entry that has walks, in every replica.
     pub walks: u64,
@@ -61,7 +61,7 @@ pub struct ResidualState {
 }
 
 /// What is left of the cells' error in a map once walks have taken off what they know of it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct CellsError {
     /// Over the map.
     pub left: Left,
@@ -72,7 +72,7 @@ pub struct CellsError {
 }
 
 /// What is left of the cells' squared error, in lx².
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Left {
     /// Of what both halves share, and of what is not known: to be stated.
     pub common: f64,

@@ -4,6 +4,8 @@
 //! samples, warps variates so that bins of large scores are met more often, and a sample weighs one over its density. A share
 //! of all samples stays even, so that no weight exceeds one over that share, whatever was learned.
 
+use serde::{Deserialize, Serialize};
+
 /// Bins along either side of the square.
 const ACROSS: usize = 8;
 /// Bins.
@@ -12,7 +14,7 @@ pub const BINS: usize = ACROSS * ACROSS;
 const EVEN: f64 = 0.25;
 
 /// A density over the bins of the unit square.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Density {
     /// Probability of all columns up to and including each.
     columns: [f64; ACROSS],

@@ -9,6 +9,7 @@ mod regions;
 mod settle;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 pub use self::asker::Asker;
 use self::records::Records;
@@ -30,6 +31,7 @@ const LEAST_EDGE_SHARE: f64 = 0.05;
 const MOST_EDGE_SHARE: f64 = 0.25;
 
 /// The cells of both halves, which serve all maps of a run.
+#[derive(Serialize, Deserialize)]
 pub struct CellSets {
     halves: [CellLight; 2],
     /// Samples that a cell takes at most.
@@ -67,6 +69,7 @@ impl CellSets {
 }
 
 /// What a map has gathered.
+#[derive(Serialize, Deserialize)]
 pub struct CellAsks {
     records: Vec<Records>,
     /// Whether an entry sends rays.

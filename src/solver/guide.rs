@@ -5,6 +5,7 @@
 //! uncorrelated.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::cells::regions_of;
 use crate::sampling::guide::{BINS, Density};
@@ -18,7 +19,7 @@ const SAMPLES_OF_THE_MEAN: f64 = 2.0;
 const WORTHWHILE: f64 = 0.67;
 
 /// Samples whose first ray went through a bin: how many, their scores in lx and the squares of these.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Tally {
     count: f64,
     sum: f64,
@@ -26,12 +27,30 @@ struct Tally {
 }
 
 /// Densities of the first directions of a map's samples.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Guide {
     /// Region of every entry.
     regions: Vec<u32>,
+    #[serde(with = "in_a_row")]
     tallies: Vec<[Tally; BINS]>,
     densities: Vec<Option<Density>>,
+}
+
+/// Writes the tallies of all regions in a row, and reads them again.
+mod in_a_row {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::{BINS, Tally};
+
+    pub fn serialize<S: Serializer>(regions: &[[Tally; BINS]], serializer: S) -> Result<S::Ok, S::Error> {
+        let tallies: Vec<&Tally> = regions.iter().flatten().collect();
+        serializer.collect_seq(tallies)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[Tally; BINS]>, D::Error> {
+        let tallies = Vec::<Tally>::deserialize(deserializer)?;
+        Ok(tallies.as_chunks().0.to_vec())
+    }
 }
 
 impl Guide {

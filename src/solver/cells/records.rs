@@ -1,10 +1,13 @@
 //! What rays and walks found, kept as numbers of cells until their light is known.
 
+use serde::{Deserialize, Serialize};
+
+use crate::base::memory::bytes_of_list;
 use crate::caches::{CellGrid, CellLight};
 use crate::estimators::cells::{Question, Term};
 
 /// What the rays and walks of one replica of a map found.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Records {
     /// Of every ray, pass by pass: the cell that it asked.
     pub terms: Vec<Term>,
@@ -27,12 +30,14 @@ pub struct Records {
 impl Records {
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
-        size_of::<Term>() * (self.terms.capacity() + self.walk_terms.capacity())
-            + self.bins.capacity()
-            + self.walk_bins.capacity()
-            + size_of::<f32>() * self.plain_lx.capacity()
-            + size_of::<[f32; 2]>() * (self.starts.capacity() + self.walk_starts.capacity())
-            + size_of::<(f32, u32)>() * self.walks.capacity()
+        bytes_of_list(&self.terms)
+            + bytes_of_list(&self.bins)
+            + bytes_of_list(&self.walk_bins)
+            + bytes_of_list(&self.plain_lx)
+            + bytes_of_list(&self.starts)
+            + bytes_of_list(&self.walks)
+            + bytes_of_list(&self.walk_terms)
+            + bytes_of_list(&self.walk_starts)
     }
 
     /// Makes the cells that were asked for the first time.

@@ -1,5 +1,7 @@
 //! A job whose rays ask cells: how it begins, goes forward, is summed up, and what it needs next.
 
+use serde::{Deserialize, Serialize};
+
 use super::elements::{element_weights, numbers_per_site};
 use super::{Context, Engine, Job, Method, element_map};
 use crate::control::{CellGrowth, CellParts, KINDS};
@@ -51,7 +53,7 @@ const FEWEST_BROAD: f64 = 128.0;
 const LEAST_SHARE_OF_CHANCE: f64 = 0.2;
 
 /// How far a map whose rays ask cells is to go before it is judged, in passes over its entries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CellGoal {
     /// Of direct light.
     pub direct: u64,
