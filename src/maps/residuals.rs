@@ -15,6 +15,9 @@ use super::replicas::REPLICAS;
 /// Standard errors of the squared bias that are added to it where it is stated.
 const SURE: f64 = 0.5;
 
+/// Standard errors at which a plan believes half of a squared error.
+const TO_BELIEVE: f64 = 2.0;
+
 /// Least share of the mean squared error of cells that an entry is taken to have.
 const LEAST_UNSURE: f64 = 0.1;
 
@@ -186,7 +189,8 @@ impl ResidualState {
     /// right cells that they may be far off; more of them will tell.
     pub fn believed(self) -> ResidualState {
         let share = |scale: usize| {
-            let [squared, error] = [self.squared(scale).iter().sum::<f64>(), self.standard_error[scale]];
+            let squared = self.squared(scale).iter().sum::<f64>();
+            let error = TO_BELIEVE * self.standard_error[scale];
             if squared > 0.0 { squared * squared / (squared * squared + error * error) } else { 0.0 }
         };
         let shares = [share(0), share(1)];

@@ -186,13 +186,10 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
             job.start_connecting(offer.plan);
             job.next_judgement = job.first_samples();
         } else if more > LEAVING * walks {
-            let local = match &job.offered {
-                Some(Err(why)) => format!(", local estimation not weighed ({why})"),
-                _ => String::new(),
-            };
             job.stop_asking(context);
             job.method_reason = format!(
-                "by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks or counts{local}"
+                "{}; by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks or counts",
+                job.method_reason
             );
             job.next_judgement = job.first_samples();
         }
