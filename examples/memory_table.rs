@@ -1,5 +1,5 @@
 //! What a run takes of memory for every triangle, element, receiver, luminaire, and ray that asks cells: the peak of two runs of the
-//! program that differ in their number, over the difference.
+//! program that differ in their number, over the difference. The same of a cell and of a sample in it, by filling cells alone.
 //!
 //!     cargo build --release && cargo run --release --example memory_table -- target/release/luxmc
 
@@ -8,7 +8,13 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use glam::DVec3;
+use luxmc::base::memory::{CountedMemory, peak_bytes};
+use luxmc::caches::{CellGrid, CellLight, CellRef, CellSample, Lookup};
 use serde_json::Value;
+
+#[global_allocator]
+static MEMORY: CountedMemory = CountedMemory;
 
 /// What is counted: its name, where it stands, a scene with about so many of it, and arguments.
 struct Row {
@@ -149,22 +155,52 @@ fn measure(luxmc: &Path, row: &Row, run: usize, folder: &Path) -> Result<(f64, f
     Ok((number("peak_memory_bytes", &summary), (row.count_of)(&summary)))
 }
 
+/// Cells along either edge of a square of 10 m, and samples in each, of two fillings.
+const CELLS: [[usize; 2]; 2] = [[400, 1], [800, 1]];
+const SAMPLES: [[usize; 2]; 2] = [[800, 2], [800, 8]];
+
+/// Fills so many cells with so many samples each, and solves for their light: the peak so far, with cells and samples.
+fn fill_cells([across, samples]: [usize; 2]) -> [f64; 3] {
+    let mut cells = CellLight::new(CellGrid::new([DVec3::ZERO, DVec3::splat(10.0)], [0.3; 3], 0.1));
+    let lookups = (0..across * across).map(|place| {
+        let [column, row] = [place % across, place / across].map(|number| (number as f64 + 0.5) * 10.0 / across as f64);
+        let point_m = DVec3::new(column, row, 0.0);
+        Lookup { point_m, normal: DVec3::Z, direction: DVec3::NEG_Z, distance_m: 0.1 }
+    });
+    let asked: Vec<u32> = lookups.map(|lookup| cells.grid.ask(&lookup)).collect();
+    for (place, cell) in asked.iter().enumerate() {
+        for _ in 0..samples {
+            cells.book(*cell);
+            let next = CellRef::new(asked[(place + 1) % asked.len()], false);
+            cells.add(CellSample { cell: *cell, direct_lx: 100.0, plain_lx: 0.0, reflectance: 0.5, next });
+        }
+    }
+    cells.solve();
+    [peak_bytes() as f64, cells.grid.len() as f64, cells.sample_count() as f64]
+}
+
+fn print_row(name: &str, condition: &str, [first, second]: [(f64, f64); 2]) {
+    println!(
+        "| {name} | {condition} | {:.0}; {:.0} | {:.1}; {:.1} | {:.0} |",
+        first.1,
+        second.1,
+        first.0 / 1e6,
+        second.0 / 1e6,
+        (second.0 - first.0) / (second.1 - first.1)
+    );
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let luxmc = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "target/release/luxmc".to_owned()));
     let folder = tempfile::tempdir()?;
     println!("| a | where | numbers | peak in MB | bytes each |\n| --- | --- | ---: | ---: | ---: |");
     for row in &ROWS {
         let [first, second] = [measure(&luxmc, row, 0, folder.path())?, measure(&luxmc, row, 1, folder.path())?];
-        let each = (second.0 - first.0) / (second.1 - first.1);
-        println!(
-            "| {} | {} | {:.0}; {:.0} | {:.1}; {:.1} | {each:.0} |",
-            row.name,
-            row.condition,
-            first.1,
-            second.1,
-            first.0 / 1e6,
-            second.0 / 1e6
-        );
+        print_row(row.name, row.condition, [first, second]);
     }
+    let cells = CELLS.map(fill_cells).map(|[peak, cells, _]| (peak, cells));
+    print_row("cell of the gathering cache", "with one sample, solved for", cells);
+    let samples = SAMPLES.map(fill_cells).map(|[peak, _, samples]| (peak, samples));
+    print_row("further sample in a cell", "in 640,000 places, solved for", samples);
     Ok(())
 }

@@ -81,6 +81,29 @@ fn large_meshes_ask_for_a_word_and_pipes_are_refused() {
     }
 }
 
+/// 40,000 luminaires and a limit of 50 ms: that reading, making ready and writing take longer is told before anything is read. Of a room
+/// with one lamp nothing is told.
+#[test]
+fn what_takes_longer_than_the_limit_whatever_is_computed_is_told_before_it_is_read() {
+    let text = |columns: u32| {
+        format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "m" }} ],
+            "luminaires": [ {{ "name": "l", "type": "point", "position": [1,1,2], "luminous_flux_lm": 10,
+                "columns": {columns}, "rows": 1, "u": [2,0,0] }} ] }}"#
+        )
+    };
+    for (columns, limit, is_told) in [(40_000, "0.05s", true), (1, "0.05s", false), (40_000, "1h", false)] {
+        let (home, scene) = scene_in_a_folder(&text(columns));
+        let options = ["--time-limit", limit, "--chains", "16", "--plots", "none"];
+        let output = solve_file(&scene, &home.path().join("out"), &options);
+        let told = errors(&output);
+        let (warning, opening) = (told.find("warning: reading this scene takes about"), told.find("luxmc 0"));
+        assert_eq!(warning.is_some(), is_told, "{columns}, {limit}: {told}");
+        assert!(opening.is_some() && (warning.is_none() || warning < opening), "{told}");
+    }
+}
+
 /// A walk in this room meets ten thousand surfaces, and nobody has time for one from each of 40,000 points: the set is left out
 /// and named, instead of a wait of minutes.
 #[test]

@@ -103,6 +103,37 @@ fn plots_come_in_the_formats_asked_for_and_are_taken_away_again() {
     assert!(!out.join("map-floor.svg").exists() && out.join("report.html").is_file());
 }
 
+/// A cube whose faces shine alike lights every place alike: its map has one colour and no isolux lines, which would be chance, and says so.
+#[test]
+fn a_map_without_differences_is_drawn_as_that() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let lamp = |face: &str| {
+        format!(r#"{{ "name": "{face}", "type": "area", "surface": "r/{face}", "luminous_flux_lm": 1000 }}"#)
+    };
+    let lamps = ["floor", "ceiling", "x_min", "x_max", "y_min", "y_max"].map(lamp).join(", ");
+    let text_of = |lamps: &str| {
+        format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward", "material": "m" }} ],
+            "luminaires": [ {lamps} ],
+            "receivers": [ {{ "name": "p", "type": "grid", "origin": [1,1,1], "u": [2,0,0], "v": [0,2,0], "columns": 6, "rows": 6 }} ] }}"#
+        )
+    };
+    let uneven = r#"{ "name": "l", "type": "point", "position": [2, 2, 3], "luminous_flux_lm": 1000 }"#;
+    for (name, lamps, is_even) in [("even", lamps.as_str(), true), ("uneven", uneven, false)] {
+        let (scene, out) = (home.path().join(format!("{name}.json")), home.path().join(name));
+        std::fs::write(&scene, text_of(lamps)).expect("written");
+        let output = solve_file(&scene, &out, &["--target-error", "2%", "--maps", "p", "--quiet"]);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        let plot = read(&out.join("map-p.svg"));
+        assert_eq!(
+            plot.contains("No isolux lines: the values differ by little more than their error."),
+            is_even,
+            "{name}"
+        );
+    }
+}
+
 #[test]
 fn the_report_tells_the_numbers_of_the_tables_and_stands_by_itself() {
     let home = tempfile::tempdir().expect("a temporary directory");

@@ -8,7 +8,7 @@
 # TARGET   what the merged result is judged by, such as 0.3%
 # OPTIONS  further options of luxmc solve, if any
 #
-# A task that is ended and requeued computes its share again from its start: results are the same bytes as without.
+# A task that is ended or killed, and requeued, goes on from its checkpoint in OUT/checkpoints: results are the same bytes as without.
 #
 #SBATCH --job-name=luxmc-share
 #SBATCH --cpus-per-task=2
@@ -20,6 +20,14 @@ set -eu
 number=${SLURM_ARRAY_TASK_ID:-$((${JOB_COMPLETION_INDEX:?no number of a share} + 1))}
 threads=${SLURM_CPUS_PER_TASK:-${THREADS:-2}}
 
-# shellcheck disable=SC2086 # options are words
-luxmc solve "$SCENE" --out "$OUT/shares/$number" --share "$number/$SHARES" --chains "$CHAINS" --target-error "$TARGET" \
-    --threads "$threads" --plots none --quiet ${OPTIONS:-}
+# A checkpoint that is there is that of a task which has not ended.
+checkpoint=$OUT/checkpoints/$number.ckpt
+mkdir -p "$OUT/checkpoints"
+if [ -s "$checkpoint" ]; then
+    luxmc resume "$checkpoint" --scene "$SCENE" --out "$OUT/shares/$number" --threads "$threads" --quiet
+else
+    # shellcheck disable=SC2086 # options are words
+    luxmc solve "$SCENE" --out "$OUT/shares/$number" --share "$number/$SHARES" --chains "$CHAINS" --target-error "$TARGET" \
+        --checkpoint "$checkpoint" --threads "$threads" --plots none --quiet ${OPTIONS:-}
+fi
+rm -f "$checkpoint"

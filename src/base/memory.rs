@@ -39,6 +39,12 @@ pub fn peak_bytes() -> u64 {
     PEAK_BYTES.load(Ordering::Relaxed) as u64
 }
 
+/// Bytes that a list takes whose room doubles whenever it is full: by its length alone, so that what hangs on them does not hang on how the
+/// list came about.
+pub fn bytes_of_list<T>(list: &[T]) -> usize {
+    size_of::<T>() * if list.is_empty() { 0 } else { list.len().next_power_of_two() }
+}
+
 /// Counts bytes before they are taken; whether the limit allows them.
 fn count(bytes: usize) -> bool {
     let used = USED_BYTES.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);

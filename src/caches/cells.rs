@@ -6,11 +6,16 @@
 //! ten million are the same to it. The octant keeps the two sides of a thin wall apart.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::base::memory::bytes_of_list;
 
 /// Parts of either axis of the octahedral map of normals; odd, so that normals along an axis lie within a part.
 const NORMAL_PARTS: f64 = 7.0;
 /// The finest edge over the scene's longest way: 2 to this power.
 const FINEST: i32 = -13;
+/// Slots of a table at first.
+const FIRST_SLOTS: usize = 1 << 10;
 /// A free slot of the table.
 const FREE: u32 = u32::MAX;
 
@@ -28,7 +33,7 @@ pub struct Lookup {
 }
 
 /// Where a cell lies: enough to tell it from all others.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CellKey {
     /// Numbers of its cube along the axes.
     cube: [i32; 3],
@@ -58,7 +63,8 @@ impl CellKey {
 const LEVEL_BIT: u32 = 12;
 
 /// The cells that were asked, in the order in which they were asked first.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(from = "GridKeys")]
 pub struct CellGrid {
     /// Corner from which cubes are counted, in m.
     origin_m: DVec3,
@@ -69,8 +75,28 @@ pub struct CellGrid {
     /// Power of two of the coarsest edge over the finest.
     coarsest: i32,
     keys: Vec<CellKey>,
-    /// Open addressing; its length is a power of two.
+    /// Open addressing; its length is a power of two. It follows from the keys.
+    #[serde(skip)]
     table: Vec<Slot>,
+}
+
+/// What of the cells is written and read again.
+#[derive(Deserialize)]
+struct GridKeys {
+    origin_m: DVec3,
+    edge_share: f64,
+    finest: i32,
+    coarsest: i32,
+    keys: Vec<CellKey>,
+}
+
+impl From<GridKeys> for CellGrid {
+    fn from(GridKeys { origin_m, edge_share, finest, coarsest, keys }: GridKeys) -> CellGrid {
+        let table = Vec::new();
+        let mut grid = CellGrid { origin_m, edge_share, finest, coarsest, keys, table };
+        grid.make_table((2 * grid.keys.len()).next_power_of_two().max(FIRST_SLOTS));
+        grid
+    }
 }
 
 /// A slot of the table: all that a look-up reads lies in one line of memory.
@@ -98,7 +124,7 @@ impl CellGrid {
             finest,
             coarsest: -FINEST,
             keys: Vec::new(),
-            table: vec![Slot::FREE; 1 << 10],
+            table: vec![Slot::FREE; FIRST_SLOTS],
         }
     }
 
@@ -114,7 +140,7 @@ impl CellGrid {
 
     /// Bytes that the cells take.
     pub fn bytes(&self) -> usize {
-        self.keys.capacity() * size_of::<CellKey>() + self.table.capacity() * size_of::<Slot>()
+        bytes_of_list(&self.keys) + bytes_of_list(&self.table)
     }
 
     /// The cell of a place; a new one if it is asked for the first time.
@@ -187,7 +213,7 @@ impl CellGrid {
         self.keys.push(key);
         self.table[slot] = Slot { fingerprint, cell };
         if 2 * self.keys.len() > self.table.len() {
-            self.grow();
+            self.make_table(2 * self.table.len());
         }
         cell
     }
@@ -203,8 +229,9 @@ impl CellGrid {
         slot
     }
 
-    fn grow(&mut self) {
-        self.table = vec![Slot::FREE; 2 * self.table.len()];
+    /// Makes a table of so many slots, a power of two, that holds all keys.
+    fn make_table(&mut self, slots: usize) {
+        self.table = vec![Slot::FREE; slots];
         for cell in 0..self.keys.len() {
             let fingerprint = self.keys[cell].fingerprint();
             let slot = self.slot(fingerprint);

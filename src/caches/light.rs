@@ -1,15 +1,20 @@
 //! The light in cells: samples taken where rays asked, and one linear system for all bounces.
 //!
-//! A sample at a place of cell c found direct light D, light that needs no cell P, and a surface of reflectance ρ in cell z.
-//! The illuminance of the cell is H_c = mean(D + P + ρ H_z): a sparse system that sweeps solve without a ray.
+//! Cells tell indirect light alone: it changes little from place to place, where direct light has edges. A sample at a place of
+//! cell c sends a ray that meets a surface of reflectance ρ in cell z. What it finds without asking a cell is P: direct light at
+//! that surface among it. The indirect illuminance of the cell is I_c = mean(P + ρ I_z): a sparse system that sweeps solve without
+//! a ray.
+
+use serde::{Deserialize, Serialize};
 
 use super::CellGrid;
+use crate::base::memory::bytes_of_list;
 
 /// Relative change of the sum of all cells in a sweep below which the system counts as solved.
 const SOLVED: f64 = 1e-6;
 /// Sweeps, at most: beside the scaling of the whole they converge as bounces do.
 const MOST_SWEEPS: usize = 400;
-/// Bounds of the scaling after a sweep: beyond them rounding, or light that asks for indirect light alone, has spoilt the sums.
+/// Bounds of the scaling after a sweep: beyond them rounding has spoilt the sums.
 const LEAST_SCALE: f64 = 0.5;
 const MOST_SCALE: f64 = 1e4;
 
@@ -17,50 +22,24 @@ const MOST_SCALE: f64 = 1e4;
 const ENOUGH_SAMPLES: f64 = 4.0;
 const OF_NO_SAMPLE: f64 = 0.5;
 
-/// A cell and what of its light is asked for: all, or indirect light alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CellRef(u32);
-
-impl CellRef {
-    /// Nothing was met whose light a cell tells.
-    pub const NONE: CellRef = CellRef(u32::MAX);
-
-    /// All light of a cell, or its indirect light alone.
-    #[inline]
-    pub fn new(cell: u32, indirect_alone: bool) -> CellRef {
-        CellRef(cell << 1 | u32::from(indirect_alone))
-    }
-
-    /// Number of the cell.
-    #[inline]
-    pub fn cell(self) -> u32 {
-        self.0 >> 1
-    }
-
-    /// Whether direct light is left out.
-    #[inline]
-    pub fn is_indirect_alone(self) -> bool {
-        self.0 & 1 == 1
-    }
-}
+/// The number that stands for no cell: nothing was met whose light a cell tells.
+pub const NO_CELL: u32 = u32::MAX;
 
 /// What a ray from a place of a cell found.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct CellSample {
     /// Cell that the place belongs to.
     pub cell: u32,
-    /// Direct light in lx.
-    pub direct_lx: f32,
-    /// Indirect light that no cell tells, in lx.
+    /// What it found without asking a cell, in lx.
     pub plain_lx: f32,
     /// Reflectance of what the ray met.
     pub reflectance: f32,
-    /// Its cell.
-    pub next: CellRef,
+    /// Its cell, or [`NO_CELL`].
+    pub next: u32,
 }
 
 /// Cells of one half and their light.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CellLight {
     /// Where they lie.
     pub grid: CellGrid,
@@ -68,9 +47,9 @@ pub struct CellLight {
     samples: Vec<CellSample>,
     /// Number of samples of each cell.
     counts: Vec<u16>,
-    /// Illuminance in lx by the latest solution: all, and indirect alone.
-    values_lx: Vec<[f32; 2]>,
-    /// Variance in lx² of these by chance of their samples.
+    /// Indirect illuminance in lx by the latest solution.
+    values_lx: Vec<f32>,
+    /// Variance in lx² of it by chance of their samples.
     variances_lx2: Vec<f32>,
     /// Samples and cells that the latest solution knows.
     solved: usize,
@@ -105,10 +84,10 @@ impl CellLight {
     /// Bytes that cells and samples take.
     pub fn bytes(&self) -> usize {
         self.grid.bytes()
-            + self.samples.capacity() * size_of::<CellSample>()
-            + self.counts.capacity() * size_of::<u16>()
-            + self.values_lx.capacity() * size_of::<[f32; 2]>()
-            + self.variances_lx2.capacity() * size_of::<f32>()
+            + bytes_of_list(&self.samples)
+            + bytes_of_list(&self.counts)
+            + bytes_of_list(&self.values_lx)
+            + bytes_of_list(&self.variances_lx2)
     }
 
     /// Books a sample of a cell before it is taken; returns its number within the cell.
@@ -128,22 +107,16 @@ impl CellLight {
         self.samples.push(sample);
     }
 
-    /// Illuminance in lx that a look-up tells.
+    /// Indirect illuminance of a cell in lx; none of [`NO_CELL`].
     #[inline]
-    pub fn value_lx(&self, asked: CellRef) -> f32 {
-        if asked == CellRef::NONE {
-            return 0.0;
-        }
-        self.values_lx.get(asked.cell() as usize).map_or(0.0, |lx| lx[usize::from(asked.is_indirect_alone())])
+    pub fn value_lx(&self, cell: u32) -> f32 {
+        self.values_lx.get(cell as usize).copied().unwrap_or(0.0)
     }
 
-    /// Variance in lx² of what a look-up tells, about.
+    /// Its variance in lx², about.
     #[inline]
-    pub fn variance_lx2(&self, asked: CellRef) -> f32 {
-        if asked == CellRef::NONE {
-            return 0.0;
-        }
-        self.variances_lx2.get(asked.cell() as usize).copied().unwrap_or(0.0)
+    pub fn variance_lx2(&self, cell: u32) -> f32 {
+        self.variances_lx2.get(cell as usize).copied().unwrap_or(0.0)
     }
 
     /// Solves for the light of all cells, if there are samples or cells that the latest solution does not know.
@@ -152,7 +125,7 @@ impl CellLight {
             return;
         }
         self.counts.resize(self.grid.len(), 0);
-        self.values_lx.resize(self.grid.len(), [0.0; 2]);
+        self.values_lx.resize(self.grid.len(), 0.0);
         if self.solved < self.samples.len() {
             self.solved = self.samples.len();
             let system = System::of(&self.samples, &self.counts);
@@ -171,7 +144,7 @@ impl CellLight {
         // Of every cell the sums of its samples' light and of its square.
         let mut sums = vec![[0.0f64; 2]; self.counts.len()];
         for sample in &self.samples {
-            let lx = f64::from(sample.direct_lx) + f64::from(sample.plain_lx) + self.sent_lx(sample);
+            let lx = f64::from(sample.plain_lx) + self.sent_lx(sample);
             let sum = &mut sums[sample.cell as usize];
             *sum = [sum[0] + lx, sum[1] + lx * lx];
         }
@@ -183,12 +156,12 @@ impl CellLight {
         for cell in 0..sums.len() {
             if let Some(own) = spread_of(cell) {
                 spread += own;
-                squares += f64::from(self.values_lx[cell][0]).powi(2);
+                squares += f64::from(self.values_lx[cell]).powi(2);
             }
         }
         let usual = if spread > 0.0 { spread / squares } else { 1.0 };
         let variance = |cell: usize| {
-            let lx2 = usual * f64::from(self.values_lx[cell][0]).powi(2);
+            let lx2 = usual * f64::from(self.values_lx[cell]).powi(2);
             spread_of(cell).unwrap_or(lx2) / f64::from(self.counts[cell]).max(OF_NO_SAMPLE)
         };
         self.variances_lx2 = (0..sums.len()).map(|cell| variance(cell) as f32).collect();
@@ -203,26 +176,22 @@ impl CellLight {
                 continue;
             }
             let count = range.len() as f64;
-            let sent = |(next, reflectance): &(CellRef, f32)| f64::from(*reflectance) * f64::from(self.value_lx(*next));
+            let sent = |(next, reflectance): &(u32, f32)| f64::from(*reflectance) * f64::from(self.value_lx(*next));
             let sent_lx: f64 = system.links[range].iter().map(sent).sum();
-            let [direct_lx, plain_lx] = own_lx;
-            let new_lx = [(direct_lx + plain_lx + sent_lx) / count, (plain_lx + sent_lx) / count];
-            change_lx += count * (new_lx[0] - f64::from(self.values_lx[cell][0])).abs();
-            held_lx += count * new_lx[0];
-            self.values_lx[cell] = new_lx.map(|lx| lx as f32);
+            let new_lx = (own_lx + sent_lx) / count;
+            change_lx += count * (new_lx - f64::from(self.values_lx[cell])).abs();
+            held_lx += count * new_lx;
+            self.values_lx[cell] = new_lx as f32;
         }
         if change_lx <= SOLVED * held_lx {
             return true;
         }
         // What samples hold by themselves must be what cells hold beyond what is sent.
-        let own_lx: f64 = system.own_lx.iter().flatten().sum();
-        let sends = |(value_lx, asked): (&[f32; 2], &[f64; 2])| {
-            asked[0] * f64::from(value_lx[0]) + asked[1] * f64::from(value_lx[1])
-        };
-        let sent_lx: f64 = self.values_lx.iter().zip(&system.asked).map(sends).sum();
+        let own_lx: f64 = system.own_lx.iter().sum();
+        let sent_lx: f64 = self.values_lx.iter().zip(&system.asked).map(|(lx, asked)| asked * f64::from(*lx)).sum();
         let scale = own_lx / (held_lx - sent_lx);
         if (LEAST_SCALE..MOST_SCALE).contains(&scale) {
-            self.values_lx.iter_mut().flatten().for_each(|lx| *lx *= scale as f32);
+            self.values_lx.iter_mut().for_each(|lx| *lx *= scale as f32);
         }
         false
     }
@@ -235,12 +204,12 @@ impl CellLight {
 
     /// Gives cells without samples a value: the mean of the samples within them, else the value of the next larger cell.
     fn fill_unsampled(&mut self) {
+        // Sum over the samples within, and their number.
         let held = |light: &CellLight, cell: usize| {
             let count = f64::from(light.counts[cell]);
-            let [all, indirect] = light.values_lx[cell].map(|lx| count * f64::from(lx));
-            [all, indirect, count]
+            [count * f64::from(light.values_lx[cell]), count]
         };
-        let mut sums: Vec<[f64; 3]> = (0..self.counts.len()).map(|cell| held(self, cell)).collect();
+        let mut sums: Vec<[f64; 2]> = (0..self.counts.len()).map(|cell| held(self, cell)).collect();
         let mut by_level: Vec<Vec<u32>> = vec![Vec::new(); self.grid.levels()];
         for cell in 0..sums.len() as u32 {
             by_level[self.grid.level(cell) as usize].push(cell);
@@ -248,31 +217,31 @@ impl CellLight {
         for level in 0..by_level.len() {
             for cell in std::mem::take(&mut by_level[level]) {
                 let own = sums[cell as usize];
-                if own[2] == 0.0 {
+                if own[1] == 0.0 {
                     continue;
                 }
                 let Some(parent) = self.grid.parent(cell) else {
                     continue;
                 };
                 if sums.len() <= parent as usize {
-                    sums.resize(parent as usize + 1, [0.0; 3]);
+                    sums.resize(parent as usize + 1, [0.0; 2]);
                     by_level[level + 1].push(parent);
                 }
                 sums[parent as usize].iter_mut().zip(own).for_each(|(sum, more)| *sum += more);
             }
         }
-        self.values_lx.resize(sums.len(), [0.0; 2]);
+        self.values_lx.resize(sums.len(), 0.0);
         self.counts.resize(sums.len(), 0);
-        let mean = |[all, indirect, count]: [f64; 3]| [all, indirect].map(|lx| (lx / count.max(1.0)) as f32);
+        let mean = |[lx, count]: [f64; 2]| (lx / count.max(1.0)) as f32;
         // Where no larger cell has samples either, all cells together tell what is usual.
         let whole = (0..sums.len())
             .map(|cell| held(self, cell))
-            .fold([0.0; 3], |sum: [f64; 3], own| std::array::from_fn(|part| sum[part] + own[part]));
+            .fold([0.0; 2], |sum: [f64; 2], own| [sum[0] + own[0], sum[1] + own[1]]);
         for cell in 0..sums.len() {
             if self.counts[cell] == 0 {
                 let mut teller = Some(cell as u32);
                 while let Some(larger) = teller
-                    && sums[larger as usize][2] == 0.0
+                    && sums[larger as usize][1] == 0.0
                 {
                     teller = self.grid.larger(larger);
                 }
@@ -292,11 +261,11 @@ struct System {
     /// Number of the first link of every cell, and of all.
     firsts: Vec<u32>,
     /// Of every sample: the cell that it asked, and the reflectance there.
-    links: Vec<(CellRef, f32)>,
-    /// Of every cell, sums over its samples in lx: direct light, and light that no cell tells.
-    own_lx: Vec<[f64; 2]>,
-    /// Of every cell, sums of the reflectances of the links that ask it: for all its light, and for indirect light alone.
-    asked: Vec<[f64; 2]>,
+    links: Vec<(u32, f32)>,
+    /// Of every cell, sum over its samples of what they found by themselves, in lx.
+    own_lx: Vec<f64>,
+    /// Of every cell, sum of the reflectances of the links that ask it.
+    asked: Vec<f64>,
 }
 
 impl System {
@@ -306,17 +275,15 @@ impl System {
             firsts[cell + 1] = firsts[cell] + u32::from(*count);
         }
         let mut next = firsts.clone();
-        let mut links = vec![(CellRef::NONE, 0.0); samples.len()];
-        let (mut own_lx, mut asked) = (vec![[0.0; 2]; counts.len()], vec![[0.0; 2]; counts.len()]);
+        let mut links = vec![(NO_CELL, 0.0); samples.len()];
+        let (mut own_lx, mut asked) = (vec![0.0; counts.len()], vec![0.0; counts.len()]);
         for sample in samples {
             let cell = sample.cell as usize;
             links[next[cell] as usize] = (sample.next, sample.reflectance);
             next[cell] += 1;
-            own_lx[cell][0] += f64::from(sample.direct_lx);
-            own_lx[cell][1] += f64::from(sample.plain_lx);
-            if sample.next != CellRef::NONE {
-                let part = usize::from(sample.next.is_indirect_alone());
-                asked[sample.next.cell() as usize][part] += f64::from(sample.reflectance);
+            own_lx[cell] += f64::from(sample.plain_lx);
+            if let Some(asked) = asked.get_mut(sample.next as usize) {
+                *asked += f64::from(sample.reflectance);
             }
         }
         System { firsts, links, own_lx, asked }
@@ -340,45 +307,45 @@ mod tests {
         light
     }
 
+    /// A sample of a cell that found some light, and asked another cell.
+    fn sampled(light: &mut CellLight, cell: u32, plain_lx: f32, reflectance: f32, next: u32) {
+        light.book(cell);
+        light.add(CellSample { cell, plain_lx, reflectance, next });
+    }
+
     #[test]
     fn two_cells_that_light_each_other_have_all_bounces() {
-        // H₀ = 100 + 0.9 H₁, H₁ = 0.9 H₀: H₀ = 100/(1 − 0.81).
+        // I₀ = 100 + 0.9 I₁, I₁ = 0.9 I₀: I₀ = 100/(1 − 0.81).
         for reflectance in [0.5f32, 0.9, 0.999] {
             let mut light = cells(2);
-            for (cell, direct_lx) in [(0, 100.0), (1, 0.0)] {
-                light.book(cell);
-                let next = CellRef::new(1 - cell, false);
-                light.add(CellSample { cell, direct_lx, plain_lx: 0.0, reflectance, next });
-            }
+            sampled(&mut light, 0, 100.0, reflectance, 1);
+            sampled(&mut light, 1, 0.0, reflectance, 0);
             light.solve();
             let expected = 100.0 / (1.0 - f64::from(reflectance).powi(2));
-            let found = f64::from(light.value_lx(CellRef::new(0, false)));
-            assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
-            let indirect = f64::from(light.value_lx(CellRef::new(0, true)));
-            assert!((indirect - (found - 100.0)).abs() < 1e-3 * expected, "{indirect}");
+            let found = [0, 1].map(|cell| f64::from(light.value_lx(cell)));
+            assert!((found[0] / expected - 1.0).abs() < 1e-3, "{found:?} {expected}");
+            assert!((found[1] / expected - f64::from(reflectance)).abs() < 1e-3, "{found:?} {expected}");
         }
     }
 
     #[test]
     fn larger_cells_that_nobody_asked_tell_the_mean_of_what_they_hold() {
         let mut light = cells(2);
-        for (cell, direct_lx) in [(0, 10.0), (0, 20.0), (1, 60.0)] {
-            light.book(cell);
-            light.add(CellSample { cell, direct_lx, plain_lx: 0.0, reflectance: 0.0, next: CellRef::NONE });
+        for (cell, plain_lx) in [(0, 10.0), (0, 20.0), (1, 60.0)] {
+            sampled(&mut light, cell, plain_lx, 0.0, NO_CELL);
         }
         light.solve();
         let mut above = [0, 1];
         while above[0] != above[1] {
             above = above.map(|cell| light.grid.parent(cell).expect("cubes of a metre meet below the top"));
         }
-        assert!((light.value_lx(CellRef::new(above[0], false)) - 30.0).abs() < 1e-4);
+        assert!((light.value_lx(above[0]) - 30.0).abs() < 1e-4);
     }
 
     #[test]
     fn cells_without_samples_ask_larger_ones() {
         let mut light = cells(1);
-        light.book(0);
-        light.add(CellSample { cell: 0, direct_lx: 10.0, plain_lx: 0.0, reflectance: 0.0, next: CellRef::NONE });
+        sampled(&mut light, 0, 10.0, 0.0, NO_CELL);
         let ask = |light: &mut CellLight, normal: DVec3| {
             let lookup = Lookup { point_m: DVec3::X, normal, direction: -DVec3::Z, distance_m: 0.05 };
             light.grid.ask(&lookup)
@@ -386,6 +353,6 @@ mod tests {
         let [finer, other] = [DVec3::Z, DVec3::X].map(|normal| ask(&mut light, normal));
         light.solve();
         // The other faces a way of which nothing is known.
-        assert_eq!([finer, other].map(|cell| light.value_lx(CellRef::new(cell, false))), [10.0; 2]);
+        assert_eq!([finer, other].map(|cell| light.value_lx(cell)), [10.0; 2]);
     }
 }

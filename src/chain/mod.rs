@@ -4,6 +4,7 @@ mod choice;
 mod mirrors;
 mod near_lights;
 mod outlook;
+mod patience;
 mod sight_map;
 mod unlit;
 
@@ -14,6 +15,7 @@ use glam::DVec3;
 pub use mirrors::Mirrors;
 pub use near_lights::{LookedBack, NearLights, median_distance_m};
 pub use outlook::{Found, HIDDEN, Outlook, Spot};
+pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use sight_map::SightMap;
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
@@ -40,6 +42,8 @@ pub struct Stage {
     pub near_lights: Option<NearLights>,
     /// Classes of paths that walks cannot find, in words; chains find all.
     pub paths_not_found: Vec<String>,
+    /// How long paths may go on.
+    pub patience: Patience,
     triangles: Vec<TriangleOptics>,
     laws: Vec<Law>,
     has_panes: bool,
@@ -78,7 +82,7 @@ pub enum End {
     BackFace,
     /// Left the scene.
     Escaped,
-    /// Cut off after very many surfaces.
+    /// Cut off after very many surfaces, or after many and long after the time of a run.
     CutOff,
 }
 
@@ -116,6 +120,7 @@ impl Stage {
             sight_map: OnceLock::new(),
             near_lights: None,
             paths_not_found: mirrors::not_found(&left_out),
+            patience: Patience::default(),
             triangles,
             laws,
             has_panes,
@@ -129,6 +134,11 @@ impl Stage {
     /// Finds out what is in sight from where, for a run of about so many rays, if that pays; only the first call counts.
     pub fn look_out(&self, planned_rays: f64) {
         self.sight_map.get_or_init(|| SightMap::of(self, planned_rays));
+    }
+
+    /// Takes what an earlier part of the run has found to be in sight from where, if anything.
+    pub fn take_sight_map(&self, found: Option<SightMap>) {
+        self.sight_map.get_or_init(|| found);
     }
 
     /// Whether a run of about so many rays in a scene of so many m² would find that out for nearly all places: choosing luminaires
@@ -308,6 +318,9 @@ impl Stage {
             direction = scattered.direction;
             bounces += u32::from(scattered.way != Way::Passed);
             origin = self.leave(&hit, scattered.way);
+            if self.patience.is_over(rays) {
+                return (End::CutOff, rays);
+            }
         }
         (End::CutOff, MOST_RAYS_OF_A_CHAIN)
     }

@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::Stage;
 use crate::geometry::Origin;
@@ -67,7 +68,7 @@ const SEED: u64 = 0x51_6875;
 const WHOLE: f64 = 2_147_483_648.0;
 
 /// Probabilities of emitters, cell by cell; a cell is a cube of space and one of six directions that surfaces face.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SightMap {
     low_m: DVec3,
     cell_m: f64,

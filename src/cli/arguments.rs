@@ -9,6 +9,7 @@ use super::inspect::InspectArguments;
 use super::man::ManArguments;
 use super::merge::MergeArguments;
 use super::new::NewArguments;
+use super::resume::ResumeArguments;
 use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
 use super::ugr_table::{self, UgrTableArguments};
@@ -51,6 +52,8 @@ pub enum Command {
     New(NewArguments),
     /// Compute every map and receiver set of a scene and write the results into a directory
     Solve(SolveArguments),
+    /// Go on with a run from its checkpoint (solve --checkpoint FILE), to the same results or to a smaller error
+    Resume(ResumeArguments),
     /// Make one result of the shares of a run (solve --share k/n), and judge its target
     Merge(MergeArguments),
     /// Exact illuminance between two parallel diffuse planes lit by a point source

@@ -40,7 +40,7 @@ pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started
         .filter(asked_for)
         .filter(|of| applies(*of, scene, settings))
         .collect();
-    let watcher = Watcher::new(started, true);
+    let watcher = Watcher::new(started, true, None);
     let expected = expectations(scene, settings, &methods, &targets, &watcher);
     if expected.is_empty() {
         console::message("no forecast: the pilots found no light in a map that the target binds");

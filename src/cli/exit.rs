@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use crate::analytic::AnalyticError;
 use crate::light_mesh::NotForLightMesh;
-use crate::output::{OutputError, ShareError};
+use crate::output::{OutputError, SealedError};
 use crate::radiosity::NotARoom;
 use crate::scene::SceneError;
 use crate::scene::photometry::PhotometricError;
@@ -67,9 +67,9 @@ pub enum Failure {
     /// A scene that light meshes cannot compute.
     #[error(transparent)]
     NotForLightMesh(#[from] NotForLightMesh),
-    /// Shares that cannot be merged.
+    /// Shares that cannot be merged, or a checkpoint that no run can go on from.
     #[error(transparent)]
-    Share(#[from] ShareError),
+    Sealed(#[from] SealedError),
     /// Options that do not go together, or not with the scene.
     #[error("{what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
     Usage {
@@ -110,7 +110,7 @@ impl Failure {
             | Failure::Analytic(_)
             | Failure::NotARoom(_)
             | Failure::NotForLightMesh(_)
-            | Failure::Share(_)
+            | Failure::Sealed(_)
             | Failure::Usage { .. }
             | Failure::Study { .. } => Exit::Refused,
             Failure::Output(_) | Failure::StandardOutput(_) => Exit::Unwritten,

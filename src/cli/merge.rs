@@ -19,7 +19,7 @@ use crate::control::Forecast;
 use crate::geometry::position_accuracy_m;
 use crate::maps::MapKind;
 use crate::output::{
-    PartOfRun, ReportContext, ResultDirectory, RunRecord, ShareError, ShareFile, read_share, summary_file,
+    PartOfRun, ReportContext, ResultDirectory, RunRecord, SealedError, ShareFile, read_share, summary_file,
 };
 use crate::scene::{Elements, Scene, allow_large_files, read_scene};
 use crate::solver::{
@@ -155,7 +155,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
 }
 
 /// Reads the headers of all shares, and puts them in order.
-fn read_shares(directories: &[PathBuf]) -> Result<Vec<ShareFile>, ShareError> {
+fn read_shares(directories: &[PathBuf]) -> Result<Vec<ShareFile>, SealedError> {
     let mut shares = directories.iter().map(|directory| read_share(directory)).collect::<Result<Vec<_>, _>>()?;
     shares.sort_by_key(|share| share.header.share.number);
     check_twins(&shares)?;
@@ -168,7 +168,7 @@ fn read_shares(directories: &[PathBuf]) -> Result<Vec<ShareFile>, ShareError> {
 }
 
 /// Refuses one share that comes twice, under its own number or another: it would weigh as two, and bring no more than one.
-fn check_twins(shares: &[ShareFile]) -> Result<(), ShareError> {
+fn check_twins(shares: &[ShareFile]) -> Result<(), SealedError> {
     let number = |share: &ShareFile| share.header.share.number;
     let mut by_sums: Vec<&ShareFile> = shares.iter().collect();
     by_sums.sort_by_key(|share| (&share.header.sums_sha256, number(share)));
@@ -180,7 +180,7 @@ fn check_twins(shares: &[ShareFile]) -> Result<(), ShareError> {
         .map(|pair| (pair[0], pair[1]))
         .find(|(one, other)| one.header.sums_sha256 == other.header.sums_sha256 && !one.header.record.is_exact);
     let Some((one, other)) = same_number.or(same_sums) else { return Ok(()) };
-    Err(ShareError {
+    Err(SealedError {
         path: other.path.clone(),
         what: match number(one) == number(other) {
             true => format!("share {} comes twice", number(one)),
@@ -197,10 +197,10 @@ fn check_twins(shares: &[ShareFile]) -> Result<(), ShareError> {
 }
 
 /// Refuses shares that are not of one run.
-fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), ShareError> {
+fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), SealedError> {
     let (ours, theirs) = (&first.header, &other.header);
     let names = [&first.header, &other.header].map(|header| format!("share {}", header.share.number));
-    let differ = |what: &str, got: String, expected: String| ShareError {
+    let differ = |what: &str, got: String, expected: String| SealedError {
         path: other.path.clone(),
         what: format!("{} and {} are {what}", names[0], names[1]),
         got,
@@ -234,14 +234,17 @@ fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), ShareError> {
 }
 
 /// Refuses a set of shares with gaps.
-fn check_numbers(shares: &[ShareFile]) -> Result<(), ShareError> {
+fn check_numbers(shares: &[ShareFile]) -> Result<(), SealedError> {
     let all = shares.iter().map(|share| share.header.share.of).max().unwrap_or(0);
-    let missing: Vec<u32> = (1..=all)
-        .filter(|number| shares.binary_search_by_key(number, |share| share.header.share.number).is_err())
-        .collect();
-    let Some(first) = missing.first() else { return Ok(()) };
-    let more = if missing.len() > 1 { format!(" and {} more", missing.len() - 1) } else { String::new() };
-    Err(ShareError {
+    // They are in order, each once; that there are to be four thousand million of them costs nothing.
+    let there = shares.iter().map(|share| share.header.share.number).filter(|number| (1..=all).contains(number));
+    let missing = u64::from(all) - there.clone().count() as u64;
+    if missing == 0 {
+        return Ok(());
+    }
+    let first = 1 + there.zip(1..).take_while(|(number, place)| number == place).count();
+    let more = if missing > 1 { format!(" and {} more", missing - 1) } else { String::new() };
+    Err(SealedError {
         path: shares[0].path.clone(),
         what: format!("share {first} of {all}{more} is missing"),
         got: counted(shares.len(), "share"),
@@ -251,7 +254,7 @@ fn check_numbers(shares: &[ShareFile]) -> Result<(), ShareError> {
 }
 
 /// The target that is judged: the one asked for, else that of the shares.
-fn target_of(arguments: &MergeArguments, shares: &[ShareFile]) -> Result<Option<f64>, ShareError> {
+fn target_of(arguments: &MergeArguments, shares: &[ShareFile]) -> Result<Option<f64>, SealedError> {
     let first = shares[0].header.target_error;
     if arguments.target_error.is_some() {
         return Ok(arguments.target_error);
@@ -260,7 +263,7 @@ fn target_of(arguments: &MergeArguments, shares: &[ShareFile]) -> Result<Option<
         None => Ok(first),
         Some(other) => {
             let words = |target: Option<f64>| target.map_or("no target".to_owned(), percent);
-            Err(ShareError {
+            Err(SealedError {
                 path: other.path.clone(),
                 what: "the shares have different targets".to_owned(),
                 got: words(other.header.target_error),
@@ -288,7 +291,7 @@ fn check_out(arguments: &MergeArguments) -> Result<(), Failure> {
 }
 
 /// Refuses a scene that is not the one that was computed.
-fn check_scene(scene: &Scene, path: &Path, share: &ShareFile) -> Result<(), ShareError> {
+fn check_scene(scene: &Scene, path: &Path, share: &ShareFile) -> Result<(), SealedError> {
     let (header, digest) = (&share.header, scene.digest());
     let entries = |kind: MapKind| match kind {
         MapKind::Elements => Some(Elements::of(scene).len()),
@@ -298,7 +301,7 @@ fn check_scene(scene: &Scene, path: &Path, share: &ShareFile) -> Result<(), Shar
     if digest == header.scene_digest && fits {
         return Ok(());
     }
-    Err(ShareError {
+    Err(SealedError {
         path: path.to_path_buf(),
         what: "the scene is not the one that the shares computed, or it has changed since".to_owned(),
         got: format!("digest {digest:.16}…"),
@@ -307,9 +310,9 @@ fn check_scene(scene: &Scene, path: &Path, share: &ShareFile) -> Result<(), Shar
     })
 }
 
-fn method_of(share: &ShareFile) -> Result<Method, ShareError> {
+fn method_of(share: &ShareFile) -> Result<Method, SealedError> {
     let name = &share.header.method;
-    Method::ALL.into_iter().find(|method| method.name() == name).ok_or_else(|| ShareError {
+    Method::ALL.into_iter().find(|method| method.name() == name).ok_or_else(|| SealedError {
         path: share.path.clone(),
         what: "the share is by a method that cannot be merged".to_owned(),
         got: name.clone(),

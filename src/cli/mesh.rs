@@ -7,7 +7,7 @@ use crate::light_mesh::{Accelerations, IndirectForm};
 use crate::validation::MeshChoice;
 
 /// Options of the light mesh.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct MeshArguments {
     /// With --method light-mesh: distance of mesh points in m [default: found by refining to the target]
     #[arg(long, value_name = "STEP", value_parser = length_m, allow_hyphen_values = true)]

@@ -1,10 +1,12 @@
 //! The methods, elements and plot formats that `--method`, `--elements` and `--plots` name.
 
+use serde::{Deserialize, Serialize};
+
 use super::exit::Failure;
 use crate::solver::ElementChoice;
 
 /// How a scene is solved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MethodChoice {
     /// The program chooses.
     Auto,
@@ -62,7 +64,7 @@ pub fn elements(text: &str) -> Result<ElementChoice, String> {
 }
 
 /// Formats of plots.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plots {
     /// SVG files.
     pub svg: bool,

@@ -1,6 +1,8 @@
 //! The command line: arguments, progress, exit codes. Nothing outside this room prints.
 
 mod arguments;
+mod beforehand;
+mod checkpoint;
 mod compare;
 mod completions;
 mod console;
@@ -23,6 +25,7 @@ mod proportions;
 mod proving_ground;
 mod result_table;
 mod results;
+mod resume;
 mod run;
 mod schema;
 mod selection;
@@ -52,6 +55,7 @@ pub fn run() -> ExitCode {
     survive_file_size_limits();
     let outcome = match &arguments.command {
         Command::Solve(arguments) => solve::run(arguments, started),
+        Command::Resume(arguments) => resume::run(arguments, started),
         Command::Merge(arguments) => merge::run(arguments, started),
         Command::Sobolev(arguments) => sobolev::run(arguments),
         Command::Validate(arguments) => validate::run(arguments, started),

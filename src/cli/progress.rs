@@ -7,11 +7,12 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::checkpoint::CheckpointKeeper;
 use super::console;
 use super::exit::Exit;
 use super::number_text::{count, percent, time};
 use crate::control::Forecast;
-use crate::solver::{Hindrance, Observer, Progress};
+use crate::solver::{Hindrance, Keeper, Observer, Progress};
 
 /// Seconds between two lines where there is no terminal.
 const LINE_INTERVAL_S: f64 = 5.0;
@@ -57,6 +58,8 @@ enum Display {
 
 /// The terminal's side of a run.
 pub struct Watcher {
+    /// What keeps the run's state, if anything does.
+    pub keeper: Option<CheckpointKeeper>,
     started: Instant,
     run_started_s: f64,
     display: Display,
@@ -70,7 +73,7 @@ pub struct Watcher {
 
 impl Watcher {
     /// Watches a run of a process that started at `started`.
-    pub fn new(started: Instant, quiet: bool) -> Watcher {
+    pub fn new(started: Instant, quiet: bool, keeper: Option<CheckpointKeeper>) -> Watcher {
         let run_started_s = started.elapsed().as_secs_f64();
         let display = if quiet {
             Display::Quiet
@@ -80,6 +83,7 @@ impl Watcher {
             Display::Lines(Mutex::new(run_started_s))
         };
         Watcher {
+            keeper,
             started,
             run_started_s,
             display,
@@ -159,6 +163,10 @@ impl Observer for Watcher {
 
     fn is_interrupted(&self) -> bool {
         is_interrupted()
+    }
+
+    fn keeper(&self) -> Option<&dyn Keeper> {
+        self.keeper.as_ref().map(|keeper| keeper as &dyn Keeper)
     }
 
     fn wall_s(&self) -> f64 {

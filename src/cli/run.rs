@@ -15,7 +15,10 @@ use crate::geometry::position_accuracy_m;
 use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, summary_file};
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
-use crate::solver::{ElementChoice, Method, Observer, Settings, Solution, StopReason};
+use crate::solver::{
+    ElementChoice, GoingOn, MapSums, Method, Observer, Settings, Share, ShareRecord, Solution, StopReason, resume,
+    resume_share, solve_share,
+};
 use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
 /// What a run is asked to do: the options of `luxmc solve`.
@@ -186,13 +189,35 @@ impl SceneRun {
     ///
     /// Radiosity and light meshes that have no time for anything.
     pub fn solve(&self, observer: &dyn Observer) -> Result<Solution, Failure> {
+        self.solve_from(None, observer)
+    }
+
+    /// The same from the beginning, or on from where the run was kept, which methods without chains are not.
+    pub(super) fn solve_from(&self, going_on: Option<GoingOn>, observer: &dyn Observer) -> Result<Solution, Failure> {
         let (scene, settings) = (&self.scene, &self.settings);
         self.on_its_threads(|| match self.options.method {
             MethodChoice::Radiosity => solve_by_radiosity(scene, settings, observer).map_err(Failure::from),
             MethodChoice::LightMesh => {
                 solve_by_light_mesh(scene, settings, &self.options.mesh, observer).map_err(Failure::from)
             }
-            _ => Ok(crate::solver::solve(scene, settings, observer)),
+            _ => Ok(match going_on {
+                Some(going_on) => resume(scene, settings, going_on, observer),
+                None => crate::solver::solve(scene, settings, observer),
+            }),
+        })
+    }
+
+    /// Computes a share of the run, from the beginning or on from where it was kept.
+    pub(super) fn solve_share(
+        &self,
+        share: Share,
+        going_on: Option<GoingOn>,
+        observer: &dyn Observer,
+    ) -> (Solution, ShareRecord, Vec<MapSums>) {
+        let (scene, settings) = (&self.scene, &self.settings);
+        self.on_its_threads(|| match going_on {
+            Some(going_on) => resume_share(scene, settings, share, going_on, observer),
+            None => solve_share(scene, settings, share, observer),
         })
     }
 }

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use serde::{Deserialize, Serialize};
 
+use super::beforehand::Beforehand;
+use super::checkpoint::CheckpointKeeper;
 use super::dry_run::{self, dry_run};
 use super::exit::Failure;
 use super::memory::limit_memory;
@@ -15,11 +18,11 @@ use super::patience::meanwhile;
 use super::progress::{Watcher, heed_interruptions};
 use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
 use super::run::{RunOptions, RunStory, SceneRun};
-use super::{Outcome, console, share, values};
+use super::{Outcome, checkpoint, console, share, values};
 use crate::maps::MapKind;
-use crate::output::{PartOfRun, ResultDirectory, ShareHeader, share_file};
+use crate::output::{CheckpointFile, PartOfRun, ResultDirectory, ShareHeader, share_file};
 use crate::scene::{Elements, Scene, allow_large_files, read_scene};
-use crate::solver::{ElementChoice, Settings, Share, Solution, solve_share};
+use crate::solver::{ElementChoice, Settings, Share, Solution};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -28,6 +31,7 @@ Examples:
   luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
   luxmc solve office.json --out out --chains 1e6          the same bytes in every run
   luxmc solve office.json --out out/3 --share 3/8 --chains 1e7   one of eight shares, for luxmc merge
+  luxmc solve office.json --out out --checkpoint office.ckpt     kept every minute; luxmc resume office.ckpt goes on
   luxmc solve office.json --dry-run                       what targets would take: rays, seconds, memory
   luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
 
@@ -36,21 +40,21 @@ Ctrl-C ends the run and writes what it has; another one a second later ends the 
 Exit code 3: a limit came before the target.";
 
 /// Arguments of `luxmc solve`.
-#[derive(Debug, Args)]
+#[derive(Debug, Args, Serialize, Deserialize)]
 #[command(after_help = EXAMPLES)]
 pub struct SolveArguments {
     /// Scene file (JSON)
     scene: PathBuf,
     /// Directory for the results; made where missing, other files in it stay
     #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// Pilots alone: print what a run would take (rays, seconds, memory) by every method that applies, or by --method, to errors
     /// of 3, 1, 0.3 and 0.1%, and to --target-error
     #[arg(long)]
     dry_run: bool,
     /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
-    target_error: Option<f64>,
+    pub target_error: Option<f64>,
     /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
     #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
     time_limit: Option<f64>,
@@ -62,7 +66,7 @@ pub struct SolveArguments {
     seed: u64,
     /// Worker threads; results do not depend on them [default: all processors]
     #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
-    threads: Option<usize>,
+    pub threads: Option<usize>,
     /// Maps to compute, write and bind to the target: all, elements, receivers, or names of receiver sets with
     /// commas between [default: all are computed; the target binds the receiver sets, if any]
     #[arg(long, value_name = "MAPS")]
@@ -79,42 +83,79 @@ pub struct SolveArguments {
     /// say how much work it is; --target-error is what the merged result is judged by
     #[arg(long, value_name = "K/N", value_parser = values::share, allow_hyphen_values = true, conflicts_with = "dry_run")]
     share: Option<Share>,
+    /// Keep the state of the run in this file, from which luxmc resume goes on
+    #[arg(long, value_name = "FILE", conflicts_with = "dry_run")]
+    #[serde(skip)]
+    pub checkpoint: Option<PathBuf>,
+    /// Time between two checkpoints: 60s, 5m; longer where writing takes more than 2 % of it [default: 60s]
+    #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true, requires = "checkpoint")]
+    pub checkpoint_every: Option<f64>,
     #[command(flatten)]
+    #[serde(skip)]
     mesh: MeshArguments,
     /// Plots: svg, png, both with a comma between, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
-    plots: Option<Plots>,
+    pub plots: Option<Plots>,
     /// Memory that the run may take: 2GB, 512MiB [default: what the machine has left]
     #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
-    memory_limit: Option<u64>,
+    pub memory_limit: Option<u64>,
     /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
     #[arg(long)]
-    allow_large: bool,
+    pub allow_large: bool,
     /// No progress on standard error; warnings and errors stay
     #[arg(long)]
-    quiet: bool,
+    pub quiet: bool,
+}
+
+/// A run that goes on.
+pub struct Resumption {
+    /// Its checkpoint.
+    pub file: CheckpointFile,
+    /// Where its scene lies.
+    pub scene: PathBuf,
+    /// Seconds from the start of the process at which this part of it ends.
+    pub time_limit_s: Option<f64>,
 }
 
 /// Solves a scene.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
+    run_from(arguments, None, started)
+}
+
+/// Solves a scene from the beginning, or goes on from a checkpoint.
+pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
     heed_interruptions();
     limit_memory(arguments.memory_limit);
     if arguments.allow_large {
         allow_large_files();
     }
-    let reading = format!("reading and checking {}", arguments.scene.display());
-    let scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(&arguments.scene))?;
+    let scene_file = resumption.as_ref().map_or(&arguments.scene, |resumption| &resumption.scene);
+    let limit_s = resumption.as_ref().map_or(arguments.time_limit, |resumption| resumption.time_limit_s);
+    let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file)?)));
+    if let Some(line) = beforehand.and_then(|(limit_s, scene)| scene.line(limit_s)) {
+        console::message(&line);
+    }
+    let reading = format!("reading and checking {}", scene_file.display());
+    let scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
     let read_s = started.elapsed().as_secs_f64();
     let run = SceneRun::new(scene, &arguments.scene.display().to_string(), options(arguments)?)?;
     let (scene, settings) = (run.scene(), run.settings());
     if let Some(share) = arguments.share {
         share::check(share, scene, settings, arguments.method)?;
     }
+    if let (Some(path), None) = (&arguments.checkpoint, &resumption) {
+        checkpoint::check(path, arguments.method)?;
+    }
+    let going_on = resumption.as_ref().map(|resumption| checkpoint::take_up(resumption, scene)).transpose()?;
     let Some(out) = arguments.out.as_ref().filter(|_| !arguments.dry_run) else {
         dry_run::check(arguments.method)?;
         return run.on_its_threads(|| dry_run(scene, settings, arguments.method, started, arguments.quiet));
     };
     let directory = ResultDirectory::open(out)?;
+    if let Some(Err(failure)) = arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path)) {
+        directory.withdraw();
+        return Err(failure);
+    }
 
     let quiet = arguments.quiet;
     let tell = |line: &str| {
@@ -128,16 +169,24 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         console::message(&format!("warning: {warning}"));
     }
 
-    if let Some(line) = late_line(arguments.time_limit, started.elapsed().as_secs_f64()) {
+    let rest_s = beforehand.map_or(0.0, |(_, scene)| scene.rest_after_s(read_s));
+    if let Some(line) = late_line(limit_s, started.elapsed().as_secs_f64(), rest_s) {
         console::message(&line);
     }
 
-    let watcher = Watcher::new(started, quiet);
+    if let Some(resumption) = &resumption {
+        tell(&format!("going on from {}", checkpoint::words_on(&resumption.file)));
+    }
+    let keeper = arguments.checkpoint.as_ref().map(|path| {
+        let header = checkpoint::header(scene, [scene_file, &arguments.scene, out], arguments);
+        CheckpointKeeper::new(path.clone(), arguments.checkpoint_every, started, header)
+    });
+    let watcher = Watcher::new(started, quiet, keeper);
     let mut of_share = None;
     let solve = || match arguments.share {
-        None => run.solve(&watcher),
+        None => run.solve_from(going_on, &watcher),
         Some(share) => {
-            let (solution, record, sums) = run.on_its_threads(|| solve_share(scene, settings, share, &watcher));
+            let (solution, record, sums) = run.solve_share(share, going_on, &watcher);
             of_share = Some((share, record, sums));
             Ok(solution)
         }
@@ -164,9 +213,9 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         part: arguments.share.map_or(PartOfRun::Whole, PartOfRun::Share),
     };
     let share = of_share.map(|(share, record, sums)| {
-        let header = share::header(scene, &arguments.scene, settings, &solution, share, record);
+        let header = share::header(scene, scene_file, settings, &solution, share, record);
         let command = command_without_output(arguments, &solution);
-        share_file(ShareHeader { command, threads: run.threads(), ..header }, &sums)
+        share_file(ShareHeader { command, threads: run.threads(), scene: story.scene.clone(), ..header }, &sums)
     });
     story.write(scene, &solution, share, directory)?;
 
@@ -179,6 +228,9 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
         tell(&format!("note: {note}"));
     }
     tell(&closing_lines(&solution, &out.display().to_string(), computed_s));
+    if let Some(line) = watcher.keeper.as_ref().and_then(|keeper| keeper.closing_line(&solution)) {
+        tell(&line);
+    }
     Ok(exit_of(&solution))
 }
 
@@ -229,7 +281,7 @@ fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, 
     let mut rules = Vec::new();
     rules.extend(arguments.share.map(|share| format!("share {} of {}", share.number, share.of)));
     rules.extend(settings.target_error.map(|error| format!("target {}", percent(error))));
-    rules.extend(settings.chains.map(|chains| format!("{chains} chains")));
+    rules.extend(settings.chains.map(|chains| counted(chains as usize, "chain")));
     rules.extend(settings.time_limit_s.map(|limit_s| format!("time limit {}", time(limit_s))));
     if rules.is_empty() {
         rules.push("target 1 %".to_owned());
@@ -248,12 +300,14 @@ fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, 
     )
 }
 
-/// What is told before the run where reading alone has taken all the time there was.
-fn late_line(time_limit_s: Option<f64>, read_s: f64) -> Option<String> {
+/// What is told before the run where reading alone has taken all the time there was, with the time that making ready and writing take.
+fn late_line(time_limit_s: Option<f64>, read_s: f64, rest_s: f64) -> Option<String> {
     let limit_s = time_limit_s.filter(|limit_s| read_s >= *limit_s)?;
+    let rest =
+        if rest_s > 0.0 { format!(", some {} with making ready and writing", time(rest_s)) } else { String::new() };
     Some(format!(
-        "warning: reading and checking the scene took {}, more than the time limit of {}: what follows is a first look, and a limit \
-         leaves time to compute from twice that on",
+        "warning: reading and checking the scene took {}, more than the time limit of {}: what follows is a first look{rest}, and a \
+         limit leaves time to compute from twice all that on",
         time(read_s),
         time(limit_s)
     ))

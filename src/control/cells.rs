@@ -3,6 +3,8 @@
 //! Four variances and four costs are measured at every look. The next step is the growth of the four that is predicted to reach
 //! the target with the fewest rays.
 
+use serde::{Deserialize, Serialize};
+
 use super::margin;
 use crate::maps::ResidualState;
 
@@ -26,7 +28,7 @@ pub struct CellParts {
 }
 
 /// Factors by which each kind of work is to grow.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellGrowth {
     /// Of each kind: 1 or more.
     pub factors: [f64; KINDS],
@@ -55,12 +57,13 @@ impl CellParts {
         let goal_lx2 = FILLED * target_lx * target_lx;
         let most = STEP.powi(STEPS - 1);
         let silent = self.residuals.silent_share;
+        let believed = self.residuals.believed();
         let mut best =
             CellGrowth { factors: [most; KINDS], all_walk: silent > 0.0, rays: f64::INFINITY, reaches: false };
         let steps = |count: i32| (0..count).map(|step| STEP.powi(step));
         // Where some entries walk, all may, each as often as those did or more.
         for all_walk in [false, true].into_iter().take(if silent > 0.0 { 2 } else { 1 }) {
-            let residuals = if all_walk { self.residuals.over_all() } else { self.residuals };
+            let residuals = if all_walk { believed.over_all() } else { believed };
             let walkers = if all_walk { 1.0 / (1.0 - silent) } else { 1.0 };
             for (walks, fills) in steps(STEPS).flat_map(|walks| steps(FILL_STEPS).map(move |fills| (walks, fills))) {
                 let left = residuals.left_lx2(walks, fills);
@@ -76,7 +79,7 @@ impl CellParts {
                     self.rays[kind] * (wider * factors[kind] - 1.0)
                 };
                 let more_rays = (0..KINDS).map(more).sum();
-                if factors.iter().all(|factor| *factor <= most) && more_rays < best.rays {
+                if more_rays < best.rays {
                     best = CellGrowth { factors, all_walk, rays: more_rays, reaches: true };
                 }
             }

@@ -1,5 +1,7 @@
 //! How fast the error of a run falls: error ∝ work^(−α), α fitted to the run's own history.
 
+use serde::{Deserialize, Serialize};
+
 use crate::maps::{Judgement, REPLICAS};
 
 /// α of independent samples, and what is taken while the history says little.
@@ -13,7 +15,7 @@ const MOST_EXPONENT: f64 = 1.0;
 const MOST_LOOKS: usize = 12;
 
 /// The looks at the error of one map.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ErrorHistory {
     /// ln of the work, ln of the expected error, and the variance of the latter.
     looks: Vec<[f64; 3]>,

@@ -1,12 +1,14 @@
 //! What a number of a run will have come to at its end, with the interval that holds it in 90 % of runs.
 
+use serde::{Deserialize, Serialize};
+
 use crate::maps::REPLICAS;
 
 /// Standard deviations of the normal distribution beyond which 5 % lie on either side.
 pub const NINE_OF_TEN: f64 = 1.645;
 
 /// A number to come and the interval that holds it in 90 % of runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Forecast {
     /// The number, about: as likely too high as too low.
     pub expected: f64,

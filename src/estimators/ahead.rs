@@ -8,6 +8,8 @@
 
 mod survey;
 
+use serde::{Deserialize, Serialize};
+
 use super::direct::Receiver;
 use crate::chain::Stage;
 use crate::sampling::random::{Square, Stream};
@@ -24,7 +26,7 @@ const SAMPLES_OF_A_PASS: f64 = 16.0;
 const MOST_ITEMS: usize = 2_000_000;
 
 /// What a receiver expects of its emitters.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Expectation {
     /// All that is expected, in lx.
     sum_lx: f64,
@@ -37,7 +39,7 @@ pub struct Expectation {
 }
 
 /// An emitter, or a part of one, of which it is not certain what it brings.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Item {
     emitter: u32,
     /// The part: looks have their first two variates in this square.
@@ -51,7 +53,7 @@ struct Item {
 }
 
 /// Expectations at the points of a receiver set, kept from pass to pass as far as there is room.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Expectations {
     /// Looks ahead at an emitter that brings everything.
     pub looks_ahead: f64,

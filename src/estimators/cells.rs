@@ -1,6 +1,7 @@
 //! Gathering through cells: rays that ask cells, the samples that cells take, and walks that measure what cells have wrong.
 //!
-//! E_indirect = mean_k ρ_k H(y_k): ray k meets place y_k, whose illuminance H a cell tells. Rays of their own fill the cells: they
+//! E_indirect = mean_k ρ_k (D(y_k) + I(y_k)): ray k meets place y_k, where a light sample finds the direct light D, and whose indirect
+//! illuminance I a cell tells. Rays of their own fill the cells: they
 //! start where the others do, and what they meet are the places of the samples, so that samples lie where they are asked for. No
 //! ray whose value counts fills a cell: what it reads would hang together with what it met, and walks would measure another bias
 //! than its own. All that a ray or a walk found is kept as numbers of cells with their factors, so that it can be summed up once
@@ -8,36 +9,37 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use crate::caches::{CellGrid, CellKey, CellLight, CellRef, CellSample, Lookup};
-use crate::chain::{Spot, Stage};
-use crate::estimators::direct::{Care, Receiver, one_look};
-use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, Memory, Met, Recall, gather_along_lx, gather_indirect_lx};
+use crate::caches::{CellGrid, CellKey, CellLight, CellSample, Lookup, NO_CELL};
+use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
+use crate::estimators::walk::{MOST_RAYS_OF_A_WALK, Memory, Met, Recall, gather_indirect_lx, gather_parts_lx};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
+use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
 
 /// Samples that a thread takes at a time, at least.
 const SAMPLES_A_TASK: usize = 64;
 
 /// A factor by which the light of a cell counts.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Term {
-    /// What is asked.
-    pub asked: CellRef,
+    /// The cell, or [`NO_CELL`].
+    pub cell: u32,
     /// The factor.
     pub factor: f32,
 }
 
 impl Term {
     /// Nothing was asked.
-    pub const NONE: Term = Term { asked: CellRef::NONE, factor: 0.0 };
+    pub const NONE: Term = Term { cell: NO_CELL, factor: 0.0 };
 }
 
 /// A diffuse place that a ray met.
 #[derive(Clone, Copy)]
 struct Place {
-    spot: Spot,
     point_m: DVec3,
     normal: DVec3,
     origin: Origin,
@@ -50,8 +52,9 @@ impl Place {
 }
 
 /// Notes where a ray met the first diffuse surface, and how it asks the cell there.
-#[derive(Default)]
 struct Asking {
+    /// Whether direct light there is looked for, too.
+    looks: bool,
     found: Option<Asked>,
 }
 
@@ -61,35 +64,28 @@ pub struct Asked {
     place: Place,
     lookup: Lookup,
     reflectance: f64,
-    /// Whether the ray has looked for luminaires itself, and asks for indirect light alone.
-    indirect_alone: bool,
 }
 
 impl Memory for Asking {
     #[inline]
     fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
         let Receiver { point_m, normal, origin } = met.receiver;
-        let indirect_alone = met.looked_back;
-        let distance_m = met.hit.distance_m;
         self.found = Some(Asked {
-            place: Place { spot: (met.hit.triangle, met.hit.side), point_m, normal, origin: *origin },
-            lookup: Lookup { point_m, normal, direction: met.direction, distance_m },
+            place: Place { point_m, normal, origin: *origin },
+            lookup: Lookup { point_m, normal, direction: met.direction, distance_m: met.hit.distance_m },
             reflectance: met.reflectance,
-            indirect_alone,
         });
-        (if indirect_alone { Recall::End(0.0) } else { Recall::Whole(0.0) }, 0)
+        (if self.looks { Recall::End(0.0) } else { Recall::Whole(0.0) }, 0)
     }
 }
 
 /// What a ray or a walk asks, before its cell is looked up.
 ///
 /// Look-ups are done many at a time: each waits for memory, and many wait no longer than one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Question {
     /// The cell.
     pub key: CellKey,
-    /// Whether only its indirect light is asked for.
-    pub indirect_alone: bool,
     /// The factor by which its light counts.
     pub factor: f32,
 }
@@ -98,43 +94,88 @@ impl Question {
     /// The term, once the cell is known.
     #[inline]
     pub fn term(&self, cell: u32) -> Term {
-        Term { asked: CellRef::new(cell, self.indirect_alone), factor: self.factor }
+        Term { cell, factor: self.factor }
     }
 }
 
 impl Asked {
     #[inline]
     fn question(&self, grid: &CellGrid, factor: f64) -> Question {
-        Question { key: grid.key(&self.lookup), indirect_alone: self.indirect_alone, factor: factor as f32 }
+        Question { key: grid.key(&self.lookup), factor: factor as f32 }
     }
 }
 
-/// Sends a ray from a receiver along the direction that two variates make; returns what it found beside the cell's light in lx,
-/// what it asks, and the rays.
+/// What a gathering ray found.
+pub struct Gathered {
+    /// What it found beside the cell's light, in lx.
+    pub plain_lx: f64,
+    /// What it asks.
+    pub question: Option<Question>,
+    /// Bin of its direction: see [`crate::sampling::guide`].
+    pub bin: u8,
+    /// Rays that it took.
+    pub rays: u64,
+}
+
+/// Sends a ray from a receiver, its direction by a density, if there is one.
 pub fn gather(
     stage: &Stage,
     grid: &CellGrid,
     receiver: &Receiver,
-    variates: [f64; 2],
+    density: Option<&Density>,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, Option<Question>, u64) {
-    let mut asking = Asking::default();
-    let (plain_lx, rays) = gather_along_lx(stage, receiver, variates, &mut asking, cut, stream);
-    (plain_lx, asking.found.map(|asked| asked.question(grid, asked.reflectance)), rays)
+) -> Gathered {
+    let mut asking = Asking { looks: true, found: None };
+    let (variates, weight) = drawn(density, stream);
+    let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, &mut asking, cut, stream);
+    Gathered {
+        plain_lx: looked_lx + weight * arriving_lx,
+        question: asking.found.map(|asked| asked.question(grid, weight * asked.reflectance)),
+        bin: bin_of(variates) as u8,
+        rays,
+    }
 }
 
-/// Sends a ray from a receiver; returns what it found beside the light of the place that it asks about in lx, that place, if it met
-/// one, and the rays.
+/// Two variates by a density, if there is one, and their weight.
+#[inline]
+fn drawn(density: Option<&Density>, stream: &mut Stream) -> ([f64; 2], f64) {
+    let variates = stream.pair();
+    density.map_or((variates, 1.0), |density| density.warp(variates))
+}
+
+/// Sends a ray from a receiver; returns what it found beside the cell's light in lx, the place that it asks about, if it met one, and
+/// the rays.
+fn send(stage: &Stage, receiver: &Receiver, cut: &mut Cut, stream: &mut Stream) -> (f64, Option<Asked>, u64) {
+    let mut asking = Asking { looks: true, found: None };
+    let (plain_lx, rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
+    (plain_lx, asking.found, rays)
+}
+
+/// The place that a ray from a receiver meets, if it meets one, and the rays; no light is looked for there. Its direction is drawn by
+/// a density, if there is one.
 pub fn look_for_place(
     stage: &Stage,
     receiver: &Receiver,
+    density: Option<&Density>,
     cut: &mut Cut,
     stream: &mut Stream,
-) -> (f64, Option<Asked>, u64) {
-    let mut asking = Asking::default();
-    let (plain_lx, rays) = gather_indirect_lx(stage, receiver, &mut asking, cut, stream);
-    (plain_lx, asking.found, rays)
+) -> (Option<Asked>, u64) {
+    let (variates, _) = drawn(density, stream);
+    look_along(stage, receiver, variates, cut, stream)
+}
+
+/// The same along the direction that two variates make.
+fn look_along(
+    stage: &Stage,
+    receiver: &Receiver,
+    variates: [f64; 2],
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (Option<Asked>, u64) {
+    let mut asking = Asking { looks: false, found: None };
+    let (_, rays) = gather_parts_lx(stage, receiver, variates, &mut asking, cut, stream);
+    (asking.found, rays)
 }
 
 /// A sample that a cell is to take at a place in it.
@@ -147,7 +188,6 @@ struct Booked {
 
 /// What a sample found.
 struct Taken {
-    direct_lx: f32,
     plain_lx: f32,
     next: Option<Asked>,
     /// Whether the cell that it asked may take a further sample there.
@@ -188,22 +228,19 @@ pub fn fill_cells(
             })
             .collect();
         let mut next_wave = Vec::new();
-        for (Booked { cell, .. }, Taken { direct_lx, plain_lx, next, goes_on, rays: more_rays }) in
-            wave.iter().zip(taken)
-        {
+        for (Booked { cell, .. }, Taken { plain_lx, next, goes_on, rays: more_rays }) in wave.iter().zip(taken) {
             rays += more_rays;
             let cell = *cell;
             let Some(asked) = next else {
-                cells.add(CellSample { cell, direct_lx, plain_lx, reflectance: 0.0, next: CellRef::NONE });
+                cells.add(CellSample { cell, plain_lx, reflectance: 0.0, next: NO_CELL });
                 continue;
             };
-            let next_cell = cells.grid.ask(&asked.lookup);
-            let next = CellRef::new(next_cell, asked.indirect_alone);
-            cells.add(CellSample { cell, direct_lx, plain_lx, reflectance: asked.reflectance as f32, next });
+            let next = cells.grid.ask(&asked.lookup);
+            cells.add(CellSample { cell, plain_lx, reflectance: asked.reflectance as f32, next });
             // A cell without any sample needs one; further ones are worth the less, the less light goes on.
-            let count = cells.count(next_cell);
+            let count = cells.count(next);
             if count == 0 || (count < most_samples && goes_on) {
-                next_wave.push(book(cells, next_cell, asked.place));
+                next_wave.push(book(cells, next, asked.place));
             }
         }
         wave = next_wave;
@@ -211,62 +248,62 @@ pub fn fill_cells(
     rays
 }
 
-/// Takes a sample at a place: a light sample, and a ray on.
+/// Takes a sample at a place: a ray on, and a light sample where that arrives.
 fn take(stage: &Stage, place: &Place, cut: &mut Cut, stream: &mut Stream) -> Taken {
-    let receiver = place.receiver();
-    let sight = one_look(stage, place.spot, &receiver, Care::Glance, cut, stream);
-    let direct_lx = sight.as_ref().map_or(0.0, |sight| sight.direct_lx());
-    let (plain_lx, next, rays) = look_for_place(stage, &receiver, cut, stream);
+    let (plain_lx, next, rays) = send(stage, &place.receiver(), cut, stream);
     let goes_on = next.is_some_and(|asked| stream.happens(asked.reflectance));
-    Taken {
-        direct_lx: direct_lx as f32,
-        plain_lx: plain_lx as f32,
-        next,
-        goes_on,
-        rays: rays + u64::from(sight.is_some()),
-    }
+    Taken { plain_lx: plain_lx as f32, next, goes_on, rays }
+}
+
+/// What a residual walk found.
+pub struct Walked {
+    /// What it found beside cells, in lx.
+    pub plain_lx: f64,
+    /// Bin of its first direction.
+    pub bin: u8,
+    /// Rays that it took.
+    pub rays: u64,
 }
 
 /// A walk that measures how far the cells are off: the mean over walks of `plain_lx` and of the sum over all terms is the exact
 /// indirect illuminance less what cells tell of it, in lx.
 ///
-/// Each place y of the walk, in cell c, scores δ = D + P + ρ H_z − H_c by a light sample and a ray to the next place z, and the walk
-/// goes on there with probability ρ. Returns `plain_lx` and the rays; questions are shown one by one.
+/// Each place y of the walk, in cell c, scores δ = P + ρ I_z − I_c by a ray to the next place z, P what that finds by itself, direct
+/// light at z among it; and the walk goes on there with probability ρ. Its first direction is drawn by a density, if there is one.
+/// Questions are shown one by one.
 pub fn residual_walk(
     stage: &Stage,
     grid: &CellGrid,
     receiver: &Receiver,
-    weight: f64,
+    (weight, density): (f64, Option<&Density>),
     cut: &mut Cut,
     stream: &mut Stream,
     mut ask: impl FnMut(Question),
-) -> (f64, u64) {
-    let (_, met, mut rays) = look_for_place(stage, receiver, cut, stream);
+) -> Walked {
+    let (variates, weight_of_first) = drawn(density, stream);
+    let bin = bin_of(variates) as u8;
+    let (met, mut rays) = look_along(stage, receiver, variates, cut, stream);
     let mut plain_lx = 0.0;
     let Some(mut here) = met else {
-        return (0.0, rays);
+        return Walked { plain_lx, bin, rays };
     };
-    let weight = weight * here.reflectance;
-    while rays < MOST_RAYS_OF_A_WALK {
+    let weight = weight * weight_of_first * here.reflectance;
+    let mut surfaces = 0;
+    while rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(surfaces) {
+        surfaces += 1;
         ask(here.question(grid, -weight));
-        let receiver = here.place.receiver();
-        if !here.indirect_alone
-            && let Some(sight) = one_look(stage, here.place.spot, &receiver, Care::Glance, cut, stream)
-        {
-            plain_lx += weight * sight.direct_lx();
-            rays += 1;
-        }
-        let (beside_lx, met, more_rays) = look_for_place(stage, &receiver, cut, stream);
+        let (beside_lx, met, more_rays) = send(stage, &here.place.receiver(), cut, stream);
         plain_lx += weight * beside_lx;
         rays += more_rays;
         let Some(next) = met else {
-            return (plain_lx, rays);
+            return Walked { plain_lx, bin, rays };
         };
         ask(next.question(grid, weight * next.reflectance));
         if !stream.happens(next.reflectance) {
-            return (plain_lx, rays);
+            return Walked { plain_lx, bin, rays };
         }
         here = next;
     }
-    (plain_lx, rays)
+    stage.patience.note_walk_given_up();
+    Walked { plain_lx, bin, rays }
 }

@@ -10,6 +10,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::direct::Receiver;
 use super::reception::sample_share_of_reflected_lx;
@@ -38,7 +39,7 @@ const MOST_EMITTERS: usize = 32;
 const MOST_LEVELS: f64 = 1e3;
 
 /// What an anchor makes of light from a direction.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Response {
     /// The cosine.
     Plane,
@@ -49,7 +50,7 @@ enum Response {
 }
 
 /// A place at which vertices of chains score.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Anchor {
     /// Entry of the map.
     entry: u32,
@@ -62,6 +63,7 @@ struct Anchor {
 }
 
 /// All anchors of a receiver set, laid out for speed.
+#[derive(Serialize, Deserialize)]
 pub struct Anchors {
     list: Vec<Anchor>,
     /// Anchors of every entry.
@@ -100,7 +102,7 @@ pub struct ChainVertex {
 }
 
 /// How connections are made.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Connecting {
     /// Bound β of the kernel over the level, in 1/(m²·lx); infinite for the naive kernel.
     pub bound: f64,

@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin, SurfaceHit};
@@ -19,6 +20,7 @@ pub const MANY_MIRRORS: u32 = 1000;
 const MOUNTING: f64 = 8.0;
 
 /// The surface at which a line of sight ends: the sub-point.
+#[derive(Serialize, Deserialize)]
 pub struct SubPoint {
     /// Where.
     pub hit: SurfaceHit,

@@ -67,9 +67,6 @@ pub enum Recall {
     End(f64),
     /// The walk ends without a look: this illuminance in lx, direct light and all, stands for the rest of it.
     Whole(f64),
-    /// The walk goes on, and this indirect illuminance in lx takes the chance out of its survival: with reflectance ρ
-    /// it scores ρ times as much, and loses it again if it survives, which changes no mean.
-    Guide(f64),
 }
 
 /// A diffuse surface that a walk met.
@@ -82,8 +79,6 @@ pub struct Met<'a> {
     pub direction: DVec3,
     /// Reflectance.
     pub reflectance: f64,
-    /// Whether the walk has looked back from what near luminaires light, so that a look from here counts with a share.
-    pub looked_back: bool,
 }
 
 /// What is known already of the light in a scene: of indirect light, and of direct light where that is known too.
@@ -136,7 +131,7 @@ pub fn gather_along_lx(
 
 /// What looks find from the receiver, and what arrives along the direction that two variates make, in lx; with the rays.
 #[inline]
-fn gather_parts_lx(
+pub fn gather_parts_lx(
     stage: &Stage,
     receiver: &Receiver,
     variates: [f64; 2],
@@ -246,7 +241,7 @@ struct Start {
     looked_back: Option<LookedBack>,
 }
 
-/// Rays after which a walk ends: thirty times its expected length in the whitest room that is taken. Only in a white place that
+/// Rays after which a walk is given up: thirty times its expected length in the whitest room that is taken. Only in a white place that
 /// no luminaire's light enters walks come to that, and would go on for ever.
 pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
 
@@ -268,8 +263,10 @@ fn follow_lm_m2(
     let (mut sum_lm_m2, mut rays) = (0.0, 0);
     let mut is_first = true;
     let mut weight = 1.0;
-    while rays < MOST_RAYS_OF_A_WALK {
+    let mut surfaces = 0;
+    while rays < MOST_RAYS_OF_A_WALK && !stage.patience.is_over(surfaces) {
         rays += 1;
+        surfaces += 1;
         let hit = match stage.tracer.first_hit(&origin, direction) {
             Meeting::Surface(hit) => hit,
             Meeting::Ball(luminaire) => {
@@ -304,11 +301,9 @@ fn follow_lm_m2(
         let from = looked_back.filter(|_| matches!(law, Law::Diffuse(_) | Law::Translucent(_)));
         let vertex =
             Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: from };
-        let mut guided_lx = 0.0;
         if let Law::Diffuse(law) = law {
             let receiver = vertex.receiver();
-            let looked_back = from.is_some();
-            let met = Met { hit: &hit, receiver, direction, reflectance: law.reflectance, looked_back };
+            let met = Met { hit: &hit, receiver, direction, reflectance: law.reflectance };
             let (recall, recall_rays) = memory.recall(&met, cut, stream);
             rays += recall_rays;
             match recall {
@@ -323,10 +318,6 @@ fn follow_lm_m2(
                 Recall::Whole(known_lx) => {
                     debug_assert_eq!(shares[0], shares[1], "what is known holds both");
                     return (sum_lm_m2 + weight * law.reflectance * shares[1] * known_lx, rays);
-                }
-                Recall::Guide(known_lx) => {
-                    guided_lx = weight * shares[1] * known_lx;
-                    sum_lm_m2 += law.reflectance * guided_lx;
                 }
             }
         }
@@ -350,7 +341,6 @@ fn follow_lm_m2(
         let Some(scattered) = law.sample(direction, normal, stream) else {
             return (sum_lm_m2, rays);
         };
-        sum_lm_m2 -= guided_lx;
         if scattered.way.leads_through() {
             origin = stage.leave(&hit, scattered.way);
         }
@@ -379,6 +369,7 @@ fn follow_lm_m2(
         }
         direction = scattered.direction;
     }
+    stage.patience.note_walk_given_up();
     (sum_lm_m2, rays)
 }
 

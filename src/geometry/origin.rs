@@ -9,6 +9,7 @@
 //!   f64. A point in the plane within [`RESOLUTION`] belongs to the side that its own surface faces.
 
 use glam::{DVec3, Vec3, Vec3A};
+use serde::{Deserialize, Serialize};
 
 use super::triangle::Slot;
 use crate::scene::Side;
@@ -37,7 +38,7 @@ const FACING_AWAY: f64 = -1e-3;
 const CLEARLY_OFF: f32 = 1.0 / (1u64 << 28) as f32;
 
 /// What a ray starts from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Anchor {
     /// A point in free space.
     Free,
@@ -53,7 +54,7 @@ pub(super) enum Anchor {
 ///
 /// Made by a [`crate::geometry::Tracer`] and valid for that one only. It remembers what it lies on, so that this
 /// never shadows it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Origin {
     /// The lifted point.
     pub(super) point: Vec3A,

@@ -1,6 +1,7 @@
 //! The room's face: metres and f64 outside, the scaled f32 world inside.
 
 use glam::{DVec3, Vec3, Vec3A};
+use serde::{Deserialize, Serialize};
 
 use super::frame::Frame;
 use super::hull::Hull;
@@ -28,7 +29,7 @@ const EDGE_SHARE: f32 = 1.0 / (1u32 << 14) as f32;
 const LONGEST_EXCHANGE: f32 = 1.0 / (1u32 << 14) as f32;
 
 /// Where a ray meets a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceHit {
     /// Number of the triangle in the scene.
     pub triangle: u32,

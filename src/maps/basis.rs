@@ -5,6 +5,8 @@
 
 use std::sync::LazyLock;
 
+use serde::{Deserialize, Serialize};
+
 use crate::scene::elements::{part_at, part_corners};
 
 /// Linear polynomials beside the constant.
@@ -52,7 +54,7 @@ pub static MEANS_OVER_PARTS: LazyLock<[[f64; BENDS]; PARTS]> = LazyLock::new(|| 
 });
 
 /// A linear function on a triangle by its coefficients: its mean and those of the two linear polynomials.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Linear(pub [f64; 1 + SLOPES]);
 
 impl Linear {

@@ -4,6 +4,8 @@
 //! and the odd half's coefficients for linear and quadratic parts, and for direct light, whose edges no polynomial follows,
 //! the product of two looks from the same point.
 
+use serde::{Deserialize, Serialize};
+
 use super::basis::{BENDS, MEANS_OVER_PARTS, PARTS, SLOPES};
 use super::pieces::Piece;
 use super::replicas::REPLICAS;
@@ -12,7 +14,7 @@ use super::replicas::REPLICAS;
 const MOST_WITH_PARTS: usize = 50_000;
 
 /// Sums over the samples of one replica in one element.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct DirectDetail {
     /// Of (direct light − reference there) times the polynomials, in lx.
     pub bends_lx: [f64; BENDS],
@@ -23,7 +25,7 @@ pub struct DirectDetail {
 }
 
 /// Sums that tell how light varies within elements.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Detail {
     /// One slab a replica.
     pub direct: Vec<Vec<DirectDetail>>,
@@ -133,7 +135,7 @@ impl Detail {
 }
 
 /// Sums that tell how gathered light varies within elements, one slab a replica.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct IndirectDetail {
     /// Of (samples − reference) times the polynomials, in lx.
     pub bends_lx: Vec<Vec<[f64; BENDS]>>,

@@ -1,9 +1,11 @@
 //! How a map has come along: what was known of it each time its error was judged.
 
+use serde::{Deserialize, Serialize};
+
 use super::REPLICAS;
 
 /// A map at one of its judgements.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PastJudgement {
     /// Samples of every replica.
     pub samples: u64,
@@ -18,7 +20,7 @@ pub struct PastJudgement {
 }
 
 /// All judgements of a map's present samples, in order.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct History {
     looks: Vec<PastJudgement>,
 }

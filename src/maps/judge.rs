@@ -1,9 +1,11 @@
 //! The error of a map, judged from its replicas.
 
+use serde::{Deserialize, Serialize};
+
 use super::replicas::{REPLICAS, ReplicaMap};
 
 /// What the replicas tell of a map's error; all errors are fractions of the map's mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
     /// Weighted mean of the map in lx.
     pub mean_lx: f64,

@@ -1,9 +1,11 @@
 //! Elements as pieces of broader ones: what these show, on them.
 
+use serde::{Deserialize, Serialize};
+
 use super::basis::{BENDS, Linear, SLOPES, slopes_at};
 
 /// Where an element lies in a broader one that is cut in four again and again.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Piece {
     /// Number of the broader element.
     pub above: u32,

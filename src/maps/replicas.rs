@@ -22,7 +22,7 @@ pub const HALF: usize = REPLICAS / 2;
 ///
 /// A replica's illuminance is `direct sum · direct_scale + indirect sum · indirect_scale[i]`: the scales turn sums
 /// over samples into means, and counted flux into flux over area.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReplicaMap {
     /// One slab a replica: sums of direct scores in lx.
     pub direct: Vec<Vec<f64>>,
@@ -68,7 +68,7 @@ impl Tally {
 }
 
 /// What one unit of an indirect sum is worth.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Unit {
     /// Sums are in lx already.
     Lux,

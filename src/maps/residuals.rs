@@ -19,7 +19,7 @@ const SURE: f64 = 0.5;
 const LEAST_UNSURE: f64 = 0.1;
 
 /// Residual walks of a map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Residuals {
     /// Walks of every entry that has walks, in every replica.
     pub walks: u64,
@@ -61,7 +61,7 @@ pub struct ResidualState {
 }
 
 /// What is left of the cells' error in a map once walks have taken off what they know of it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct CellsError {
     /// Over the map.
     pub left: Left,
@@ -72,7 +72,7 @@ pub struct CellsError {
 }
 
 /// What is left of the cells' squared error, in lx².
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Left {
     /// Of what both halves share, and of what is not known: to be stated.
     pub common: f64,
@@ -175,7 +175,23 @@ impl ResidualState {
     /// The same where cells have so many times the samples: their chance falls.
     fn with_samples(self, times: f64) -> ResidualState {
         let squared = [0, 1].map(|scale| self.squared(scale));
-        ResidualState { common: squared.map(|of| of[0]), chance: squared.map(|of| of[1] / times), ..self }
+        ResidualState {
+            common: squared.map(|of| of[0] / times.sqrt()),
+            chance: squared.map(|of| of[1] / times),
+            ..self
+        }
+    }
+
+    /// What is to be believed of it in a plan: of each squared error the less, the less it stands out from its chance. Few walks say of
+    /// right cells that they may be far off; more of them will tell.
+    pub fn believed(self) -> ResidualState {
+        let share = |scale: usize| {
+            let [squared, error] = [self.squared(scale).iter().sum::<f64>(), self.standard_error[scale]];
+            if squared > 0.0 { squared * squared / (squared * squared + error * error) } else { 0.0 }
+        };
+        let shares = [share(0), share(1)];
+        let scaled = |of: [f64; 2]| [0, 1].map(|scale| shares[scale] * of[scale]);
+        ResidualState { common: scaled(self.common), chance: scaled(self.chance), ..self }
     }
 
     /// What is left where walks and samples are so many times as many.

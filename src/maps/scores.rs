@@ -181,7 +181,7 @@ impl EntryScores<'_> {
 
 /// Levels from which the scores of a map's entries deviate: the mean of an entry's first samples. They stay as they are:
 /// levels that moved would mix laws of different widths, which looks like a tail.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Levels {
     values: Vec<f64>,
 }

@@ -265,20 +265,30 @@ fn grid_field(plane: &Plane, map: &MapResult, set: &ReceiverSet, columns: u32, r
     field
 }
 
+/// The rows of surfaces' sides in a map's tables, by surface and side: there may be a hundred thousand of them.
+pub struct RowsOfSides<'a>(HashMap<(&'a str, &'a str), &'a TableRow>);
+
+impl<'a> RowsOfSides<'a> {
+    /// Those of a map.
+    pub fn of(map: &'a MapResult) -> RowsOfSides<'a> {
+        RowsOfSides(map.tables.iter().rev().map(|row| ((row.name.as_str(), row.side), row)).collect())
+    }
+}
+
 /// The sides of a flat surface that light reaches, each as a flat map; none of a curved one.
 pub fn surface_maps<'a>(
     scene: &Scene,
     elements: &Elements,
-    map: &'a MapResult,
+    (map, rows): (&'a MapResult, &RowsOfSides<'a>),
     surface: SurfaceId,
 ) -> Vec<FlatMap<'a>> {
     let Some(front) = flat_normal(scene, surface) else { return Vec::new() };
-    let name = &scene.surfaces[surface as usize].name;
+    let name = scene.surfaces[surface as usize].name.as_str();
     let sides = [(Side::Front, front), (Side::Back, -front)];
     sides
         .into_iter()
         .filter_map(|(side, normal)| {
-            let row = map.tables.iter().find(|row| row.name == *name && row.side == side.name())?;
+            let row = *rows.0.get(&(name, side.name()))?;
             (row.average_lx.value > 0.0).then(|| side_map(scene, elements, map, surface, (side, normal), row))
         })
         .collect()

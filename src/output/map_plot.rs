@@ -101,13 +101,24 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     draw_cells(&mut picture, map, &layout, &|value| colors.ink(value));
     let levels = map.field.range().map(isolux_levels).unwrap_or_default();
     let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
-    let drawn = if map.field.nodes.len() < FEWEST_NODES || is_too_noisy { Vec::new() } else { levels };
+    let is_even = !levels.is_empty() && map.field.range().is_some_and(|range| is_even(range, map.estimated_error));
+    let is_without = map.field.nodes.len() < FEWEST_NODES || is_too_noisy || is_even;
+    let drawn = if is_without { Vec::new() } else { levels };
     draw_isolines(&mut picture, map, &layout, &drawn);
     draw_axes(&mut picture, map, &layout);
     colors.draw_legend(&mut picture, &layout, &drawn, map.quantity);
-    let remark = if is_too_noisy { "No isolux lines: with this error they would show noise. " } else { "" };
+    let remark = match (is_too_noisy, is_even) {
+        (true, _) => "No isolux lines: with this error they would show noise. ",
+        (false, true) => "No isolux lines: the values differ by little more than their error. ",
+        (false, false) => "",
+    };
     foot(&mut picture, map, &format!("{remark}{note}"));
     picture
+}
+
+/// Whether values between these two differ by so little that it may be chance.
+fn is_even([low, high]: [f64; 2], estimated_error: f64) -> bool {
+    high - low < NARROW_ERRORS * estimated_error * high
 }
 
 /// The values of a grid's points as numbers, thinned where they would run into each other.
@@ -414,7 +425,7 @@ impl ColorScale {
             let lowest = low.max(high * 1e-4);
             return ColorScale { scale: Scale::logarithmic(lowest, high), is_cut };
         }
-        let is_narrow = high - low < high * NARROW.max(NARROW_ERRORS * map.estimated_error);
+        let is_narrow = high - low < NARROW * high || is_even([*low, high], map.estimated_error);
         let start = if *low > FROM_ZERO * high && !is_narrow { *low } else { 0.0 };
         let step = round_step(high - start, 10);
         let (floor, ceiling) = ((start / step).floor() * step, (high / step - 1e-9).ceil() * step);

@@ -1,6 +1,7 @@
 //! What a run leaves behind: result files as bytes, and the directory that takes them whole or not at all.
 
 pub mod axes;
+mod checkpoint_file;
 pub mod color;
 mod contour;
 mod convergence_plot;
@@ -28,6 +29,7 @@ mod report;
 mod report_observers;
 mod report_words;
 mod schedule;
+mod sealed;
 mod share_file;
 mod sheet;
 mod summary;
@@ -35,6 +37,7 @@ mod ugr_table;
 mod verdicts;
 mod vtk;
 
+pub use checkpoint_file::{CheckpointFile, CheckpointHeader, prove_checkpoint, read_checkpoint, write_checkpoint};
 pub use daylight::daylight_factors;
 pub use directory::{ResultDirectory, write_files};
 pub use error::OutputError;
@@ -43,7 +46,8 @@ pub use maps::result_files;
 pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_plots};
 pub use report::{ReportContext, report_file};
 pub use report_observers::observer_words;
-pub use share_file::{SHARE_FILE, ShareError, ShareFile, ShareHeader, read_share, share_file};
+pub use sealed::SealedError;
+pub use share_file::{SHARE_FILE, ShareFile, ShareHeader, read_share, share_file};
 pub use sheet::shortest;
 pub use summary::{PartOfRun, RunRecord, summary_file};
 pub use ugr_table::{UgrTableHeading, range_text, ugr_table_files};

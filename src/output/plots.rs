@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::convergence_plot::convergence_picture;
-use super::flat::{FlatMap, grid_map, surface_maps};
+use super::flat::{FlatMap, RowsOfSides, grid_map, surface_maps};
 use super::halves_plot::{deviations, difference_picture, histogram_picture};
 use super::luminance_plot::luminance_picture;
 use super::map_plot::{map_picture, value_chart};
@@ -161,12 +161,12 @@ fn luminaire_plot(name: &str, web: &IntensityWeb, stems: &mut Stems) -> Plot {
 
 fn flat_surfaces<'a>(scene: &Scene, solution: &'a Solution) -> Vec<FlatMap<'a>> {
     let Some(map) = solution.maps.iter().find(|map| map.kind == MapKind::Elements) else { return Vec::new() };
-    let elements = &solution.elements;
+    let (elements, rows) = (&solution.elements, RowsOfSides::of(map));
     let mut surfaces: Vec<u32> = (0..scene.surfaces.len() as u32).collect();
     surfaces.sort_by_key(|surface| std::cmp::Reverse(elements.cells_of_surface(scene, *surface).len()));
     let mut chosen: Vec<(u32, Vec<FlatMap>)> = surfaces
         .into_iter()
-        .map(|surface| (surface, surface_maps(scene, elements, map, surface)))
+        .map(|surface| (surface, surface_maps(scene, elements, (map, &rows), surface)))
         .filter(|(_, maps)| !maps.is_empty())
         .take(MOST_SURFACES)
         .collect();

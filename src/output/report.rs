@@ -1,5 +1,7 @@
 //! `report.html`: the run on one page for a client.
 
+use std::collections::HashMap;
+
 use super::daylight::daylight_table;
 use super::html::{HtmlTable, figure, terms, with_error};
 use super::numbers::{UNKNOWN, amount, count_tick, duration, lux_with_error, percent, ratio, uniformity_with_error};
@@ -13,7 +15,7 @@ use super::verdicts::verdict_section;
 use super::{ResultFile, date::utc_date};
 use crate::maps::{Estimate, TableKind, TableRow};
 use crate::scene::photometry::Opening;
-use crate::scene::{Emission, InspectedSurface, Luminaire, Quantity, Scene, inspect};
+use crate::scene::{Emission, InspectedSurface, Luminaire, Quantity, Scene, inspect_surfaces};
 use crate::solver::{Activity, Solution, Spending};
 
 pub(super) const STYLE: &str = include_str!("report.css");
@@ -162,9 +164,10 @@ impl Report<'_> {
             return self.observers();
         }
         let mut table = result_table();
+        let sets = self.scene.receivers.iter().rev();
+        let quantities: HashMap<&str, Quantity> = sets.map(|set| (set.name.as_str(), set.quantity)).collect();
         for row in rows {
-            let set = self.scene.receivers.iter().find(|set| set.name == row.name);
-            let kind = match set.map(|set| set.quantity) {
+            let kind = match quantities.get(row.name.as_str()).copied() {
                 None | Some(Quantity::Perpendicular) => String::new(),
                 Some(quantity) => format!(" ({})", quantity.name()),
             };
@@ -215,10 +218,21 @@ impl Report<'_> {
 
     fn surfaces(&self) -> String {
         let rows = self.rows(|kind| kind == TableKind::Surface);
-        let surfaces = inspect(self.scene).surfaces;
+        let surfaces = inspect_surfaces(self.scene);
         let all_m2: f64 = surfaces.iter().map(|surface| surface.area_m2).sum();
         let is_listed =
             |surface: &InspectedSurface| surfaces.len() <= FEW_SURFACES || surface.area_m2 >= SMALL_SHARE * all_m2;
+        let listed: HashMap<&str, Vec<&TableRow>> = surfaces
+            .iter()
+            .filter(|surface| is_listed(surface))
+            .map(|surface| (surface.name.as_str(), Vec::new()))
+            .collect();
+        let listed = rows.iter().fold(listed, |mut listed, row| {
+            if let Some(of_surface) = listed.get_mut(row.name.as_str()) {
+                of_surface.push(row);
+            }
+            listed
+        });
         let mut head =
             vec![("Surface", true), ("Material", true), ("Reflec-<br>tance", false), ("Area<small>m²</small>", false)];
         let light = [
@@ -242,7 +256,7 @@ impl Report<'_> {
                     ratio(surface.area_m2),
                 ]
             };
-            let of_surface: Vec<&&TableRow> = rows.iter().filter(|row| row.name == surface.name).collect();
+            let of_surface = &listed[surface.name.as_str()];
             if of_surface.is_empty() {
                 let mut cells = facts("");
                 cells.resize(head.len(), String::new());
@@ -272,7 +286,7 @@ impl Report<'_> {
             .plots
             .iter()
             .filter(|plot| matches!(plot.kind, PlotKind::Surface(elements) if elements >= FEWEST_ELEMENTS))
-            .filter(|plot| surfaces.iter().any(|surface| surface.name == plot.subject && is_listed(surface)))
+            .filter(|plot| listed.contains_key(plot.subject.as_str()))
             .collect();
         shown.truncate(MOST_SURFACE_PLOTS);
         for plot in shown {
@@ -297,16 +311,24 @@ impl Report<'_> {
         for row in &self.schedule.rows {
             let luminaire = &self.scene.luminaires[row.members[0]];
             let count = row.members.len();
+            let fluxes_lm = row.members.iter().map(|index| self.scene.luminaires[*index].luminous_flux_lm);
+            let all_lm =
+                if row.is_one_kind { luminaire.luminous_flux_lm * count as f64 } else { fluxes_lm.sum::<f64>() };
+            // What differs from one to the other is not told.
+            let of_each = |number: String| if row.is_one_kind { number } else { UNKNOWN.to_owned() };
             table.row(vec![
                 format!("<b>{}</b>", row.letter),
                 self.names(&row.members),
-                format!("{}{}{}", row.kind, product_markup(luminaire), self.mounting(&row.members)),
+                match row.is_one_kind {
+                    true => format!("{}{}{}", row.kind, product_markup(luminaire), self.mounting(&row.members)),
+                    false => row.kind.to_owned(),
+                },
                 count.to_string(),
-                amount(luminaire.luminous_flux_lm),
-                ratio(luminaire.maintenance_factor),
-                percent_whole(luminaire.dimming),
-                luminaire.power_w.map_or("unknown".to_owned(), amount),
-                amount(luminaire.luminous_flux_lm * count as f64),
+                of_each(amount(luminaire.luminous_flux_lm)),
+                of_each(ratio(luminaire.maintenance_factor)),
+                of_each(percent_whole(luminaire.dimming)),
+                of_each(luminaire.power_w.map_or("unknown".to_owned(), amount)),
+                amount(all_lm),
             ]);
         }
         let mut total = vec![String::new(); head.len()];

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use crate::scene::{Emission, Luminaire, Scene};
 
-/// Luminaires that differ in nothing but name, place and aim.
+/// Kinds that have a row each; luminaires of all further ones share the last row.
+const MOST_KINDS: usize = 60;
+
+/// Luminaires that differ in nothing but name, place and aim, or the rest of very many kinds.
 #[derive(Clone, Debug)]
 pub struct ScheduleRow {
     /// Letter by which the plan names them.
@@ -13,9 +16,11 @@ pub struct ScheduleRow {
     pub members: Vec<usize>,
     /// How they emit, in words.
     pub kind: &'static str,
+    /// Whether they are of one kind; else their numbers differ.
+    pub is_one_kind: bool,
 }
 
-/// Luminaires of one kind together, in the order of the scene.
+/// Luminaires of one kind together, in the order of the scene; as many kinds as can be read.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     /// One row a kind.
@@ -36,12 +41,15 @@ impl Schedule {
     pub fn of(scene: &Scene) -> Schedule {
         let mut rows: Vec<ScheduleRow> = Vec::new();
         for (index, luminaire) in scene.luminaires.iter().enumerate() {
-            match rows.iter_mut().find(|row| are_alike(&scene.luminaires[row.members[0]], luminaire)) {
+            let takes =
+                |row: &&mut ScheduleRow| !row.is_one_kind || are_alike(&scene.luminaires[row.members[0]], luminaire);
+            match rows.iter_mut().find(takes) {
                 Some(row) => row.members.push(index),
                 None => rows.push(ScheduleRow {
                     letter: letters(rows.len()),
                     members: vec![index],
-                    kind: kind(&luminaire.emission),
+                    kind: if rows.len() < MOST_KINDS { kind(&luminaire.emission) } else { "of further kinds" },
+                    is_one_kind: rows.len() < MOST_KINDS,
                 }),
             }
         }
@@ -114,7 +122,31 @@ pub fn floor_area_m2(scene: &Scene) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::letters;
+    use std::path::Path;
+
+    use super::{MOST_KINDS, Schedule, letters};
+    use crate::scene::scene_from_json;
+
+    /// 1,000 luminaires of as many fluxes: the schedule has as many rows as can be read and holds them all, each once.
+    #[test]
+    fn luminaires_of_very_many_kinds_share_the_last_row() {
+        let lamps: Vec<String> = (1..=1000)
+            .map(|n| format!(r#"{{ "name": "{n}", "type": "point", "position": [1, 1, 1], "luminous_flux_lm": {n} }}"#))
+            .collect();
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [2,2,2], "facing": "inward", "material": "m" }} ],
+            "luminaires": [ {} ] }}"#,
+            lamps.join(", ")
+        );
+        let scene = scene_from_json(&text, None, Path::new(".")).expect("a valid scene");
+        let rows = Schedule::of(&scene).rows;
+        assert_eq!(rows.len(), MOST_KINDS + 1);
+        assert!(rows[..MOST_KINDS].iter().all(|row| row.is_one_kind && row.members.len() == 1));
+        assert!(!rows[MOST_KINDS].is_one_kind);
+        let members: Vec<usize> = rows.iter().flat_map(|row| row.members.clone()).collect();
+        assert_eq!(members, (0..1000).collect::<Vec<_>>());
+    }
 
     #[test]
     fn kinds_never_run_out_of_letters() {

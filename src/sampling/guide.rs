@@ -4,6 +4,8 @@
 //! samples, warps variates so that bins of large scores are met more often, and a sample weighs one over its density. A share
 //! of all samples stays even, so that no weight exceeds one over that share, whatever was learned.
 
+use serde::{Deserialize, Serialize};
+
 /// Bins along either side of the square.
 const ACROSS: usize = 8;
 /// Bins.
@@ -12,7 +14,7 @@ pub const BINS: usize = ACROSS * ACROSS;
 const EVEN: f64 = 0.25;
 
 /// A density over the bins of the unit square.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Density {
     /// Probability of all columns up to and including each.
     columns: [f64; ACROSS],
@@ -42,13 +44,16 @@ impl Density {
         ([u, v], 1.0 / (BINS as f64 * across * along))
     }
 
+    /// The weight of samples in a bin.
+    #[inline]
+    pub fn weight(&self, bin: usize) -> f64 {
+        let (column, row) = (bin / ACROSS, bin % ACROSS);
+        1.0 / (BINS as f64 * length(&self.columns, column) * length(&self.rows[column], row))
+    }
+
     /// Second moment of the weighted scores over that of even ones, where those of bins are given.
     pub fn second_moment(&self, squares: &[f64; BINS]) -> f64 {
-        let of_bin = |bin: usize| {
-            let (column, row) = (bin / ACROSS, bin % ACROSS);
-            squares[bin] / (length(&self.columns, column) * length(&self.rows[column], row))
-        };
-        (0..BINS).map(of_bin).sum::<f64>() / (BINS * BINS) as f64
+        (0..BINS).map(|bin| squares[bin] * self.weight(bin)).sum::<f64>() / BINS as f64
     }
 }
 

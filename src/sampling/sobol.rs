@@ -5,6 +5,8 @@
 //! scrambles tell the error. The scramble is hashed after Laine and Karras (2011, "Stratified sampling for stochastic
 //! transparency"): bit by bit, each flipped by a function of the bits above it and of the seed.
 
+use serde::{Deserialize, Serialize};
+
 use rand_philox::splitmix64;
 
 /// Dimensions that the points have; later decisions draw plain random numbers.
@@ -102,7 +104,7 @@ pub struct QuasiPoint {
 const CONFINED: u32 = 1 << 31;
 
 /// One of 4ᵏ squares of the unit square.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Square {
     level: u8,
     column: u8,

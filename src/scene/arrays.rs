@@ -1,11 +1,12 @@
 //! Arrays of luminaires: `columns` × `rows` copies, spanned by `u` and `v` like the points of a grid.
 
-use std::collections::HashMap;
+use std::rc::Rc;
 
 use glam::DVec3;
 
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
+use super::luminaires::Names;
 use super::model::{Emission, Luminaire};
 use super::reader::Fields;
 use super::units::LengthUnit;
@@ -69,16 +70,22 @@ impl Array {
         &self,
         fields: &Fields,
         luminaire: &Luminaire,
-        names: &mut HashMap<String, String>,
+        names: &mut Names,
         luminaires: &mut Vec<Luminaire>,
     ) -> Result<(), SceneError> {
         let share = |index: u32, count: u32| if count > 1 { f64::from(index) / f64::from(count - 1) } else { 0.5 };
-        let path = fields.node().json_path();
+        let path: Rc<str> = fields.node().json_path().into();
+        let count = self.len() as usize;
+        names.reserve(count);
+        // Room for a large array is made once; many small ones grow together.
+        if count > luminaires.len() {
+            luminaires.reserve_exact(count);
+        }
         for row in 0..self.rows {
             for column in 0..self.columns {
                 let number = row * self.columns + column + 1;
                 let name = format!("{} {number}", luminaire.name);
-                if let Some(first) = names.insert(name.clone(), path.to_string()) {
+                if let Some(first) = names.insert(name.clone(), path.clone()) {
                     return Err(fields.need("name", "\"…\"")?.refuse_as(
                         format!("the name {name:?} is given twice"),
                         format!("an array, of which {name:?} is a part; {first} has that name already"),

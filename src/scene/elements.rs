@@ -4,13 +4,14 @@
 //! opens a crack or changes a path.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 pub use super::leaves::MOST_CUTS;
 use super::leaves::{Leaves, WHOLE, corners_of, cuts_of};
 use super::{Scene, SurfaceId};
 
 /// A side of a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Side {
     /// The side that the normal points to.
     Front,
@@ -39,11 +40,14 @@ impl Side {
 
 /// Numbers every element side ("cell") of a scene: triangle by triangle, front cells first, then the back cells of
 /// two-sided surfaces. The parts of triangles may be cut further, into leaves: these are the elements then.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Elements {
     /// First uncut cell of every triangle, and the number of all behind them.
+    #[serde(skip)]
     first_cell: Vec<u32>,
+    #[serde(skip)]
     divisions: Vec<u32>,
+    #[serde(skip)]
     two_sided: Vec<bool>,
     leaves: Option<Leaves>,
 }
@@ -81,6 +85,13 @@ impl Elements {
         }
         first_cell.push(next);
         Elements { first_cell, divisions: scene.divisions.clone(), two_sided, leaves: None }
+    }
+
+    /// Takes the numbering of the scene from its own elements: of what was kept of these only the leaves were written.
+    pub fn take_numbering(&mut self, of_scene: &Elements) {
+        self.first_cell.clone_from(&of_scene.first_cell);
+        self.divisions.clone_from(&of_scene.divisions);
+        self.two_sided.clone_from(&of_scene.two_sided);
     }
 
     /// The same with every cell cut as many times over as `cuts` says, both sides of a surface alike.

@@ -184,8 +184,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     let vertex_of = one_vertex_a_place(scene);
     let shells = shells_over(scene, &vertex_of);
     let enclosures = Enclosures::of(scene, &shells);
-    let surfaces: Vec<InspectedSurface> =
-        (0..scene.surfaces.len() as SurfaceId).map(|id| inspect_surface(scene, &elements, id)).collect();
+    let surfaces = surfaces_of(scene, &elements);
     let inspected_shells = shells
         .iter()
         .map(|shell| {
@@ -226,6 +225,15 @@ pub fn inspect(scene: &Scene) -> Inspection {
         receivers: scene.receivers.iter().map(inspect_receivers).collect(),
         warnings: scene.warnings.clone(),
     }
+}
+
+/// The surfaces alone: without looking for faults, and for what shuts in luminaires, which takes longer.
+pub fn inspect_surfaces(scene: &Scene) -> Vec<InspectedSurface> {
+    surfaces_of(scene, &Elements::of(scene))
+}
+
+fn surfaces_of(scene: &Scene, elements: &Elements) -> Vec<InspectedSurface> {
+    (0..scene.surfaces.len() as SurfaceId).map(|id| inspect_surface(scene, elements, id)).collect()
 }
 
 fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> InspectedSurface {

@@ -3,13 +3,15 @@
 //! A triangle is cut in four congruent ones by the middles of its edges: one at each corner, numbered 0 to 2 like the
 //! corners, and the middle one, 3, which stands upside down. A leaf's path holds two bits a cut behind a leading 1.
 
+use serde::{Deserialize, Serialize};
+
 /// Cuts above one another, at most: what a path of 32 bits holds.
 pub const MOST_CUTS: u32 = 15;
 /// Marks a leaf among the references of a quadtree.
 const LEAF: u32 = 1 << 31;
 
 /// The leaves of a list of parts.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Leaves {
     /// For every part the number of its leaf with [`LEAF`], or of its node.
     roots: Vec<u32>,

@@ -5,6 +5,7 @@ use std::collections::hash_map::Entry;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -57,11 +58,14 @@ pub(super) struct Around<'a> {
     pub surfaces: &'a Surfaces,
 }
 
+/// Names with the places where they were given; those of an array share theirs.
+pub(super) type Names = HashMap<String, Rc<str>>;
+
 /// What the luminaires so far have given.
 #[derive(Default)]
 struct Known {
-    /// Names with the places where they were given.
-    names: HashMap<String, String>,
+    /// Their names.
+    names: Names,
     /// Photometric files: luminaires that name the same one share what it says.
     files: HashMap<PathBuf, Distribution>,
 }
@@ -114,10 +118,10 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
 }
 
 /// Refuses a name that has been given before to something of the same sort.
-pub(super) fn unique_name(fields: &Fields, names: &mut HashMap<String, String>) -> Result<String, SceneError> {
+pub(super) fn unique_name(fields: &Fields, names: &mut Names) -> Result<String, SceneError> {
     let node = fields.need("name", "\"…\"")?;
     let name = node.name()?;
-    if let Some(first) = names.insert(name.to_string(), node.json_path()) {
+    if let Some(first) = names.insert(name.to_string(), node.json_path().into()) {
         return Err(node.refuse_as(
             format!("the name {name:?} is given twice"),
             format!("{name:?} again; {first} has it already"),

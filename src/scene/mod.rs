@@ -72,7 +72,7 @@ pub use file::{read_scene, scene_from_json};
 pub use insides::all_luminaires_are_shut_in;
 pub use inspect::{
     InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,
-    Inspection, inspect,
+    Inspection, inspect, inspect_surfaces,
 };
 pub use mesh_faults::{Faults, Hole, MeshFaults};
 pub use model::*;

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::error::SceneError;
 use super::limits::MOST_POINTS;
-use super::luminaires::unique_name;
+use super::luminaires::{Names, unique_name};
 use super::model::{GlareObserver, Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers;
 use super::reader::{Fields, Node};
@@ -102,12 +102,7 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
     Ok(sets)
 }
 
-fn read_one(
-    node: &Node,
-    around: &Around,
-    names: &mut HashMap<String, String>,
-    most: u64,
-) -> Result<ReceiverSet, SceneError> {
+fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Result<ReceiverSet, SceneError> {
     let kind = node.fields("a receiver")?.need("type", "\"grid\"")?.choice(&TYPES)?;
     let what = format!("a {} receiver", TYPES[kind]);
     let fields = node.fields(&what)?;

@@ -9,6 +9,7 @@ mod sides;
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 pub use self::sides::SideLosses;
 use super::broad::{Broad, BroadLoss};
@@ -53,6 +54,7 @@ const MOST_ELEMENTS: usize = 400_000;
 const CERTAINTY: f64 = 2.0;
 
 /// What a job keeps of elements that adapt, beside its sums.
+#[derive(Serialize, Deserialize)]
 pub struct Adaptive {
     /// Share of each element that is exposed: where something stands on it nobody sees it, and nothing is shown.
     pub exposed: Vec<f64>,
@@ -71,7 +73,7 @@ pub struct Adaptive {
 }
 
 /// What elements cannot show.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Loss {
     /// Estimate of each element's mean square over its area in lx²; may be below 0 by chance.
     pub lost_lx2: Vec<f64>,
@@ -524,6 +526,11 @@ impl Adaptive {
     /// Target that the elements adapt to.
     pub fn target_error(&self) -> f64 {
         self.target_error
+    }
+
+    /// Adapts to another target from now on.
+    pub fn aim_at(&mut self, target_error: f64) {
+        self.target_error = target_error;
     }
 
     /// Number of the element map's streams in this round: a map that starts anew draws anew.

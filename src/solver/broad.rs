@@ -4,6 +4,8 @@
 //! takes rays on every element that gathers it. So it is gathered on broader elements, as large as it allows, of which those
 //! of the map are pieces; what a broad element shows of it, its mean and slopes, is shown on all of its pieces.
 
+use serde::{Deserialize, Serialize};
+
 use super::adapt::{SideLosses, cell_above, corners_within, cuts_of, reference_on};
 use super::job::{Context, Shows, element_weights};
 use super::sweep::stream_number;
@@ -15,6 +17,7 @@ use crate::scene::Elements;
 const SURE: f64 = 3.0;
 
 /// Elements that indirect light is gathered on, and what was gathered.
+#[derive(Serialize, Deserialize)]
 pub struct Broad {
     /// The elements.
     pub elements: Elements,
@@ -33,6 +36,7 @@ pub struct Broad {
 }
 
 /// What elements that gather keep beside their sums.
+#[derive(Serialize, Deserialize)]
 pub struct Shape {
     /// Indirect illuminance in lx that samples are compared with; it biases nothing.
     pub references_lx: Vec<Linear>,
@@ -43,7 +47,7 @@ pub struct Shape {
 }
 
 /// What broad elements cannot show.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct BroadLoss {
     /// Mean square of each element over its area in lx²; may be below 0 by chance.
     pub lost_lx2: Vec<f64>,

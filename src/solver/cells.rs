@@ -9,10 +9,12 @@ mod regions;
 mod settle;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 pub use self::asker::Asker;
 use self::records::Records;
 pub use self::regions::regions_of;
+use super::guide::Guide;
 use super::job::Context;
 use super::order::{Order, WalkOrder};
 use crate::caches::{CellGrid, CellLight};
@@ -21,14 +23,15 @@ use crate::sampling::random::{Purpose, Stream};
 
 /// Edge of a cell over the length of the ray that asks: so many times the error that maps go for, within bounds. What a cell is off
 /// by grows with its edge.
-const EDGES_AN_ERROR: f64 = 50.0;
+const EDGES_AN_ERROR: f64 = 25.0;
 /// Rays of a walk up to which that holds. Where walks are longer, light is reflected more often, and with each reflection cells are
 /// off anew: their edges are as many times shorter as walks are longer.
 const RAYS_OF_A_SHORT_WALK: f64 = 5.0;
 const LEAST_EDGE_SHARE: f64 = 0.05;
-const MOST_EDGE_SHARE: f64 = 0.5;
+const MOST_EDGE_SHARE: f64 = 0.25;
 
 /// The cells of both halves, which serve all maps of a run.
+#[derive(Serialize, Deserialize)]
 pub struct CellSets {
     halves: [CellLight; 2],
     /// Samples that a cell takes at most.
@@ -66,6 +69,7 @@ impl CellSets {
 }
 
 /// What a map has gathered.
+#[derive(Serialize, Deserialize)]
 pub struct CellAsks {
     records: Vec<Records>,
     /// Whether an entry sends rays.
@@ -75,6 +79,9 @@ pub struct CellAsks {
     filled: u64,
     asked: u64,
     walks: WalkOrder,
+    /// Where light comes from to rays, and where cells are wrong for walks; rays of each replica, and walks, that these know.
+    guides: [Guide; 2],
+    learned: [u64; 2],
     /// Numbers of the three kinds that the latest sums know.
     settled: [u64; 3],
     /// Squared error in lx² of the mean over all replicas by chance of the rays alone, by the latest sums.
@@ -87,7 +94,11 @@ impl CellAsks {
     /// Nothing yet of so many entries, of which some walk at first.
     pub fn new(asker: &Asker, sites: usize, walkers: usize) -> CellAsks {
         let order = Order::of(sites);
+        let places: Vec<_> = (0..sites).map(|entry| asker.middle(entry)).collect();
+        let guide = if asker.has_one_hemisphere() { Guide::new(&places) } else { Guide::default() };
         CellAsks {
+            guides: [guide.clone(), guide],
+            learned: [0; 2],
             sees: (0..sites).map(|entry| asker.site(entry).is_some()).collect(),
             records: vec![Records::default(); REPLICAS],
             order,
@@ -139,9 +150,10 @@ impl CellAsks {
     /// Fills cells up to a number of rays of either half, by at most so many; returns how many all rays were.
     pub fn fill(&mut self, asker: &Asker, sets: &mut CellSets, rays: u64, most: u64) -> u64 {
         let range = self.filled..rays.min(self.filled + most.max(1));
-        let (order, most_samples) = (self.order, sets.most_samples);
+        let (order, guide, most_samples) = (self.order, &self.guides[0], sets.most_samples);
         let halves = sets.halves.par_iter_mut().with_max_len(1).enumerate();
-        let traced = halves.map(|(half, cells)| asker.fill(cells, most_samples, half as u32, order, range.clone()));
+        let traced =
+            halves.map(|(half, cells)| asker.fill(cells, (half as u32, most_samples), (order, guide), range.clone()));
         let rays = traced.sum();
         self.filled = range.end;
         self.rays[1] += rays;
@@ -151,10 +163,11 @@ impl CellAsks {
     /// Sends rays up to so many passes, of every replica at most so many; returns how many rays that took.
     pub fn ask(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
         let range = self.asked..(passes * self.order.sites() as u64).min(self.asked + most.max(1));
-        let order = self.order;
+        let (order, guide) = (self.order, &self.guides[0]);
         let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
-        let traced = replicas
-            .map(|(replica, records)| asker.ask(records, &sets.of(replica).grid, replica as u32, order, range.clone()));
+        let traced = replicas.map(|(replica, records)| {
+            asker.ask(records, (replica as u32, &sets.of(replica).grid), (order, guide), range.clone())
+        });
         let rays = traced.sum();
         self.make_cells(sets);
         self.asked = range.end;
@@ -165,10 +178,10 @@ impl CellAsks {
     /// Walks up to so many passes, of every replica at most so many; returns their rays.
     pub fn walk(&mut self, asker: &Asker, sets: &mut CellSets, passes: u64, most: u64) -> u64 {
         let range = self.walks.next(passes, most);
-        let walks = &self.walks;
+        let (walks, guide) = (&self.walks, &self.guides[1]);
         let replicas = self.records.par_iter_mut().with_max_len(1).enumerate();
         let traced = replicas.map(|(replica, records)| {
-            asker.walk(records, &sets.of(replica).grid, replica as u32, walks, range.clone())
+            asker.walk(records, (replica as u32, &sets.of(replica).grid), (walks, guide), range.clone())
         });
         let rays = traced.sum();
         self.make_cells(sets);

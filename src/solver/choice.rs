@@ -34,6 +34,22 @@ const MOST_SCATTER_TRACED: f64 = 0.125;
 /// A map leaves local estimation for what is so many times cheaper by all that a look tells: early looks are unsure.
 const LEAVING: f64 = 1.5;
 
+/// Writes an offer, or that there is none, and reads it again; why there was none makes no difference any more.
+pub mod kept_offer {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::{Offer, Offered};
+
+    pub fn serialize<S: Serializer>(offered: &Option<Offered>, serializer: S) -> Result<S::Ok, S::Error> {
+        offered.as_ref().map(|offered| offered.as_ref().ok()).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Offered>, D::Error> {
+        let offered = Option::<Option<Offer>>::deserialize(deserializer)?;
+        Ok(offered.map(|offer| offer.ok_or("weighed before the run went on")))
+    }
+}
+
 /// Error at which methods are weighed against each other where no target is set.
 const USUAL_ERROR: f64 = 0.01;
 
@@ -170,9 +186,14 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
             job.start_connecting(offer.plan);
             job.next_judgement = job.first_samples();
         } else if more > LEAVING * walks {
+            let local = match &job.offered {
+                Some(Err(why)) => format!(", local estimation not weighed ({why})"),
+                _ => String::new(),
+            };
             job.stop_asking(context);
-            job.method_reason =
-                format!("by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks or counts");
+            job.method_reason = format!(
+                "by a look in the run, work to come: {more:.1e} by gathering, {walks:.1e} by walks or counts{local}"
+            );
             job.next_judgement = job.first_samples();
         }
     } else if job.connects() {

@@ -6,6 +6,7 @@ use super::spending::Spending;
 use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solution, StopReason};
 use crate::chain::MOST_RAYS_OF_A_CHAIN;
+use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
 use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, standard_error};
 use crate::sampling::reflection::Law;
 use crate::scene::luminaires_behind_surfaces;
@@ -70,7 +71,15 @@ pub(super) fn finish(
     {
         let share = 100.0 * balance.truncated_lm / balance.emitted_lm;
         warnings.push(format!(
-            "{share:.3} % of the flux was cut off, after {MOST_RAYS_OF_A_CHAIN} reflections: in a white place next to nothing absorbs it"
+            "{share:.3} % of the flux was cut off, after {MOST_RAYS_OF_A_CHAIN} reflections or past the time limit: in a white place next to \
+             nothing absorbs it"
+        ));
+    }
+    if let count @ 1.. = context.stage.patience.walks_given_up() {
+        warnings.push(format!(
+            "{} given up after {MOST_RAYS_OF_A_WALK} rays or past the time limit, in a white place: values lack what {} still have found",
+            if count == 1 { "1 walk was".to_owned() } else { format!("{count} walks were") },
+            if count == 1 { "it would" } else { "they would" },
         ));
     }
     let walks = jobs.iter().any(|job| job.kind != MapKind::Elements && !job.is_black());

@@ -1,63 +1,89 @@
-//! What walks from receivers learn of the directions that light comes from.
+//! What rays and walks from receivers and elements learn of the directions that light comes from.
 //!
-//! Points of a region of neighbours share a density of first directions. It is learned at every look from all walks so far, and
-//! holds from then on: what a walk brings in the mean depends on no density, so that the sums stay unbiased and replicas
+//! Entries of a region of neighbours share a density of first directions. It is learned at every look from all samples so far, and
+//! holds from then on: what a sample brings in the mean depends on no density, so that the sums stay unbiased and replicas
 //! uncorrelated.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::cells::regions_of;
-use crate::estimators::walk::FirstRay;
 use crate::sampling::guide::{BINS, Density};
 
-/// Walks of a region, over its bins, from which on it has learned something.
-const WALKS_OF_A_BIN: f64 = 4.0;
-/// Walks of the region's mean square that a bin's own are added to: few walks of a bin say little.
-const WALKS_OF_THE_MEAN: f64 = 2.0;
+/// Samples of a region, over its bins, from which on it has learned something.
+const SAMPLES_OF_A_BIN: f64 = 4.0;
+/// Samples of the region's mean square that a bin's own are added to: few samples of a bin say little.
+const SAMPLES_OF_THE_MEAN: f64 = 2.0;
 /// Directions are drawn by a density from this share of the even variance on: evenly spread points of a sequence have less
 /// chance than these moments say, and lose a part of that.
 const WORTHWHILE: f64 = 0.67;
 
-/// Walks whose first ray went through a bin: how many, their scores and the squares of these.
-#[derive(Clone, Copy, Debug, Default)]
+/// Samples whose first ray went through a bin: how many, their scores in lx and the squares of these.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Tally {
     count: f64,
     sum: f64,
     squares: f64,
 }
 
-/// Densities of the first directions of a receiver set's walks.
-#[derive(Clone, Debug, Default)]
+/// Densities of the first directions of a map's samples.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Guide {
-    /// Region of every point.
+    /// Region of every entry.
     regions: Vec<u32>,
+    #[serde(with = "in_a_row")]
     tallies: Vec<[Tally; BINS]>,
     densities: Vec<Option<Density>>,
 }
 
+/// Writes the tallies of all regions in a row, and reads them again.
+mod in_a_row {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::{BINS, Tally};
+
+    pub fn serialize<S: Serializer>(regions: &[[Tally; BINS]], serializer: S) -> Result<S::Ok, S::Error> {
+        let tallies: Vec<&Tally> = regions.iter().flatten().collect();
+        serializer.collect_seq(tallies)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[Tally; BINS]>, D::Error> {
+        let tallies = Vec::<Tally>::deserialize(deserializer)?;
+        Ok(tallies.as_chunks().0.to_vec())
+    }
+}
+
 impl Guide {
-    /// Knows nothing yet of walks from these places with their normals.
+    /// Knows nothing yet of samples from these places with their normals.
     pub fn new(places: &[(DVec3, DVec3)]) -> Guide {
         let regions = regions_of(places);
         let count = regions.iter().max().map_or(0, |last| *last as usize + 1);
         Guide { regions, tallies: vec![[Tally::default(); BINS]; count], densities: vec![None; count] }
     }
 
-    /// The density of first directions from a point; `None` where they are even.
+    /// The density of first directions from an entry; `None` where they are even.
     #[inline]
-    pub fn density_at(&self, point: usize) -> Option<&Density> {
-        self.densities.get(*self.regions.get(point)? as usize)?.as_ref()
+    pub fn density_at(&self, entry: usize) -> Option<&Density> {
+        self.densities.get(*self.regions.get(entry)? as usize)?.as_ref()
     }
 
-    /// Counts what a walk from a point has brought.
-    pub fn add(&mut self, point: u32, ray: FirstRay) {
-        let Some(region) = self.regions.get(point as usize) else {
+    /// Counts what a sample from an entry has brought by way of a bin, in lx, its weight left out.
+    #[inline]
+    pub fn add(&mut self, entry: usize, bin: usize, lx: f64) {
+        let Some(region) = self.regions.get(entry) else {
             return;
         };
-        let tally = &mut self.tallies[*region as usize][ray.bin];
+        let tally = &mut self.tallies[*region as usize][bin];
         tally.count += 1.0;
-        tally.sum += ray.arriving_lx;
-        tally.squares += ray.arriving_lx * ray.arriving_lx;
+        tally.sum += lx;
+        tally.squares += lx * lx;
+    }
+
+    /// The same with its weight, of a sample drawn by the densities that there are now.
+    #[inline]
+    pub fn add_weighted(&mut self, entry: usize, bin: usize, lx: f64) {
+        let weight = self.density_at(entry).map_or(1.0, |density| density.weight(bin));
+        self.add(entry, bin, lx / weight);
     }
 
     /// Learns the densities from what was counted.
@@ -71,7 +97,7 @@ impl Guide {
 /// The density that makes the variance of walks through these bins least, if it makes it less by enough.
 fn learned(bins: &[Tally; BINS]) -> Option<Density> {
     let count: f64 = bins.iter().map(|bin| bin.count).sum();
-    if count < WALKS_OF_A_BIN * BINS as f64 {
+    if count < SAMPLES_OF_A_BIN * BINS as f64 {
         return None;
     }
     let mean_of =
@@ -79,7 +105,7 @@ fn learned(bins: &[Tally; BINS]) -> Option<Density> {
     let (mean, square) = (mean_of(&|bin| bin.sum), mean_of(&|bin| bin.squares));
     let squares: [f64; BINS] = std::array::from_fn(|bin| {
         let Tally { count, squares, .. } = bins[bin];
-        (squares + WALKS_OF_THE_MEAN * square) / (count + WALKS_OF_THE_MEAN)
+        (squares + SAMPLES_OF_THE_MEAN * square) / (count + SAMPLES_OF_THE_MEAN)
     });
     let density = Density::of(&squares.map(f64::sqrt))?;
     let even = squares.iter().sum::<f64>() / BINS as f64;
@@ -107,9 +133,9 @@ mod tests {
         let mut guide = Guide::new(&places);
         let mut stream = Stream::new(5, Purpose::Walks, 0, 0);
         assert!(guide.density_at(3).is_none());
-        for walk in 0..8192u32 {
+        for walk in 0..8192 {
             let at = stream.pair();
-            guide.add(walk % 8, FirstRay { bin: bin_of(at), arriving_lx: arriving_lx(at) });
+            guide.add(walk % 8, bin_of(at), arriving_lx(at));
         }
         guide.learn();
         let density = guide.density_at(3).expect("it has learned");
@@ -138,7 +164,7 @@ mod tests {
         let mut stream = Stream::new(6, Purpose::Walks, 0, 0);
         for _ in 0..4096 {
             let at = stream.pair();
-            guide.add(0, FirstRay { bin: bin_of(at), arriving_lx: 10.0 + 4.0 * stream.unit() });
+            guide.add(0, bin_of(at), 10.0 + 4.0 * stream.unit());
         }
         guide.learn();
         assert!(guide.density_at(0).is_none());

@@ -14,6 +14,8 @@ mod walking;
 use std::ops::Range;
 use std::time::Instant;
 
+use serde::{Deserialize, Serialize};
+
 pub use self::cells::{CellGoal, SHARE_OF_A_LOOK};
 use self::connecting::first_rounds;
 pub use self::connecting::{Offer, Offered};
@@ -76,6 +78,7 @@ pub struct Context<'a> {
 }
 
 /// One map in the making.
+#[derive(Serialize, Deserialize)]
 pub struct Job {
     /// `elements` or the receiver set's name.
     pub name: String,
@@ -119,7 +122,8 @@ pub struct Job {
     pub judgement: Judgement,
     /// All judgements of its present samples.
     pub history: History,
-    /// What the statistical checks found when they were last asked.
+    /// What the statistical checks found when they were last asked: they are asked again where a run goes on.
+    #[serde(skip)]
     pub checks: Vec<StatisticalCheck>,
     /// Samples at which a statistical check first refused it.
     held_since: Option<u64>,
@@ -158,6 +162,7 @@ pub struct Job {
     /// Rounds of local estimation, where vertices of chains score.
     local: Option<LocalPlan>,
     /// Local estimation, once it has been weighed after a look.
+    #[serde(with = "super::choice::kept_offer")]
     pub offered: Option<Offered>,
     black: bool,
 }

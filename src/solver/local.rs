@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::job::Context;
 use super::pace::TimeLeft;
@@ -31,6 +32,7 @@ const THINNING: u64 = 1 << 63;
 const RAYS_BETWEEN_LOOKS: u64 = 10_000;
 
 /// What a set's rounds are made of.
+#[derive(Serialize, Deserialize)]
 pub struct LocalPlan {
     /// Where vertices score.
     anchors: Anchors,
@@ -58,7 +60,7 @@ pub struct LocalPlan {
 }
 
 /// Which kernel connects vertices and receivers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kernel {
     /// Bounded, its rest by walks: finite variance everywhere.
     Bounded,

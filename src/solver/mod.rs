@@ -27,9 +27,10 @@ pub use job::Hindrance;
 pub(crate) use job::PACKETS_OF_A_BOUND;
 pub use merge::{Merged, MoreShares, merge};
 pub use run::{
-    DEFAULT_TARGET_ERROR, Expectation, Observer, Progress, Silent, SlowestMap, expectations, map_requests, solve,
+    DEFAULT_TARGET_ERROR, Expectation, GoingOn, Keeper, KeptRun, Observer, Progress, RunState, Silent, SlowestMap,
+    expectations, map_requests, resume, solve,
 };
-pub use share::{MapOfShare, MapSums, Share, ShareRecord, solve_share};
+pub use share::{MapOfShare, MapSums, Share, ShareRecord, resume_share, solve_share};
 pub use solution::*;
 pub use spending::{Activity, Spending};
 pub use verdicts::{Finding, Verdict, verdicts};

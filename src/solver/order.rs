@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 /// The order in which the entries of a map ask: scattered, so that the first ones come from all over the map.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Order {
     sites: usize,
     stride: usize,
@@ -50,7 +52,7 @@ impl Order {
 }
 
 /// Passes over some places of the order.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Stretch {
     places: Range<u64>,
     passes: Range<u64>,
@@ -63,7 +65,7 @@ impl Stretch {
 }
 
 /// The walks of a map: of the first entries in the order only, at first, and later perhaps of all.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct WalkOrder {
     order: Order,
     /// One after another.

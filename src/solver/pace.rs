@@ -71,6 +71,11 @@ impl Pace {
         f64::from_bits(self.rays.load(Ordering::Relaxed))
     }
 
+    /// Goes on with slices of so many rays.
+    pub fn go_on(&self, rays: f64) {
+        self.rays.store(rays.to_bits(), Ordering::Relaxed);
+    }
+
     /// Learns from pilots how long rays take.
     pub fn begin(&self, rays: u64, took: Duration) {
         if self.slice_s.is_finite() && rays > 0 {

@@ -4,6 +4,7 @@
 //! sum are best sampled in the ratio √(v₁c₂ / v₂c₁), and reach an error ε with (√(v₁c₁) + √(v₂c₂))²/ε² rays.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::adapt::Adaptive;
 use super::job::Context;
@@ -56,7 +57,7 @@ const LEAST_RAYS_PER_PASS: f64 = 0.1;
 pub const WEIGHED_PER_RAY: f64 = 16.0;
 
 /// What one sample of one part of a map costs and how it scatters.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PartCost {
     /// Variance of an entry's value in lx², weighted mean over the entries.
     pub variance: f64,
@@ -78,7 +79,7 @@ impl PartCost {
 }
 
 /// How direct light shares in the work of a map.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct DirectShare {
     /// Passes over direct light for each chain (elements) or each walk a point (receivers).
     pub passes_per_sample: f64,

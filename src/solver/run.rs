@@ -3,13 +3,17 @@
 mod clock;
 mod expectations;
 mod forecast;
+mod kept;
 mod observer;
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use self::clock::Clock;
 pub use self::expectations::{Expectation, expectations};
 pub use self::forecast::SlowestMap;
+use self::kept::LaterObserver;
+pub use self::kept::{GoingOn, Keeper, KeptRun, RunState, resume};
 pub use self::observer::{Observer, Progress, Silent};
 use super::cells::CellSets;
 use super::choice;
@@ -54,19 +58,28 @@ pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 /// The maps depend on scene, settings and how far the run went, never on threads: all sums grow in an order that the
 /// replicas fix. Names in `settings.maps` must be those of receiver sets, or `elements`.
 pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Solution {
-    solve_as(scene, settings, None, observer).0
+    solve_as(scene, settings, None, None, observer).0
 }
 
-/// Solves a scene as a whole, or as a share of it, which leaves its sums.
+/// Solves a scene as a whole, or as a share of it, which leaves its sums; from the beginning, or on from where a run was kept.
 pub(super) fn solve_as(
     scene: &Scene,
     settings: &Settings,
     share: Option<Share>,
+    going_on: Option<GoingOn>,
     observer: &dyn Observer,
 ) -> (Solution, Vec<(MapOfShare, MapSums)>) {
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
+    let pace = match (settings.time_limit_s, settings.chains) {
+        (_, Some(_)) => Pace::of_chains(),
+        (Some(limit_s), None) => Pace::within(limit_s),
+        (None, None) => Pace::steady(),
+    };
+    let observer = &LaterObserver::of(observer, going_on.as_ref());
+    let time_limit_s = observer.time_limit_s(settings, going_on.as_ref());
+    let settings = &Settings { time_limit_s, ..settings.clone() };
     let target_error = settings
         .target_error
         .filter(|_| share.is_none())
@@ -75,16 +88,13 @@ pub(super) fn solve_as(
     let (seed, method) = (share.map_or(settings.seed, |share| share.seed(settings.seed)), settings.method);
     let planned_error = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let is_later_than = |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
+    // What is kept of a run is kept of whole slices: the user waits for the one at hand.
+    let heeds_user = AtomicBool::new(true);
     let time_left = || match () {
         _ if is_long_over(settings, observer) => TimeLeft::LongOver,
-        _ if observer.is_interrupted() || is_later_than(1.0) => TimeLeft::None,
+        _ if heeds_user.load(Ordering::Relaxed) && observer.is_interrupted() || is_later_than(1.0) => TimeLeft::None,
         _ if is_later_than(CUTTING_SHARE) => TimeLeft::Little,
         _ => TimeLeft::Enough,
-    };
-    let pace = match (settings.time_limit_s, settings.chains) {
-        (_, Some(_)) => Pace::of_chains(),
-        (Some(limit_s), None) => Pace::within(limit_s),
-        (None, None) => Pace::steady(),
     };
     let context = Context {
         scene,
@@ -96,37 +106,42 @@ pub(super) fn solve_as(
         time_left: &time_left,
         pace,
     };
-    let (piloted, begun_wall_s) = (Instant::now(), observer.wall_s());
+    give_up_long_paths(&stage, settings, observer.wall_s());
     let mut run = Run {
         context: &context,
         settings,
         target_error,
         observer,
-        jobs: choose_jobs(&context, &settings.maps),
+        jobs: Vec::new(),
         sets: None,
         most_bytes_of_cells: limit_bytes() / SHARE_OF_MEMORY,
         convergence: Vec::new(),
         spending: Spending::default(),
-        clock: Clock::begun(begun_wall_s),
+        clock: Clock::begun(observer.wall_s()),
     };
-    run.context.pace.begin(run.progress().rays, piloted.elapsed());
-    run.prepare();
-    run.spending.add(Activity::Pilots, stage.outlook_rays(), piloted.elapsed());
-    run.clock.pilots_end(run.all_rays(), observer.wall_s());
-    run.record(false);
-    if let Some(error) = run.affordable_error() {
-        observer.expects(error, settings.target_error);
-    }
+    let kept_s = going_on.as_ref().map_or(0.0, |going_on| going_on.kept.compute_s());
+    let is_whole = match going_on {
+        Some(going_on) => {
+            run.take_up(going_on.kept);
+            true
+        }
+        None => run.begin(),
+    };
+    heeds_user.store(observer.keeper().is_none() || !is_whole, Ordering::Relaxed);
     observer.progress(&run.progress());
     let stop_reason = run.work();
+    if is_whole {
+        run.keep_end(stop_reason);
+    }
+    heeds_user.store(true, Ordering::Relaxed);
     // A single sample, where no more are asked for, may have taken all the time there was.
     let in_haste =
         matches!(stop_reason, StopReason::TimeLimit | StopReason::Interrupted) || time_left() <= TimeLeft::None;
     run.give_every_map_a_start(in_haste);
     let left_out = run.leave_out();
     run.judge_all(in_haste);
-    let compute_s = started.elapsed().as_secs_f64() - build_s;
-    let Run { jobs, convergence, mut spending, .. } = run;
+    let compute_s = kept_s + started.elapsed().as_secs_f64() - build_s;
+    let Run { jobs, convergence, mut spending, clock, .. } = run;
     for job in &jobs {
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
@@ -140,7 +155,7 @@ pub(super) fn solve_as(
         convergence,
         spending,
         stop_reason,
-        begun_wall_s,
+        clock.begun_wall_s(),
         build_s,
         compute_s,
     );
@@ -160,6 +175,18 @@ pub(super) fn solve_as(
 /// Whether a time limit has passed so long ago that what shows nothing yet is left out.
 fn is_long_over(settings: &Settings, observer: &dyn Observer) -> bool {
     settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S)
+}
+
+/// Lets long paths be given up once that is so: a single one may take longer than all that a limit leaves. A clock that stands ends nothing.
+fn give_up_long_paths(stage: &Stage, settings: &Settings, wall_s: f64) {
+    let Some(limit_s) = settings.time_limit_s.filter(|_| wall_s > 0.0) else {
+        return;
+    };
+    let left_s = (LONG_OVER * limit_s + PATIENCE_S - wall_s).max(0.0);
+    let left = Duration::try_from_secs_f64(left_s).ok();
+    if let Some(time) = left.and_then(|left| Instant::now().checked_add(left)) {
+        stage.patience.end_at(time);
+    }
 }
 
 /// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there.
@@ -208,6 +235,21 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// Begins with pilots; whether the user let them come to their end.
+    fn begin(&mut self) -> bool {
+        let piloted = Instant::now();
+        self.jobs = choose_jobs(self.context, &self.settings.maps);
+        self.context.pace.begin(self.progress().rays, piloted.elapsed());
+        self.prepare();
+        self.spending.add(Activity::Pilots, self.context.stage.outlook_rays(), piloted.elapsed());
+        self.clock.pilots_end(self.all_rays(), self.observer.wall_s());
+        self.record(false);
+        if let Some(error) = self.affordable_error() {
+            self.observer.expects(error, self.settings.target_error);
+        }
+        !self.observer.is_interrupted()
+    }
+
     /// Pilots, and what follows from them.
     fn prepare(&mut self) {
         self.start_asking();
@@ -236,6 +278,7 @@ impl Run<'_> {
             self.slice(index);
             self.record(false);
             self.observer.progress(&self.progress());
+            self.keep_if_due();
         }
     }
 
@@ -417,7 +460,13 @@ impl Run<'_> {
         if !arrived || goal < job.next_judgement {
             return;
         }
+        self.look(index);
+    }
+
+    /// Judges a map, and plans what it needs next.
+    fn look(&mut self, index: usize) {
         let started = Instant::now();
+        let job = &mut self.jobs[index];
         job.settle_cells(self.sets.as_mut());
         let samples = job.samples;
         job.judge(self.context);

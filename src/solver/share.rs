@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::job::{Ends, Job};
-use super::run::{Observer, solve_as};
+use super::run::{GoingOn, Observer, solve_as};
 use super::spending::Spending;
 use super::{Settings, Solution};
 use crate::maps::{CellsError, MapKind, Measured, PartScores, REPLICAS, Tally, Unit};
@@ -132,7 +132,22 @@ pub fn solve_share(
     share: Share,
     observer: &dyn Observer,
 ) -> (Solution, ShareRecord, Vec<MapSums>) {
-    let (solution, maps) = solve_as(scene, settings, Some(share), observer);
+    told(solve_as(scene, settings, Some(share), None, observer))
+}
+
+/// Goes on with a share from where it was kept.
+pub fn resume_share(
+    scene: &Scene,
+    settings: &Settings,
+    share: Share,
+    going_on: GoingOn,
+    observer: &dyn Observer,
+) -> (Solution, ShareRecord, Vec<MapSums>) {
+    told(solve_as(scene, settings, Some(share), Some(going_on), observer))
+}
+
+/// What a share tells once it has ended.
+fn told((solution, maps): (Solution, Vec<(MapOfShare, MapSums)>)) -> (Solution, ShareRecord, Vec<MapSums>) {
     let (maps, sums): (Vec<MapOfShare>, Vec<MapSums>) = maps.into_iter().unzip();
     let record = ShareRecord::of(&solution, maps, sums.iter().all(MapSums::are_without_chance));
     (solution, record, sums)

@@ -1,5 +1,7 @@
 //! Settings of a run and what comes out of it.
 
+use serde::{Deserialize, Serialize};
+
 use super::glare::GlareRating;
 use super::spending::Spending;
 use crate::control::Forecast;
@@ -42,7 +44,7 @@ impl Method {
 }
 
 /// Which elements the element map has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ElementChoice {
     /// Those of the scene: its triangles, or the parts that `max_element_edge` cuts them into. Their truth is their means.
     #[default]
@@ -150,7 +152,7 @@ pub struct MapCheck {
 }
 
 /// How a run stood at a time, and what it then was to come to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvergenceRow {
     /// Seconds since process start.
     pub wall_s: f64,
@@ -169,7 +171,7 @@ pub struct ConvergenceRow {
 }
 
 /// The stated error of a map and what it is made of.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorParts {
     /// The stated error: its parts in quadrature.
     pub estimated: f64,

@@ -331,7 +331,8 @@ pub fn walks_from_points(
     });
     let (done, first_rays): (Vec<_>, Vec<_>) = walked.collect::<Vec<_>>().into_iter().unzip();
     if let Some(guide) = guide {
-        first_rays.into_iter().flatten().for_each(|(entry, ray)| guide.add(entry, ray));
+        let first_rays = first_rays.into_iter().flatten();
+        first_rays.for_each(|(entry, ray)| guide.add(entry as usize, ray.bin, ray.arriving_lx));
     }
     merged(&mut map.scores[1], done)
 }

@@ -45,10 +45,11 @@ impl Validation {
     pub fn circumstances(&self) -> String {
         let rays: u64 = self.cases.iter().map(CaseOutcome::rays).sum();
         format!(
-            "luxmc {}, {}, {} threads; {} of computing, {} rays",
+            "luxmc {}, {}, {} {}; {} of computing, {} rays",
             env!("CARGO_PKG_VERSION"),
             date(self.unix_s),
             self.threads,
+            if self.threads == 1 { "thread" } else { "threads" },
             duration(self.cases.iter().map(CaseOutcome::seconds).sum()),
             rounded_count(rays)
         )

@@ -6,8 +6,10 @@ use std::time::{Duration, Instant};
 
 /// Address space of a run in KiB: beyond it the system refuses memory. Threads and the program itself take some of it.
 const ADDRESS_SPACE_KIB: u64 = 2 << 20;
-/// Seconds after which a run is ended from outside.
+/// Seconds of the processor after which a run is ended from outside.
 const LONGEST_S: f64 = 20.0;
+/// The same in seconds that pass, for what waits without working: a busy machine is slower by less than that.
+const LONGEST_WAIT_S: f64 = 600.0;
 /// Seconds that reading a scene may take: it has no limit, but is told of.
 const READING_S: f64 = 10.0;
 /// Bytes of a file that are looked through.
@@ -51,10 +53,10 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let status = loop {
         match child.try_wait() {
             Ok(Some(status)) => break status,
-            Ok(None) if started.elapsed().as_secs_f64() > LONGEST_S => {
+            Ok(None) if is_endless(child.id(), started.elapsed().as_secs_f64()) => {
                 child.kill().ok();
                 child.wait().ok();
-                let fault = Some(format!("no end within {LONGEST_S} s"));
+                let fault = Some(format!("no end within {LONGEST_S} s of the processor or {LONGEST_WAIT_S} s"));
                 return Outcome { ended: "without end".to_owned(), fault, is_late: true };
             }
             Ok(None) => std::thread::sleep(Duration::from_millis(1)),
@@ -68,7 +70,8 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let reading_s = match status.code() {
         // Inspected or refused.
         _ if !limits.writes => READING_S,
-        Some(2) => READING_S,
+        // Refused, or out of memory before a summary could tell.
+        Some(2 | 4) => READING_S,
         _ => read_s(&out),
     };
     let is_late = took_s > 1.1 * limits.time_limit_s + limits.beyond_s + reading_s;
@@ -90,14 +93,30 @@ fn read_s(out: &Path) -> f64 {
     number.unwrap_or(0.0)
 }
 
+/// Whether a run that still goes on has had its time: that of the processor where the system tells it.
+fn is_endless(process: u32, passed_s: f64) -> bool {
+    let longest_s = [LONGEST_S, LONGEST_WAIT_S];
+    match times_s(&process.to_string()) {
+        _ if passed_s <= longest_s[0] => false,
+        Some(times_s) => times_s[0] > longest_s[0] || passed_s > longest_s[1],
+        None => true,
+    }
+}
+
 /// Seconds that all children so far have kept a processor busy.
 fn busy_s() -> Option<f64> {
+    Some(times_s("self")?[1])
+}
+
+/// Seconds that a process has kept a processor busy, and that its children that have ended have.
+fn times_s(process: &str) -> Option<[f64; 2]> {
     const TICKS_PER_S: f64 = 100.0;
-    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // After the name in brackets: user and system time of children that have ended are the 14th and 15th.
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // After the name in brackets: user and system time of the process are the 12th and 13th, those of its children follow.
     let numbers: Vec<f64> =
         stat.rsplit_once(')')?.1.split_whitespace().skip(1).filter_map(|number| number.parse().ok()).collect();
-    Some((numbers.get(12)? + numbers.get(13)?) / TICKS_PER_S)
+    let [own, children] = [numbers.get(10..12)?, numbers.get(12..14)?].map(|pair| pair.iter().sum::<f64>());
+    Some([own / TICKS_PER_S, children / TICKS_PER_S])
 }
 
 fn broken(why: &str) -> Outcome {

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::records::{Records, look_up};
-use crate::caches::{CellGrid, CellLight, bin_of};
+use crate::caches::{CellGrid, CellLight};
 use crate::estimators::cells::{Asked, Question, fill_cells, gather, look_for_place, residual_walk};
 use crate::estimators::direct::Receiver;
 use crate::estimators::element::Element;
@@ -16,6 +16,7 @@ use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Elements, Quantity};
+use crate::solver::guide::Guide;
 use crate::solver::job::Context;
 use crate::solver::order::{Order, WalkOrder};
 use crate::solver::sweep::stream_index;
@@ -40,8 +41,14 @@ pub struct Asker<'a> {
 }
 
 impl Asker<'_> {
-    /// Rays that fill the cells of a half; returns the rays, those of samples too.
-    pub fn fill(&self, cells: &mut CellLight, most_samples: u16, half: u32, order: Order, range: Range<u64>) -> u64 {
+    /// Rays that fill the cells of a half, as those go that ask; returns the rays, those of samples too.
+    pub fn fill(
+        &self,
+        cells: &mut CellLight,
+        (half, most_samples): (u32, u16),
+        (order, guide): (Order, &Guide),
+        range: Range<u64>,
+    ) -> u64 {
         let stage = self.context.stage;
         let room = || (Stream::new(self.context.seed, Purpose::CellFills, self.number, half), Cut::default());
         let numbers = (0..(range.end - range.start) as usize).into_par_iter().with_min_len(BLOCK as usize);
@@ -53,7 +60,7 @@ impl Asker<'_> {
                 };
                 stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                 let start = self.start(&site, stream);
-                let (_, asked, rays) = look_for_place(stage, &start.receiver(), cut, stream);
+                let (asked, rays) = look_for_place(stage, &start.receiver(), guide.density_at(entry), cut, stream);
                 (asked, start.rays + rays)
             })
             .collect();
@@ -65,10 +72,15 @@ impl Asker<'_> {
     }
 
     /// Rays of one replica whose values count; returns the rays.
-    pub fn ask(&self, records: &mut Records, grid: &CellGrid, replica: u32, order: Order, range: Range<u64>) -> u64 {
+    pub fn ask(
+        &self,
+        records: &mut Records,
+        (replica, grid): (u32, &CellGrid),
+        (order, guide): (Order, &Guide),
+        range: Range<u64>,
+    ) -> u64 {
         let stage = self.context.stage;
         let mut stream = Stream::new(self.context.seed, Purpose::CellRays, self.number, replica);
-        let finds_more = self.finds_more_than_cells();
         let mut cut = Cut::default();
         let mut rays = 0;
         let mut questions: Vec<Option<Question>> = Vec::with_capacity(BLOCK as usize);
@@ -78,21 +90,20 @@ impl Asker<'_> {
                 if let Some(site) = self.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.start(&site, &mut stream);
-                    let variates = stream.pair();
-                    let found = gather(stage, grid, &start.receiver(), variates, &mut cut, &mut stream);
-                    plain_lx = start.weight * found.0;
-                    question = found.1.map(|found| Question { factor: start.weight as f32 * found.factor, ..found });
-                    (bin, at) = (bin_of(variates), start.at);
-                    rays += start.rays + found.2;
+                    let density = guide.density_at(entry);
+                    let found = gather(stage, grid, &start.receiver(), density, &mut cut, &mut stream);
+                    plain_lx = start.weight * found.plain_lx;
+                    let weighted = |asks: Question| Question { factor: start.weight as f32 * asks.factor, ..asks };
+                    question = found.question.map(weighted);
+                    (bin, at) = (found.bin, start.at);
+                    rays += start.rays + found.rays;
                 }
                 if self.slopes {
                     records.starts.push(at.map(|weight| weight as f32));
                 }
                 questions.push(question);
                 records.bins.push(bin);
-                if finds_more {
-                    records.plain_lx.push(plain_lx as f32);
-                }
+                records.plain_lx.push(plain_lx as f32);
             }
             let asked = questions.drain(..);
             asked.for_each(|question| look_up(grid, question, &mut records.terms, &mut records.new));
@@ -104,9 +115,8 @@ impl Asker<'_> {
     pub fn walk(
         &self,
         records: &mut Records,
-        grid: &CellGrid,
-        replica: u32,
-        order: &WalkOrder,
+        (replica, grid): (u32, &CellGrid),
+        (order, guide): (&WalkOrder, &Guide),
         range: Range<u64>,
     ) -> u64 {
         let stage = self.context.stage;
@@ -116,19 +126,20 @@ impl Asker<'_> {
         let mut questions: Vec<Question> = Vec::new();
         for block in blocks(range) {
             for (pass, entry) in order.entries(block) {
-                let (mut plain_lx, mut at) = (0.0, [0.0; 2]);
+                let (mut plain_lx, mut bin, mut at) = (0.0, 0, [0.0; 2]);
                 if let Some(site) = self.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.start(&site, &mut stream);
                     let ask = |question: Question| questions.push(question);
-                    let walked =
-                        residual_walk(stage, grid, &start.receiver(), start.weight, &mut cut, &mut stream, ask);
-                    (plain_lx, at) = (walked.0, start.at);
-                    rays += start.rays + walked.1;
+                    let drawn = (start.weight, guide.density_at(entry));
+                    let walked = residual_walk(stage, grid, &start.receiver(), drawn, &mut cut, &mut stream, ask);
+                    (plain_lx, bin, at) = (walked.plain_lx, walked.bin, start.at);
+                    rays += start.rays + walked.rays;
                 }
                 if self.slopes {
                     records.walk_starts.push(at.map(|weight| weight as f32));
                 }
+                records.walk_bins.push(bin);
                 records.walks.push((plain_lx as f32, (records.walk_terms.len() + questions.len()) as u32));
             }
             let asked = questions.drain(..).map(Some);
@@ -137,10 +148,12 @@ impl Asker<'_> {
         rays
     }
 
-    /// Whether rays can find light that no cell tells: by mirrors, lobes and near luminaires.
-    fn finds_more_than_cells(&self) -> bool {
-        let stage = self.context.stage;
-        !stage.is_diffuse() || stage.near_lights.is_some() || stage.mirrors.is_some()
+    /// Whether all rays of an entry have one hemisphere, whose directions can be learned: cylinders turn their planes.
+    pub fn has_one_hemisphere(&self) -> bool {
+        match self.kind {
+            MapKind::Elements => true,
+            MapKind::Receivers(set) => self.context.scene.receivers[set].quantity == Quantity::Perpendicular,
+        }
     }
 
     /// Middle of an entry in m, and its unit normal.

@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::{CellAsks, CellSets};
-use crate::caches::{DirectionControl, DirectionSums};
 use crate::maps::basis::{BENDS, Linear, PARTS, bends_at, part_of, slopes_at};
 use crate::maps::{IndirectDetail, REPLICAS, ReplicaMap, Residuals, Tally};
 use crate::solver::broad::Shape;
+use crate::solver::guide::Guide;
 
 impl CellAsks {
     /// Sums up all that complete passes found, by the light that cells have now. What elements show beside their means goes by their
@@ -22,62 +22,59 @@ impl CellAsks {
         let rays = passes as usize * self.order.sites();
         let replicas = self.records.par_iter().with_max_len(1).enumerate();
         let told: Vec<Vec<f32>> = replicas.map(|(replica, records)| records.told_lx(sets.of(replica), rays)).collect();
-        let controls: Vec<DirectionControl> =
-            [0, 1].into_par_iter().map(|half| self.control(half, &told, residuals)).collect();
         let references = shape.as_ref().map(|shape| &shape.references_lx[..]);
-        let regions = residuals.regions();
         let slabs = map.indirect.par_iter_mut().with_max_len(1).enumerate();
-        let found: Vec<Found> = slabs
-            .map(|(replica, rows)| {
-                self.sum_up(replica, &told[replica], &controls[1 - replica % 2], regions, references, rows)
-            })
-            .collect();
+        let found: Vec<Found> =
+            slabs.map(|(replica, rows)| self.sum_up(replica, &told[replica], references, rows)).collect();
         self.ray_squared_lx2 = ray_squared_lx2(&found, weights, self.order.sites(), passes);
         if let Some(shape) = shape {
             let parts = found.into_iter().map(|found| (found.bends_lx, found.parts_lx));
             let (bends_lx, parts_lx) = parts.unzip();
             shape.detail = IndirectDetail { bends_lx, parts_lx };
         }
-        self.sum_up_walks(sets, residuals);
+        let walked = self.sum_up_walks(sets, residuals);
         residuals.share_out(&self.unsure_lx2(sets, rays), weights);
+        self.learn_directions(&told, &walked);
         map.indirect_samples = Tally { complete: passes, ahead: 0 };
         map.take_residuals(weights);
     }
 
-    /// What the rays of a half bring from each direction.
-    fn control(&self, half: usize, told: &[Vec<f32>], residuals: &Residuals) -> DirectionControl {
-        let mut sums = DirectionSums::new(residuals.region_count());
-        for replica in (half..REPLICAS).step_by(2) {
-            let bins = &self.records[replica].bins;
-            let rays = self.order.entries(0..told[replica].len() as u64).zip(bins).zip(&told[replica]);
-            let rays = rays.filter(|(((_, entry), _), _)| self.sees[*entry]);
-            rays.for_each(|(((_, entry), bin), lx)| sums.add(residuals.regions()[entry], *bin, *lx));
+    /// Lets rays to come go where light has come from, and walks where cells have been wrong.
+    fn learn_directions(&mut self, told: &[Vec<f32>], walked: &[Vec<f32>]) {
+        let [of_rays, of_walks] = &mut self.guides;
+        for (records, told) in self.records.iter().zip(told) {
+            let new = self.learned[0] as usize;
+            let rays = self.order.entries(new as u64..told.len() as u64).zip(&records.bins[new..]);
+            for (((_, entry), bin), lx) in rays.zip(&told[new..]) {
+                of_rays.add_weighted(entry, usize::from(*bin), f64::from(*lx));
+            }
         }
-        sums.control()
+        for (records, walked) in self.records.iter().zip(walked) {
+            let new = self.learned[1];
+            let walks = self.walks.entries(new..new + walked.len() as u64).zip(&records.walk_bins[new as usize..]);
+            for (((_, entry), bin), lx) in walks.zip(walked) {
+                of_walks.add_weighted(entry, usize::from(*bin), f64::from(*lx));
+            }
+        }
+        let lens = [told, walked].map(|found| found.first().map_or(0, |first| first.len() as u64));
+        self.learned = [lens[0], self.learned[1] + lens[1]];
+        self.guides.iter_mut().for_each(Guide::learn);
     }
 
     /// Sums of one replica's rays.
-    fn sum_up(
-        &self,
-        replica: usize,
-        told: &[f32],
-        control: &DirectionControl,
-        regions: &[u32],
-        references_lx: Option<&[Linear]>,
-        rows: &mut [f64],
-    ) -> Found {
+    fn sum_up(&self, replica: usize, told: &[f32], references_lx: Option<&[Linear]>, rows: &mut [f64]) -> Found {
         let (sites, passes, records) = (self.order.sites(), self.passes(), &self.records[replica]);
         rows.fill(0.0);
         let mut found = Found { by_half_lx: vec![[0.0; 2]; rows.len()], ..Found::default() };
         if references_lx.is_some() {
             found.make_room(sites);
         }
-        let rays = self.order.entries(0..told.len() as u64).zip(&records.bins).zip(told);
-        for (ray, (((pass, entry), bin), lx)) in rays.enumerate() {
+        let rays = self.order.entries(0..told.len() as u64).zip(told);
+        for (ray, ((pass, entry), lx)) in rays.enumerate() {
             if !self.sees[entry] {
                 continue;
             }
-            let lx = f64::from(lx - control.expected_lx(regions[entry], *bin));
+            let lx = f64::from(*lx);
             let half = usize::from(pass >= passes / 2);
             let mut add = |entry: usize, lx: f64| {
                 found.by_half_lx[entry][half] += lx;
@@ -101,32 +98,39 @@ impl CellAsks {
         found
     }
 
-    /// Sums of what walks found.
-    fn sum_up_walks(&self, sets: &CellSets, residuals: &mut Residuals) {
+    /// Sums of what walks found; returns what each walk of every replica did since directions were learned, in lx.
+    fn sum_up_walks(&self, sets: &CellSets, residuals: &mut Residuals) -> Vec<Vec<f32>> {
         let (sites, order) = (self.order.sites(), self.order);
         let (walkers, walks, walk_count) = self.walks.complete();
         residuals.walks = walks;
         residuals.walkers = vec![false; sites];
         (0..walkers).for_each(|place| residuals.walkers[order.entry(place)] = true);
         let replicas = self.records.par_iter().with_max_len(1).zip(&mut residuals.sums_lx).enumerate();
-        replicas.for_each(|(replica, (records, walked))| {
+        let each = replicas.map(|(replica, (records, walked))| {
             let cells = sets.of(replica);
             walked.fill(0.0);
+            let known = self.learned[1] as usize;
+            let mut new = Vec::with_capacity((walk_count as usize).saturating_sub(known));
             let mut first = 0;
             let walks = records.walks.iter().zip(self.walks.entries(0..walk_count)).enumerate();
             for (walk, ((plain_lx, end), (_, entry))) in walks {
                 let terms = &records.walk_terms[first as usize..*end as usize];
                 let told: f64 =
-                    terms.iter().map(|term| f64::from(term.factor) * f64::from(cells.value_lx(term.asked))).sum();
+                    terms.iter().map(|term| f64::from(term.factor) * f64::from(cells.value_lx(term.cell))).sum();
                 let lx = f64::from(*plain_lx) + told;
                 walked[entry] += lx;
+                if walk >= known {
+                    new.push(lx as f32);
+                }
                 if let Some(at) = records.walk_starts.get(walk) {
                     let slopes = slopes_at(at.map(f64::from)).into_iter().enumerate();
                     slopes.for_each(|(k, slope)| walked[(1 + k) * sites + entry] += lx * slope);
                 }
                 first = *end;
             }
+            new
         });
+        each.collect()
     }
 
     /// How sure the cells are that each entry asks, by the rays of two replicas.
@@ -135,7 +139,7 @@ impl CellAsks {
         for (replica, records) in self.records.iter().enumerate().take(2) {
             let cells = sets.of(replica);
             for ((_, entry), term) in self.order.entries(0..rays as u64).zip(&records.terms) {
-                unsure_lx2[entry] += f64::from(term.factor * term.factor * cells.variance_lx2(term.asked));
+                unsure_lx2[entry] += f64::from(term.factor * term.factor * cells.variance_lx2(term.cell));
             }
         }
         unsure_lx2

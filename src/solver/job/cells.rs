@@ -1,5 +1,7 @@
 //! A job whose rays ask cells: how it begins, goes forward, is summed up, and what it needs next.
 
+use serde::{Deserialize, Serialize};
+
 use super::elements::{element_weights, numbers_per_site};
 use super::{Context, Engine, Job, Method, element_map};
 use crate::control::{CellGrowth, CellParts, KINDS};
@@ -15,9 +17,10 @@ use crate::solver::spending::Activity;
 const FIRST_RAYS: u64 = 400_000;
 const LEAST_PASSES: u64 = 2;
 const MOST_PASSES: u64 = 6;
-/// Rays that fill of every entry before the first look for an error of 1 % or less, and in a half at most; walks of each entry that walks.
+/// Rays that fill of every entry before the first look for an error of 1 %, the more the smaller the error, and in a half at most; walks
+/// of each entry that walks.
 const FIRST_FILLS: u64 = 16;
-const MOST_FILLS: u64 = 65_536;
+const MOST_FILLS: u64 = 1 << 20;
 const USUAL_ERROR: f64 = 0.01;
 const FIRST_WALKS: u64 = 4;
 /// Entries that walk at first, of more: a thousand of them would know the mean square half as well by as many walks. Fewer where walks are
@@ -26,8 +29,8 @@ const FIRST_WALKERS: f64 = 256.0;
 const LEAST_WALKERS: f64 = 16.0;
 /// Walks of one entry that know its bias well enough, over those that know its illuminance; and rays of all kinds for every gathering
 /// ray. Measured in six rooms of the proving ground.
-const WALKS_OF_AN_ENTRY: f64 = 0.8;
-const RAYS_OF_A_RAY: f64 = 1.5;
+const WALKS_OF_AN_ENTRY: f64 = 0.4;
+const RAYS_OF_A_RAY: f64 = 1.0;
 /// Rays, about, that a ray takes which fills cells, and that a walk takes.
 const RAYS_OF_A_FILL: f64 = 5.0;
 const RAYS_OF_A_WALK: f64 = 5.0;
@@ -50,7 +53,7 @@ const FEWEST_BROAD: f64 = 128.0;
 const LEAST_SHARE_OF_CHANCE: f64 = 0.2;
 
 /// How far a map whose rays ask cells is to go before it is judged, in passes over its entries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CellGoal {
     /// Of direct light.
     pub direct: u64,

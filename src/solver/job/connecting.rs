@@ -1,5 +1,7 @@
 //! Local estimation that a run takes by itself: what it may be expected to cost, and going over to it and back to walks.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Engine, FIRST_LOCAL_CHAINS, Job, RAYS_PER_SLICE, Tally};
 use crate::control::margin;
 use crate::maps::REPLICAS;
@@ -15,6 +17,7 @@ const QUASI_GAIN: f64 = 4.0;
 const LEAST_LOOKS: f64 = 2.0;
 
 /// Local estimation as a map could have it.
+#[derive(Serialize, Deserialize)]
 pub struct Offer {
     pub plan: LocalPlan,
     /// Work to the target: its chains begin at luminaires and choose none.

@@ -3,7 +3,7 @@
 use super::super::adapt::{Refined, Spent};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
 use super::{Context, Engine, Job};
-use crate::maps::{MapValues, ReplicaMap, Unit, judge};
+use crate::maps::{MapKind, MapValues, ReplicaMap, Unit, judge};
 use crate::scene::Elements;
 
 /// What became of the elements of a map after a look.
@@ -98,6 +98,16 @@ impl Job {
         let lost_lx2 = lost.sum::<f64>().max(0.0) / area_m2.max(f64::MIN_POSITIVE);
         let discretisation = if judgement.mean_lx > 0.0 { lost_lx2.sqrt() / judgement.mean_lx } else { 0.0 };
         judgement.halves_error.hypot(discretisation)
+    }
+
+    /// Takes the numbering of the scene's elements, which is not kept with the run.
+    pub fn take_numbering(&mut self, of_scene: &Elements) {
+        if self.kind == MapKind::Elements {
+            self.elements.take_numbering(of_scene);
+        }
+        if let Some(broad) = &mut self.broad {
+            broad.elements.take_numbering(of_scene);
+        }
     }
 
     /// Whether its elements lose more than the target allows and can be cut no further.

@@ -1,11 +1,13 @@
 //! What estimates the indirect light of a map.
 
+use serde::{Deserialize, Serialize};
+
 use crate::maps::MapKind;
 use crate::solver::Method;
 use crate::solver::local::Kernel;
 
 /// What estimates the indirect light of a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Engine {
     /// Packets of chains are counted on elements.
     Counting,

@@ -1,5 +1,7 @@
 //! What a map is known to be off by, and what it is still to take.
 
+use serde::{Deserialize, Serialize};
+
 use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
 use crate::control::{Forecast, deviation_of_work, needed_work};
 use crate::maps::{MapKind, REPLICAS, judge};
@@ -38,7 +40,7 @@ impl Hindrance {
 }
 
 /// What was known of a map before it started anew on finer elements.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct BeforeCut {
     error: ErrorParts,
     /// Rays that it was still to take, and those that it had taken.

@@ -1,5 +1,7 @@
 //! How fast a run's rays are: start-up, reading and building are no part of it, and pilots only as long as there is nothing else.
 
+use serde::{Deserialize, Serialize};
+
 use crate::control::Forecast;
 
 /// Rays of the maps, over those of pilots, after which the rate is that of the maps alone.
@@ -12,7 +14,7 @@ const DEVIATION: f64 = 0.1;
 const LEAST_SECONDS: f64 = 1e-12;
 
 /// When a run's parts began.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Clock {
     /// Wall time at which pilots were begun.
     begun_wall_s: f64,

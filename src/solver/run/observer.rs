@@ -1,6 +1,6 @@
 //! Who watches a run, and what of it is told.
 
-use super::SlowestMap;
+use super::{Keeper, SlowestMap};
 use crate::control::Forecast;
 
 /// How a run stands.
@@ -36,6 +36,10 @@ pub trait Observer: Sync {
     /// Whether the user wants to stop.
     fn is_interrupted(&self) -> bool {
         false
+    }
+    /// What keeps the run's state, where it is to be kept.
+    fn keeper(&self) -> Option<&dyn Keeper> {
+        None
     }
     /// Seconds since the process started. A clock that stands lets no time limit end a run.
     fn wall_s(&self) -> f64 {
