@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 
 use glam::DVec3;
 use luxmc::base::memory::{CountedMemory, peak_bytes};
-use luxmc::caches::{CellGrid, CellLight, CellRef, CellSample, Lookup};
+use luxmc::caches::{CellGrid, CellLight, CellSample, Lookup};
 use serde_json::Value;
 
 #[global_allocator]
@@ -171,8 +171,8 @@ fn fill_cells([across, samples]: [usize; 2]) -> [f64; 3] {
     for (place, cell) in asked.iter().enumerate() {
         for _ in 0..samples {
             cells.book(*cell);
-            let next = CellRef::new(asked[(place + 1) % asked.len()], false);
-            cells.add(CellSample { cell: *cell, direct_lx: 100.0, plain_lx: 0.0, reflectance: 0.5, next });
+            let next = asked[(place + 1) % asked.len()];
+            cells.add(CellSample { cell: *cell, plain_lx: 100.0, reflectance: 0.5, next });
         }
     }
     cells.solve();

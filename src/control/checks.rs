@@ -31,10 +31,10 @@ const LEAST_TAIL_SHARE: f64 = 0.1;
 const SPARE_FOR_TAILS: f64 = 9.0;
 /// Scores that must carry the variance, effectively, of a map that only just meets its target: then single scores make
 /// the variance uncertain by no more than the replicas do in a map of three degrees of freedom, √(2/45).
-const ENOUGH_SCORES: f64 = 20.0;
+pub(super) const ENOUGH_SCORES: f64 = 20.0;
 /// A map that was held up is not held up for few scores alone beyond so many times its samples then: what then still
 /// carries the variance is a score so rare that the spread errs on the safe side.
-const LONGEST_WAIT: u64 = 4;
+pub(super) const LONGEST_WAIT: u64 = 4;
 /// Relative deviations below this one are the rounding of sums.
 const ROUNDING: f64 = 1e-9;
 
@@ -131,15 +131,19 @@ fn tail_check(parts: [ScoreEvidence; 2], spare: f64) -> StatisticalCheck {
 /// 1/√n is how uncertain single scores make the squared error. A map whose squared error may be `spare` times as large
 /// needs to know it that much less well, so that the limit falls with the square of `spare`.
 fn scores_check(parts: [ScoreEvidence; 2], spare: f64, has_waited: bool) -> StatisticalCheck {
-    let variance: f64 = parts.iter().map(|part| part.variance).sum();
-    let fourth: f64 = parts.iter().map(|part| part.fourth).sum();
     let says = "too few scores carry the map's error for it to be known";
     let limit = ENOUGH_SCORES / (spare * spare);
-    if variance == 0.0 {
-        return check("scores", None, limit, true, says);
+    match effective_scores(parts) {
+        Some(effective) => check("scores", Some(effective), limit, has_waited || effective >= limit, says),
+        None => check("scores", None, limit, true, says),
     }
-    let effective = variance * variance / fourth;
-    check("scores", Some(effective), limit, has_waited || effective >= limit, says)
+}
+
+/// Scores that carry the variance of a map, effectively; `None` where it has none.
+pub fn effective_scores(parts: [ScoreEvidence; 2]) -> Option<f64> {
+    let variance: f64 = parts.iter().map(|part| part.variance).sum();
+    let fourth: f64 = parts.iter().map(|part| part.fourth).sum();
+    (variance != 0.0).then(|| variance * variance / fourth)
 }
 
 /// Quantile of Student's t over the replicas.

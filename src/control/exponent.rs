@@ -22,8 +22,9 @@ pub struct ErrorHistory {
 }
 
 impl ErrorHistory {
-    /// Notes a look after so much work.
-    pub fn note(&mut self, work: u64, judgement: &Judgement) {
+    /// Notes a look after so much work, whose error scatters about its law by this deviation of its logarithm beside what is known of
+    /// it by chance.
+    pub fn note(&mut self, work: u64, judgement: &Judgement, scatter_ln: f64) {
         let error = judgement.expected_error;
         if work == 0 || !error.is_finite() || error <= 0.0 || judgement.dark || judgement.unseen {
             return;
@@ -31,7 +32,7 @@ impl ErrorHistory {
         let degrees = judgement.degrees_of_freedom.max(1.0) * (REPLICAS - 1) as f64;
         // Work anew starts a new history.
         self.looks.retain(|look| look[0] < (work as f64).ln());
-        self.looks.push([(work as f64).ln(), error.ln(), 0.5 / degrees]);
+        self.looks.push([(work as f64).ln(), error.ln(), 0.5 / degrees + scatter_ln * scatter_ln]);
         if self.looks.len() > MOST_LOOKS {
             self.looks.remove(0);
         }
@@ -81,7 +82,7 @@ mod tests {
             let normal = (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
             let error = (work as f64).powf(-alpha) * (normal * (0.5 / (15.0 * degrees)).sqrt()).exp();
             let judgement = Judgement { expected_error: error, degrees_of_freedom: degrees, ..Judgement::default() };
-            history.note(work, &judgement);
+            history.note(work, &judgement, 0.0);
         }
         history.exponent()
     }
@@ -107,10 +108,10 @@ mod tests {
         let mut history = ErrorHistory::default();
         let judged =
             |expected_error: f64| Judgement { expected_error, degrees_of_freedom: 1e3, ..Judgement::default() };
-        history.note(100, &judged(0.1));
-        history.note(200, &judged(0.05));
+        history.note(100, &judged(0.1), 0.0);
+        history.note(200, &judged(0.05), 0.0);
         assert!(history.exponent() > 0.9);
-        history.note(50, &judged(0.2));
+        history.note(50, &judged(0.2), 0.0);
         assert_eq!(history.exponent(), 0.5);
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::checks::{ENOUGH_SCORES, LONGEST_WAIT};
+use super::schedule::GROWTH_AFTER_REFUSAL;
 use crate::maps::REPLICAS;
 
 /// Standard deviations of the normal distribution beyond which 5 % lie on either side.
@@ -47,6 +49,11 @@ impl Forecast {
         Forecast { expected, low: expected - below, high: expected + above }
     }
 
+    /// The sum of two numbers that are off alike: where one is too high the other is likely to be.
+    pub fn plus_alike(self, other: Forecast) -> Forecast {
+        Forecast { expected: self.expected + other.expected, low: self.low + other.low, high: self.high + other.high }
+    }
+
     /// What is left of it once so much of it is done.
     pub fn less(self, done: f64) -> Forecast {
         let left = |number: f64| (number - done).max(0.0);
@@ -69,6 +76,11 @@ impl Forecast {
         }
     }
 
+    /// Whether the interval holds a number.
+    pub fn holds(self, number: f64) -> bool {
+        self.low <= number && number <= self.high
+    }
+
     /// The lesser of it and a number that is known.
     pub fn at_most(self, most: f64) -> Forecast {
         Forecast { expected: self.expected.min(most), low: self.low.min(most), high: self.high.min(most) }
@@ -83,10 +95,26 @@ const MOST_DEVIATION: f64 = 8.0;
 /// Standard deviation of the logarithm of the work that a map will have taken, by a look at its error after a share of it.
 ///
 /// The squared error at a look and the one at the end are each known to 2/(15 k) of their squares, from the spread of 16 replicas with k
-/// effective degrees of freedom; sums that hold the same samples vary together, by the share that they have in common.
-pub fn deviation_of_work(degrees_of_freedom: f64, share: f64, exponent: f64) -> f64 {
-    let of_one = 2.0 / ((REPLICAS - 1) as f64 * degrees_of_freedom.max(1.0));
-    (2.0 * of_one * (1.0 - share).clamp(0.0, 1.0)).sqrt() / (2.0 * exponent)
+/// effective degrees of freedom; sums that hold the same samples vary together, by the share that they have in common. Where n scores
+/// carry the squared error, effectively, it is unsure by 1/√n of itself, and is taken to be by twice that: few scores tell too little of
+/// how much they scatter, too.
+pub fn deviation_of_work(degrees_of_freedom: f64, scores: f64, share: f64, exponent: f64) -> f64 {
+    let of_spread = 4.0 / ((REPLICAS - 1) as f64 * degrees_of_freedom.max(1.0));
+    ((of_spread + 4.0 / scores.max(1.0)) * (1.0 - share).clamp(0.0, 1.0)).sqrt() / (2.0 * exponent)
+}
+
+/// How many times the present work a map will have taken when the statistical checks let it end, whose error takes `needed` times that
+/// work and whose squared error so many scores carry now, effectively.
+///
+/// After f times the work f·n scores carry it, and of a map that then bears f/needed times its squared error that many fewer are asked.
+/// It is looked at when its error is small enough, and after every refusal; a map that has waited long enough is let off.
+pub fn work_to_pass(needed: f64, scores: f64) -> f64 {
+    let enough = (ENOUGH_SCORES * needed * needed / scores.max(f64::MIN_POSITIVE)).cbrt();
+    if enough <= needed {
+        return needed;
+    }
+    let refusals = ((enough / needed).ln() / GROWTH_AFTER_REFUSAL.ln()).ceil();
+    needed * GROWTH_AFTER_REFUSAL.powf(refusals).min(LONGEST_WAIT as f64)
 }
 
 #[cfg(test)]
@@ -104,6 +132,19 @@ mod tests {
         assert!((pooled.expected - 10.0 * 100f64.powf(1.0 / 101.0)).abs() < 1e-9, "{pooled:?}");
         let slower = Forecast::known(10.0).times(2.0, 0.1);
         assert!((slower.high / 20.0 - (0.1 * NINE_OF_TEN).exp()).abs() < 1e-12, "{slower:?}");
+    }
+
+    /// Scores that suffice ask for no more work; of too few, one refusal, or as many as the longest wait takes.
+    #[test]
+    fn too_few_scores_take_more_work_and_never_more_than_the_longest_wait() {
+        assert_eq!(work_to_pass(3.0, 1e3), 3.0);
+        // 7 scores now are 21 when the error is small enough: these do.
+        assert_eq!(work_to_pass(3.0, 7.0), 3.0);
+        // 5 are 15: after another half of the work 22, of which the smaller error asks 9.
+        assert_eq!(work_to_pass(3.0, 5.0), 4.5);
+        assert_eq!(work_to_pass(3.0, 0.01), 3.0 * LONGEST_WAIT as f64);
+        // What few scores tell is unsure.
+        assert!(deviation_of_work(100.0, 4.0, 0.2, 0.5) > 3.0 * deviation_of_work(100.0, f64::INFINITY, 0.2, 0.5));
     }
 
     /// 2,000 runs of 16 replicas of independent entries, whose error is judged at a fifth of the work and at the end: the work that the
@@ -138,7 +179,7 @@ mod tests {
         let measured = (squares / RUNS as f64).sqrt();
         let tolerance = 4.0 * measured / (2.0 * RUNS as f64).sqrt();
         // Shared sums carry their share of the squared spread once more: their correlation is the share itself.
-        let stated = |degrees: f64| deviation_of_work(degrees, share, 0.5);
+        let stated = |degrees: f64| deviation_of_work(degrees, f64::INFINITY, share, 0.5);
         assert!((measured - stated(entries as f64)).abs() < tolerance, "{measured} {} ± {tolerance}", stated(24.0));
         assert!((measured - stated(2.0 * entries as f64)).abs() > tolerance, "the planted fault passed: {measured}");
     }

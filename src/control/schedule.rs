@@ -20,10 +20,13 @@ pub fn next_judgement(samples: u64, needed: f64) -> u64 {
     (next.ceil() as u64).max(samples + 1)
 }
 
-/// Samples at which a map is judged next that met the target but failed a statistical check: enough more to tell whether
-/// it was by chance.
+/// A map that met the target but failed a statistical check takes so many times its work to the next look: enough more to tell
+/// whether it was by chance.
+pub const GROWTH_AFTER_REFUSAL: f64 = 1.5;
+
+/// Samples at which such a map is judged next.
 pub fn after_refusal(samples: u64) -> u64 {
-    samples + samples.div_ceil(2)
+    (GROWTH_AFTER_REFUSAL * samples as f64).ceil() as u64
 }
 
 #[cfg(test)]

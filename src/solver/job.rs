@@ -147,6 +147,8 @@ pub struct Job {
     judged_samples: u64,
     /// What is known of its error, and the samples of which it is known: the latest judgement, or a glance since.
     seen: Option<(Judgement, u64)>,
+    /// Scores that carried its variance then, effectively.
+    scores_seen: f64,
     pace: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
@@ -283,6 +285,7 @@ impl Job {
             plan_bounds: None,
             judged_samples: 0,
             seen: None,
+            scores_seen: f64::INFINITY,
             pace: ErrorHistory::default(),
             direct: PartCost::default(),
             indirect: PartCost::default(),
@@ -509,14 +512,14 @@ impl Job {
             let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
-        self.pace.note(self.samples, &self.judgement);
+        self.pace.note(self.samples, &self.judgement, self.scatter_of_looks());
         self.learn_directions();
         self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gathering {
             // Cells know more at every look: its samples are not those of the look before and some more.
             self.history.clear();
         }
-        self.seen = Some((self.judgement, self.samples));
+        self.see(self.judgement);
         self.note_judgement();
     }
 

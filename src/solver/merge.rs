@@ -258,7 +258,7 @@ fn times_of_all(maps: &[MergedMap], target: f64) -> (f64, f64) {
     let times = open.map(|map| {
         let judgement = &map.job.judgement;
         let times = needed_work(target, judgement, USUAL_EXPONENT);
-        (times, deviation_of_work(judgement.degrees_of_freedom, 1.0 / times.max(1.0), USUAL_EXPONENT))
+        (times, deviation_of_work(judgement.degrees_of_freedom, f64::INFINITY, 1.0 / times.max(1.0), USUAL_EXPONENT))
     });
     times.max_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or((0.0, 0.0))
 }

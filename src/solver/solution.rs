@@ -152,7 +152,7 @@ pub struct MapCheck {
 }
 
 /// How a run stood at a time, and what it then was to come to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ConvergenceRow {
     /// Seconds since process start.
     pub wall_s: f64,

@@ -11,6 +11,7 @@ mod error;
 mod exact_side;
 mod fields;
 mod find;
+mod forecasts;
 mod ladder;
 mod ladder_report;
 mod light_mesh;
@@ -37,13 +38,14 @@ mod verdict;
 mod words;
 
 pub use calibration::{
-    Campaign, CampaignSettings, JudgedForecast, SeedRun, calibrate, calibration_csv, calibration_html, calibration_md,
+    Campaign, CampaignSettings, SeedRun, calibrate, calibration_csv, calibration_html, calibration_md,
     calibration_pictures, calibration_table,
 };
 pub use case::{Case, Comparison, Criterion, Light, Run, What};
 pub use case_of_run::case_of_stored_run;
 pub use error::CaseError;
 pub use find::{FoundCases, find_cases};
+pub use forecasts::{ForecastSums, JudgedForecast, judged_forecasts};
 pub use ladder::{Ladder, Rung, climb};
 pub use ladder_report::{ladder_csv, ladder_html, ladder_md};
 pub use light_mesh::{MeshChoice, check_requests as check_light_mesh, solve_by_light_mesh};

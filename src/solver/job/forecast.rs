@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
-use crate::control::{Forecast, deviation_of_work, needed_work};
-use crate::maps::{MapKind, REPLICAS, judge};
+use crate::control::{Forecast, GROWTH_AFTER_REFUSAL, deviation_of_work, effective_scores, needed_work, work_to_pass};
+use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
 
 /// An entry is judged in the time of this many rays, about, and glances may take this share of a run.
@@ -12,14 +12,28 @@ const RAYS_OF_AN_ENTRY: f64 = 1.0;
 const SHARE_OF_GLANCES: f64 = 0.01;
 /// Share of the squared target that is left to chance where elements are to be cut before they can meet it.
 const SHARE_OF_CHANCE: f64 = 0.75;
-/// Standard deviations of the logarithm of the work, by a pilot of walks or chains, by one of cells, by a look (beside what its own chance
-/// tells), by a plan (of what is left, likewise), and where elements are to be cut.
-/// Measured in six kinds of rooms; in some, cells are far better than a pilot of walks can tell.
+/// Standard deviations of the logarithm of the work, by a pilot of walks or chains, by one of cells, by a look at walks or chains and by
+/// one at counts (beside what its own chance tells), by a plan (of what is left, likewise), where a check has refused the map (of all
+/// work), and where elements are to be cut.
+///
+/// These, and what follows, were measured in the rooms of even seeds of the proving ground to 3 and 1 %. In some, cells are far better
+/// than a pilot of walks can tell.
 const DEVIATION_BY_PILOT: f64 = 0.5;
-const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.8;
-const DEVIATION_OF_LOOK: f64 = 0.05;
+const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.6;
+const DEVIATION_OF_LOOK: f64 = 0.15;
+const DEVIATION_OF_COUNTS: f64 = 0.05;
 const DEVIATION_OF_PLAN: f64 = 0.3;
+const DEVIATION_BY_REFUSAL: f64 = 0.6;
 const DEVIATION_BY_CUTTING: f64 = 0.7;
+/// Standard deviation of the logarithm of an error of chains from quasi-random points about its law.
+const SCATTER_OF_QUASI_RANDOM: f64 = 0.06;
+/// What local estimation takes over what its pilot says; of the work that a pilot expects of cells, what they take beyond their first
+/// look; and what a plan's rest takes over what it says, since it is the least of many.
+const LOCAL_OVER_PILOT: f64 = 1.4;
+const CELLS_BEYOND_LOOK: f64 = 0.7;
+const REST_OVER_PLAN: f64 = 1.0;
+/// Half of the maps that a check refuses are refused again: what one takes over the work to its next look, as likely more as less.
+const WORK_OF_REFUSED: f64 = 1.22;
 
 /// What keeps a map from its target but chance, which falls with the work.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,8 +129,19 @@ impl Job {
         if judgement.mean_lx > 0.0 && !judgement.unseen {
             // What elements cannot show is what it was.
             judgement.discretisation = self.seen.map_or(0.0, |(seen, _)| seen.discretisation);
-            self.seen = Some((judgement, self.samples));
+            self.see(judgement);
         }
+    }
+
+    /// Keeps what is known of its present samples.
+    pub(super) fn see(&mut self, judgement: Judgement) {
+        self.seen = Some((judgement, self.samples));
+        self.scores_seen = effective_scores(self.score_parts()).unwrap_or(f64::INFINITY);
+    }
+
+    /// By how much its errors scatter about their law beside their own chance.
+    pub(super) fn scatter_of_looks(&self) -> f64 {
+        if matches!(self.engine, Engine::Connecting(_)) { SCATTER_OF_QUASI_RANDOM } else { 0.0 }
     }
 
     /// Rays that it still takes to a target: by its plan, its latest look, or before these by its pilot; none where the pilot found
@@ -141,11 +166,15 @@ impl Job {
     /// By its plan, of which so many rays are left.
     fn left_by_plan(&self, rays: f64) -> Forecast {
         let done = self.rays as f64;
-        let [low, high] = match (&self.plan_bounds, &self.cell_growth) {
-            (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + more),
-            _ => [done + rays; 2],
-        };
+        let rays = REST_OVER_PLAN * rays;
         let all = done + rays;
+        if self.refused {
+            return Forecast { low: all, ..Forecast::spread(WORK_OF_REFUSED * all, DEVIATION_BY_REFUSAL) }.less(done);
+        }
+        let [low, high] = match (&self.plan_bounds, &self.cell_growth) {
+            (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + REST_OVER_PLAN * more),
+            _ => [all; 2],
+        };
         let model = Forecast::spread(rays, DEVIATION_OF_PLAN);
         let of_look = Forecast { expected: all, low: low.min(all), high: high.max(all) };
         of_look.less(done).plus(Forecast { expected: 0.0, low: model.low - rays, high: model.high - rays }).less(0.0)
@@ -156,8 +185,12 @@ impl Job {
         if self.engine != Engine::Gathering {
             return self.rays_to(self.first_samples());
         }
-        let direct = self.cell_goal.direct as f64 * self.rays_of_a_pass();
-        (direct + self.rays_to_first_look(context.target_error) - self.kept_rays() as f64).max(0.0)
+        (self.rays_of_first_look(context) - self.kept_rays() as f64).max(0.0)
+    }
+
+    /// Rays of the first look at what gathers.
+    fn rays_of_first_look(&self, context: &Context) -> f64 {
+        self.cell_goal.direct as f64 * self.rays_of_a_pass() + self.rays_to_first_look(context.target_error)
     }
 
     /// Rays of the chains that tell where flux goes, for elements that count none.
@@ -177,8 +210,18 @@ impl Job {
         let error_lx = target * self.mean_without_gathering_lx();
         let (rays, deviation_ln) = match (&self.local, self.engine) {
             _ if error_lx <= 0.0 => return None,
-            (_, Engine::Gathering) => (self.work_by_cells(context, target), DEVIATION_BY_PILOT_OF_CELLS),
-            (Some(plan), Engine::Connecting(_)) => (self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT),
+            (_, Engine::Gathering) => {
+                // After a first look it goes over to local estimation where that takes less.
+                let by_cells = CELLS_BEYOND_LOOK * self.work_by_cells(context, target);
+                let by_chains = self.offered.as_ref().and_then(|offered| offered.as_ref().ok());
+                let by_chains =
+                    by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));
+                let beyond_look = by_chains.map_or(by_cells, |rays| rays.min(by_cells));
+                (self.rays_of_first_look(context) + beyond_look, DEVIATION_BY_PILOT_OF_CELLS)
+            }
+            (Some(plan), Engine::Connecting(_)) => {
+                (LOCAL_OVER_PILOT * self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT)
+            }
             _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
         };
         (rays.is_finite() && rays > 0.0).then_some((rays, deviation_ln))
@@ -191,9 +234,6 @@ impl Job {
         };
         let done = self.kept_rays() as f64;
         let rays_per_sample = done / self.samples.max(1) as f64;
-        if self.refused {
-            return Forecast::known(rays_per_sample * self.next_judgement.saturating_sub(self.samples) as f64);
-        }
         let exponent = self.error_exponent();
         let needed = needed_work(target, judgement, exponent);
         if !needed.is_finite() {
@@ -201,13 +241,25 @@ impl Job {
             let anew = judgement.expected_error.powi(2) / chance * *seen_at as f64 * rays_per_sample;
             return Forecast::spread(anew, DEVIATION_BY_CUTTING);
         }
-        let all = self.rays_of(needed * *seen_at as f64);
-        let of_chance = deviation_of_work(judgement.degrees_of_freedom, 1.0 / needed, exponent);
-        let of_law = self.deviation_of_exponent() * needed.ln() / exponent;
-        let of_look = of_chance.hypot(of_law).hypot(DEVIATION_OF_LOOK * (1.0 - 1.0 / needed).max(0.0));
+        let passing = work_to_pass(needed, self.scores_seen);
+        let all = self.rays_of(passing * *seen_at as f64);
+        if self.refused {
+            let next = self.rays_of(self.next_judgement as f64);
+            let expected = all.max(WORK_OF_REFUSED * next);
+            return Forecast { low: next, ..Forecast::spread(expected, DEVIATION_BY_REFUSAL) }.less(done);
+        }
+        let left = (1.0 - 1.0 / needed).max(0.0);
+        let of_chance = deviation_of_work(judgement.degrees_of_freedom, self.scores_seen, 1.0 / needed, exponent);
+        let of_law = self.deviation_of_exponent() * needed.ln().max(0.0) / exponent;
+        let of_errors = self.scatter_of_looks() * left.sqrt() / exponent;
+        let of_kind = if self.engine == Engine::Counting { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
+        let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt());
         // What the pilot said counts the more the less the look tells.
         match self.rays_by_pilot(context, target) {
-            Some((rays, of_pilot)) => Forecast::pooled([(all, of_look), (rays, of_pilot)]).less(done),
+            Some((rays, of_pilot)) => {
+                let rays = rays * passing / needed;
+                Forecast::pooled([(all, of_look), (rays, of_pilot.hypot(of_chance))]).less(done)
+            }
             None => Forecast::spread(all, of_look).less(done),
         }
     }
@@ -220,10 +272,18 @@ impl Job {
         direct + indirect * samples
     }
 
-    /// Rays that a statistical check would have it take once more, where it refuses the map when it meets the target.
+    /// Rays that a statistical check would have it take once more, where it refuses the map when it meets the target: of what gathers,
+    /// direct light or rays double, taken to be the more of them.
     pub fn rays_if_refused(&self, left: f64) -> f64 {
-        let growth = if self.engine == Engine::Gathering { 1.0 } else { 0.5 };
-        growth * (self.kept_rays() as f64 + left)
+        let all = self.kept_rays() as f64 + left;
+        match &self.asks {
+            Some(asks) if self.engine == Engine::Gathering => {
+                let parts = [self.direct_rays, asks.rays[0]];
+                let share = parts.into_iter().max().unwrap_or(0) as f64 / (self.kept_rays().max(1)) as f64;
+                share.min(1.0) * all
+            }
+            _ => (GROWTH_AFTER_REFUSAL - 1.0) * all,
+        }
     }
 
     /// Standard deviation of the power of the work with which its error falls.

@@ -5,8 +5,10 @@ use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
 use crate::solver::job::{Hindrance, Job};
 
-/// Share of the forecast run after which its history has another row, whether a map was judged or not.
+/// Share of the forecast run, and of the rays so far, after which its history has another row, whether a map was judged or not: whichever
+/// is less, since early forecasts may be far too long.
 const STEP_OF_ROWS: f64 = 0.02;
+const GROWTH_OF_ROWS: f64 = 0.1;
 
 /// Standard deviation of the logarithm of the rays that maps take which the target does not bind.
 const DEVIATION_OF_UNBOUND: f64 = 0.3;
@@ -31,7 +33,8 @@ pub(super) struct Left {
 }
 
 impl Left {
-    fn add(&mut self, map: SlowestMap, rays: Forecast) {
+    /// Notes what a map takes of it.
+    fn note(&mut self, map: SlowestMap, rays: Forecast) {
         // What is out of reach comes before what merely takes long.
         let is_worse = |(slowest, most): &(SlowestMap, f64)| {
             let ranks = [&map, slowest].map(|map| map.hindrance.as_ref().is_some_and(Hindrance::is_out_of_reach));
@@ -40,7 +43,6 @@ impl Left {
         if self.slowest.as_ref().is_none_or(is_worse) {
             self.slowest = Some((map, rays.expected));
         }
-        self.rays = self.rays.plus(rays);
     }
 }
 
@@ -53,14 +55,16 @@ impl Run<'_> {
     /// Adds a row to the history: where a map was judged, and every so often.
     pub(super) fn record(&mut self, judged: bool) {
         let is_due = match self.convergence.last() {
-            Some(last) => self.all_rays() as f64 >= last.rays as f64 + STEP_OF_ROWS * last.forecast_rays.expected,
+            Some(last) => {
+                let step = (STEP_OF_ROWS * last.forecast_rays.expected).min(GROWTH_OF_ROWS * last.rays as f64);
+                self.all_rays() as f64 >= last.rays as f64 + step
+            }
             None => true,
         };
         if !judged && !is_due {
             return;
         }
-        let since = self.convergence.last().map_or(0, |last| last.rays);
-        let affordable = (self.all_rays() - since) as f64;
+        let affordable = self.all_rays() as f64 / self.convergence.len().max(1) as f64;
         for job in self.jobs.iter_mut().filter(|job| job.bound) {
             job.glance(affordable);
         }
@@ -137,14 +141,22 @@ impl Run<'_> {
     /// What all maps are still to take; none where nothing is known of one.
     fn left(&self) -> Option<Left> {
         let mut left = Left::default();
+        let mut by_pilots = Forecast::default();
         // In one run of four or so a check refuses a map once: within the interval.
         let mut refused = 0.0f64;
         for job in self.jobs.iter().filter(|job| job.bound && !self.is_done(job)) {
             let rays = self.left_of(job)?;
             let hindrance = self.target_error.and_then(|target| job.hindrance(target));
-            left.add(SlowestMap { name: job.name.clone(), error: job.stated_error(), hindrance }, rays);
+            left.note(SlowestMap { name: job.name.clone(), error: job.stated_error(), hindrance }, rays);
+            // Where the pilots of one map say too much, those of the others are likely to.
+            if job.is_judged() {
+                left.rays = left.rays.plus(rays)
+            } else {
+                by_pilots = by_pilots.plus_alike(rays)
+            }
             refused = job.rays_if_refused(rays.expected).max(refused);
         }
+        left.rays = left.rays.plus(by_pilots);
         if self.settings.chains.is_none() {
             left.rays = left.rays.plus(Forecast { expected: 0.0, low: 0.0, high: refused });
         }

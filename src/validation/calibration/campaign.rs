@@ -2,10 +2,11 @@
 
 use super::bias::Biases;
 use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
-use crate::solver::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, solve};
+use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 use crate::validation::case::{Case, Comparison, Light, Run};
 use crate::validation::error::CaseError;
 use crate::validation::exact_side::ExactSide;
+use crate::validation::forecasts::{JudgedForecast, judged_forecasts, median};
 use crate::validation::measure::Stopwatch;
 use crate::validation::statistics::EntrySet;
 
@@ -31,15 +32,6 @@ pub struct CampaignSettings {
     pub with_auto: bool,
     /// Runs at a time.
     pub threads: usize,
-}
-
-/// A forecast during a run, held against what came true.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JudgedForecast {
-    /// Share of the run's rays that were done.
-    pub share: f64,
-    /// JudgedForecast of its rays over what these came to.
-    pub ratio: f64,
 }
 
 /// One run beside the truth.
@@ -177,10 +169,6 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &Entry
         let most = student_within(level, degrees);
         scores.iter().filter(|z| z.abs() <= most).count()
     });
-    let all = solution.rays.max(1) as f64;
-    let forecast =
-        |row: &ConvergenceRow| JudgedForecast { share: row.rays as f64 / all, ratio: row.forecast_rays.expected / all };
-    let rows = solution.convergence.iter().filter(|row| row.rays > 0);
     SeedRun {
         seed,
         estimator: map.map_or(String::new(), |map| map.method.clone()),
@@ -195,7 +183,7 @@ fn seed_run(seed: u64, solution: &Solution, comparison: &Comparison, set: &Entry
         noisy: scores.len(),
         within,
         bias: statistics.bias,
-        forecasts: rows.map(forecast).collect(),
+        forecasts: judged_forecasts(&solution.convergence),
     }
 }
 
@@ -307,9 +295,4 @@ impl Campaign {
     pub fn passes(&self) -> bool {
         self.covers() && self.keeps_targets() && self.biases.is_small()
     }
-}
-
-fn median(mut numbers: Vec<f64>) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
 }

@@ -8,7 +8,7 @@ mod campaign;
 mod pictures;
 mod report;
 
-pub use campaign::{Campaign, CampaignSettings, JudgedForecast, SeedRun, calibrate};
+pub use campaign::{Campaign, CampaignSettings, SeedRun, calibrate};
 pub use report::{calibration_csv, calibration_html, calibration_md, calibration_pictures, calibration_table};
 
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF, StudentsT};

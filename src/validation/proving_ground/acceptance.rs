@@ -115,6 +115,7 @@ mod tests {
             seed,
             cost: Cost { rays: 1e6, cpu_s: 1.0 },
             stop_reason: "target_met",
+            forecasts: Vec::new(),
             maps: vec![MapProof {
                 name: "work plane".to_owned(),
                 estimator: "gather".to_owned(),

@@ -15,6 +15,7 @@ use crate::maps::{MapKind, MapResult};
 use crate::scene::Scene;
 use crate::solver::{MapSelection, Method, Settings, Solution, solve};
 use crate::validation::error::CaseError;
+use crate::validation::forecasts::{JudgedForecast, judged_forecasts};
 
 /// What is to be proved.
 #[derive(Clone)]
@@ -80,6 +81,8 @@ pub struct RunProof {
     pub stop_reason: &'static str,
     /// One entry a receiver set that has light.
     pub maps: Vec<MapProof>,
+    /// What it said of its end, in order.
+    pub forecasts: Vec<JudgedForecast>,
 }
 
 /// A map of a run.
@@ -197,6 +200,7 @@ fn run_once(scene: &Scene, reference: &Reference, target_error: f64, seed: u64, 
         maps: maps.collect(),
         cost: Cost { rays: solution.rays as f64, cpu_s },
         stop_reason: solution.stop_reason.name(),
+        forecasts: judged_forecasts(&solution.convergence),
     }
 }
 

@@ -3,18 +3,20 @@
 use super::acceptance::{failures, remarks};
 use super::campaign::{Proof, ProofSettings, RoomProof};
 use super::judgement::LEVEL;
-use super::pictures::{cost_picture, error_picture};
+use super::pictures::{cost_picture, error_picture, forecast_picture};
 use super::summary::{Group, Sums, mean_and_worst};
+use crate::validation::forecasts::{ForecastSums, SHARES};
 use crate::validation::report::Table;
 use crate::validation::report_html::{opening, table as html_table};
 use crate::validation::report_md::table as md_table;
 use crate::validation::words::{date, escaped, percent, rounded_count, significant};
 
-const HOW_TO_READ: [&str; 5] = [
+const HOW_TO_READ: [&str; 6] = [
     "Every room is made by rule from a kind and a seed; luxmc new room makes it as files. Rooms of even seeds are those that methods may be tuned on. Those of odd seeds are for judging alone.",
     "The truth of a room is a long run of walks (method collision). Its own error is known from its replicas and is taken off: the squared true error is the mean squared deviation less the squared error of the reference. Where the reference is not exact enough for a target, that is said and nothing is judged.",
     "Met counts the maps that said “target met” and truly are at or under their target; 95 % should be. Worst is the largest true error over the target. Held is the share of the single error bars (Student's t, nominally 95 %) that hold the truth.",
     "Seconds are those of the processor, building the tree of rays included and reading files not. Walks are the reference run, brought to the target by seconds ∝ 1/error², set by set. The rival is one run, brought to the target in the same way by its true error, which it does not know; auto stops by itself, and its true error is mostly below the target.",
+    "Forecasts are those of runs that took a second or more and met their target. The latest that a run had made when so much of its rays was done is held against what the run came to; held is the share of the 90 % intervals that did.",
     "A ratio is seconds of walks, or of the rival, over those of auto. Worst is the smallest: the room in which auto gains least. Rooms in which a run missed its target have no ratio.",
 ];
 
@@ -157,6 +159,44 @@ fn region_table(proof: &Proof) -> Table {
     }
 }
 
+/// One row a group of rooms and share of the rays.
+fn forecast_table(proof: &Proof) -> Table {
+    let mut rows = Vec::new();
+    for (group, share) in
+        [Group::Tuned, Group::Untuned].into_iter().flat_map(|group| SHARES.map(|share| (group, share)))
+    {
+        let sums = ForecastSums::at(share, proof.forecasts(group));
+        if sums.runs == 0 {
+            continue;
+        }
+        let of_told = |fraction: f64| if sums.told > 0 { percent(fraction) } else { "–".to_owned() };
+        rows.push(vec![
+            group.name().to_owned(),
+            percent(share),
+            sums.runs.to_string(),
+            sums.told.to_string(),
+            of_told(sums.off),
+            of_told(sums.held),
+            of_told(sums.seconds_off),
+            of_told(sums.seconds_held),
+        ]);
+    }
+    Table {
+        header: vec![
+            "rooms",
+            "share of the rays",
+            "runs",
+            "with a forecast by then",
+            "rays off, median",
+            "held",
+            "seconds off, median",
+            "held",
+        ],
+        text_columns: vec![0],
+        rows,
+    }
+}
+
 fn circumstances(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> String {
     let runs = || proof.rooms.iter().flat_map(|room| &room.runs);
     let targets: Vec<String> = settings.targets.iter().map(|target| percent(*target)).collect();
@@ -198,6 +238,10 @@ fn pictures(proof: &Proof, settings: &ProofSettings) -> Vec<(&'static str, Strin
         );
         pictures.push(("proving-ground-costs.svg", cost_picture(proof, target, target_error), caption));
     }
+    if proof.forecasts(Group::All).next().is_some() {
+        let caption = "Forecast of a run's rays over what they came to, against the share of them that was done.";
+        pictures.push(("proving-ground-forecasts.svg", forecast_picture(proof), caption.to_owned()));
+    }
     pictures
 }
 
@@ -220,6 +264,8 @@ pub fn proof_html(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> Strin
     for (_, picture, caption) in pictures(proof, settings) {
         page.push_str(&format!("<figure>\n{picture}\n<figcaption>{}</figcaption>\n</figure>\n", escaped(&caption)));
     }
+    page.push_str("<h3>Forecasts</h3>\n");
+    page.push_str(&html_table(&forecast_table(proof), false));
     page.push_str("<h3>Rooms</h3>\n");
     page.push_str(&html_table(&room_table(proof, settings), false));
     page.push_str("<h3>Regions, all targets</h3>\n");
@@ -246,6 +292,8 @@ pub fn proof_md(proof: &Proof, settings: &ProofSettings, unix_s: u64) -> String 
     }
     text.push_str("\n\n");
     text.push_str(&md_table(&proof_table(proof, settings)));
+    text.push_str("\n## Forecasts\n\n");
+    text.push_str(&md_table(&forecast_table(proof)));
     text.push_str("\n## Rooms\n\n");
     text.push_str(&md_table(&room_table(proof, settings)));
     text.push_str("\n## Regions, all targets\n\n");

@@ -2,9 +2,14 @@
 
 use super::campaign::{MapProof, Proof, RoomProof, RunProof};
 use super::reference::Cost;
+use crate::solver::StopReason;
+use crate::validation::forecasts::JudgedForecast;
 
 /// A map is held to its target where the reference's own error is at most this share of it.
 const EXACT_ENOUGH: f64 = 0.6;
+
+/// Runs that take fewer seconds are over before a forecast is of use.
+const LEAST_SECONDS_FORECAST: f64 = 1.0;
 
 /// Runs of some rooms to one target, or to all.
 #[derive(Clone, Debug, Default)]
@@ -131,6 +136,14 @@ impl Proof {
             room.runs_to(target_error).for_each(|run| sums.add(room, run, |_| true));
         }
         sums
+    }
+
+    /// The forecasts of the runs of a group that ended at their target and took long enough, each run's in order.
+    pub fn forecasts(&self, group: Group) -> impl Iterator<Item = &[JudgedForecast]> {
+        let is_judged = |run: &&RunProof| {
+            run.stop_reason == StopReason::TargetMet.name() && run.cost.cpu_s >= LEAST_SECONDS_FORECAST
+        };
+        self.rooms_of(group).flat_map(|room| &room.runs).filter(is_judged).map(|run| run.forecasts.as_slice())
     }
 
     /// Sums over all maps of a name.

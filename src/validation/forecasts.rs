@@ -1,0 +1,112 @@
+//! Forecasts that runs made, held against what came true.
+
+use crate::solver::ConvergenceRow;
+
+/// Shares of a run's rays at which its forecasts are judged.
+pub const SHARES: [f64; 4] = [0.02, 0.05, 0.2, 0.5];
+
+/// A forecast during a run, held against what came true.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JudgedForecast {
+    /// Share of the run's rays that were done.
+    pub share: f64,
+    /// Forecast of its rays over what these came to.
+    pub ratio: f64,
+    /// Whether the interval held them.
+    pub holds: bool,
+    /// The same of seconds.
+    pub seconds_ratio: f64,
+    /// Whether their interval held them.
+    pub holds_seconds: bool,
+}
+
+/// The forecasts of a run that has ended, in order.
+pub fn judged_forecasts(rows: &[ConvergenceRow]) -> Vec<JudgedForecast> {
+    let Some((end, before)) = rows.split_last() else {
+        return Vec::new();
+    };
+    let (all, wall_s) = (end.rays.max(1) as f64, end.wall_s.max(f64::MIN_POSITIVE));
+    let judged = |row: &ConvergenceRow| JudgedForecast {
+        share: row.rays as f64 / all,
+        ratio: row.forecast_rays.expected / all,
+        holds: row.forecast_rays.holds(all),
+        seconds_ratio: row.forecast_wall_s.expected / wall_s,
+        holds_seconds: row.forecast_wall_s.holds(wall_s),
+    };
+    before.iter().filter(|row| row.rays > 0).map(judged).collect()
+}
+
+/// What forecasts of many runs came to once so much of each was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ForecastSums {
+    /// Runs.
+    pub runs: usize,
+    /// Those that had made a forecast by then.
+    pub told: usize,
+    /// By what share their rays were off, in the median.
+    pub off: f64,
+    /// Share of the intervals that held.
+    pub held: f64,
+    /// The same of seconds.
+    pub seconds_off: f64,
+    /// Share of their intervals that held.
+    pub seconds_held: f64,
+}
+
+impl ForecastSums {
+    /// Of runs, each with its forecasts in order: the latest that a run had made by then counts.
+    pub fn at<'a>(share: f64, runs: impl Iterator<Item = &'a [JudgedForecast]>) -> ForecastSums {
+        let latest: Vec<Option<&JudgedForecast>> =
+            runs.map(|forecasts| forecasts.iter().rfind(|forecast| forecast.share <= share)).collect();
+        let told = || latest.iter().flatten();
+        let off = |of: fn(&JudgedForecast) -> f64| median(told().map(|forecast| (of(forecast) - 1.0).abs()).collect());
+        let held = |of: fn(&JudgedForecast) -> bool| {
+            told().filter(|forecast| of(forecast)).count() as f64 / told().count().max(1) as f64
+        };
+        ForecastSums {
+            runs: latest.len(),
+            told: told().count(),
+            off: off(|forecast| forecast.ratio),
+            held: held(|forecast| forecast.holds),
+            seconds_off: off(|forecast| forecast.seconds_ratio),
+            seconds_held: held(|forecast| forecast.holds_seconds),
+        }
+    }
+}
+
+/// The median of some numbers; 0 without any.
+pub fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::Forecast;
+
+    /// A run of 100 rays whose forecasts at 1 and at 10 of them are off by a half and by a tenth: what counts at 5 % of it is the first,
+    /// at 20 % the second, and the end is no forecast.
+    #[test]
+    fn the_latest_forecast_by_then_is_judged() {
+        let row = |rays: u64, rays_to_come: Forecast| ConvergenceRow {
+            rays,
+            wall_s: 0.1 * rays as f64,
+            forecast_rays: rays_to_come,
+            forecast_wall_s: Forecast::known(10.0),
+            ..ConvergenceRow::default()
+        };
+        let rows = [
+            row(1, Forecast { expected: 50.0, low: 40.0, high: 60.0 }),
+            row(10, Forecast { expected: 110.0, low: 90.0, high: 130.0 }),
+            row(100, Forecast::known(100.0)),
+        ];
+        let forecasts = judged_forecasts(&rows);
+        assert_eq!(forecasts.len(), 2);
+        let at = |share: f64| ForecastSums::at(share, [forecasts.as_slice()].into_iter());
+        assert_eq!((at(0.05).told, at(0.05).off, at(0.05).held), (1, 0.5, 0.0));
+        let late = at(0.2);
+        assert!((late.off - 0.1).abs() < 1e-12 && late.held == 1.0 && late.seconds_off == 0.0, "{late:?}");
+        assert_eq!((at(0.005).runs, at(0.005).told), (1, 0));
+    }
+}
