@@ -70,6 +70,33 @@
 //! # Ok::<(), luxmc::SceneError>(())
 //! ```
 //!
+//! # Run it as the program does
+//!
+//! A [`SceneRun`] takes the options of `luxmc solve` in its words ([`RunOptions`]), checks them against the scene as it does, solves
+//! by every method that it has, and [`RunStory`] writes its files. A [`Failure`] says what was refused in the program's words, and
+//! with which exit code.
+//!
+//! ```
+//! use luxmc::{RunOptions, SceneRun, Silent};
+//!
+//! # let text = r#"{ "version": 1,
+//! #   "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
+//! #   "geometry": [ { "name": "room", "type": "box", "min": [0, 0, 0], "max": [4, 3, 2.5], "facing": "inward", "material": "paint" } ],
+//! #   "luminaires": [ { "name": "lamp", "type": "point", "position": [2, 1.5, 2.2], "luminous_flux_lm": 3000 } ],
+//! #   "receivers": [ { "name": "desk", "type": "grid", "origin": [1, 1, 0.8], "u": [2, 0, 0], "v": [0, 1, 0], "columns": 8, "rows": 4 } ] }"#;
+//! # let scene = luxmc::scene_from_json(text, None, std::path::Path::new("."))?;
+//! let mut options = RunOptions::default();
+//! options.set("target_error", "2%")?;
+//! options.set("maps", "table")?;
+//! let failure = SceneRun::new(scene.clone(), "office.json", options.clone()).expect_err("there is no such map");
+//! assert!(failure.to_string().contains("desk") && failure.exit().number() == 2);
+//!
+//! options.set("maps", "desk")?;
+//! let solution = SceneRun::new(scene, "office.json", options)?.solve(&Silent)?;
+//! assert_eq!(solution.target_met, Some(true));
+//! # Ok::<(), luxmc::Failure>(())
+//! ```
+//!
 //! # An exact solution
 //!
 //! Between two infinite parallel planes the illuminance of a point source is known exactly: [`sobolev`] has it to twelve digits,
@@ -92,6 +119,8 @@
 
 #[doc(inline)]
 pub use analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
+#[doc(inline)]
+pub use cli::{Failure, MethodChoice, RunOptions, RunStory, SceneRun};
 #[doc(inline)]
 pub use maps::MapResult;
 #[doc(inline)]

@@ -179,11 +179,12 @@ fn the_paraview_file_holds_every_row_of_the_elements() {
     let rows = table(&out.join("elements.csv")).1.len();
     assert!(file.contains(&format!("NumberOfPoints=\"{}\"", 3 * rows)));
     assert!(file.contains(&format!("NumberOfPolys=\"{rows}\"")));
+    assert!(std::fs::read(out.join("scene.glb")).expect("there").starts_with(b"glTF"));
 
     // Without the element map there is no such file.
     let output = run(&["solve", text(&scene), "--out", text(&out), "--chains", "3000", "--maps", "floor", "--quiet"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    assert!(!out.join("scene.vtp").exists());
+    assert!(!out.join("scene.vtp").exists() && !out.join("scene.glb").exists());
 }
 
 #[test]
@@ -209,6 +210,43 @@ fn shells_get_their_completions() {
         assert_eq!(code(&output), 0);
         assert!(results(&output).contains("target-error"), "{shell}");
     }
+}
+
+#[test]
+fn the_manual_has_a_page_for_every_command() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    assert_eq!(code(&run(&["man", "--out", text(home.path())])), 0);
+    let pages = listing(home.path());
+    for page in ["luxmc.1", "luxmc-solve.1", "luxmc-convert.1", "luxmc-man.1"] {
+        assert!(pages.iter().any(|name| name == page), "{page}: {pages:?}");
+    }
+    let solve = run(&["man", "solve"]);
+    assert_eq!(code(&solve), 0);
+    assert_eq!(results(&solve), read(&home.path().join("luxmc-solve.1")));
+    for words in [".TH luxmc-solve 1", "target\\-error", "Examples:"] {
+        assert!(results(&solve).contains(words), "{words}: {}", results(&solve));
+    }
+    let unknown = run(&["man", "magic"]);
+    assert!(code(&unknown) == 2 && errors(&unknown).contains("solve"), "{}", errors(&unknown));
+}
+
+/// The version tells commit, target and processor; the short one is a line.
+#[test]
+fn the_version_tells_what_was_built_and_what_it_runs_on() {
+    let short = results(&run(&["-V"]));
+    assert_eq!(short, format!("luxmc {}\n", env!("CARGO_PKG_VERSION")));
+    let long = results(&run(&["--version"]));
+    assert!(long.starts_with(short.trim()), "{long}");
+    let value = |key: &str| {
+        let line = long.lines().find_map(|line| line.strip_prefix(key)).unwrap_or_else(|| panic!("{key}: {long}"));
+        line.trim().to_owned()
+    };
+    assert!(
+        value("target:").contains(std::env::consts::ARCH)
+            && value("processor:").contains("needed beyond the target: none")
+    );
+    let commit = value("commit:");
+    assert!(commit.starts_with("not known") || (4..=12).contains(&commit.len()), "{commit}");
 }
 
 /// Terminal, report and files of a run that rates glare: the worst of a grid with his place, a low rating as "< 10" where people

@@ -4,7 +4,9 @@ use clap::{Parser, Subcommand};
 
 use super::compare::CompareArguments;
 use super::completions::CompletionsArguments;
+use super::convert::{self, ConvertArguments};
 use super::inspect::InspectArguments;
+use super::man::ManArguments;
 use super::merge::MergeArguments;
 use super::new::NewArguments;
 use super::resume::ResumeArguments;
@@ -12,11 +14,13 @@ use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
 use super::ugr_table::{self, UgrTableArguments};
 use super::validate::ValidateArguments;
+use super::version::long_version;
 
 const EXAMPLES: &str = "\
 Examples:
   luxmc new office --out my-office
   luxmc inspect my-office/office.json
+  luxmc convert model.glb --out scene.json
   luxmc solve my-office/office.json --out my-office/results --target-error 1%
   luxmc ugr-table downlight.ldt --out out/downlight
   luxmc sobolev --h1 0.5 --rho1 0.5 --rho2 0.5 --r 0:3:31
@@ -34,7 +38,7 @@ Exit codes:
 
 /// Photometric lighting simulator: illuminance and luminance of a lit scene, with an error it can vouch for.
 #[derive(Debug, Parser)]
-#[command(name = "luxmc", version, after_help = EXAMPLES, arg_required_else_help = true)]
+#[command(name = "luxmc", version, long_version = long_version(), after_help = EXAMPLES, arg_required_else_help = true)]
 pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
@@ -66,6 +70,11 @@ pub enum Command {
     UgrTable(UgrTableArguments),
     /// Print the JSON Schema of the scene file
     Schema,
+    /// Make a scene of a model: OBJ, glTF, STL, PLY, Radiance
+    #[command(long_about = convert::ABOUT)]
+    Convert(ConvertArguments),
     /// Print what a shell needs to complete commands and options
     Completions(CompletionsArguments),
+    /// Print a page of the manual, or write all of them
+    Man(ManArguments),
 }

@@ -12,7 +12,8 @@ use super::number_text::percent;
 use super::patience::meanwhile;
 use super::proportions::check_proportions;
 use super::results::{closing_lines, counted, exit_of, stage_results, tell_results};
-use super::{Outcome, console, solve, values};
+use super::run::thread_pool;
+use super::{Outcome, console, values};
 use crate::base::memory::peak_bytes;
 use crate::control::Forecast;
 use crate::geometry::position_accuracy_m;
@@ -96,7 +97,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
         ..Settings::default()
     };
     check_memory(&scene, &settings)?;
-    let pool = solve::thread_pool(arguments.threads)?;
+    let pool = thread_pool(arguments.threads)?;
     let mut directory = ResultDirectory::open(&arguments.out)?;
     let tell = |line: &str| {
         if !arguments.quiet {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::exit::Failure;
 use crate::solver::ElementChoice;
 
 /// How a scene is solved.
@@ -92,6 +93,20 @@ pub fn plots(text: &str) -> Result<Plots, String> {
         }
     }
     Ok(plots)
+}
+
+/// The same for front ends whose users are told by a failure.
+///
+/// # Errors
+///
+/// Names of formats that are not there.
+pub fn plots_named(text: &str) -> Result<Plots, Failure> {
+    plots(text).map_err(|remedy| Failure::Usage {
+        what: "invalid value for plots".to_owned(),
+        got: format!("{text:?}"),
+        expected: "what --plots of luxmc solve takes".to_owned(),
+        remedy,
+    })
 }
 
 #[cfg(test)]

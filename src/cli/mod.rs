@@ -6,10 +6,12 @@ mod checkpoint;
 mod compare;
 mod completions;
 mod console;
+mod convert;
 mod dry_run;
 mod exit;
 mod inspect;
 mod inspect_photometric;
+mod man;
 mod memory;
 mod merge;
 mod mesh;
@@ -24,6 +26,7 @@ mod proving_ground;
 mod result_table;
 mod results;
 mod resume;
+mod run;
 mod schema;
 mod selection;
 mod share;
@@ -33,6 +36,7 @@ mod text_table;
 mod ugr_table;
 mod validate;
 mod values;
+mod version;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -40,7 +44,6 @@ use std::time::Instant;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use exit::{Exit, Failure};
 
 /// Runs the program named by the process's arguments.
 ///
@@ -61,7 +64,9 @@ pub fn run() -> ExitCode {
         Command::UgrTable(arguments) => ugr_table::run(arguments),
         Command::Schema => schema::run(),
         Command::New(arguments) => new::run(arguments),
+        Command::Convert(arguments) => convert::run(arguments),
         Command::Completions(arguments) => completions::run(arguments),
+        Command::Man(arguments) => man::run(arguments),
     };
     match outcome {
         Ok(exit) => exit.code(),
@@ -82,6 +87,15 @@ fn survive_file_size_limits() {
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, beyond_limit).ok();
     }
 }
+
+// For front ends besides this one.
+pub use exit::{Exit, Failure};
+pub use inspect_photometric::photometric_json;
+pub use memory::limit_memory;
+pub use method::{MethodChoice, Plots, plots_named};
+pub use result_table::result_table;
+pub use results::{closing_lines, exit_of};
+pub use run::{RunOptions, RunStory, SceneRun};
 
 /// What a command comes to.
 type Outcome = Result<Exit, Failure>;

@@ -8,11 +8,11 @@ use super::method::Plots;
 use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
 use crate::maps::TableRow;
-use crate::output::{ReportContext, ResultDirectory, plots, report_file, result_files, vtk_file};
+use crate::output::{ReportContext, ResultDirectory, glb_file, plots, report_file, result_files, vtk_file};
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
 
-/// Stages tables, plots, the report that shows them, and the elements for ParaView.
+/// Stages tables, plots, the report that shows them, and the elements for ParaView and for viewers of glTF.
 pub fn stage_results(
     scene: &Scene,
     solution: &Solution,
@@ -34,7 +34,7 @@ pub fn stage_results(
         }
     }
     directory.stage(&report_file(scene, solution, &drawn, context))?;
-    if let Some(file) = vtk_file(scene, solution) {
+    for file in [vtk_file(scene, solution), glb_file(scene, solution)].into_iter().flatten() {
         directory.stage(&file)?;
     }
     Ok(())

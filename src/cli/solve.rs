@@ -1,7 +1,7 @@
 //! `luxmc solve`: read, prove the directory, compute, write, tell.
 
 use std::path::{Path, PathBuf};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
@@ -10,26 +10,19 @@ use super::beforehand::Beforehand;
 use super::checkpoint::CheckpointKeeper;
 use super::dry_run::{self, dry_run};
 use super::exit::Failure;
-use super::memory::{check_memory, limit_memory};
+use super::memory::limit_memory;
 use super::mesh::MeshArguments;
 use super::method::{self, MethodChoice, Plots, method};
 use super::number_text::{percent, significant, time};
 use super::patience::meanwhile;
 use super::progress::{Watcher, heed_interruptions};
-use super::proportions::check_proportions;
-use super::results::{closing_lines, counted, exit_of, quoted, stage_results, tell_results};
-use super::selection::select_maps;
+use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
+use super::run::{RunOptions, RunStory, SceneRun};
 use super::{Outcome, checkpoint, console, share, values};
-use crate::base::memory::peak_bytes;
-use crate::geometry::position_accuracy_m;
 use crate::maps::MapKind;
-use crate::output::{
-    CheckpointFile, PartOfRun, ReportContext, ResultDirectory, RunRecord, ShareHeader, share_file, summary_file,
-};
-use crate::radiosity::Radiosity;
+use crate::output::{CheckpointFile, PartOfRun, ResultDirectory, ShareHeader, share_file};
 use crate::scene::{Elements, Scene, allow_large_files, read_scene};
-use crate::solver::{ElementChoice, Settings, Share, Solution, StopReason, resume_share, solve_share};
-use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
+use crate::solver::{ElementChoice, Settings, Share, Solution};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -143,31 +136,22 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         console::message(&line);
     }
     let reading = format!("reading and checking {}", scene_file.display());
-    let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
-    check_proportions(&mut scene, &arguments.scene.display().to_string())?;
+    let scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
     let read_s = started.elapsed().as_secs_f64();
-    let settings = settings(arguments, &scene)?;
+    let run = SceneRun::new(scene, &arguments.scene.display().to_string(), options(arguments)?)?;
+    let (scene, settings) = (run.scene(), run.settings());
     if let Some(share) = arguments.share {
-        share::check(share, &scene, &settings, arguments.method)?;
+        share::check(share, scene, settings, arguments.method)?;
     }
-    if arguments.method == MethodChoice::Radiosity {
-        Radiosity::check(&scene)?;
-    }
-    let mesh: MeshChoice = arguments.mesh.choice(arguments.method == MethodChoice::LightMesh)?;
-    if arguments.method == MethodChoice::LightMesh {
-        check_light_mesh(&scene, &settings)?;
-    }
-    check_memory(&scene, &settings)?;
     if let (Some(path), None) = (&arguments.checkpoint, &resumption) {
         checkpoint::check(path, arguments.method)?;
     }
-    let going_on = resumption.as_ref().map(|resumption| checkpoint::take_up(resumption, &scene)).transpose()?;
-    let pool = thread_pool(arguments.threads)?;
+    let going_on = resumption.as_ref().map(|resumption| checkpoint::take_up(resumption, scene)).transpose()?;
     let Some(out) = arguments.out.as_ref().filter(|_| !arguments.dry_run) else {
         dry_run::check(arguments.method)?;
-        return pool.install(|| dry_run(&scene, &settings, arguments.method, started, arguments.quiet));
+        return run.on_its_threads(|| dry_run(scene, settings, arguments.method, started, arguments.quiet));
     };
-    let mut directory = ResultDirectory::open(out)?;
+    let directory = ResultDirectory::open(out)?;
     if let Some(Err(failure)) = arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path)) {
         directory.withdraw();
         return Err(failure);
@@ -179,7 +163,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
             console::message(line)
         }
     };
-    tell(&opening_line(arguments, &scene, &settings, pool.current_num_threads()));
+    tell(&opening_line(arguments, scene, settings, run.threads()));
 
     for warning in &scene.warnings {
         console::message(&format!("warning: {warning}"));
@@ -194,30 +178,21 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         tell(&format!("going on from {}", checkpoint::words_on(&resumption.file)));
     }
     let keeper = arguments.checkpoint.as_ref().map(|path| {
-        let header = checkpoint::header(&scene, [scene_file, &arguments.scene, out], arguments);
+        let header = checkpoint::header(scene, [scene_file, &arguments.scene, out], arguments);
         CheckpointKeeper::new(path.clone(), arguments.checkpoint_every, started, header)
     });
     let watcher = Watcher::new(started, quiet, keeper);
     let mut of_share = None;
-    let solve = || match (arguments.method, arguments.share) {
-        (MethodChoice::Radiosity, _) => solve_by_radiosity(&scene, &settings, &watcher).map_err(Failure::from),
-        (MethodChoice::LightMesh, _) => solve_by_light_mesh(&scene, &settings, &mesh, &watcher).map_err(Failure::from),
-        (_, None) => Ok(match going_on {
-            Some(going_on) => crate::solver::resume(&scene, &settings, going_on, &watcher),
-            None => crate::solver::solve(&scene, &settings, &watcher),
-        }),
-        (_, Some(share)) => {
-            let (solution, record, sums) = match going_on {
-                Some(going_on) => resume_share(&scene, &settings, share, going_on, &watcher),
-                None => solve_share(&scene, &settings, share, &watcher),
-            };
+    let solve = || match arguments.share {
+        None => run.solve_from(going_on, &watcher),
+        Some(share) => {
+            let (solution, record, sums) = run.solve_share(share, going_on, &watcher);
             of_share = Some((share, record, sums));
             Ok(solution)
         }
     };
     let readying = "making the scene ready for rays, and pilots";
-    let solution: Result<_, Failure> =
-        meanwhile(readying, started, quiet, || watcher.has_begun(), || pool.install(solve));
+    let solution: Result<_, Failure> = meanwhile(readying, started, quiet, || watcher.has_begun(), solve);
     watcher.finish();
     let solution = match solution {
         Ok(solution) => solution,
@@ -227,39 +202,24 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         }
     };
 
-    let write_started = Instant::now();
     let computed_s = started.elapsed().as_secs_f64();
-    let threads = pool.current_num_threads();
-    let context = ReportContext {
+    let story = RunStory {
         scene: arguments.scene.display().to_string(),
         command: command_again(arguments, &solution),
-        repeats_digits: solution.stop_reason == StopReason::Chains,
-        unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
-        wall_s: computed_s,
-        threads,
-    };
-    stage_results(&scene, &solution, &context, arguments.plots, &mut directory)?;
-    if let Some((share, record, sums)) = of_share {
-        let header = share::header(&scene, scene_file, &settings, &solution, share, record);
-        let command = command_without_output(arguments, &solution);
-        directory
-            .stage(&share_file(ShareHeader { command, threads, scene: context.scene.clone(), ..header }, &sums))?;
-    }
-    let record = RunRecord {
-        scene: context.scene,
+        threads: run.threads(),
         read_s,
-        write_s: write_started.elapsed().as_secs_f64(),
-        wall_s: started.elapsed().as_secs_f64(),
-        threads,
-        peak_memory_bytes: peak_bytes(),
-        position_accuracy_m: position_accuracy_m(&scene),
-        files: directory.names(),
+        computed_s,
+        plots: arguments.plots,
         part: arguments.share.map_or(PartOfRun::Whole, PartOfRun::Share),
     };
-    directory.stage(&summary_file(&scene, &solution, &record))?;
-    directory.commit()?;
+    let share = of_share.map(|(share, record, sums)| {
+        let header = share::header(scene, scene_file, settings, &solution, share, record);
+        let command = command_without_output(arguments, &solution);
+        share_file(ShareHeader { command, threads: run.threads(), scene: story.scene.clone(), ..header }, &sums)
+    });
+    story.write(scene, &solution, share, directory)?;
 
-    tell_results(&scene, &solution, tell)?;
+    tell_results(scene, &solution, tell)?;
     let adapts = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
     if arguments.elements == ElementChoice::Given && !adapts {
         tell("note: --elements given changes nothing here, since the target does not bind the element map");
@@ -303,43 +263,17 @@ fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> St
     command
 }
 
-fn settings(arguments: &SolveArguments, scene: &Scene) -> Result<Settings, Failure> {
-    if let (Some(method), Some(chains)) = (arguments.method.name_without_chains(), arguments.chains) {
-        return Err(Failure::Usage {
-            what: format!("{method} traces no chains"),
-            got: format!("--chains {chains} with --method {method}"),
-            expected: "--target-error, --time-limit, or neither".to_owned(),
-            remedy: "leave out --chains, or use --method collision, which traces them".to_owned(),
-        });
-    }
-    Ok(Settings {
-        method: match arguments.method {
-            MethodChoice::Auto => crate::solver::Method::Auto,
-            MethodChoice::Gather => crate::solver::Method::Gather,
-            MethodChoice::Local => crate::solver::Method::Local,
-            MethodChoice::LocalNaive => crate::solver::Method::LocalNaive,
-            MethodChoice::Collision | MethodChoice::Radiosity | MethodChoice::LightMesh => {
-                crate::solver::Method::Collision
-            }
-        },
+fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
+    Ok(RunOptions {
+        method: arguments.method,
         elements: arguments.elements,
+        mesh: arguments.mesh.choice(arguments.method == MethodChoice::LightMesh)?,
         seed: arguments.seed,
         target_error: arguments.target_error,
         chains: arguments.chains,
         time_limit_s: arguments.time_limit,
-        maps: select_maps(arguments.maps.as_deref(), scene)?,
+        maps: arguments.maps.clone(),
         threads: arguments.threads,
-    })
-}
-
-pub fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Failure> {
-    // Rayon takes 0 for all processors.
-    let wanted = threads.unwrap_or(0);
-    rayon::ThreadPoolBuilder::new().num_threads(wanted).build().map_err(|error| Failure::Usage {
-        what: "the threads cannot be started".to_owned(),
-        got: format!("--threads {wanted}: {error}"),
-        expected: "a number of threads that the system grants".to_owned(),
-        remedy: "ask for fewer threads".to_owned(),
     })
 }
 

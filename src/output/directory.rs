@@ -20,6 +20,7 @@ const OWN_NAMES: &[&str] = &[
     "convergence.svg",
     "convergence.png",
     "scene.vtp",
+    "scene.glb",
     "share.luxmc",
     "report.html",
 ];

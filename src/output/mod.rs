@@ -12,6 +12,7 @@ mod error;
 mod flat;
 pub mod font;
 mod glare_plot;
+mod glb;
 mod halves_plot;
 pub mod html;
 mod luminance_plot;
@@ -40,6 +41,7 @@ pub use checkpoint_file::{CheckpointFile, CheckpointHeader, prove_checkpoint, re
 pub use daylight::daylight_factors;
 pub use directory::{ResultDirectory, write_files};
 pub use error::OutputError;
+pub use glb::glb_file;
 pub use maps::result_files;
 pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_plots};
 pub use report::{ReportContext, report_file};

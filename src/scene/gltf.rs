@@ -296,9 +296,47 @@ fn matrix_of(transform: Transform) -> DMat4 {
     }
 }
 
+/// What a material looks like: it is for the eye, and says little of what the material does to light.
+pub(super) struct Appearance {
+    /// Linear red, green and blue.
+    pub base_color: [f64; 3],
+    pub metallic: f64,
+    pub has_texture: bool,
+    pub is_transparent: bool,
+    pub is_emissive: bool,
+}
+
+/// Looks of all materials by the names of the parts that they make.
+///
+/// # Errors
+///
+/// Damaged files.
+pub(super) fn appearances(path: &Path, bytes: &[u8]) -> Result<HashMap<String, Appearance>, SceneError> {
+    let (json, _) = chunks(path, bytes)?;
+    let refuse = |error: &dyn std::fmt::Display| refusal(path, "not valid glTF", error.to_string(), "glTF 2.0");
+    let root: gltf::json::Root = gltf::json::deserialize::from_slice(&json).map_err(|error| refuse(&error))?;
+    let document = Document::from_json(root).map_err(|error| refuse(&error))?;
+    let appearance = |material: gltf::Material| {
+        let surface = material.pbr_metallic_roughness();
+        let [red, green, blue, alpha] = surface.base_color_factor().map(f64::from);
+        let looks = Appearance {
+            base_color: [red, green, blue],
+            metallic: f64::from(surface.metallic_factor()),
+            has_texture: surface.base_color_texture().is_some(),
+            is_transparent: alpha < 1.0 || material.alpha_mode() == gltf::material::AlphaMode::Blend,
+            is_emissive: material.emissive_factor().iter().any(|part| *part > 0.0),
+        };
+        Some((material_name(&material)?, looks))
+    };
+    Ok(document.materials().filter_map(appearance).collect())
+}
+
 /// The name of a primitive's material; its number where it has none.
 fn part_name(primitive: &Primitive) -> Option<String> {
-    let material = primitive.material();
+    material_name(&primitive.material())
+}
+
+fn material_name(material: &gltf::Material) -> Option<String> {
     let number = material.index()?;
     let name: String = material.name().unwrap_or_default().trim().replace(char::is_control, " ");
     Some(if name.is_empty() { format!("material {number}") } else { name })

@@ -15,7 +15,7 @@ use super::surface_grid::{self, Spacing};
 use super::surfaces::Surfaces;
 use super::units::LengthUnit;
 use super::vectors::{direction, span_a_plane};
-use super::{parse, points_file, requirements};
+use super::{given, parse, points_file, requirements};
 
 /// The receiver types, as files name them.
 pub(super) const TYPES: [&str; 5] = ["grid", "points", "luminance", "ugr", "ugr_grid"];
@@ -38,7 +38,7 @@ pub(super) const KEYS: [&[&str]; 5] = [
         "direction",
         "requirements",
     ],
-    &["name", "type", "file", "quantity", "direction", "requirements"],
+    &["name", "type", "file", "points", "quantity", "direction", "requirements"],
     &["name", "type", "position", "directions", "fan", "view"],
     &["name", "type", "position", "view_direction", "background", "requirements"],
     &[
@@ -299,7 +299,10 @@ fn read_surface_grid(
 }
 
 fn read_points(fields: &Fields, around: &Around) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
-    let node = fields.need("file", "\"probes.csv\"")?;
+    if let Some(points) = given::points(fields, around.unit)? {
+        return Ok((ReceiverLayout::Points, points));
+    }
+    let node = fields.need("file", "\"probes.csv\", or \"points\": [[x, y, z, nx, ny, nz], …]")?;
     let path = around.base_dir.join(node.name()?);
     let points = parse::read_text(&path, "the points file")
         .and_then(|text| points_file::read(&text, &path, around.unit))

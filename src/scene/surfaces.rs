@@ -7,6 +7,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::given;
 use super::limits::{MOST_SPHERE_FREQUENCY, MOST_SPHERE_TRIANGLES};
 use super::mesh_file;
 use super::model::{Material, MaterialId, Surface, SurfaceId};
@@ -24,7 +25,18 @@ pub(super) const TYPES: [&str; 4] = ["box", "rectangle", "mesh", "sphere"];
 pub(super) const KEYS: [&[&str]; 4] = [
     &["name", "type", "min", "max", "facing", "material", "materials", "two_sided", "max_element_edge", "transform"],
     &["name", "type", "origin", "u", "v", "material", "two_sided", "max_element_edge", "transform"],
-    &["name", "type", "file", "material", "materials", "two_sided", "max_element_edge", "transform"],
+    &[
+        "name",
+        "type",
+        "file",
+        "vertices",
+        "faces",
+        "material",
+        "materials",
+        "two_sided",
+        "max_element_edge",
+        "transform",
+    ],
     &["name", "type", "center", "radius", "facing", "material", "two_sided", "max_element_edge", "transform"],
 ];
 
@@ -327,7 +339,10 @@ fn read_rectangle(fields: &Fields, name: &str, warnings: &mut Vec<String>) -> Re
 }
 
 fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
-    let node = fields.need("file", "\"desks.obj\"")?;
+    if let Some(vertices) = given::vertices(fields)? {
+        return given::mesh(fields, &vertices);
+    }
+    let node = fields.need("file", "\"desks.obj\", or \"vertices\" and \"faces\"")?;
     let path = around.base_dir.join(node.name()?);
     let mut shape = mesh_file::read(&path, around.unit, warnings).map_err(|error| error.named_by(node.as_namer()))?;
     if let Some((count, place)) = weld(&mut shape) {

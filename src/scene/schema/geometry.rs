@@ -97,12 +97,19 @@ pub(super) enum GeometryKind {
         /// Scale, turns and shift.
         transform: Option<Transform>,
     },
-    /// A mesh from a Wavefront OBJ file, its parts NAME/USEMTL, or from a glTF 2.0 file, its parts NAME/MATERIAL; STL and PLY too.
+    /// A mesh from a Wavefront OBJ file, its parts NAME/USEMTL, or from a glTF 2.0 file, its parts NAME/MATERIAL; STL and PLY too. Or of
+    /// `vertices` and `faces` that stand here.
+    #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["vertices", "faces"]}]))]
     Mesh {
         /// Name of the geometry.
         name: String,
         /// The OBJ, glTF, GLB, STL or PLY file.
-        file: String,
+        file: Option<String>,
+        /// Vertices instead of a file.
+        vertices: Option<Vec<Vector>>,
+        /// The numbers of the vertices of each face, from 0, counter-clockwise seen from its front.
+        #[schemars(length(min = 1))]
+        faces: Option<Vec<Vec<u32>>>,
         /// Material of all parts that have no other.
         material: Option<String>,
         /// Materials by the file's `usemtl` or material names; else the scene's material of that name is taken.

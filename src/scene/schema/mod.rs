@@ -293,12 +293,16 @@ enum ReceiverKind {
         /// What the receivers are to keep.
         requirements: Option<Requirements>,
     },
-    /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area.
+    /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area, or points that stand here.
+    #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["points"]}]))]
     Points {
         /// Name of the receivers.
         name: String,
         /// The CSV file.
-        file: String,
+        file: Option<String>,
+        /// Points instead of a file: [x, y, z, nx, ny, nz], or with an area behind them in all.
+        #[schemars(length(min = 1))]
+        points: Option<Vec<Vec<f64>>>,
         /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
         quantity: Option<QuantityName>,
         /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.

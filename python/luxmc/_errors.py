@@ -1,0 +1,59 @@
+"""Exceptions: the command line's words, and a class for each of its exit codes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Optional
+
+if TYPE_CHECKING:
+    from ._result import Result
+
+
+class LuxmcError(Exception):
+    """Anything that luxmc could not do; ``exit_code`` is what the program would have ended with."""
+
+    exit_code: int = 2
+
+
+class RefusedError(LuxmcError, ValueError):
+    """Bad input or options that do not go together: what, where, what was expected, and a remedy. Exit code 2.
+
+    >>> import luxmc
+    >>> try:
+    ...     luxmc.Scene.load("no-such-office.json")
+    ... except luxmc.RefusedError as error:
+    ...     print(error.exit_code, str(error).splitlines()[0])
+    2 the scene file cannot be read
+    """
+
+    exit_code = 2
+
+
+class TargetMissedError(LuxmcError):
+    """A limit ended the run before its target; ``result`` has what was found. Exit code 3. Only ``Result.check`` raises it."""
+
+    exit_code = 3
+
+    def __init__(self, words: str, result: Optional["Result"] = None) -> None:
+        super().__init__(words)
+        self.result = result
+
+
+class UnwrittenError(LuxmcError, OSError):
+    """Results could not be written. Exit code 4."""
+
+    exit_code = 4
+
+
+class RunInterruptedError(LuxmcError):
+    """The run was interrupted; ``result`` has what was found. Exit code 130. Only ``Result.check`` raises it."""
+
+    exit_code = 130
+
+    def __init__(self, words: str, result: Optional["Result"] = None) -> None:
+        super().__init__(words)
+        self.result = result
+
+
+# Users know them by the package's name.
+for _class in (LuxmcError, RefusedError, TargetMissedError, UnwrittenError, RunInterruptedError):
+    _class.__module__ = "luxmc"

@@ -1,0 +1,78 @@
+"""The exact solution between two planes, and photometric files."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sobolev:
+    """Illuminances of the exact solution in lx, one for each distance."""
+
+    #: Distances from the foot of the source's perpendicular.
+    r: Array
+    #: Direct light.
+    direct_lx: Array
+    #: Reflected light, any number of times.
+    reflected_lx: Array
+    #: Both.
+    total_lx: Array
+    #: Estimated error of the total.
+    estimated_error_lx: Array
+
+
+def sobolev(h1: float, rho1: float, rho2: float, r: ArrayLike, plane: int = 1) -> Sobolev:
+    """Exact illuminance on one of two infinite parallel diffuse planes at distance 1, lit by a point source of 1 cd at height ``h1``
+    over plane 1.
+
+    >>> import luxmc
+    >>> found = luxmc.sobolev(0.5, 0.5, 0.5, [0.0, 1.0])
+    >>> [round(float(lx), 9) for lx in found.direct_lx]
+    [4.0, 0.357770876]
+    >>> bool((found.total_lx == found.direct_lx + found.reflected_lx).all())
+    True
+    """
+    radii = np.atleast_1d(np.asarray(r, dtype=float)).ravel()
+    direct, reflected, total, error = _core.sobolev(h1, rho1, rho2, radii, plane)
+    return Sobolev(radii, direct, reflected, total, error)
+
+
+@dataclass(frozen=True)
+class Photometry:
+    """An IES LM-63 or EULUMDAT file: its intensities, and all that ``luxmc inspect --json`` tells of it."""
+
+    #: Intensities in cd: a row a plane, a column an angle.
+    intensity_cd: Array
+    #: Angles of the planes in degrees.
+    c_deg: Array
+    #: Angles within a plane in degrees; 0 is straight down for type C.
+    gamma_deg: Array
+    #: Flux in lm, integrated over the intensities.
+    luminous_flux_lm: float
+    #: Everything else by the names of ``luxmc inspect --json``.
+    facts: dict[str, Any]
+
+    @property
+    def luminaire(self) -> str:
+        """Description or name of the luminaire; may be empty."""
+        return str(self.facts["luminaire"])
+
+
+def read_photometry(path: Union[str, "os.PathLike[str]"]) -> Photometry:
+    """Reads a photometric file, or refuses it with ``RefusedError``."""
+    told, intensity_cd = _core.photometry(Path(path))
+    facts: dict[str, Any] = json.loads(told)
+    c_deg, gamma_deg = np.array(facts.pop("c_deg"), float), np.array(facts.pop("gamma_deg"), float)
+    table = intensity_cd.reshape(len(c_deg), len(gamma_deg))
+    return Photometry(table, c_deg, gamma_deg, float(facts["luminous_flux_lm"]), facts)

@@ -1,0 +1,312 @@
+//! A run as every front end asks for it: options in words, checked against a scene, solved, and written.
+
+use std::path::Path;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use super::exit::Failure;
+use super::memory::check_memory;
+use super::method::{self, MethodChoice, Plots, method};
+use super::proportions::check_proportions;
+use super::results::stage_results;
+use super::selection::select_maps;
+use super::values;
+use crate::base::memory::peak_bytes;
+use crate::geometry::position_accuracy_m;
+use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, summary_file};
+use crate::radiosity::Radiosity;
+use crate::scene::Scene;
+use crate::solver::{
+    ElementChoice, GoingOn, MapSums, Method, Observer, Settings, Share, ShareRecord, Solution, StopReason, resume,
+    resume_share, solve_share,
+};
+use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
+
+/// What a run is asked to do: the options of `luxmc solve`.
+///
+/// ```
+/// let mut options = luxmc::RunOptions::default();
+/// options.set("target_error", "2%")?;
+/// options.set("method", "light-mesh")?;
+/// assert!(options.set("target_error", "200%").is_err_and(|failure| failure.to_string().contains("remedy")));
+/// # Ok::<(), luxmc::Failure>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// How the maps are computed.
+    pub method: MethodChoice,
+    /// Which elements the element map has.
+    pub elements: ElementChoice,
+    /// How the mesh of [`MethodChoice::LightMesh`] is made.
+    pub mesh: MeshChoice,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Target of the stated error as a fraction; 0.01 where no stop rule is given.
+    pub target_error: Option<f64>,
+    /// Chains for every map, if fixed.
+    pub chains: Option<u64>,
+    /// Seconds by the observer's clock, if limited.
+    pub time_limit_s: Option<f64>,
+    /// Maps that are computed and bound to the target, as `--maps` names them.
+    pub maps: Option<String>,
+    /// Worker threads; `None`: all processors.
+    pub threads: Option<usize>,
+}
+
+impl Default for RunOptions {
+    fn default() -> RunOptions {
+        RunOptions {
+            method: MethodChoice::Auto,
+            elements: ElementChoice::Adaptive,
+            mesh: MeshChoice::default(),
+            seed: 0,
+            target_error: None,
+            chains: None,
+            time_limit_s: None,
+            maps: None,
+            threads: None,
+        }
+    }
+}
+
+impl RunOptions {
+    /// Names that [`RunOptions::set`] knows.
+    pub const NAMES: [&str; 8] =
+        ["method", "elements", "seed", "target_error", "chains", "time_limit", "maps", "threads"];
+
+    /// Sets an option by its name, with underscores, to a value as the command line writes it: `1%`, `60s`, `1e6`.
+    ///
+    /// # Errors
+    ///
+    /// A name that is none of [`RunOptions::NAMES`], and what the command line refuses, in its words.
+    pub fn set(&mut self, name: &str, text: &str) -> Result<(), Failure> {
+        let refuse = |says: String| Failure::Usage {
+            what: format!("invalid value for {name}"),
+            got: format!("{text:?}"),
+            expected: format!("what --{} of luxmc solve takes", name.replace('_', "-")),
+            remedy: says,
+        };
+        match name {
+            "method" => self.method = method(text).map_err(refuse)?,
+            "elements" => self.elements = method::elements(text).map_err(refuse)?,
+            "seed" => self.seed = values::seed(text).map_err(refuse)?,
+            "target_error" => self.target_error = Some(values::target_error(text).map_err(refuse)?),
+            "chains" => self.chains = Some(values::chains(text).map_err(refuse)?),
+            "time_limit" => self.time_limit_s = Some(values::time_s(text).map_err(refuse)?),
+            "maps" => self.maps = Some(text.to_owned()),
+            "threads" => self.threads = Some(values::threads(text).map_err(refuse)?),
+            _ => {
+                return Err(Failure::Usage {
+                    what: "a run has no such option".to_owned(),
+                    got: format!("{name:?}"),
+                    expected: RunOptions::NAMES.join(", "),
+                    remedy: "use one of those".to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn settings(&self, scene: &Scene) -> Result<Settings, Failure> {
+        if let (Some(method), Some(chains)) = (self.method.name_without_chains(), self.chains) {
+            return Err(Failure::Usage {
+                what: format!("{method} traces no chains"),
+                got: format!("--chains {chains} with --method {method}"),
+                expected: "--target-error, --time-limit, or neither".to_owned(),
+                remedy: "leave out --chains, or use --method collision, which traces them".to_owned(),
+            });
+        }
+        Ok(Settings {
+            method: match self.method {
+                MethodChoice::Auto => Method::Auto,
+                MethodChoice::Gather => Method::Gather,
+                MethodChoice::Local => Method::Local,
+                MethodChoice::LocalNaive => Method::LocalNaive,
+                MethodChoice::Collision | MethodChoice::Radiosity | MethodChoice::LightMesh => Method::Collision,
+            },
+            elements: self.elements,
+            seed: self.seed,
+            target_error: self.target_error,
+            chains: self.chains,
+            time_limit_s: self.time_limit_s,
+            maps: select_maps(self.maps.as_deref(), scene)?,
+            threads: self.threads,
+        })
+    }
+}
+
+/// A scene and what is asked of it, checked against each other: nothing but memory or disk can refuse the run any more.
+#[derive(Debug)]
+pub struct SceneRun {
+    scene: Scene,
+    options: RunOptions,
+    settings: Settings,
+    pool: rayon::ThreadPool,
+}
+
+impl SceneRun {
+    /// Checks options against a scene; `file` names the scene in messages. What is doubtful joins the scene's warnings.
+    ///
+    /// # Errors
+    ///
+    /// What `luxmc solve` refuses: maps that the scene does not have, a method that cannot compute it, a scene that rays cannot
+    /// resolve, more memory than there is.
+    pub fn new(mut scene: Scene, file: &str, options: RunOptions) -> Result<SceneRun, Failure> {
+        check_proportions(&mut scene, file)?;
+        let settings = options.settings(&scene)?;
+        match options.method {
+            MethodChoice::Radiosity => Radiosity::check(&scene)?,
+            MethodChoice::LightMesh => check_light_mesh(&scene, &settings)?,
+            _ => {}
+        }
+        check_memory(&scene, &settings)?;
+        let pool = thread_pool(options.threads)?;
+        Ok(SceneRun { scene, options, settings, pool })
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What the solver is asked for.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Worker threads of the run.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Does something on the run's threads.
+    pub fn on_its_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
+    }
+
+    /// Computes the maps by the method asked for, on the run's threads.
+    ///
+    /// # Errors
+    ///
+    /// Radiosity and light meshes that have no time for anything.
+    pub fn solve(&self, observer: &dyn Observer) -> Result<Solution, Failure> {
+        self.solve_from(None, observer)
+    }
+
+    /// The same from the beginning, or on from where the run was kept, which methods without chains are not.
+    pub(super) fn solve_from(&self, going_on: Option<GoingOn>, observer: &dyn Observer) -> Result<Solution, Failure> {
+        let (scene, settings) = (&self.scene, &self.settings);
+        self.on_its_threads(|| match self.options.method {
+            MethodChoice::Radiosity => solve_by_radiosity(scene, settings, observer).map_err(Failure::from),
+            MethodChoice::LightMesh => {
+                solve_by_light_mesh(scene, settings, &self.options.mesh, observer).map_err(Failure::from)
+            }
+            _ => Ok(match going_on {
+                Some(going_on) => resume(scene, settings, going_on, observer),
+                None => crate::solver::solve(scene, settings, observer),
+            }),
+        })
+    }
+
+    /// Computes a share of the run, from the beginning or on from where it was kept.
+    pub(super) fn solve_share(
+        &self,
+        share: Share,
+        going_on: Option<GoingOn>,
+        observer: &dyn Observer,
+    ) -> (Solution, ShareRecord, Vec<MapSums>) {
+        let (scene, settings) = (&self.scene, &self.settings);
+        self.on_its_threads(|| match going_on {
+            Some(going_on) => resume_share(scene, settings, share, going_on, observer),
+            None => solve_share(scene, settings, share, observer),
+        })
+    }
+}
+
+/// Starts threads: all processors where none are asked for.
+pub fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Failure> {
+    // Rayon takes 0 for all processors.
+    let wanted = threads.unwrap_or(0);
+    rayon::ThreadPoolBuilder::new().num_threads(wanted).build().map_err(|error| Failure::Usage {
+        what: "the threads cannot be started".to_owned(),
+        got: format!("--threads {wanted}: {error}"),
+        expected: "a number of threads that the system grants".to_owned(),
+        remedy: "ask for fewer threads".to_owned(),
+    })
+}
+
+/// What files tell of a run besides its scene and solution.
+#[derive(Clone, Debug)]
+pub struct RunStory {
+    /// The scene file, as named by the user.
+    pub scene: String,
+    /// What the user can type to make the run again.
+    pub command: String,
+    /// Worker threads.
+    pub threads: usize,
+    /// Seconds from the start until the scene was read.
+    pub read_s: f64,
+    /// Seconds from the start until all was computed.
+    pub computed_s: f64,
+    /// Formats of plots; `None`: SVG.
+    pub plots: Option<Plots>,
+    /// Whether it is a whole run.
+    pub part: PartOfRun,
+}
+
+impl RunStory {
+    /// `summary.json` of a run whose files are those named.
+    pub fn summary(&self, scene: &Scene, solution: &Solution, files: Vec<String>, write_s: f64) -> ResultFile {
+        let record = RunRecord {
+            scene: self.scene.clone(),
+            read_s: self.read_s,
+            write_s,
+            wall_s: self.computed_s + write_s,
+            threads: self.threads,
+            peak_memory_bytes: peak_bytes(),
+            position_accuracy_m: position_accuracy_m(scene),
+            files,
+            part: self.part,
+        };
+        summary_file(scene, solution, &record)
+    }
+
+    /// Writes all files of a run into a directory, those of `more` too; they appear together, or not at all. Returns `summary.json`.
+    ///
+    /// # Errors
+    ///
+    /// Files that cannot be written.
+    pub fn write(
+        &self,
+        scene: &Scene,
+        solution: &Solution,
+        more: impl IntoIterator<Item = ResultFile>,
+        mut directory: ResultDirectory,
+    ) -> Result<ResultFile, Failure> {
+        let write_started = Instant::now();
+        let context = ReportContext {
+            scene: self.scene.clone(),
+            command: self.command.clone(),
+            repeats_digits: solution.stop_reason == StopReason::Chains,
+            unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+            wall_s: self.computed_s,
+            threads: self.threads,
+        };
+        stage_results(scene, solution, &context, self.plots, &mut directory)?;
+        for file in more {
+            directory.stage(&file)?;
+        }
+        let summary = self.summary(scene, solution, directory.names(), write_started.elapsed().as_secs_f64());
+        directory.stage(&summary)?;
+        directory.commit()?;
+        Ok(summary)
+    }
+
+    /// The same into a directory by its name, which is made where it is missing.
+    ///
+    /// # Errors
+    ///
+    /// As [`RunStory::write`], and a directory that cannot be made or written to.
+    pub fn save(&self, scene: &Scene, solution: &Solution, directory: &Path) -> Result<ResultFile, Failure> {
+        self.write(scene, solution, None, ResultDirectory::open(directory)?)
+    }
+}

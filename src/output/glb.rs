@@ -1,0 +1,238 @@
+//! `scene.glb`: the elements in false colours, for whatever opens glTF: viewers, Blender, browsers.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use gltf::Glb;
+use gltf::binary::Header;
+use serde_json::{Value, json};
+
+use super::ResultFile;
+use super::color::{Ink, perceptual};
+use crate::maps::{MapKind, MapResult};
+use crate::scene::{Elements, Scene, Side, SurfaceId};
+use crate::solver::Solution;
+
+/// Share of the area that lies below the end of the colour scale: luminaires and their surroundings are let out of it.
+const SHARE_IN_SCALE: f64 = 0.98;
+/// Colours that the legend names.
+const STOPS: u32 = 8;
+
+/// Codes of glTF for numbers in single precision and for whole numbers of two bytes.
+const FLOAT: u32 = 5126;
+const UNSIGNED_SHORT: u32 = 5123;
+/// Code of a buffer of vertices.
+const ARRAY_BUFFER: u32 = 34962;
+
+/// The element map as a GLB file: a node a surface, a triangle an element side as in `scene.vtp`, with its colour, illuminance and
+/// standard error at every corner. `None` where no element map was computed, or where it goes beyond the 4 GB of the format.
+///
+/// Colours are linear and not lit; `asset.extras` tells what they stand for.
+pub fn glb_file(scene: &Scene, solution: &Solution) -> Option<ResultFile> {
+    let map = solution.maps.iter().find(|map| map.kind == MapKind::Elements)?;
+    let model = Model::of(scene, &solution.elements, map);
+    let glb = Glb {
+        header: Header { magic: *b"glTF", version: 2, length: 0 },
+        json: model.json.to_string().into_bytes().into(),
+        bin: Some(model.binary.into()),
+    };
+    Some(ResultFile { name: "scene.glb".to_owned(), bytes: glb.to_vec().ok()? })
+}
+
+/// The two parts of a GLB file.
+struct Model {
+    json: Value,
+    binary: Vec<u8>,
+}
+
+impl Model {
+    fn of(scene: &Scene, elements: &Elements, map: &MapResult) -> Model {
+        let end_lx = end_of_scale_lx(scene, elements, map);
+        let center_m = center_m(scene);
+        let mut parts = Parts::default();
+        let mut nodes = Vec::new();
+        let mut meshes = Vec::new();
+        for (surface, sides) in sides_by_surface(scene, elements) {
+            let name = &scene.surfaces[surface as usize].name;
+            let vertices = Vertices::of(scene, elements, map, &sides, center_m, end_lx);
+            let attributes = json!({
+                "POSITION": parts.vectors(&vertices.positions),
+                "COLOR_0": parts.colors(&vertices.colors),
+                "_ILLUMINANCE_LX": parts.numbers(&vertices.illuminances_lx),
+                "_STANDARD_ERROR_LX": parts.numbers(&vertices.standard_errors_lx),
+            });
+            let material = scene.surfaces[surface as usize].material;
+            nodes.push(json!({ "name": name, "mesh": meshes.len() }));
+            meshes.push(json!({ "name": name, "primitives": [{ "attributes": attributes, "material": material }] }));
+        }
+        let all: Vec<usize> = (0..nodes.len()).collect();
+        let root = nodes.len();
+        nodes.push(json!({ "name": scene.title, "translation": center_m, "children": all }));
+        let unlit = |name: &String| {
+            json!({ "name": name, "extensions": { "KHR_materials_unlit": {} },
+                    "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 1 } })
+        };
+        let materials: Vec<Value> = scene.materials.iter().map(|material| unlit(&material.name)).collect();
+        let json = json!({
+            "asset": { "version": "2.0", "generator": concat!("luxmc ", env!("CARGO_PKG_VERSION")), "extras": legend(end_lx) },
+            "extensionsUsed": ["KHR_materials_unlit"],
+            "scene": 0,
+            "scenes": [{ "name": scene.title, "nodes": [root] }],
+            "nodes": nodes,
+            "meshes": meshes,
+            "materials": materials,
+            "accessors": parts.accessors,
+            "bufferViews": parts.views,
+            "buffers": [{ "byteLength": parts.binary.len() }],
+        });
+        Model { json, binary: parts.binary }
+    }
+}
+
+/// What the colours stand for.
+fn legend(end_lx: f64) -> Value {
+    let stop = |number: u32| {
+        let share = f64::from(number) / f64::from(STOPS);
+        json!({ "illuminance_lx": share * end_lx, "srgb": perceptual(share) })
+    };
+    json!({
+        "colors": "COLOR_0 tells the illuminance on a linear scale (viridis); what exceeds its end has the last colour",
+        "stops": (0..=STOPS).map(stop).collect::<Vec<Value>>(),
+        "share_of_area_within": SHARE_IN_SCALE,
+        "_ILLUMINANCE_LX": "illuminance at the corner, in lx",
+        "_STANDARD_ERROR_LX": "standard error of the element's mean, in lx",
+    })
+}
+
+/// The illuminance below which nearly all of the area lies, rounded up to two digits; 1 lx where all is dark.
+fn end_of_scale_lx(scene: &Scene, elements: &Elements, map: &MapResult) -> f64 {
+    let mut lit: Vec<(f64, f64)> = (0..elements.len())
+        .map(|index| (map.values.illuminance_lx[index], elements.area_m2(scene, elements.cell(index as u32))))
+        .collect();
+    lit.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let wanted_m2 = SHARE_IN_SCALE * lit.iter().map(|(_, area_m2)| area_m2).sum::<f64>();
+    let mut below_m2 = 0.0;
+    let end = lit.iter().find(|(_, area_m2)| {
+        below_m2 += area_m2;
+        below_m2 >= wanted_m2
+    });
+    let end_lx = end.or(lit.last()).map_or(0.0, |(lx, _)| *lx);
+    if end_lx <= 0.0 {
+        return 1.0;
+    }
+    let step = 10f64.powf(end_lx.log10().floor() - 1.0);
+    (end_lx / step).ceil() * step
+}
+
+/// The middle of the scene in glTF's axes, rounded to what the file keeps: positions about it lose no more than their own size asks.
+fn center_m(scene: &Scene) -> [f32; 3] {
+    let low_m = scene.vertices_m.iter().copied().reduce(DVec3::min).unwrap_or(DVec3::ZERO);
+    let high_m = scene.vertices_m.iter().copied().reduce(DVec3::max).unwrap_or(DVec3::ZERO);
+    upright(0.5 * (low_m + high_m)).map(|number| number as f32)
+}
+
+/// glTF's y points up.
+fn upright(point: DVec3) -> [f64; 3] {
+    [point.x, point.z, -point.y]
+}
+
+fn sides_by_surface(scene: &Scene, elements: &Elements) -> BTreeMap<SurfaceId, Vec<u32>> {
+    let mut sides: BTreeMap<SurfaceId, Vec<u32>> = BTreeMap::new();
+    for index in 0..elements.len() as u32 {
+        sides.entry(scene.triangle_surfaces[elements.cell(index).triangle as usize]).or_default().push(index);
+    }
+    sides
+}
+
+/// Three vertices an element side.
+#[derive(Default)]
+struct Vertices {
+    positions: Vec<[f32; 3]>,
+    colors: Vec<[u16; 4]>,
+    illuminances_lx: Vec<f32>,
+    standard_errors_lx: Vec<f32>,
+}
+
+impl Vertices {
+    fn of(
+        scene: &Scene,
+        elements: &Elements,
+        map: &MapResult,
+        sides: &[u32],
+        center_m: [f32; 3],
+        end_lx: f64,
+    ) -> Vertices {
+        let mut vertices = Vertices::default();
+        for index in sides {
+            let cell = elements.cell(*index);
+            let corners_m = elements.corners_m(scene, cell);
+            let at_lx = map.values.at_corners_lx(*index as usize);
+            let turned = if cell.side == Side::Front { [0, 1, 2] } else { [0, 2, 1] };
+            for corner in turned {
+                let place = upright(corners_m[corner]);
+                let about_center = |axis: usize| (place[axis] - f64::from(center_m[axis])) as f32;
+                vertices.positions.push([0, 1, 2].map(about_center));
+                vertices.colors.push(linear(perceptual(at_lx[corner] / end_lx)));
+                vertices.illuminances_lx.push(at_lx[corner] as f32);
+                vertices.standard_errors_lx.push(map.values.standard_error_lx[*index as usize] as f32);
+            }
+        }
+        vertices
+    }
+}
+
+/// An opaque colour as glTF has it: linear, in two bytes a channel. Source: IEC 61966-2-1.
+fn linear(ink: Ink) -> [u16; 4] {
+    let channel = |code: u8| {
+        let c = f64::from(code) / 255.0;
+        let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+        (linear * f64::from(u16::MAX)).round() as u16
+    };
+    let [red, green, blue] = ink.map(channel);
+    [red, green, blue, u16::MAX]
+}
+
+/// Accessors and the bytes that they read, one after another.
+#[derive(Default)]
+struct Parts {
+    binary: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Parts {
+    fn vectors(&mut self, vectors: &[[f32; 3]]) -> usize {
+        let bound = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
+            let all = vectors.iter().copied();
+            all.reduce(|a, b| [0, 1, 2].map(|axis| pick(a[axis], b[axis]))).unwrap_or_default()
+        };
+        let (min, max) = (bound(f32::min), bound(f32::max));
+        let bytes = vectors.iter().flatten().flat_map(|number| number.to_le_bytes());
+        let accessor =
+            json!({ "componentType": FLOAT, "type": "VEC3", "count": vectors.len(), "min": min, "max": max });
+        self.add(bytes, accessor)
+    }
+
+    fn colors(&mut self, colors: &[[u16; 4]]) -> usize {
+        let bytes = colors.iter().flatten().flat_map(|number| number.to_le_bytes());
+        let accessor =
+            json!({ "componentType": UNSIGNED_SHORT, "type": "VEC4", "count": colors.len(), "normalized": true });
+        self.add(bytes, accessor)
+    }
+
+    fn numbers(&mut self, numbers: &[f32]) -> usize {
+        let bytes = numbers.iter().flat_map(|number| number.to_le_bytes());
+        self.add(bytes, json!({ "componentType": FLOAT, "type": "SCALAR", "count": numbers.len() }))
+    }
+
+    /// Appends bytes, a whole number of four of them, and the accessor that reads them; its number.
+    fn add(&mut self, bytes: impl Iterator<Item = u8>, mut accessor: Value) -> usize {
+        let start = self.binary.len();
+        self.binary.extend(bytes);
+        let length = self.binary.len() - start;
+        accessor["bufferView"] = json!(self.views.len());
+        self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": ARRAY_BUFFER }));
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+}

@@ -1,0 +1,163 @@
+//! A model of another program as a scene to be edited: its geometry, and materials with what is known of them and what is not.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::DVec3;
+use serde_json::{Map, Value, json};
+
+use super::error::SceneError;
+use super::gltf::{self, Appearance};
+use super::units::LengthUnit;
+use super::{mesh_file, parse, radiance_scene};
+
+/// Reflectance of what nothing is known of.
+const UNKNOWN_REFLECTANCE: f64 = 0.5;
+/// Flux in lm of the lamp that stands in where a model has none.
+const STAND_IN_LM: f64 = 1000.0;
+/// Most that a colour is taken to reflect: the whitest paints do not reflect more.
+const WHITEST: f64 = 0.9;
+
+/// A scene file in the making.
+#[derive(Clone, Debug)]
+pub struct Proposal {
+    /// Every material, as the model tells it and as the scene has it.
+    pub materials: Vec<ProposedMaterial>,
+    /// The materials of the scene file.
+    pub(super) laws: Map<String, Value>,
+    /// Its geometry.
+    pub(super) geometry: Vec<Value>,
+    /// Its luminaires.
+    pub(super) luminaires: Vec<Value>,
+    /// What was passed over, what stands in, what is to be looked at.
+    pub warnings: Vec<String>,
+}
+
+/// A material of a proposed scene.
+#[derive(Clone, Debug)]
+pub struct ProposedMaterial {
+    /// Its name in model and scene.
+    pub name: String,
+    /// Triangles of a mesh, or surfaces of a Radiance scene, that are made of it.
+    pub surfaces: usize,
+    /// What it does to light, as the scene file says it.
+    pub law: Value,
+    /// Where that comes from, and what is not known.
+    pub known: String,
+}
+
+/// Proposes a scene for a model: OBJ, glTF, STL, PLY or Radiance. `named` is the model's name in the scene file.
+///
+/// # Errors
+///
+/// Files that cannot be read or are damaged, and those without a surface.
+pub fn propose_scene(model: &Path, named: &str) -> Result<Proposal, SceneError> {
+    let ending = model.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let (mut proposal, bounds) = match ending.as_str() {
+        "rad" => {
+            let text = parse::read_text(model, "the Radiance file")?;
+            let proposal = radiance_scene::propose(&text, model)?;
+            let bounds = bounds(proposal.geometry.iter().flat_map(places_of));
+            (proposal, bounds)
+        }
+        _ => of_mesh(model, named, &ending)?,
+    };
+    if proposal.luminaires.is_empty() {
+        let middle = 0.5 * (bounds[0] + bounds[1]);
+        proposal.luminaires.push(json!({ "name": "stand-in", "type": "point", "position": middle.to_array(),
+                                         "luminous_flux_lm": STAND_IN_LM }));
+        proposal.warnings.push(format!(
+            "the model has no luminaire that is read: a point of {STAND_IN_LM} lm in its middle, {middle}, stands in"
+        ));
+    }
+    Ok(proposal)
+}
+
+impl Proposal {
+    /// The scene file.
+    pub fn scene_file(&self, title: &str) -> Value {
+        json!({
+            "version": 1,
+            "title": title,
+            "length_unit": "m",
+            "materials": self.laws,
+            "geometry": self.geometry,
+            "luminaires": self.luminaires,
+        })
+    }
+}
+
+fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<(Proposal, [DVec3; 2]), SceneError> {
+    let mut warnings = Vec::new();
+    let shape = mesh_file::read(model, LengthUnit::of(0), &mut warnings)?;
+    let is_gltf = ["gltf", "glb"].contains(&ending);
+    let looks =
+        if is_gltf { gltf::appearances(model, &parse::read_bytes(model, "the glTF file")?)? } else { HashMap::new() };
+    if !is_gltf {
+        warnings.push(
+            "the file does not say in which unit its lengths are: they are taken for metres (length_unit)".to_owned(),
+        );
+    }
+    let is_one = shape.parts.len() == 1 && shape.parts[0].name.is_none();
+    let (mut laws, mut materials, mut by_part) = (Map::new(), Vec::new(), Map::new());
+    for part in &shape.parts {
+        let name = match &part.name {
+            Some(name) => name.clone(),
+            None if is_one => "surface".to_owned(),
+            None => mesh_file::UNNAMED_PART.to_owned(),
+        };
+        let (law, known) = proposed(looks.get(&name), is_gltf);
+        laws.insert(name.clone(), law.clone());
+        by_part.insert(name.clone(), json!(name));
+        materials.push(ProposedMaterial { name, surfaces: part.triangles.len(), law, known });
+    }
+    let stem = model.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = if stem.trim().is_empty() { "model".to_owned() } else { stem };
+    let mut geometry = json!({ "name": name, "type": "mesh", "file": named });
+    if is_one {
+        geometry["material"] = json!("surface");
+    } else {
+        geometry["materials"] = Value::Object(by_part);
+    }
+    let bounds = bounds(shape.vertices.iter().copied());
+    Ok((Proposal { materials, laws, geometry: vec![geometry], luminaires: Vec::new(), warnings }, bounds))
+}
+
+/// What a material's looks let expect that it does to light.
+fn proposed(looks: Option<&Appearance>, is_gltf: bool) -> (Value, String) {
+    let diffuse = |reflectance: f64| json!({ "type": "diffuse", "reflectance": reflectance });
+    let Some(looks) = looks else {
+        let why = if is_gltf { "the model says nothing of it" } else { "this kind of file says nothing of light" };
+        return (diffuse(UNKNOWN_REFLECTANCE), format!("not known: {why}"));
+    };
+    // Rec. 709, the colours of glTF.
+    let [red, green, blue] = looks.base_color;
+    let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+    let reflectance = (1e3 * luminance.clamp(0.0, WHITEST)).round() / 1e3;
+    let mut known = vec![format!("from the base colour, which is for the eye: {luminance:.3}")];
+    let mut note = |is_so: bool, what: &str| {
+        if is_so {
+            known.push(what.to_owned());
+        }
+    };
+    note(luminance > WHITEST, "whiter than any paint, taken lower");
+    note(looks.has_texture, "its texture is not read");
+    note(looks.metallic > 0.5, "a metal: perhaps phong or mirror");
+    note(looks.is_transparent, "transparent: perhaps glass or translucent");
+    note(looks.is_emissive, "shines in the model: make it an area luminaire");
+    (diffuse(reflectance), known.join("; "))
+}
+
+fn bounds(places: impl Iterator<Item = DVec3> + Clone) -> [DVec3; 2] {
+    [DVec3::min as fn(DVec3, DVec3) -> DVec3, DVec3::max].map(|pick| places.clone().reduce(pick).unwrap_or(DVec3::ZERO))
+}
+
+/// Vertices of a mesh in the scene file, or the centre of a sphere.
+fn places_of(geometry: &Value) -> impl Iterator<Item = DVec3> + Clone {
+    let point = |value: &Value| {
+        let number = |axis: usize| value[axis].as_f64().unwrap_or(0.0);
+        DVec3::new(number(0), number(1), number(2))
+    };
+    let vertices = geometry["vertices"].as_array().map(Vec::as_slice).unwrap_or_default().iter().map(point);
+    vertices.chain(geometry.get("center").map(point))
+}
