@@ -4,6 +4,7 @@ mod clock;
 mod expectations;
 mod forecast;
 mod kept;
+mod long_over;
 mod observer;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,6 +15,7 @@ pub use self::expectations::{Expectation, expectations};
 pub use self::forecast::SlowestMap;
 use self::kept::LaterObserver;
 pub use self::kept::{GoingOn, Keeper, KeptRun, RunState, resume};
+use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over};
 pub use self::observer::{Observer, Progress, Silent};
 use super::cells::CellSets;
 use super::choice;
@@ -47,9 +49,6 @@ const LEAST_AIM: f64 = 1e-4;
 const AIM_STEP: f64 = 1.2;
 /// Cells, and what was asked of them, may take one part in so many of the memory: solving for their light takes as much again.
 const SHARE_OF_MEMORY: u64 = 8;
-/// A map that shows nothing yet is worked on until so many times the limit and so many seconds more have passed.
-const LONG_OVER: f64 = 1.1;
-const PATIENCE_S: f64 = 0.5;
 /// Target where the user sets no stop rule at all.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.01;
 
@@ -170,23 +169,6 @@ pub(super) fn solve_as(
         format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
     }));
     (solution, sums)
-}
-
-/// Whether a time limit has passed so long ago that what shows nothing yet is left out.
-fn is_long_over(settings: &Settings, observer: &dyn Observer) -> bool {
-    settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > LONG_OVER * limit_s + PATIENCE_S)
-}
-
-/// Lets long paths be given up once that is so: a single one may take longer than all that a limit leaves. A clock that stands ends nothing.
-fn give_up_long_paths(stage: &Stage, settings: &Settings, wall_s: f64) {
-    let Some(limit_s) = settings.time_limit_s.filter(|_| wall_s > 0.0) else {
-        return;
-    };
-    let left_s = (LONG_OVER * limit_s + PATIENCE_S - wall_s).max(0.0);
-    let left = Duration::try_from_secs_f64(left_s).ok();
-    if let Some(time) = left.and_then(|left| Instant::now().checked_add(left)) {
-        stage.patience.end_at(time);
-    }
 }
 
 /// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there.
