@@ -9,17 +9,7 @@ use sha2::{Digest, Sha256};
 
 const TABLES: [&str; 4] = ["elements.csv", "receivers.csv", "tables.csv", "convergence.csv"];
 
-struct Home(tempfile::TempDir);
-
 impl Home {
-    fn new() -> Home {
-        Home(tempfile::tempdir().expect("a temporary directory"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
     /// Computes a share of the small room; the options may say more.
     fn share(&self, name: &str, share: &str, more: &[&str]) -> PathBuf {
         let out = self.path(name);

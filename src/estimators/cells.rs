@@ -75,7 +75,7 @@ impl Memory for Asking {
             lookup: Lookup { point_m, normal, direction: met.direction, distance_m: met.hit.distance_m },
             reflectance: met.reflectance,
         });
-        (if self.looks { Recall::End(0.0) } else { Recall::Whole(0.0) }, 0)
+        (if self.looks { Recall::End(0.0) } else { Recall::Stop }, 0)
     }
 }
 

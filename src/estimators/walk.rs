@@ -65,8 +65,8 @@ pub enum Recall {
     Nothing,
     /// The walk ends: this indirect illuminance in lx stands for the rest of it.
     End(f64),
-    /// The walk ends without a look: this illuminance in lx, direct light and all, stands for the rest of it.
-    Whole(f64),
+    /// The walk ends without a look: who asked wants the place alone.
+    Stop,
 }
 
 /// A diffuse surface that a walk met.
@@ -112,24 +112,11 @@ pub fn gather_indirect_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let variates = stream.pair();
-    gather_along_lx(stage, receiver, variates, memory, cut, stream)
-}
-
-/// The same along the direction that two variates in [0, 1) make.
-#[inline]
-pub fn gather_along_lx(
-    stage: &Stage,
-    receiver: &Receiver,
-    variates: [f64; 2],
-    memory: &mut impl Memory,
-    cut: &mut Cut,
-    stream: &mut Stream,
-) -> (f64, u64) {
     let ([looked_lx, arriving_lx], rays) = gather_parts_lx(stage, receiver, variates, memory, cut, stream);
     (looked_lx + arriving_lx, rays)
 }
 
-/// What looks find from the receiver, and what arrives along the direction that two variates make, in lx; with the rays.
+/// What looks find from the receiver, and what arrives along the direction that two variates in [0, 1) make, in lx; with the rays.
 #[inline]
 pub fn gather_parts_lx(
     stage: &Stage,
@@ -315,10 +302,7 @@ fn follow_lm_m2(
                     let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
                     return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
                 }
-                Recall::Whole(known_lx) => {
-                    debug_assert_eq!(shares[0], shares[1], "what is known holds both");
-                    return (sum_lm_m2 + weight * law.reflectance * shares[1] * known_lx, rays);
-                }
+                Recall::Stop => return (sum_lm_m2, rays),
             }
         }
         let (direct_lm_m2, direct_rays) = match law {

@@ -366,6 +366,11 @@ impl Quantity {
         !matches!(self, Quantity::Luminance | Quantity::Glare(_))
     }
 
+    /// Whether all that a point receives comes from the hemisphere above it: cylinders turn their planes.
+    pub fn has_one_hemisphere(self) -> bool {
+        self == Quantity::Perpendicular
+    }
+
     /// Name as the scene file writes it.
     pub fn name(self) -> &'static str {
         match self {

@@ -91,11 +91,11 @@ pub struct CellAsks {
 }
 
 impl CellAsks {
-    /// Nothing yet of so many entries, of which some walk at first.
-    pub fn new(asker: &Asker, sites: usize, walkers: usize) -> CellAsks {
+    /// Nothing yet of entries that lie in these regions of neighbours, of which some walk at first.
+    pub fn new(asker: &Asker, regions: &[u32], walkers: usize) -> CellAsks {
+        let sites = regions.len();
         let order = Order::of(sites);
-        let places: Vec<_> = (0..sites).map(|entry| asker.middle(entry)).collect();
-        let guide = if asker.has_one_hemisphere() { Guide::new(&places) } else { Guide::default() };
+        let guide = if asker.has_one_hemisphere() { Guide::new(regions.to_vec()) } else { Guide::default() };
         CellAsks {
             guides: [guide.clone(), guide],
             learned: [0; 2],
@@ -112,8 +112,8 @@ impl CellAsks {
     }
 
     /// The same for other elements of the same surfaces: their cells are filled already.
-    pub fn anew(&self, asker: &Asker, sites: usize, walkers: usize) -> CellAsks {
-        CellAsks { filled: self.filled, rays: self.rays, ..CellAsks::new(asker, sites, walkers) }
+    pub fn anew(&self, asker: &Asker, regions: &[u32], walkers: usize) -> CellAsks {
+        CellAsks { filled: self.filled, rays: self.rays, ..CellAsks::new(asker, regions, walkers) }
     }
 
     /// Bytes that what was found takes.

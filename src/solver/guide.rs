@@ -4,10 +4,8 @@
 //! holds from then on: what a sample brings in the mean depends on no density, so that the sums stay unbiased and replicas
 //! uncorrelated.
 
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::cells::regions_of;
 use crate::sampling::guide::{BINS, Density};
 
 /// Samples of a region, over its bins, from which on it has learned something.
@@ -38,13 +36,12 @@ pub struct Guide {
 
 /// Writes the tallies of all regions in a row, and reads them again.
 mod in_a_row {
-    use serde::{Deserialize, Deserializer, Serializer};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     use super::{BINS, Tally};
 
     pub fn serialize<S: Serializer>(regions: &[[Tally; BINS]], serializer: S) -> Result<S::Ok, S::Error> {
-        let tallies: Vec<&Tally> = regions.iter().flatten().collect();
-        serializer.collect_seq(tallies)
+        regions.as_flattened().serialize(serializer)
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[Tally; BINS]>, D::Error> {
@@ -54,9 +51,8 @@ mod in_a_row {
 }
 
 impl Guide {
-    /// Knows nothing yet of samples from these places with their normals.
-    pub fn new(places: &[(DVec3, DVec3)]) -> Guide {
-        let regions = regions_of(places);
+    /// Knows nothing yet of samples from entries that lie in these regions of neighbours.
+    pub fn new(regions: Vec<u32>) -> Guide {
         let count = regions.iter().max().map_or(0, |last| *last as usize + 1);
         Guide { regions, tallies: vec![[Tally::default(); BINS]; count], densities: vec![None; count] }
     }
@@ -129,8 +125,7 @@ mod tests {
     fn guided_walks_keep_the_mean_and_lose_most_of_the_variance() {
         // One region of 8 points, 1,024 walks of each to learn from and 32,768 more, seed 5: the mean within 4.5 standard errors
         // (α = 7e-6) by at most a quarter of the even variance. Left without their weights (the planted fault), it is not.
-        let places: Vec<_> = (0..8).map(|x| (DVec3::new(f64::from(x), 0.0, 0.0), DVec3::Z)).collect();
-        let mut guide = Guide::new(&places);
+        let mut guide = Guide::new(vec![0; 8]);
         let mut stream = Stream::new(5, Purpose::Walks, 0, 0);
         assert!(guide.density_at(3).is_none());
         for walk in 0..8192 {
@@ -160,7 +155,7 @@ mod tests {
 
     #[test]
     fn even_light_is_left_to_even_directions() {
-        let mut guide = Guide::new(&[(DVec3::ZERO, DVec3::Z)]);
+        let mut guide = Guide::new(vec![0]);
         let mut stream = Stream::new(6, Purpose::Walks, 0, 0);
         for _ in 0..4096 {
             let at = stream.pair();

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::coord::combinators::LogCoord;
 use plotters::prelude::*;
 
 use super::case::Criterion;
@@ -40,6 +41,55 @@ const LOGARITHMIC_FROM: f64 = 30.0;
 
 /// Why a plot could not be drawn: there is none but a wrong range, and an empty picture says it.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+/// A chart of forecasts over what came true against the share of a run that was done.
+pub(super) struct ForecastChart {
+    /// What the share is of.
+    pub x_desc: &'static str,
+    /// The least share that is shown.
+    pub first_share: f64,
+    /// What lies further off than this factor is drawn at it.
+    pub reach: f64,
+}
+
+/// The plane that forecasts are drawn in.
+type ForecastPlane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, LogCoord<f64>>>;
+
+impl ForecastChart {
+    /// Where a forecast stands: share in percent, and ratio.
+    pub fn place(&self, share: f64, ratio: f64) -> (f64, f64) {
+        (100.0 * share, ratio.clamp(1.0 / self.reach, self.reach))
+    }
+
+    /// Draws axes, what is given, and the line of what came true.
+    pub fn draw(
+        &self,
+        area: &DrawingArea<SVGBackend, Shift>,
+        forecasts: impl FnOnce(&mut ForecastPlane) -> Drawn,
+    ) -> Drawn {
+        let first = 100.0 * self.first_share;
+        let mut chart =
+            ChartBuilder::on(area)
+                .margin(8)
+                .margin_right(18)
+                .x_label_area_size(46)
+                .y_label_area_size(72)
+                .build_cartesian_2d((first..100.0f64).log_scale(), (1.0 / self.reach..self.reach).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(FAINT)
+            .x_desc(self.x_desc)
+            .y_desc("forecast over what came true")
+            .label_style(TEXT)
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick(*value))
+            .draw()?;
+        forecasts(&mut chart)?;
+        chart.draw_series(LineSeries::new([(first, 1.0), (100.0, 1.0)], EXACT.stroke_width(2)))?;
+        Ok(())
+    }
+}
 
 /// Whether the picture shows each entry, not a histogram of all.
 pub(super) fn shows_entries(outcome: &ComparisonOutcome) -> bool {

@@ -53,6 +53,20 @@ pub fn signal(id: u32, signal: &str) {
     assert!(sent.is_ok_and(|status| status.success()));
 }
 
+/// A directory of a test's own, which goes with it.
+pub struct Home(tempfile::TempDir);
+
+impl Home {
+    pub fn new() -> Home {
+        Home(tempfile::tempdir().expect("a temporary directory"))
+    }
+
+    /// Where something of this name lies in it.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+}
+
 /// Runs `solve` on a scene of these tests.
 pub fn solve(scene_name: &str, out: &Path, more: &[&str]) -> Output {
     solve_file(&scene(scene_name), out, more)

@@ -148,11 +148,11 @@ impl Asker<'_> {
         rays
     }
 
-    /// Whether all rays of an entry have one hemisphere, whose directions can be learned: cylinders turn their planes.
+    /// Whether all rays of an entry have one hemisphere, whose directions can be learned.
     pub fn has_one_hemisphere(&self) -> bool {
         match self.kind {
             MapKind::Elements => true,
-            MapKind::Receivers(set) => self.context.scene.receivers[set].quantity == Quantity::Perpendicular,
+            MapKind::Receivers(set) => self.context.scene.receivers[set].quantity.has_one_hemisphere(),
         }
     }
 

@@ -42,19 +42,17 @@ impl CellAsks {
     /// Lets rays to come go where light has come from, and walks where cells have been wrong.
     fn learn_directions(&mut self, told: &[Vec<f32>], walked: &[Vec<f32>]) {
         let [of_rays, of_walks] = &mut self.guides;
-        for (records, told) in self.records.iter().zip(told) {
-            let new = self.learned[0] as usize;
-            let rays = self.order.entries(new as u64..told.len() as u64).zip(&records.bins[new..]);
-            for (((_, entry), bin), lx) in rays.zip(&told[new..]) {
-                of_rays.add_weighted(entry, usize::from(*bin), f64::from(*lx));
-            }
-        }
-        for (records, walked) in self.records.iter().zip(walked) {
-            let new = self.learned[1];
-            let walks = self.walks.entries(new..new + walked.len() as u64).zip(&records.walk_bins[new as usize..]);
-            for (((_, entry), bin), lx) in walks.zip(walked) {
-                of_walks.add_weighted(entry, usize::from(*bin), f64::from(*lx));
-            }
+        let [rays, walks] = self.learned;
+        for (replica, records) in self.records.iter().enumerate() {
+            let (told, walked) = (&told[replica], &walked[replica]);
+            count(
+                of_rays,
+                self.order.entries(rays..told.len() as u64),
+                &records.bins[rays as usize..],
+                &told[rays as usize..],
+            );
+            let new = walks..walks + walked.len() as u64;
+            count(of_walks, self.walks.entries(new), &records.walk_bins[walks as usize..], walked);
         }
         let lens = [told, walked].map(|found| found.first().map_or(0, |first| first.len() as u64));
         self.learned = [lens[0], self.learned[1] + lens[1]];
@@ -143,6 +141,13 @@ impl CellAsks {
             }
         }
         unsure_lx2
+    }
+}
+
+/// Counts what samples from some entries found by way of their bins, in lx.
+fn count(guide: &mut Guide, entries: impl Iterator<Item = (u64, usize)>, bins: &[u8], found_lx: &[f32]) {
+    for (((_, entry), bin), lx) in entries.zip(bins).zip(found_lx) {
+        guide.add_weighted(entry, usize::from(*bin), f64::from(*lx));
     }
 }
 

@@ -17,8 +17,7 @@ use crate::solver::spending::Activity;
 const FIRST_RAYS: u64 = 400_000;
 const LEAST_PASSES: u64 = 2;
 const MOST_PASSES: u64 = 6;
-/// Rays that fill of every entry before the first look for an error of 1 %, the more the smaller the error, and in a half at most; walks
-/// of each entry that walks.
+/// Rays that fill of every entry before the first look for an error of 1 % or less, and in a half at most; walks of each entry that walks.
 const FIRST_FILLS: u64 = 16;
 const MOST_FILLS: u64 = 1 << 20;
 const USUAL_ERROR: f64 = 0.01;
@@ -207,12 +206,12 @@ impl Job {
         }
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());
         let asker = asker_of(context, self.kind, &self.elements, self.broad.as_ref());
-        self.asks = Some(match &self.asks {
-            Some(asks) => asks.anew(&asker, sites, walkers),
-            None => CellAsks::new(&asker, sites, walkers),
-        });
         let places: Vec<_> = (0..sites).map(|entry| asker.middle(entry)).collect();
         let regions = regions_of(&places);
+        self.asks = Some(match &self.asks {
+            Some(asks) => asks.anew(&asker, &regions, walkers),
+            None => CellAsks::new(&asker, &regions, walkers),
+        });
         let map = self.broad.as_mut().map_or(&mut self.map, |broad| &mut broad.map);
         map.residuals = Some(Residuals::new(regions, map.entries()));
     }

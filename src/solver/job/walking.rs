@@ -1,7 +1,7 @@
 //! A job whose points walk.
 
 use super::{Context, Engine, Job, Method, after_sweep, slice_of_sweep};
-use crate::scene::Quantity;
+use crate::solver::cells::regions_of;
 use crate::solver::guide::Guide;
 use crate::solver::sweep;
 
@@ -9,11 +9,10 @@ impl Job {
     /// A slice of walks from the points of a receiver set, towards a number of them from every point.
     pub(super) fn walk_from_points(&mut self, context: &Context, set: usize, goal: u64) {
         let receivers = &context.scene.receivers[set];
-        // Cylinders turn their planes: their directions have no one hemisphere.
-        let has_guide = context.method == Method::Auto && receivers.quantity == Quantity::Perpendicular;
+        let has_guide = context.method == Method::Auto && receivers.quantity.has_one_hemisphere();
         if has_guide && self.guide.is_none() {
             let places: Vec<_> = receivers.points.iter().map(|point| (point.position_m, point.normal)).collect();
-            self.guide = Some(Guide::new(&places));
+            self.guide = Some(Guide::new(regions_of(&places)));
         }
         let rays = self.share.rays_per_indirect;
         let (entries, times) = slice_of_sweep(context, self.map.indirect_samples, goal, self.map.len(), rays);

@@ -4,20 +4,19 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::campaign::{Campaign, LEVELS};
-use crate::validation::plots::{Drawn, EXACT, FAINT, MEASURED, TEXT, svg, tick};
+use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, TEXT, svg, tick};
 
 /// Colours of methods, told apart in print by shape too (Okabe and Ito 2008).
 const OTHER: RGBColor = RGBColor(0, 158, 115);
 /// Height of a row with the runs of one campaign, in SVG units.
 const ROW: u32 = 30;
-/// Forecasts beyond these factors are drawn at the border.
-const FORECAST_REACH: f64 = 10.0;
-/// Errors beyond so many times the target, likewise.
+/// Where forecasts are drawn.
+const FORECASTS: ForecastChart =
+    ForecastChart { x_desc: "share of the run that was done, %", first_share: 1e-3, reach: 10.0 };
+/// Errors beyond so many times the target are drawn at the border.
 const ERROR_REACH: f64 = 3.0;
 /// Forecasts of a campaign that are drawn, evenly chosen.
 const MOST_DOTS: usize = 400;
-/// Smallest share of a run that is shown.
-const FIRST_SHARE: f64 = 1e-3;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -121,38 +120,20 @@ pub(super) fn forecast_picture(campaigns: &[Campaign]) -> String {
     svg(420, |area| {
         let (top, plot) = area.split_vertically(28);
         methods(&top)?;
-        let mut chart = ChartBuilder::on(&plot)
-            .margin(8)
-            .margin_right(18)
-            .x_label_area_size(46)
-            .y_label_area_size(72)
-            .build_cartesian_2d(
-                (100.0 * FIRST_SHARE..100.0f64).log_scale(),
-                (1.0 / FORECAST_REACH..FORECAST_REACH).log_scale(),
-            )?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(FAINT)
-            .x_desc("share of the run that was done, %")
-            .y_desc("forecast over what came true")
-            .label_style(TEXT)
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
-            .draw()?;
-        for campaign in campaigns {
-            let forecasts = || {
-                let all = campaign.runs.iter().flat_map(|run| &run.forecasts);
-                all.filter(|forecast| (FIRST_SHARE..1.0).contains(&forecast.share))
-            };
-            let step = forecasts().count().div_ceil(MOST_DOTS).max(1);
-            let dots = forecasts().step_by(step).map(|forecast| {
-                let ratio = forecast.ratio.clamp(1.0 / FORECAST_REACH, FORECAST_REACH);
-                Circle::new((100.0 * forecast.share, ratio), 2, colour(campaign).mix(0.25).filled())
-            });
-            chart.draw_series(dots)?;
-        }
-        chart.draw_series(LineSeries::new([(100.0 * FIRST_SHARE, 1.0), (100.0, 1.0)], EXACT.stroke_width(2)))?;
-        Ok(())
+        FORECASTS.draw(&plot, |chart| {
+            for campaign in campaigns {
+                let forecasts = || {
+                    let all = campaign.runs.iter().flat_map(|run| &run.forecasts);
+                    all.filter(|forecast| (FORECASTS.first_share..1.0).contains(&forecast.share))
+                };
+                let step = forecasts().count().div_ceil(MOST_DOTS).max(1);
+                let dots = forecasts().step_by(step).map(|forecast| {
+                    let place = FORECASTS.place(forecast.share, forecast.ratio);
+                    Circle::new(place, 2, colour(campaign).mix(0.25).filled())
+                });
+                chart.draw_series(dots)?;
+            }
+            Ok(())
+        })
     })
 }

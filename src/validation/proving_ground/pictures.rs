@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use super::campaign::{Proof, RoomProof};
 use super::report::costs;
 use super::summary::Group;
-use crate::validation::plots::{Drawn, EXACT, FAINT, MEASURED, Sign, TEXT, legend, svg, tick};
+use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, Sign, TEXT, legend, svg, tick};
 
 /// Colour of rooms that nothing was tuned on, and of the rival (Okabe and Ito 2008).
 const OTHER: RGBColor = RGBColor(0, 158, 115);
@@ -13,9 +13,9 @@ const OTHER: RGBColor = RGBColor(0, 158, 115);
 const ROW: u32 = 22;
 /// Smallest error that is shown beside the target; smaller ones are drawn there.
 const LEAST_SHARE: f64 = 0.02;
-/// First share of a run whose forecasts are drawn, and factor beyond which they are drawn at the border.
-const FIRST_SHARE: f64 = 0.005;
-const FORECASTS_BEYOND: f64 = 5.0;
+/// Where forecasts are drawn.
+const FORECASTS: ForecastChart =
+    ForecastChart { x_desc: "share of the rays that was done, %", first_share: 0.005, reach: 5.0 };
 
 /// True error against stated error, a dot a map of a run.
 pub fn error_picture(proof: &Proof) -> String {
@@ -74,37 +74,16 @@ pub fn forecast_picture(proof: &Proof) -> String {
             (Sign::Line(EXACT), "what came true".to_owned()),
         ];
         legend(&top, &signs)?;
-        let mut chart = ChartBuilder::on(&plot)
-            .margin(8)
-            .margin_right(18)
-            .x_label_area_size(46)
-            .y_label_area_size(72)
-            .build_cartesian_2d(
-                (100.0 * FIRST_SHARE..100.0f64).log_scale(),
-                (1.0 / FORECASTS_BEYOND..FORECASTS_BEYOND).log_scale(),
-            )?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(FAINT)
-            .x_desc("share of the rays that was done, %")
-            .y_desc("forecast over what came true")
-            .label_style(TEXT)
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
-            .draw()?;
-        for (group, colour) in [(Group::Tuned, MEASURED), (Group::Untuned, OTHER)] {
-            for forecasts in proof.forecasts(group) {
-                let shown = forecasts.iter().filter(|forecast| forecast.share >= FIRST_SHARE);
-                let line = shown.map(|forecast| {
-                    let ratio = forecast.ratio.clamp(1.0 / FORECASTS_BEYOND, FORECASTS_BEYOND);
-                    (100.0 * forecast.share, ratio)
-                });
-                chart.draw_series(LineSeries::new(line, colour.mix(0.5)))?;
+        FORECASTS.draw(&plot, |chart| {
+            for (group, colour) in [(Group::Tuned, MEASURED), (Group::Untuned, OTHER)] {
+                for forecasts in proof.forecasts(group) {
+                    let shown = forecasts.iter().filter(|forecast| forecast.share >= FORECASTS.first_share);
+                    let line = shown.map(|forecast| FORECASTS.place(forecast.share, forecast.ratio));
+                    chart.draw_series(LineSeries::new(line, colour.mix(0.5)))?;
+                }
             }
-        }
-        chart.draw_series(LineSeries::new([(100.0 * FIRST_SHARE, 1.0), (100.0, 1.0)], EXACT.stroke_width(2)))?;
-        Ok(())
+            Ok(())
+        })
     })
 }
 
