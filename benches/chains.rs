@@ -6,11 +6,12 @@ use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use luxmc::chain::Stage;
+use luxmc::check::read_scene;
 use luxmc::estimators::direct::Receiver;
 use luxmc::estimators::walk::sample_indirect_lx;
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
-use luxmc::scene::{Scene, read_scene};
+use luxmc::scene::Scene;
 
 /// Chains or walks that one iteration traces.
 const BATCH: u64 = 1000;

@@ -10,9 +10,10 @@ use std::path::Path;
 
 use glam::DVec3;
 use luxmc::analytic::box_room::{BoxRoom, BoxRoomSolution, RoomFace, RoomSource};
+use luxmc::check::{read_scene, scene_from_json};
 use luxmc::maps::MapResult;
+use luxmc::scene::Scene;
 use luxmc::scene::elements::part_corners;
-use luxmc::scene::{Scene, read_scene, scene_from_json};
 use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Silent, Solution, solve};
 use luxmc::validation::utc_date;
 

@@ -10,7 +10,8 @@
 use std::path::Path;
 
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
-use luxmc::scene::{Scene, scene_from_json};
+use luxmc::check::scene_from_json;
+use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method, Settings, Silent, Solution, solve};
 
 const SOBOLEV: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },

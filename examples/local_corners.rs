@@ -6,7 +6,7 @@
 //! The true illuminance is πL₀ everywhere. "cost" is the counted rays times the squared true error in percent: the rays
 //! to an error of 1%.
 
-use luxmc::scene::scene_from_json;
+use luxmc::check::scene_from_json;
 use luxmc::solver::{MapSelection, Method, Settings, Silent, solve};
 
 /// Student's t at 15 degrees of freedom for 68.27% and 95.45%.

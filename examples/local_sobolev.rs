@@ -8,7 +8,7 @@
 use std::time::Instant;
 
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev_at_radii};
-use luxmc::scene::scene_from_json;
+use luxmc::check::scene_from_json;
 use luxmc::solver::{MapSelection, Method, Settings, Silent, solve};
 
 const SEEDS: u64 = 40;

@@ -14,13 +14,14 @@ use std::time::Instant;
 
 use glam::DVec3;
 use luxmc::chain::Stage;
+use luxmc::check::scene_from_json;
 use luxmc::geometry::Meeting;
 use luxmc::output::axes::{Frame, Scale};
 use luxmc::output::color::{BLUE, SOFT, VERMILION};
 use luxmc::output::picture::{Pen, Picture, Words};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::sampling::reflection::{Pair, Way};
-use luxmc::scene::{ReceiverPoint, scene_from_json};
+use luxmc::scene::ReceiverPoint;
 use luxmc::solver::{MapSelection, Method, Settings, Silent, solve};
 use rayon::prelude::*;
 

@@ -10,13 +10,14 @@ use std::path::Path;
 
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev_at_radii};
 use luxmc::chain::Stage;
+use luxmc::check::scene_from_json;
 use luxmc::estimators::direct::Receiver;
 use luxmc::estimators::local::{Anchors, BRANCHES, Connecting};
 use luxmc::estimators::reception::sample_reflected_lx;
 use luxmc::estimators::walk::{Memory, Met, Recall, gather_indirect_lx, sample_indirect_lx};
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
-use luxmc::scene::{Scene, scene_from_json};
+use luxmc::scene::Scene;
 use rayon::prelude::*;
 
 const COUNTS: [u64; 5] = [16, 64, 256, 1024, 4096];

@@ -120,11 +120,13 @@
 #[doc(inline)]
 pub use analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 #[doc(inline)]
+pub use check::{read_scene, scene_from_json};
+#[doc(inline)]
 pub use cli::{Failure, MethodChoice, RunOptions, RunStory, SceneRun};
 #[doc(inline)]
 pub use maps::MapResult;
 #[doc(inline)]
-pub use scene::{Scene, SceneError, read_scene, scene_from_json};
+pub use scene::{Scene, SceneError};
 #[doc(inline)]
 pub use solver::{MapSelection, Observer, Settings, Silent, Solution, solve};
 
@@ -140,6 +142,9 @@ pub mod scene;
 pub mod geometry;
 #[doc(hidden)]
 pub mod sampling;
+
+#[doc(hidden)]
+pub mod check;
 
 #[doc(hidden)]
 pub mod chain;

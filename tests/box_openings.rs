@@ -5,7 +5,8 @@ mod common;
 use std::path::Path;
 
 use common::Silent;
-use luxmc::scene::{Scene, scene_from_json};
+use luxmc::check::scene_from_json;
+use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Settings, solve};
 
 /// A room of 4 m × 4 m × 3 m with black walls under a file of a box of 400 mm × 400 mm × 25 mm, its middle at a height.

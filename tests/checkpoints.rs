@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use luxmc::scene::{Scene, scene_from_json};
+use luxmc::check::scene_from_json;
+use luxmc::scene::Scene;
 use luxmc::solver::{
     Activity, ElementChoice, GoingOn, Keeper, KeptRun, MapSelection, Method, Observer, Progress, RunState, Settings,
     Silent, Solution, StopReason, resume, solve,

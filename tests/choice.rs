@@ -6,7 +6,8 @@ use std::path::Path;
 
 use common::{Silent, T15_QUANTILE_95_4, scene, scene_of, slow};
 use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev_at_radii};
-use luxmc::scene::{Scene, scene_from_json};
+use luxmc::check::scene_from_json;
+use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
 
 /// By how much auto may be dearer than the best fixed method.

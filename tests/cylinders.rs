@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use luxmc::check::scene_from_json;
 use luxmc::maps::MapResult;
-use luxmc::scene::scene_from_json;
 use luxmc::solver::{MapSelection, Settings, Silent, solve};
 
 /// Chance that a right program fails one of the comparisons below: 5 standard errors of 16 replicas, t with 15 degrees

@@ -6,8 +6,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use common::Silent;
+use luxmc::check::scene_from_json;
 use luxmc::maps::MapResult;
-use luxmc::scene::{Emission, Openings, Scene, scene_from_json};
+use luxmc::scene::{Emission, Openings, Scene};
 use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 use serde_json::{Value, json};
 

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use luxmc::check::{inspect, scene_from_json};
 use luxmc::scene::photometry::{parse_eulumdat, parse_ies};
-use luxmc::scene::{inspect, mesh_from_obj, receiver_points_from_csv, scene_from_json};
+use luxmc::scene::{mesh_from_obj, receiver_points_from_csv};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

@@ -7,10 +7,11 @@ use std::path::Path;
 use common::Silent;
 use glam::DVec3;
 use luxmc::chain::Stage;
+use luxmc::check::scene_from_json;
 use luxmc::estimators::direct::Receiver;
 use luxmc::estimators::glare::sample_glare;
 use luxmc::sampling::random::{Purpose, Stream};
-use luxmc::scene::{Scene, scene_from_json};
+use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 /// Eye-to-luminaire height of the standard room in m, and the distance between luminaires.

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use common::Silent;
 use luxmc::base::polygon::polygon_illuminance_lx;
-use luxmc::scene::{Elements, Scene, scene_from_json};
+use luxmc::check::scene_from_json;
+use luxmc::scene::{Elements, Scene};
 use luxmc::solver::{MapSelection, Method, Settings, solve};
 
 const SEEDS: u64 = 8;

@@ -11,10 +11,11 @@ use luxmc::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 use luxmc::base::glare::unified_glare_rating;
 use luxmc::base::position_index::position_index;
 use luxmc::chain::Stage;
+use luxmc::check::scene_from_json;
 use luxmc::geometry::Meeting;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::sampling::reflection::{Pair, Way};
-use luxmc::scene::{Emission, ReceiverPoint, Scene, scene_from_json};
+use luxmc::scene::{Emission, ReceiverPoint, Scene};
 use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
 
 fn from_text(text: &str) -> Scene {

@@ -6,8 +6,9 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use common::Silent;
+use luxmc::check::scene_from_json;
 use luxmc::maps::MapResult;
-use luxmc::scene::{Scene, scene_from_json};
+use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 /// Standard errors within which all values of one test must lie: α = 1e-6 for some tens of values, with 15 degrees

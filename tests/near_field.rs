@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use common::Silent;
 use glam::DVec3;
 use luxmc::base::polygon::polygon_illuminance_lx;
-use luxmc::scene::{Emission, Scene, inspect, scene_from_json};
+use luxmc::check::{inspect, scene_from_json};
+use luxmc::scene::{Emission, Scene};
 use luxmc::solver::{MapSelection, Settings, Solution, solve};
 
 fn folder() -> PathBuf {

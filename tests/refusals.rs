@@ -4,7 +4,8 @@ mod refusal_cases;
 
 use std::path::{Path, PathBuf};
 
-use luxmc::scene::{SceneError, read_scene, scene_from_json};
+use luxmc::check::{read_scene, scene_from_json};
+use luxmc::scene::SceneError;
 
 use refusal_cases::{CASES, Case, GOOD};
 

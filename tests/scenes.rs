@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use luxmc::scene::{Emission, ReceiverLayout, Scene, inspect, read_scene, scene_from_json};
+use luxmc::check::{inspect, read_scene, scene_from_json};
+use luxmc::scene::{Emission, ReceiverLayout, Scene};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

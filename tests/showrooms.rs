@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 use common::Silent;
-use luxmc::scene::{inspect, read_scene};
+use luxmc::check::{inspect, read_scene};
 use luxmc::solver::{MapSelection, Settings, solve};
 
 /// Averages in lx of receiver sets and surfaces, from runs of 30 million rays and more with standard errors of 0.3% or less.

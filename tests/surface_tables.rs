@@ -5,8 +5,8 @@ mod common;
 use std::path::Path;
 
 use common::Silent;
+use luxmc::check::scene_from_json;
 use luxmc::maps::TableRow;
-use luxmc::scene::scene_from_json;
 use luxmc::solver::{ElementChoice, MapSelection, Settings, solve};
 
 /// The rows of a room of 4 m × 3 m × 2.5 m with a lamp near a corner, with elements as long as given, and more geometry.

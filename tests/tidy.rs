@@ -9,18 +9,19 @@ const FLOORS: &[(&str, u32)] = &[
     ("scene", 1),
     ("geometry", 2),
     ("sampling", 2),
-    ("chain", 3),
-    ("caches", 3),
-    ("estimators", 4),
-    ("maps", 5),
-    ("control", 6),
-    ("solver", 7),
-    ("light_mesh", 7),
-    ("radiosity", 7),
-    ("analytic", 8),
-    ("output", 8),
-    ("validation", 9),
-    ("cli", 10),
+    ("check", 3),
+    ("chain", 4),
+    ("caches", 4),
+    ("estimators", 5),
+    ("maps", 6),
+    ("control", 7),
+    ("solver", 8),
+    ("light_mesh", 8),
+    ("radiosity", 8),
+    ("analytic", 9),
+    ("output", 9),
+    ("validation", 10),
+    ("cli", 11),
 ];
 
 /// Lines that can be read in one sitting.
@@ -83,6 +84,37 @@ fn rooms_use_only_the_floors_above_them() {
         wrong.map(|(number, other)| format!("{}:{number}: {room} uses {other}", path.display())).collect()
     });
     assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// Pieces of names that tell of looks along straight ways, and of what lies inside of what.
+const WORDS_OF_RAYS: [&str; 9] = ["ray", "rays", "met", "hit", "hits", "occluded", "trace", "winding", "encloses"];
+
+/// The pieces of a line's names: those of `first_met` are `first` and `met`; comments and texts do not count.
+fn pieces_of_names(line: &str) -> Vec<&str> {
+    if line.trim_start().starts_with("//") {
+        return Vec::new();
+    }
+    // What stands between quotes is every second piece.
+    line.split('"').step_by(2).flat_map(|code| code.split(|c: char| !c.is_alphanumeric())).collect()
+}
+
+#[test]
+fn the_scene_is_read_value_by_value_without_a_ray() {
+    let broken = complaints(|path, text| {
+        if room_of(path).is_none_or(|room| room != "scene") {
+            return Vec::new();
+        }
+        // Which opening light from the sky belongs to is told along its line, by who samples the sky.
+        let told_along_lines = path.ends_with("scene/openings.rs");
+        let lines = text.lines().enumerate().filter(|_| !told_along_lines);
+        let pieces =
+            lines.flat_map(|(number, line)| pieces_of_names(line).into_iter().map(move |piece| (number + 1, piece)));
+        let wrong = pieces.filter(|(_, piece)| WORDS_OF_RAYS.contains(piece));
+        wrong.map(|(number, piece)| format!("{}:{number}: scene knows of {piece}", path.display())).collect()
+    });
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+    assert!(pieces_of_names("    first_met(scene, \"a ray\")").iter().any(|piece| WORDS_OF_RAYS.contains(piece)));
+    assert!(!pieces_of_names("let array = \"a ray\";").contains(&"ray"));
 }
 
 #[test]

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use luxmc::scene::{inspect, mesh_from_obj, scene_from_json};
+use luxmc::check::{inspect, scene_from_json};
+use luxmc::scene::mesh_from_obj;
 
 fuzz_target!(|text: &str| {
     match mesh_from_obj(text, Path::new("mesh.obj")) {

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use luxmc::scene::{inspect, scene_from_json};
+use luxmc::check::{inspect, scene_from_json};
 
 fuzz_target!(|text: &str| {
     // No file that the scene names is there, so that only the scene itself is looked at.

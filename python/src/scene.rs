@@ -70,7 +70,7 @@ impl Scene {
 
     /// What `luxmc inspect --json` tells, as JSON.
     fn inspect(&self, py: Python<'_>) -> PyResult<String> {
-        let told = py.detach(|| serde_json::to_string(&luxmc::scene::inspect(&self.scene)));
+        let told = py.detach(|| serde_json::to_string(&luxmc::check::inspect(&self.scene)));
         told.map_err(|error| PyRuntimeError::new_err(error.to_string()))
     }
 }

@@ -356,7 +356,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
 
     /// Four lamps; places of a cell of 1 m lie at x = 0.2 and face −x, and the last lamp is behind them at x = 0.5. A place at x = 0.9 of
     /// the same cell has it in front: its looks must find it with more than the least chance that every lamp has (the planted fault).

@@ -44,7 +44,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
 
     #[test]
     fn a_ceiling_with_panels_in_it_is_unlit_and_the_rest_of_the_room_is_not() {

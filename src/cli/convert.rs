@@ -9,8 +9,9 @@ use super::exit::{Exit, Failure};
 use super::number_text::plain;
 use super::text_table::text_table;
 use super::{Outcome, console};
+use crate::check::scene_from_json;
 use crate::output::{ResultFile, write_files};
-use crate::scene::{ProposedMaterial, allow_large_files, propose_scene, scene_from_json};
+use crate::scene::{ProposedMaterial, allow_large_files, propose_scene};
 
 /// What the command does, at length.
 pub const ABOUT: &str = "\

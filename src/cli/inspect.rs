@@ -12,12 +12,12 @@ use super::number_text::plain;
 use super::proportions::warn_of_proportions;
 use super::text_table::text_table;
 use super::{Outcome, console};
+use crate::check::{
+    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, inspect, read_scene,
+};
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
-use crate::scene::{
-    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, Product, allow_large_files,
-    inspect, read_scene,
-};
+use crate::scene::{Product, allow_large_files};
 use crate::solver::Settings;
 
 const EXAMPLES: &str = "\

@@ -15,13 +15,14 @@ use super::results::{closing_lines, counted, exit_of, stage_results, tell_result
 use super::run::thread_pool;
 use super::{Outcome, console, values};
 use crate::base::memory::peak_bytes;
+use crate::check::read_scene;
 use crate::control::Forecast;
 use crate::geometry::position_accuracy_m;
 use crate::maps::MapKind;
 use crate::output::{
     PartOfRun, ReportContext, ResultDirectory, RunRecord, SealedError, ShareFile, read_share, summary_file,
 };
-use crate::scene::{Elements, Scene, allow_large_files, read_scene};
+use crate::scene::{Elements, Scene, allow_large_files};
 use crate::solver::{
     ElementChoice, MapSelection, Merged, Method, MoreShares, Settings, ShareRecord, StopReason, merge,
 };

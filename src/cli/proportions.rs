@@ -2,7 +2,7 @@
 
 use super::exit::Failure;
 use super::number_text::plain;
-use crate::geometry::{Proportions, Trust};
+use crate::check::{Proportions, Trust};
 use crate::scene::Scene;
 
 /// Why a scene cannot be computed, or what may be wrong with its results; `None` where rays are exact enough.

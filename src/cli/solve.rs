@@ -19,9 +19,10 @@ use super::progress::{Watcher, heed_interruptions};
 use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
 use super::run::{RunOptions, RunStory, SceneRun};
 use super::{Outcome, checkpoint, console, share, values};
+use crate::check::read_scene;
 use crate::maps::MapKind;
 use crate::output::{CheckpointFile, PartOfRun, ResultDirectory, ShareHeader, share_file};
-use crate::scene::{Elements, Scene, allow_large_files, read_scene};
+use crate::scene::{Elements, Scene, allow_large_files};
 use crate::solver::{ElementChoice, Settings, Share, Solution};
 
 const EXAMPLES: &str = "\

@@ -179,9 +179,9 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::check::scene_from_json;
     use crate::estimators::direct::DirectPass;
     use crate::sampling::random::Purpose;
-    use crate::scene::scene_from_json;
 
     /// A wall hides parts of shining panels from the points behind it; a small lamp hangs in the open.
     const SCENE: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },

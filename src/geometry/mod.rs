@@ -24,14 +24,12 @@ mod crossings;
 mod frame;
 mod hull;
 mod origin;
-mod proportions;
 mod tracer;
 mod tree;
 mod triangle;
 
 pub use crossings::Crossed;
 pub use origin::Origin;
-pub use proportions::{Proportions, Trust};
 pub use tracer::{Meeting, SurfaceHit, Tracer, position_accuracy_m};
 
 #[cfg(test)]

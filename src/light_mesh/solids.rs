@@ -9,10 +9,9 @@ use rayon::prelude::*;
 use super::indirect::Stop;
 use super::lattice::{Index, Lattice};
 use crate::chain::Stage;
+use crate::check::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene};
 use crate::geometry::{Crossed, Tracer};
-use crate::scene::{
-    Emission, Scene, Shell, Side, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene,
-};
+use crate::scene::{Emission, Scene, Side};
 
 /// A triangle that belongs to no closed solid.
 const OPEN: u32 = u32::MAX;

@@ -13,9 +13,10 @@ use super::report_words::{explanations, stop_words, target_words};
 use super::schedule::{Power, Schedule, floor_area_m2};
 use super::verdicts::verdict_section;
 use super::{ResultFile, date::utc_date};
+use crate::check::{InspectedSurface, inspect_surfaces};
 use crate::maps::{Estimate, TableKind, TableRow};
 use crate::scene::photometry::Opening;
-use crate::scene::{Emission, InspectedSurface, Luminaire, Quantity, Scene, inspect_surfaces};
+use crate::scene::{Emission, Luminaire, Quantity, Scene};
 use crate::solver::{Activity, Solution, Spending};
 
 pub(super) const STYLE: &str = include_str!("report.css");

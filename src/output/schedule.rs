@@ -125,7 +125,7 @@ mod tests {
     use std::path::Path;
 
     use super::{MOST_KINDS, Schedule, letters};
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
 
     /// 1,000 luminaires of as many fluxes: the schedule has as many rows as can be read and holds them all, each once.
     #[test]

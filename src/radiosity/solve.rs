@@ -28,7 +28,7 @@ const ALONG_AXIS: f64 = 1e-12;
 ///
 /// ```
 /// # use luxmc::radiosity::Radiosity;
-/// # use luxmc::scene::scene_from_json;
+/// # use luxmc::check::scene_from_json;
 /// let scene = r#"{ "version": 1, "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
 ///     "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,4], "facing": "inward",
 ///                     "material": "paint" } ],

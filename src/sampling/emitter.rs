@@ -412,7 +412,7 @@ mod tests {
 
     use super::*;
     use crate::sampling::random::Purpose;
-    use crate::scene::scene_from_json;
+    use crate::scene_from_json;
 
     /// Glances from four places at a triangle of 1 m, from one in front of it to one whose horizon cuts it: the mean of
     /// 2,000,000 is the exact illuminance within 4.5 standard errors (α = 7e-6 each; seed 9), and 1% more, the planted

@@ -82,7 +82,8 @@ fn take_luminaire(sink: &mut Sink, webs: &mut HashMap<usize, usize>, luminaire: 
 mod tests {
     use std::path::Path;
 
-    use crate::scene::{Scene, scene_from_json};
+    use crate::scene::Scene;
+    use crate::scene_from_json;
 
     const TEXT: &str = r#"{"version": 1, "title": "a",
         "materials": {"paint": {"type": "diffuse", "reflectance": 0.5}},

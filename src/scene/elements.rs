@@ -316,7 +316,7 @@ mod tests {
             "geometry": [ { "name": "table", "type": "rectangle", "origin": [0,0,0], "u": [3,0,0], "v": [0,2,0], "two_sided": true,
                             "max_element_edge": 1.3, "material": "m" } ],
             "luminaires": [ { "name": "lamp", "type": "point", "position": [2,1,0.9], "intensity_cd": 1 } ] }"#;
-        let scene = crate::scene::scene_from_json(text, None, std::path::Path::new(".")).expect("the table is valid");
+        let scene = crate::scene_from_json(text, None, std::path::Path::new(".")).expect("the table is valid");
         let given = Elements::of(&scene);
         // Twice: what was cut stays cut, and the back follows the front.
         let once = given.cut(|cell| u32::from(cell == 1));

@@ -168,7 +168,7 @@ mod tests {
             "geometry": [ {{ "name": "table", "type": "rectangle", "origin": [1,2,0], "u": {u}, "v": {v}, "material": "m"{edge_m} }} ],
             "luminaires": [ {{ "name": "lamp", "type": "point", "position": [2,1,0.9], "intensity_cd": 1 }} ] }}"#
         );
-        let scene = crate::scene::scene_from_json(&text, None, std::path::Path::new(".")).expect("the table is valid");
+        let scene = crate::scene_from_json(&text, None, std::path::Path::new(".")).expect("the table is valid");
         let elements = Elements::of(&scene);
         let grid = evaluation_grid(&scene, &elements, 0, Side::Front, |_| (1.0, 1.0));
         (scene, grid)

@@ -14,7 +14,7 @@ pub type MaterialId = u32;
 
 /// A lighting scene in metres, lumens and candelas, checked once when it was read.
 ///
-/// Made by [`super::read_scene`] and [`super::scene_from_json`]; what holds there is not checked again.
+/// Made by [`crate::read_scene`] and [`crate::scene_from_json`]; what holds there is not checked again.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Free text from the file; may be empty.

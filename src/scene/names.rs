@@ -21,7 +21,7 @@ pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str
 }
 
 /// `"a", "b" or "c"`; long lists are cut.
-pub(super) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     /// A message names no more than this many.
     const MOST: usize = 16;
     let names: Vec<&str> = names.into_iter().collect();
@@ -37,7 +37,7 @@ pub(super) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// `a, b, c`; of long lists the first few and how many more there are.
-pub(super) fn joined(names: &[String]) -> String {
+pub(crate) fn joined(names: &[String]) -> String {
     /// Names that a sentence lists.
     const MOST: usize = 8;
     let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };

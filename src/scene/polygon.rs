@@ -7,7 +7,7 @@ use glam::DVec3;
 ///
 /// A polygon that is not plane is cut as its projection along its mean normal is. One without an area, or that crosses
 /// itself, still becomes `n − 2` triangles.
-pub(super) fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
+pub(crate) fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..corners.len()).collect();
     let mut triangles = Vec::with_capacity(corners.len().saturating_sub(2));
     let normal = newell_normal(corners);

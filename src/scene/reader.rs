@@ -12,7 +12,7 @@ use super::error::{Refusal, SceneError, TextPlace};
 use super::names::{listed, nearest};
 
 /// A text and the name it goes by in messages.
-pub(super) struct Source<'t> {
+pub(crate) struct Source<'t> {
     pub text: &'t str,
     pub path: &'t Path,
 }
@@ -42,7 +42,7 @@ impl Source<'_> {
 
 /// A value of the file and the way to it.
 #[derive(Clone)]
-pub(super) struct Node<'a> {
+pub(crate) struct Node<'a> {
     source: &'a Source<'a>,
     value: &'a Value<'a>,
     way: Way<'a>,
@@ -79,7 +79,7 @@ impl<'a> Way<'a> {
 
 /// The keys of an object, each given once.
 #[derive(Clone)]
-pub(super) struct Fields<'a> {
+pub(crate) struct Fields<'a> {
     node: Node<'a>,
     what: String,
     properties: &'a [ObjectProp<'a>],
@@ -340,7 +340,7 @@ impl<'a> Fields<'a> {
     }
 
     /// All keys in the order of the file.
-    pub fn entries(&self) -> impl Iterator<Item = Entry<'a>> + '_ {
+    pub(super) fn entries(&self) -> impl Iterator<Item = Entry<'a>> + '_ {
         self.properties.iter().map(|property| self.entry(property))
     }
 
@@ -371,7 +371,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Refuses a key rather than its value.
-    pub fn refuse_key(&self, entry: &Entry, what: String, expected: String, remedy: String) -> SceneError {
+    pub(super) fn refuse_key(&self, entry: &Entry, what: String, expected: String, remedy: String) -> SceneError {
         let got = format!("the key {:?}", shortened(entry.name));
         self.node.source.refuse(entry.key_range.clone(), &entry.value.json_path(), what, got, expected, remedy)
     }

@@ -8,14 +8,14 @@ use super::limits::SPHERE_FREQUENCY;
 
 /// Triangles over a list of vertices, in parts; lengths in the file's unit until they are placed.
 #[derive(Clone, Debug, Default)]
-pub(super) struct GeometryShape {
+pub(crate) struct GeometryShape {
     pub vertices: Vec<DVec3>,
     pub parts: Vec<ShapePart>,
 }
 
 /// A named part of a shape; a shape without parts is one part without a name.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ShapePart {
+pub(crate) struct ShapePart {
     pub name: Option<String>,
     pub triangles: Vec<[u32; 3]>,
 }
@@ -61,7 +61,7 @@ pub(super) fn sphere_frequency(radius: f64, longest_edge: Option<f64>) -> f64 {
 }
 
 /// An icosahedron with every edge cut into `frequency` parts and all vertices on the sphere.
-pub(super) fn icosphere(center: DVec3, radius: f64, inward: bool, frequency: u32) -> GeometryShape {
+pub(crate) fn icosphere(center: DVec3, radius: f64, inward: bool, frequency: u32) -> GeometryShape {
     let golden = (1.0 + 5f64.sqrt()) / 2.0;
     let mut corners = Vec::with_capacity(12);
     for long in [golden, -golden] {

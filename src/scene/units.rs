@@ -4,14 +4,14 @@ use glam::DVec3;
 
 /// The unit of all lengths of a scene file and of the OBJ and point files that it names.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LengthUnit {
+pub(crate) struct LengthUnit {
     pub name: &'static str,
     numerator: f64,
     denominator: f64,
 }
 
 /// Names of the units, as files write them.
-pub(super) const UNIT_NAMES: [&str; 5] = ["m", "mm", "cm", "in", "ft"];
+pub(crate) const UNIT_NAMES: [&str; 5] = ["m", "mm", "cm", "in", "ft"];
 
 impl LengthUnit {
     /// The unit with the given place in [`UNIT_NAMES`].

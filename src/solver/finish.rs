@@ -6,10 +6,10 @@ use super::spending::Spending;
 use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solution, StopReason};
 use crate::chain::MOST_RAYS_OF_A_CHAIN;
+use crate::check::luminaires_behind_surfaces;
 use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
 use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, standard_error};
 use crate::sampling::reflection::Law;
-use crate::scene::luminaires_behind_surfaces;
 
 /// Standard errors by which the flux that elements absorb may miss the one emitted: Student's t of 15 degrees of freedom is
 /// beyond them once in 20,000 runs.

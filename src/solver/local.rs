@@ -272,8 +272,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::check::scene_from_json;
     use crate::maps::{REPLICAS, Unit};
-    use crate::scene::scene_from_json;
     use crate::solver::Method;
     use crate::solver::pace::Pace;
 

@@ -360,7 +360,7 @@ mod tests {
 
     use super::*;
     use crate::chain::Stage;
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
     use crate::solver::Method;
     use crate::solver::pace::{Pace, TimeLeft};
 

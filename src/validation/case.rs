@@ -12,7 +12,8 @@ use super::light_mesh::MeshChoice;
 use super::run_method::{RunMethod, indirect_form, method_names};
 use super::truth::{Truth, TruthSpec};
 use super::truth_room::RoomCache;
-use crate::scene::{Scene, SceneError, scene_from_json};
+use crate::check::scene_from_json;
+use crate::scene::{Scene, SceneError};
 
 /// The file that makes a folder a case.
 pub const CASE_FILE: &str = "case.json";

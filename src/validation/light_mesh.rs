@@ -415,8 +415,8 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
+    use crate::check::scene_from_json;
     use crate::light_mesh::NEVER;
-    use crate::scene::scene_from_json;
 
     /// A run that is ended in its second attempt shows the map of the first, which is nearer to the light by its own
     /// measurement; what the second has by then is not (the planted fault: it would be shown without a choice).

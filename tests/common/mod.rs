@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use luxmc::scene::{Scene, read_scene, scene_from_json};
+use luxmc::check::{read_scene, scene_from_json};
+use luxmc::scene::Scene;
 pub use luxmc::solver::Silent;
 use luxmc::solver::{MapSelection, Settings, Solution, solve};
 

@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::sampling::random::{Purpose, Stream};
     use crate::sampling::warp::{uniform_sphere, uniform_triangle};
-    use crate::scene::scene_from_json;
+    use crate::scene_from_json;
 
     /// Nine emitters of every kind and 4,000 random triangles about each: from sides that no light comes to, by what is
     /// told, eight random points find nothing by 16 looks each (seed 4). A half space that begins 0.2 m later, the planted

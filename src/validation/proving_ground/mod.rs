@@ -26,7 +26,8 @@ pub use report::{proof_csv, proof_html, proof_md, proof_pictures, proof_table};
 pub use rival::Rival;
 
 use super::error::CaseError;
-use crate::scene::{Scene, read_scene};
+use crate::check::read_scene;
+use crate::scene::Scene;
 use rooms::{Room, SCENE_FILE};
 
 /// The scene of a room. The files that its scene names stand in a temporary folder for a moment.

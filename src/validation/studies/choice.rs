@@ -4,7 +4,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::{Findings, StudyWishes};
-use crate::scene::{Scene, read_scene, scene_from_json};
+use crate::check::{read_scene, scene_from_json};
+use crate::scene::Scene;
 use crate::solver::{ElementChoice, MapSelection, Method, Observer, Progress, Settings, Solution, StopReason, solve};
 use crate::validation::find::find_cases;
 use crate::validation::report::Table;

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::open_air::{Things, gazebo, playground, scene_text};
 use super::world::{Lit, World, grid, relative_rms};
 use super::{Findings, StudyWishes};
+use crate::check::read_scene;
 use crate::light_mesh::{Accelerations, Options};
-use crate::scene::read_scene;
 use crate::validation::report::Table;
 use crate::validation::words::{grouped, percent, significant};
 

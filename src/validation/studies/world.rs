@@ -8,11 +8,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::chain::Stage;
+use crate::check::scene_from_json;
 use crate::estimators::direct::Receiver;
 use crate::light_mesh::exact::look_at_all;
 use crate::light_mesh::{Counts, Lattice, LightMesh, NEVER, Options, Placing, Samples, Solids, Surroundings, Workroom};
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::{Scene, scene_from_json};
+use crate::scene::Scene;
 
 /// Receivers that a thread takes at a time.
 const CHUNK: usize = 1024;

@@ -6,13 +6,13 @@ use serde::{Serialize, Serializer};
 
 use crate::base::pane::pane_shares;
 
-use super::elements::{Elements, Side};
 use super::insides::Enclosures;
 use super::mesh_faults::{MeshFaults, mesh_faults};
-use super::model::{
+use super::shells::{bounds_m, one_vertex_a_place, shells_over};
+use crate::scene::{Elements, Side};
+use crate::scene::{
     Emission, Luminaire, Product, Quantity, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId,
 };
-use super::shells::{bounds_m, one_vertex_a_place, shells_over};
 
 /// The plain facts of a scene; everything in SI and photometric units.
 #[derive(Clone, Debug, Serialize)]

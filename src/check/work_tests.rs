@@ -8,7 +8,8 @@ use glam::DVec3;
 
 use super::insides::Solids;
 use super::overlaps::{overlaps, overlaps_budget};
-use super::{Inspection, Scene, closed_shells_of_geometries, inspect, scene_from_json, shells};
+use super::{Inspection, closed_shells_of_geometries, inspect, scene_from_json, shells};
+use crate::scene::Scene;
 
 /// Looks that every search may take on whatever mesh, and what each triangle, solid or point may add.
 const MOST_STEPS: u64 = 250_000_000;

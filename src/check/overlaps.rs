@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::box_tree::{BoxTree, Budget};
-use super::model::Scene;
 use super::shells::Shell;
+use crate::scene::Scene;
 
 /// Corners of a solid that are held against another.
 const MOST_CORNERS: usize = 32;

@@ -4,9 +4,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::advice::{ON_SURFACE_M, names};
-use super::model::{Emission, Luminaire, Scene};
-use super::names::listed;
-use super::photometry::Opening;
+use crate::scene::listed;
+use crate::scene::photometry::Opening;
+use crate::scene::{Emission, Luminaire, Scene};
 
 /// A part of an opening that is less than this far behind a surface in m is a matter of rounding and fitting.
 const SLIGHT_M: f64 = 1e-3;
@@ -113,7 +113,7 @@ fn depth_behind_m([a, b, c]: [DVec3; 3], center_m: DVec3, aim: DVec3, rim_m: &[D
 mod tests {
     use std::path::Path;
 
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
 
     /// Warnings of openings behind surfaces, in a room 4 m × 4 m × 3 m with a troffer of 0.6 m × 0.6 m.
     fn warnings(luminaire: &str) -> Vec<String> {

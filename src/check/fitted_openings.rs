@@ -7,9 +7,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::advice::{MOST_LOOKS, ON_SURFACE_M, names};
-use super::model::{Emission, Luminaire, Scene};
-use super::names::listed;
-use super::photometry::Opening;
+use crate::scene::listed;
+use crate::scene::photometry::Opening;
+use crate::scene::{Emission, Luminaire, Scene};
 
 /// A part of a box that is less than this behind a surface, or in front of it, in m is a matter of rounding and fitting.
 const SLIGHT_M: f64 = 1e-3;

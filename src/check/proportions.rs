@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::tracer::position_accuracy_m;
-use crate::scene::{Emission, Scene, first_met};
+use super::advice::first_met;
+use crate::geometry::position_accuracy_m;
+use crate::scene::{Emission, Scene};
 
 /// Ways that are looked at from luminaires, and as many from receivers, at least and at most.
 const FEWEST_WAYS: usize = 16;

@@ -8,10 +8,10 @@ use serde::Serialize;
 
 use super::box_tree::Budget;
 use super::coplanar::coplanar_overlaps;
-use super::model::Scene;
-use super::names::joined;
 use super::shells::{Shell, one_vertex_a_place, plain_shells_over, size_m, sorted_edges};
 use super::t_junctions::closed_at_t_junctions;
+use crate::scene::Scene;
+use crate::scene::joined;
 
 /// A piece of surface is flat where no corner leaves its plane by more than this fraction of its size.
 const FLAT: f64 = 1e-6;
@@ -364,7 +364,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene::{inspect, scene_from_json};
+    use crate::check::{inspect, scene_from_json};
 
     /// Faults of a room of rectangles 4 m × 3 m × 2 m without its ceiling, with more geometry.
     fn faults(more: &str) -> MeshFaults {

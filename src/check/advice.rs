@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::advice_openings::advise_on_openings;
 use super::insides::Solids;
-use super::model::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
-use super::names::listed;
 use super::shells::{Shell, bounds_m};
+use crate::scene::listed;
+use crate::scene::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
 
 /// A lower maintenance factor is seldom meant: 0.67 to 0.8 are usual indoors, and 0.8 entered twice makes 0.64.
 const LOWEST_USUAL_MAINTENANCE: f64 = 0.65;
@@ -274,7 +274,7 @@ pub(crate) fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Opti
 mod tests {
     use std::path::Path;
 
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
 
     /// Warnings of a room 4 m × 4 m × 3 m with these luminaires.
     fn warnings(luminaires: &str) -> Vec<String> {

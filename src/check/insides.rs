@@ -5,8 +5,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::box_tree::{BoxTree, Budget};
-use super::model::{Emission, Scene};
 use super::shells::{Shell, reflects_on_both_sides, shells_of_scene, size_m};
+use crate::scene::{Emission, Scene};
 
 /// A point this near to a shell, as a fraction of the scene's size, lies on it and not inside: far above the rounding
 /// of coordinates, far below what a drawing means.

@@ -7,10 +7,10 @@ use glam::DVec3;
 
 use super::box_tree::{Box3, BoxTree, Budget};
 use super::mesh_faults::{MeshFaults, RimEdge, rim_area_m2};
-use super::model::Scene;
 use super::shells::{Shell, sorted_edges};
 use super::t_junctions::closed_at_t_junctions;
 use super::winding::WindingTree;
+use crate::scene::Scene;
 
 /// An open piece lies around a point where it takes more than this share of the point's sky.
 const AROUND: f64 = 0.5;

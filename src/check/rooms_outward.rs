@@ -1,9 +1,9 @@
 //! The commonest first mistake: a room given as a box or a sphere without `"facing": "inward"`, with all that is lit in it.
 
-use super::error::SceneError;
-use super::model::{Emission, Scene};
-use super::reader::Node;
 use super::shells::Shell;
+use crate::scene::Node;
+use crate::scene::SceneError;
+use crate::scene::{Emission, Scene};
 
 /// What lies this near to a solid's bounds, as a fraction of their size, lies in them: luminaires are put into the ceiling's plane.
 const ON_BOUNDS: f64 = 1e-6;
@@ -60,7 +60,7 @@ fn holds_all(scene: &Scene, shell: &Shell, name: &str) -> bool {
 mod tests {
     use std::path::Path;
 
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
 
     /// A scene with these geometries, a luminaire, and receivers at a height in m.
     fn read(geometry: &str, luminaire: &str, receiver_m: f64) -> Result<(), String> {

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::box_tree::{BoxTree, Budget};
 use super::mesh_faults::{MeshFaults, RimEdge};
-use super::model::Scene;
 use super::shells::size_m;
+use crate::scene::Scene;
 
 /// Vertices nearer to an edge than this fraction of the scene's size lie on it: far above the rounding of
 /// coordinates, far below what a drawing means.

@@ -7,8 +7,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::box_tree::{Box3, Budget};
-use super::model::Scene;
 use super::winding::WindingTree;
+use crate::scene::Scene;
 
 /// A connected piece of surface.
 #[derive(Clone, Debug)]

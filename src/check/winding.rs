@@ -189,7 +189,7 @@ fn netted(mut edges: Rim) -> Rim {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::shapes::icosphere;
+    use crate::scene::icosphere;
 
     #[test]
     fn the_tree_gives_the_sum_over_all_triangles() {

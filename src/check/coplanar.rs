@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::box_tree::{BoxTree, Budget};
-use super::model::Scene;
 use super::shells::size_m;
+use crate::scene::Scene;
 
 /// Planes nearer to each other than this fraction of the scene's size are one.
 const SAME_PLANE: f64 = 1e-6;

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::model::Scene;
+use crate::scene::Scene;
 
 /// Words of warnings without whose cause being mended results are not those of the room that is meant.
 const GRAVE: [&str; 10] = [

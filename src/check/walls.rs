@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::model::{Background, Emission, GlareObserver, Quantity, ReceiverPoint, Scene};
 use super::shells::{Shell, size_m};
+use crate::scene::{Background, Emission, GlareObserver, Quantity, ReceiverPoint, Scene};
 
 /// Points that stand for the walls: the mean over so many, spread evenly, is within 1% of that over all (0.03 in the rating).
 const POINTS: u32 = 64;
@@ -170,7 +170,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
 
     fn room(more: &str, eye: &str) -> Scene {
         let text = format!(

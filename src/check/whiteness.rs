@@ -8,13 +8,13 @@ use glam::DVec3;
 
 use super::box_tree::{BoxTree, Budget};
 use super::insides::Enclosures;
-use super::model::{Emission, Scene, Surface};
 use super::open_rooms::OpenRooms;
 use super::shells::{Shell, one_vertex_a_place, shells_over};
+use crate::scene::{Emission, Node, Scene, SceneError, Surface};
 
 /// Where surfaces absorb, and openings let out, less than this share on average, a packet meets more than 10,000 of them, and not even pilots end in
 /// good time. A hair less than a ten-thousandth: sums over a room of ρ = 0.9999 round.
-pub(super) const LEAST_ABSORBED: f64 = 0.9999e-4;
+const LEAST_ABSORBED: f64 = 0.9999e-4;
 
 /// Looks at boxes and triangles in all, and what each triangle and luminaire adds: some seconds' work.
 const STEPS: u64 = 100_000_000;
@@ -22,7 +22,7 @@ const STEPS_A_THING: u64 = 200;
 
 /// How little of the light in a room is lost.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Loss {
+struct Loss {
     /// Mean share, by area, that surfaces absorb and openings let out.
     pub share: f64,
     /// Area of openings in m²; 0 of a closed room.
@@ -31,7 +31,7 @@ pub(super) struct Loss {
 
 /// What was found of rooms in which nearly white surfaces stand.
 #[derive(Debug, Default)]
-pub(super) struct Losses {
+struct Losses {
     /// Of all rooms about a luminaire the least loss.
     pub least: Option<Loss>,
     /// Whether all rooms were looked at.
@@ -39,7 +39,7 @@ pub(super) struct Losses {
 }
 
 /// Looks for rooms, closed or with small openings, that lose next to nothing of the light in them.
-pub(super) fn least_loss(scene: &Scene) -> Losses {
+fn least_loss(scene: &Scene) -> Losses {
     if scene.surfaces.iter().all(|surface| absorbed_by(scene, surface) >= LEAST_ABSORBED) {
         return Losses { least: None, all_looked_at: true };
     }
@@ -57,6 +57,43 @@ pub(super) fn least_loss(scene: &Scene) -> Losses {
     };
     let least = search.least();
     Losses { least, all_looked_at: !search.budget.is_spent() }
+}
+
+/// Refuses a scene with a room that loses next to nothing of the light in it.
+pub(super) fn refuse_white_rooms(geometry: &Node, scene: &mut Scene) -> Result<(), SceneError> {
+    let losses = least_loss(scene);
+    if !losses.all_looked_at {
+        scene
+            .warnings
+            .push("too many white rooms to look which of them lose next to nothing of their light".to_owned());
+    }
+    if let Some(loss) = losses.least.filter(|loss| loss.share < LEAST_ABSORBED) {
+        let share = if loss.share > 0.0 { format!("{:.1e}", loss.share) } else { "nothing".to_owned() };
+        let (what, got) = if loss.openings_m2 > 0.0 {
+            (
+                "a room in which next to nothing absorbs, with openings that let next to nothing out",
+                format!(
+                    "what stands around a luminaire loses {share} of what falls on it, by absorption and through openings of {:.1e} m²: light meets some {:.0e} surfaces",
+                    loss.openings_m2,
+                    loss.share.recip()
+                ),
+            )
+        } else {
+            (
+                "a closed room in which next to nothing absorbs",
+                format!("what stands around a luminaire absorbs {share} of what falls on it, and no light can leave"),
+            )
+        };
+        return Err(geometry.refuse_as(
+            what,
+            got,
+            format!(
+                "surfaces that absorb {LEAST_ABSORBED:.0e} or more on average, or an opening of as much of their area"
+            ),
+            "lower a reflectance: the light would go on for ever, or nearly so; the whitest paints have 0.99",
+        ));
+    }
+    Ok(())
 }
 
 /// A room about a luminaire.
@@ -194,7 +231,7 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
-    use crate::scene::scene_from_json;
+    use crate::check::scene_from_json;
 
     fn read(white: f64, rest: &str) -> Result<(), String> {
         let text = format!(

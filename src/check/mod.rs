@@ -1,0 +1,39 @@
+//! What is wrong with a mesh or a scene, and what to advise: looks at the whole of a scene, along straight ways too.
+//!
+//! [`read_scene`] is how everybody gets a [`crate::Scene`]: `scene` reads what is written, value by value, and this room refuses
+//! what cannot be computed, marks what lies inside of solids, finds the openings to the sky, and warns. All of it is told in f64 by
+//! looking at triangles within a budget of steps; nothing here knows light or results.
+
+mod advice;
+mod advice_openings;
+mod box_tree;
+mod coplanar;
+mod fitted_openings;
+mod insides;
+mod inspect;
+mod mesh_faults;
+mod open_rooms;
+mod overlaps;
+mod proportions;
+mod read;
+mod rooms_outward;
+mod shells;
+mod sky_openings;
+mod t_junctions;
+mod walls;
+mod warnings;
+mod whiteness;
+mod winding;
+#[cfg(test)]
+mod work_tests;
+
+pub(crate) use advice_openings::luminaires_behind_surfaces;
+pub use insides::all_luminaires_are_shut_in;
+pub use inspect::{
+    InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,
+    Inspection, inspect, inspect_surfaces,
+};
+pub use mesh_faults::{Faults, Hole, MeshFaults};
+pub use proportions::{Proportions, Trust};
+pub use read::{read_scene, scene_from_json};
+pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};

@@ -1,0 +1,159 @@
+//! A scene file, read and checked: what the whole of a scene tells is refused, marked or warned of here.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::advice::{advise, names};
+use super::fitted_openings::fit_openings;
+use super::insides::Solids;
+use super::mesh_faults::{MESH, warn_of_faults};
+use super::overlaps::{overlaps, overlaps_budget};
+use super::rooms_outward::refuse_rooms_outward;
+use super::shells::{Shell, bounds_m, closed_shells_of_geometries, size_m};
+use super::sky_openings::find_openings;
+use super::walls::place_backgrounds;
+use super::warnings::arrange;
+use super::whiteness::refuse_white_rooms;
+use crate::scene::{
+    Background, Emission, LengthUnit, Luminaire, Quantity, Scene, SceneError, UNIT_NAMES, WrittenGeometry,
+    from_json_with, listed, read_with,
+};
+
+/// A lit scene larger than this, in m, is likely one in other units.
+const SUSPICIOUSLY_LARGE_M: f64 = 1000.0;
+/// A lit scene smaller than this, in m, is likely one in other units.
+const SUSPICIOUSLY_SMALL_M: f64 = 0.01;
+/// The same of a scene whose file does not say metres: it may have been drawn in them.
+const SUSPICIOUSLY_SMALL_IN_OTHER_UNITS_M: f64 = 0.1;
+
+/// Reads a scene file and the mesh, points and photometric files that it names.
+///
+/// # Errors
+///
+/// Anything that the file format refuses, with the place, what was expected and a remedy.
+pub fn read_scene(path: &Path) -> Result<Scene, SceneError> {
+    read_with(path, complete)
+}
+
+/// Reads a scene from the text of its file; files that it names are relative to `base_dir`.
+///
+/// # Errors
+///
+/// As [`read_scene`].
+pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Result<Scene, SceneError> {
+    from_json_with(text, path, base_dir, complete)
+}
+
+/// Refuses what cannot be computed; marks what lies inside of solids, finds what the sky shines through, and warns.
+fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneError> {
+    refuse_white_rooms(&written.geometry, scene)?;
+    let shells = closed_shells_of_geometries(scene);
+    refuse_rooms_outward(&written.geometry, scene, &shells)?;
+    place_backgrounds(scene, &shells);
+    mark_inside_points(scene, &shells);
+    find_openings(scene, &shells);
+    warn_of_proportions(scene, written.unit);
+    fit_openings(scene);
+    advise(scene, &shells);
+    warn_of_faults(scene);
+    warn_of_overlaps(scene, &shells);
+    arrange(scene);
+    Ok(())
+}
+
+fn warn_of_overlaps(scene: &mut Scene, shells: &[Shell]) {
+    let found = overlaps(scene, shells, size_m(scene), &mut overlaps_budget(shells.len()));
+    if let Some(([one, other], place_m)) = &found.first {
+        let at_least = if found.all_looked_at { "" } else { "at least " };
+        scene.warnings.push(format!(
+            "{MESH}{at_least}{} pairs of solids stand in one another, first {one} and {other} at {place_m} m; what lies inside is dark",
+            found.count
+        ));
+    } else if !found.all_looked_at {
+        scene.warnings.push(format!("{MESH}too many solids about each other to look which stand in one another"));
+    }
+}
+
+fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
+    let solids = Solids::of(shells, size_m(scene));
+    let places_m = scene.receivers.iter().flat_map(|set| {
+        let eyes_m = set.observers.iter().map(|observer| observer.eye_m);
+        set.points.iter().map(|point| point.position_m).chain(eyes_m)
+    });
+    let points_m: Vec<DVec3> = places_m.collect();
+    let (held, _) = solids.holding(&points_m);
+    let mut warnings = Vec::new();
+    if held.len() < points_m.len() {
+        warnings.push(format!(
+            "{} of {} receiver points were not looked at, whether they lie inside of solids: there are too many solids about them; they count in tables and errors",
+            points_m.len() - held.len(),
+            points_m.len()
+        ));
+    }
+    let mut held = held.into_iter();
+    for set in &mut scene.receivers {
+        let all = set.points.len();
+        set.points.iter_mut().zip(held.by_ref()).for_each(|(point, is_inside)| point.inside = is_inside);
+        set.observers.iter_mut().zip(held.by_ref()).for_each(|(eye, is_inside)| eye.inside = is_inside);
+        let inside = set.points.iter().filter(|point| point.inside).count();
+        if set.quantity == Quantity::Glare(Background::Tabular) {
+            let [inside, all] = [set.observers.iter().filter(|eye| eye.inside).count(), set.observers.len()];
+            if inside > 0 {
+                let what = "observers look from inside of a closed solid; they are not rated";
+                warnings.push(format!("{}: {inside} of {all} {what}", set.name));
+            }
+        } else if inside > 0 {
+            let what = "lie inside of a closed solid; they are left out of tables and errors";
+            let remedy =
+                if inside == all { "; if the solid is a room, let it have \"facing\": \"inward\"" } else { "" };
+            warnings.push(format!("{}: {inside} of {all} points {what}{remedy}", set.name));
+        }
+    }
+    scene.warnings.extend(warnings);
+}
+
+fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
+    let [low_m, high_m] = bounds_m(scene);
+    let size_m = low_m.distance(high_m);
+    let least_m = if unit.name == "m" { SUSPICIOUSLY_SMALL_M } else { SUSPICIOUSLY_SMALL_IN_OTHER_UNITS_M };
+    if !(least_m..=SUSPICIOUSLY_LARGE_M).contains(&size_m) {
+        let others = listed(UNIT_NAMES.into_iter().filter(|name| *name != unit.name));
+        scene.warnings.push(format!(
+            "the scene is {size_m:.4} m across, as its length_unit is \"{}\"; is {others} meant?",
+            unit.name
+        ));
+    }
+    let mut outside: Vec<(&Luminaire, DVec3)> = Vec::new();
+    for luminaire in &scene.luminaires {
+        let place_m = match luminaire.emission {
+            Emission::Isotropic { position_m, .. }
+            | Emission::Lambertian { position_m, .. }
+            | Emission::Photometric { position_m, .. } => position_m,
+            Emission::Sphere { center_m, .. } => center_m,
+            Emission::Area { .. } | Emission::Sky { .. } => continue,
+        };
+        if place_m.cmplt(low_m).any() || place_m.cmpgt(high_m).any() {
+            outside.push((luminaire, place_m));
+        }
+    }
+    let box_m = format!("the box goes from {low_m} to {high_m} m");
+    match outside.as_slice() {
+        [] => {}
+        [(luminaire, place_m)] => scene.warnings.push(format!(
+            "{}: this luminaire is outside of the scene's bounding box ({place_m} m; {box_m})",
+            luminaire.name
+        )),
+        [(_, place_m), ..] => scene.warnings.push(format!(
+            "{}: these luminaires are outside of the scene's bounding box (the first at {place_m} m; {box_m})",
+            names(outside.iter().map(|(luminaire, _)| *luminaire))
+        )),
+    }
+
+    // Names that the command line uses for itself, or cannot tell from a list of names.
+    for set in &scene.receivers {
+        if ["all", "elements", "receivers"].contains(&set.name.as_str()) || set.name.contains(',') {
+            scene.warnings.push(format!("{}: a receiver of this name cannot be chosen by --maps", set.name));
+        }
+    }
+}
