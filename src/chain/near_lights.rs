@@ -24,8 +24,10 @@ const ENOUGH_DISTANCES: usize = 100_000;
 const MOST_DISTANCES: usize = 400_000;
 const FEWEST_CHAINS: u64 = 16;
 /// E/Φ over K, K that of places that face each other at the median distance of surfaces, from which on a luminaire lights a place
-/// from near: a point nearer than a fifth of that distance.
-const NEAR: f64 = 6.0;
+/// from near: a point nearer than a third of that distance, about. Where the lights of a room are no nearer than that, the means below
+/// are far from their limit, so that this only says how much of a spot counts; with 6, a lamp that lights a far corner by way of its
+/// spot on the ceiling alone was not one.
+const NEAR: f64 = 2.0;
 /// The mean of that ratio over all packets, those that arrive from farther away left out, from which on packets are worth their
 /// rays: the variance of looks grows with it.
 const LEAST_MEAN: f64 = 1.0;
