@@ -9,6 +9,8 @@ use rayon::prelude::*;
 use super::advice_openings::advise_on_openings;
 use super::insides::Solids;
 use super::shells::{Shell, bounds_m};
+use super::straight::{FirstMet, MOST_LOOKS, first_met};
+use super::warnings::names;
 use crate::scene::listed;
 use crate::scene::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
 
@@ -20,16 +22,10 @@ const TOO_NEAR_M: f64 = 0.1;
 const HORIZONTAL: f64 = 0.99;
 /// An aim with a greater z looks upward.
 const UPWARD: f64 = 0.5;
-/// A starting point this near to a surface in m lies on it.
-pub(super) const ON_SURFACE_M: f64 = 1e-6;
-/// Beyond so many triangles times luminaires it is not looked where luminaires aim: a second's work.
-pub(super) const MOST_LOOKS: usize = 200_000_000;
 /// In a scene that is smaller than this in m, openings of real luminaires reach through everything: its unit is wrong.
 const SMALLEST_WITH_OPENINGS_M: f64 = 0.1;
 /// A point this near to the bounding box, as a fraction of its size, is not outside: above the rounding of coordinates.
 const ON_BOUNDS: f64 = 1e-9;
-/// Names that a warning lists; of more luminaires it tells the number.
-const MOST_NAMES: usize = 4;
 
 /// Adds a warning for each classic mistake that a valid scene shows.
 ///
@@ -42,15 +38,6 @@ pub(super) fn advise(scene: &mut Scene, shells: &[Shell]) {
     advise_on_places(scene, shells, &mut advice);
     advise_on_grids(scene, &mut advice);
     scene.warnings.extend(advice);
-}
-
-/// Names of luminaires, or their number and the first of them.
-pub(super) fn names<'a>(luminaires: impl IntoIterator<Item = &'a Luminaire>) -> String {
-    let names: Vec<&str> = luminaires.into_iter().map(|luminaire| luminaire.name.as_str()).collect();
-    match names.len() {
-        0..=MOST_NAMES => names.join(", "),
-        count => format!("{count} luminaires ({}, …)", names[0]),
-    }
 }
 
 fn advise_on_maintenance(luminaires: &[Luminaire], advice: &mut Vec<String>) {
@@ -236,38 +223,6 @@ fn advise_on_grids(scene: &Scene, advice: &mut Vec<String>) {
             listed(grids)
         ));
     }
-}
-
-/// What a straight way meets first.
-pub(crate) struct FirstMet {
-    /// How far away in m.
-    pub distance_m: f64,
-    /// The back of a surface that has only a front.
-    is_dead_back: bool,
-}
-
-/// The first triangle along a direction, in f64, told by looking at all of them; those that the start lies on do not count
-/// where the direction leaves them.
-pub(crate) fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Option<FirstMet> {
-    let mut nearest: Option<FirstMet> = None;
-    for triangle in 0..scene.triangles.len() as u32 {
-        let [a, b, c] = scene.corners_m(triangle);
-        let twice_area = (b - a).cross(c - a);
-        let slope = twice_area.dot(direction);
-        let distance_m = twice_area.dot(a - start_m) / slope;
-        let is_candidate =
-            distance_m > ON_SURFACE_M || (distance_m >= -ON_SURFACE_M && slope < 0.0 && distance_m.is_finite());
-        if !is_candidate || nearest.as_ref().is_some_and(|met| met.distance_m <= distance_m) {
-            continue;
-        }
-        let hit_m = start_m + distance_m * direction;
-        let is_left = |from: DVec3, to: DVec3| (to - from).cross(hit_m - from).dot(twice_area) >= 0.0;
-        if is_left(a, b) && is_left(b, c) && is_left(c, a) {
-            let is_dead_back = slope > 0.0 && !scene.surface_of(triangle).two_sided;
-            nearest = Some(FirstMet { distance_m, is_dead_back });
-        }
-    }
-    nearest
 }
 
 #[cfg(test)]

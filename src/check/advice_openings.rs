@@ -3,7 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::advice::{ON_SURFACE_M, names};
+use super::straight::ON_SURFACE_M;
+use super::warnings::names;
 use crate::scene::listed;
 use crate::scene::photometry::Opening;
 use crate::scene::{Emission, Luminaire, Scene};

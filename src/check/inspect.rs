@@ -6,8 +6,9 @@ use serde::{Serialize, Serializer};
 
 use crate::base::pane::pane_shares;
 
+use super::faults::MeshFaults;
 use super::insides::Enclosures;
-use super::mesh_faults::{MeshFaults, mesh_faults};
+use super::mesh_faults::mesh_faults;
 use super::shells::{bounds_m, one_vertex_a_place, shells_over};
 use crate::scene::{Elements, Side};
 use crate::scene::{

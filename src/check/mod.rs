@@ -8,6 +8,7 @@ mod advice;
 mod advice_openings;
 mod box_tree;
 mod coplanar;
+mod faults;
 mod fitted_openings;
 mod insides;
 mod inspect;
@@ -19,6 +20,7 @@ mod read;
 mod rooms_outward;
 mod shells;
 mod sky_openings;
+mod straight;
 mod t_junctions;
 mod walls;
 mod warnings;
@@ -28,12 +30,12 @@ mod winding;
 mod work_tests;
 
 pub(crate) use advice_openings::luminaires_behind_surfaces;
+pub use faults::{Faults, Hole, MeshFaults};
 pub use insides::all_luminaires_are_shut_in;
 pub use inspect::{
     InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,
     Inspection, inspect, inspect_surfaces,
 };
-pub use mesh_faults::{Faults, Hole, MeshFaults};
 pub use proportions::{Proportions, Trust};
 pub use read::{read_scene, scene_from_json};
 pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};

@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::box_tree::{Box3, BoxTree, Budget};
-use super::mesh_faults::{MeshFaults, RimEdge, rim_area_m2};
+use super::faults::{MeshFaults, RimEdge};
+use super::mesh_faults::rim_area_m2;
 use super::shells::{Shell, sorted_edges};
 use super::t_junctions::closed_at_t_junctions;
 use super::winding::WindingTree;

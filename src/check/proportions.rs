@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::advice::first_met;
+use super::straight::first_met;
 use crate::geometry::position_accuracy_m;
 use crate::scene::{Emission, Scene};
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::advice::{advise, names};
+use super::advice::advise;
 use super::fitted_openings::fit_openings;
 use super::insides::Solids;
 use super::mesh_faults::{MESH, warn_of_faults};
@@ -13,7 +13,7 @@ use super::rooms_outward::refuse_rooms_outward;
 use super::shells::{Shell, bounds_m, closed_shells_of_geometries, size_m};
 use super::sky_openings::find_openings;
 use super::walls::place_backgrounds;
-use super::warnings::arrange;
+use super::warnings::{arrange, names};
 use super::whiteness::refuse_white_rooms;
 use crate::scene::{
     Background, Emission, LengthUnit, Luminaire, Quantity, Scene, SceneError, UNIT_NAMES, WrittenGeometry,

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::advice::first_met;
 use super::box_tree::Budget;
+use super::faults::{MeshFaults, RimEdge};
 use super::insides::Solids;
-use super::mesh_faults::{MeshFaults, RimEdge, lies_in_a_plane, lines_of};
+use super::mesh_faults::{lies_in_a_plane, lines_of};
 use super::shells::{Shell, bounds_m, one_vertex_a_place, plain_shells_over, sorted_edges};
+use super::straight::first_met;
 use super::t_junctions::closed_at_t_junctions;
 use crate::base::solid_angle::signed_triangle_solid_angle_sr;
 use crate::scene::openings::{FLAT, area_m2, crossed_at_m, normal};

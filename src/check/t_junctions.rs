@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 
 use super::box_tree::{BoxTree, Budget};
-use super::mesh_faults::{MeshFaults, RimEdge};
+use super::faults::{MeshFaults, RimEdge};
 use super::shells::size_m;
 use crate::scene::Scene;
 

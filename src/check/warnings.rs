@@ -2,7 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::scene::Scene;
+use crate::scene::{Luminaire, Scene};
+
+/// Names that a warning lists; of more luminaires it tells the number.
+const MOST_NAMES: usize = 4;
 
 /// Words of warnings without whose cause being mended results are not those of the room that is meant.
 const GRAVE: [&str; 10] = [
@@ -38,6 +41,15 @@ pub(super) fn arrange(scene: &mut Scene) {
     let mut warnings = grouped(&scene.warnings, |name| names.contains(name));
     warnings.sort_by_key(|warning| rank(warning));
     scene.warnings = warnings;
+}
+
+/// Names of luminaires, or their number and the first of them.
+pub(super) fn names<'a>(luminaires: impl IntoIterator<Item = &'a Luminaire>) -> String {
+    let names: Vec<&str> = luminaires.into_iter().map(|luminaire| luminaire.name.as_str()).collect();
+    match names.len() {
+        0..=MOST_NAMES => names.join(", "),
+        count => format!("{count} luminaires ({}, …)", names[0]),
+    }
 }
 
 fn rank(warning: &str) -> u32 {

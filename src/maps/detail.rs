@@ -6,9 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::REPLICAS;
 use super::basis::{BENDS, MEANS_OVER_PARTS, PARTS, SLOPES};
 use super::pieces::Piece;
-use super::replicas::REPLICAS;
 
 /// Above so many elements what indirect light has beyond quadratic functions is not looked for: it would take too much room.
 const MOST_WITH_PARTS: usize = 50_000;

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::replicas::{REPLICAS, ReplicaMap};
+use super::REPLICAS;
+use super::replicas::ReplicaMap;
 
 /// What the replicas tell of a map's error; all errors are fractions of the map's mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -20,9 +20,14 @@ pub use history::{History, PastJudgement};
 pub use judge::{Judgement, judge};
 pub use lopsided::Skewness;
 pub use pieces::Piece;
-pub use replicas::{HALF, REPLICAS, ReplicaMap, Tally, Unit, standard_error};
+pub use replicas::{ReplicaMap, Tally, Unit, standard_error};
 pub use residuals::{CellsError, Left, Measured, ResidualState, Residuals};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
 pub use stated::{StatedValues, grid_places, stated_error, stated_row};
 pub use tables::{Places, TableSubject, table_row};
+
+/// Independent replicas of every map: eight even and eight odd.
+pub const REPLICAS: usize = 16;
+/// Replicas of a half.
+pub const HALF: usize = REPLICAS / 2;

@@ -7,12 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::basis::{Linear, SLOPES};
 use super::lopsided::{Skewness, Spread};
 use super::pieces::{Piece, on_pieces};
-use super::{CellsError, Levels, MapValues, PartScores, Residuals, ScoreEvidence};
-
-/// Independent replicas of every map: eight even and eight odd.
-pub const REPLICAS: usize = 16;
-/// Replicas of a half.
-pub const HALF: usize = REPLICAS / 2;
+use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals, ScoreEvidence};
 
 /// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
 ///

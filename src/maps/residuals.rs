@@ -9,8 +9,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::HALF;
-use super::replicas::REPLICAS;
+use super::{HALF, REPLICAS};
 
 /// Standard errors of the squared bias that are added to it where it is stated.
 const SURE: f64 = 0.5;

@@ -1,6 +1,7 @@
 //! Result tables: average, minimum, maximum and uniformities with their errors.
 
-use super::replicas::{REPLICAS, ReplicaMap, standard_error};
+use super::REPLICAS;
+use super::replicas::{ReplicaMap, standard_error};
 use super::{Estimate, Skewness, TableKind, TableRow, judge};
 use crate::scene::{EvaluationGrid, GridPart};
 

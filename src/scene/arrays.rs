@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
-use super::luminaires::Names;
 use super::model::{Emission, Luminaire};
 use super::reader::Fields;
+use super::unique_names::Names;
 use super::units::LengthUnit;
 
 /// Keys of an array.

@@ -3,9 +3,8 @@
 use glam::DVec3;
 
 use super::error::SceneError;
-use super::limits::MOST_MESH_TRIANGLES;
+use super::limits::{MOST_CORNERS, MOST_MESH_TRIANGLES};
 use super::mesh_builder::MeshBuilder;
-use super::mesh_file::MOST_CORNERS;
 use super::model::ReceiverPoint;
 use super::polygon::triangulate;
 use super::reader::{Fields, Node};

@@ -16,8 +16,7 @@ use gltf::{Document, Glb, Node};
 use super::error::SceneError;
 use super::gltf_buffers::{Buffers, Elements};
 use super::limits::{MOST_MESH_READS, MOST_MESH_TRIANGLES};
-use super::mesh_builder::MeshBuilder;
-use super::mesh_file::refusal;
+use super::mesh_builder::{MeshBuilder, refusal};
 use super::shapes::GeometryShape;
 use super::units::LengthUnit;
 

@@ -14,7 +14,7 @@ use gltf::buffer::{Buffer, Source};
 use percent_encoding::percent_decode_str;
 
 use super::error::SceneError;
-use super::mesh_file::refusal;
+use super::mesh_builder::refusal;
 use super::parse::{self, LARGEST_FILE_BYTES};
 use super::plain_file::largest_bytes;
 use super::reader::shortened;

@@ -22,3 +22,5 @@ pub(super) const MOST_SPHERE_FREQUENCY: u32 = either(316, 6) as u32;
 pub(super) const MOST_MESH_TRIANGLES: usize = either(33_554_432, 10_000) as usize;
 /// Vertices and corners that are looked at for them: instances look at theirs again.
 pub(super) const MOST_MESH_READS: usize = either(1 << 28, 100_000) as usize;
+/// Most corners of a face: the time to cut it into triangles grows with the cube of their number.
+pub(super) const MOST_CORNERS: usize = 1024;

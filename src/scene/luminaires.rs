@@ -5,7 +5,6 @@ use std::collections::hash_map::Entry;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -18,6 +17,7 @@ use super::photometry::{IntensityWeb, Opening, read_photometric_file};
 use super::reader::{Fields, Node};
 use super::sky;
 use super::surfaces::Surfaces;
+use super::unique_names::{Names, unique_name};
 use super::units::LengthUnit;
 use super::vectors::photometric_frame;
 
@@ -57,9 +57,6 @@ pub(super) struct Around<'a> {
     pub base_dir: &'a Path,
     pub surfaces: &'a Surfaces,
 }
-
-/// Names with the places where they were given; those of an array share theirs.
-pub(super) type Names = HashMap<String, Rc<str>>;
 
 /// What the luminaires so far have given.
 #[derive(Default)]
@@ -115,21 +112,6 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
         warnings.push("no luminaire has a maintenance_factor: results are those of a new installation".into());
     }
     Ok(luminaires)
-}
-
-/// Refuses a name that has been given before to something of the same sort.
-pub(super) fn unique_name(fields: &Fields, names: &mut Names) -> Result<String, SceneError> {
-    let node = fields.need("name", "\"…\"")?;
-    let name = node.name()?;
-    if let Some(first) = names.insert(name.to_string(), node.json_path().into()) {
-        return Err(node.refuse_as(
-            format!("the name {name:?} is given twice"),
-            format!("{name:?} again; {first} has it already"),
-            "a name of its own",
-            "rename one of the two",
-        ));
-    }
-    Ok(name.to_string())
 }
 
 fn read_one(

@@ -1,10 +1,21 @@
 //! A mesh in the making: vertices that coincide exactly are one, triangles come part by part.
 
 use std::collections::HashMap;
+use std::path::Path;
 
 use glam::DVec3;
 
+use super::error::SceneError;
 use super::shapes::{GeometryShape, ShapePart};
+
+/// Name of the part of triangles without a material, in a file that has others.
+pub(super) const UNNAMED_PART: &str = "unnamed";
+
+/// A refusal of a mesh file that is no text.
+pub(super) fn refusal(path: &Path, what: impl Into<String>, got: impl Into<String>, expected: &str) -> SceneError {
+    let remedy = "export the model again; if that changes nothing, export it as OBJ";
+    SceneError::of_file(path, what.into(), got.into(), expected, remedy)
+}
 
 /// A shape that grows as its file is read.
 #[derive(Default)]

@@ -8,12 +8,6 @@ use super::shapes::GeometryShape;
 use super::units::LengthUnit;
 use super::{gltf, obj, parse, ply, stl};
 
-/// Name of the part of triangles without a material, in a file that has others.
-pub(super) const UNNAMED_PART: &str = "unnamed";
-
-/// Most corners of a face: the time to cut it into triangles grows with the cube of their number.
-pub(super) const MOST_CORNERS: usize = 1024;
-
 /// Reads a mesh; lengths come in the scene's unit. A file whose ending says nothing is an OBJ file. Warnings say what
 /// was passed over and matters.
 ///
@@ -28,10 +22,4 @@ pub(super) fn read(path: &Path, unit: LengthUnit, warnings: &mut Vec<String>) ->
         "ply" => ply::read(path, &parse::read_bytes(path, "the PLY file")?, warnings),
         _ => obj::read(&Source { text: &parse::read_text(path, "the OBJ file")?, path }, warnings),
     }
-}
-
-/// A refusal of a mesh file that is no text.
-pub(super) fn refusal(path: &Path, what: impl Into<String>, got: impl Into<String>, expected: &str) -> SceneError {
-    let remedy = "export the model again; if that changes nothing, export it as OBJ";
-    SceneError::of_file(path, what.into(), got.into(), expected, remedy)
 }

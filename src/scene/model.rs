@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use super::requirements::Requirement;
+use super::standard::Requirement;
 
 /// A surface's place in [`Scene::surfaces`].
 pub type SurfaceId = u32;

@@ -8,8 +8,8 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::limits::MOST_CORNERS;
 use super::mesh_builder::MeshBuilder;
-use super::mesh_file::MOST_CORNERS;
 use super::polygon::triangulate;
 use super::reader::{Source, shortened};
 use super::shapes::GeometryShape;

@@ -3,9 +3,9 @@
 use glam::{DQuat, DVec3};
 
 use super::error::SceneError;
+use super::grid_frame::refuse_too_many;
 use super::model::{Background, Quantity, ReceiverLayout, ReceiverPoint};
 use super::reader::{Fields, Node};
-use super::receivers::refuse_too_many;
 use super::units::LengthUnit;
 
 /// Keys of a fan of directions.

@@ -7,9 +7,8 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::error::SceneError;
-use super::limits::MOST_MESH_TRIANGLES;
-use super::mesh_builder::MeshBuilder;
-use super::mesh_file::{MOST_CORNERS, refusal};
+use super::limits::{MOST_CORNERS, MOST_MESH_TRIANGLES};
+use super::mesh_builder::{MeshBuilder, refusal};
 use super::polygon::triangulate;
 use super::shapes::GeometryShape;
 

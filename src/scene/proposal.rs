@@ -8,6 +8,8 @@ use serde_json::{Map, Value, json};
 
 use super::error::SceneError;
 use super::gltf::{self, Appearance};
+use super::mesh_builder::UNNAMED_PART;
+use super::proposed::{Proposal, ProposedMaterial};
 use super::units::LengthUnit;
 use super::{mesh_file, parse, radiance_scene};
 
@@ -17,34 +19,6 @@ const UNKNOWN_REFLECTANCE: f64 = 0.5;
 const STAND_IN_LM: f64 = 1000.0;
 /// Most that a colour is taken to reflect: the whitest paints do not reflect more.
 const WHITEST: f64 = 0.9;
-
-/// A scene file in the making.
-#[derive(Clone, Debug)]
-pub struct Proposal {
-    /// Every material, as the model tells it and as the scene has it.
-    pub materials: Vec<ProposedMaterial>,
-    /// The materials of the scene file.
-    pub(super) laws: Map<String, Value>,
-    /// Its geometry.
-    pub(super) geometry: Vec<Value>,
-    /// Its luminaires.
-    pub(super) luminaires: Vec<Value>,
-    /// What was passed over, what stands in, what is to be looked at.
-    pub warnings: Vec<String>,
-}
-
-/// A material of a proposed scene.
-#[derive(Clone, Debug)]
-pub struct ProposedMaterial {
-    /// Its name in model and scene.
-    pub name: String,
-    /// Triangles of a mesh, or surfaces of a Radiance scene, that are made of it.
-    pub surfaces: usize,
-    /// What it does to light, as the scene file says it.
-    pub law: Value,
-    /// Where that comes from, and what is not known.
-    pub known: String,
-}
 
 /// Proposes a scene for a model: OBJ, glTF, STL, PLY or Radiance. `named` is the model's name in the scene file.
 ///
@@ -73,20 +47,6 @@ pub fn propose_scene(model: &Path, named: &str) -> Result<Proposal, SceneError> 
     Ok(proposal)
 }
 
-impl Proposal {
-    /// The scene file.
-    pub fn scene_file(&self, title: &str) -> Value {
-        json!({
-            "version": 1,
-            "title": title,
-            "length_unit": "m",
-            "materials": self.laws,
-            "geometry": self.geometry,
-            "luminaires": self.luminaires,
-        })
-    }
-}
-
 fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<(Proposal, [DVec3; 2]), SceneError> {
     let mut warnings = Vec::new();
     let shape = mesh_file::read(model, LengthUnit::of(0), &mut warnings)?;
@@ -104,7 +64,7 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<(Proposal, [DVec3;
         let name = match &part.name {
             Some(name) => name.clone(),
             None if is_one => "surface".to_owned(),
-            None => mesh_file::UNNAMED_PART.to_owned(),
+            None => UNNAMED_PART.to_owned(),
         };
         let (law, known) = proposed(looks.get(&name), is_gltf);
         laws.insert(name.clone(), law.clone());

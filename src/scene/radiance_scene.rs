@@ -8,9 +8,8 @@ use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 use super::error::SceneError;
-use super::limits::MOST_MESH_TRIANGLES;
-use super::mesh_file::MOST_CORNERS;
-use super::proposal::{Proposal, ProposedMaterial};
+use super::limits::{MOST_CORNERS, MOST_MESH_TRIANGLES};
+use super::proposed::{Proposal, ProposedMaterial};
 use super::radiance::{self, Primitive};
 use super::reader::{Source, shortened};
 

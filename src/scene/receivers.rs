@@ -6,15 +6,16 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::grid_frame::{GridFrame, refuse_too_many};
 use super::limits::MOST_POINTS;
-use super::luminaires::{Names, unique_name};
 use super::model::{GlareObserver, Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers;
 use super::reader::{Fields, Node};
 use super::surface_grid::{self, Spacing};
 use super::surfaces::Surfaces;
+use super::unique_names::{Names, unique_name};
 use super::units::LengthUnit;
-use super::vectors::{direction, span_a_plane};
+use super::vectors::span_a_plane;
 use super::{given, parse, points_file, requirements};
 
 /// The receiver types, as files name them.
@@ -172,51 +173,6 @@ fn read_quantity(fields: &Fields, points: &mut [ReceiverPoint]) -> Result<Quanti
             }
             Ok(if name == "vertical" { turn(direction) } else { Quantity::SemiCylindrical { direction } })
         }
-    }
-}
-
-pub(super) fn refuse_too_many(node: &Node, points: u64) -> SceneError {
-    let expected = format!("at most {MOST_POINTS} points of all grids, fans and views together");
-    node.refuse_as("this receiver has too many points", format!("{points} points"), expected, "ask for fewer")
-}
-
-/// A grid as it is laid out, before its points are made.
-pub(super) struct GridFrame {
-    pub columns: u32,
-    pub rows: u32,
-    pub origin_m: DVec3,
-    pub u_m: DVec3,
-    pub v_m: DVec3,
-}
-
-impl GridFrame {
-    /// The layout and its points, row by row. Every point stands for a cell as wide as the points' distance; a row of
-    /// one point for the whole of `u` (or `v`).
-    fn points(&self) -> (ReceiverLayout, Vec<ReceiverPoint>) {
-        let cells_over_span = |count: u32| if count > 1 { f64::from(count) / f64::from(count - 1) } else { 1.0 };
-        let vector_area_m2 = self.u_m.cross(self.v_m);
-        let area_m2 = vector_area_m2.length() * cells_over_span(self.columns) * cells_over_span(self.rows);
-        let normal = direction(self.u_m).cross(direction(self.v_m)).normalize();
-        let weight = area_m2 / (f64::from(self.columns) * f64::from(self.rows));
-        let share = |index: u32, count: u32| if count > 1 { f64::from(index) / f64::from(count - 1) } else { 0.5 };
-        let points = (0..self.rows)
-            .flat_map(|row| (0..self.columns).map(move |column| (column, row)))
-            .map(|(column, row)| ReceiverPoint {
-                position_m: self.origin_m + share(column, self.columns) * self.u_m + share(row, self.rows) * self.v_m,
-                normal,
-                weight,
-                inside: false,
-            })
-            .collect();
-        let layout = ReceiverLayout::Grid {
-            columns: self.columns,
-            rows: self.rows,
-            origin_m: self.origin_m,
-            u_m: self.u_m,
-            v_m: self.v_m,
-            area_m2,
-        };
-        (layout, points)
     }
 }
 

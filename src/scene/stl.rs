@@ -7,8 +7,7 @@ use glam::DVec3;
 
 use super::error::SceneError;
 use super::limits::MOST_MESH_TRIANGLES;
-use super::mesh_builder::MeshBuilder;
-use super::mesh_file::refusal;
+use super::mesh_builder::{MeshBuilder, refusal};
 use super::parse;
 use super::shapes::GeometryShape;
 

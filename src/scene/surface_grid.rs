@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::grid_frame::GridFrame;
 use super::model::SurfaceId;
-use super::receivers::GridFrame;
 use super::surfaces::Surfaces;
 use super::vectors::direction;
 

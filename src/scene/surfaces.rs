@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::error::SceneError;
 use super::given;
 use super::limits::{MOST_SPHERE_FREQUENCY, MOST_SPHERE_TRIANGLES};
+use super::mesh_builder::UNNAMED_PART;
 use super::mesh_file;
 use super::model::{Material, MaterialId, Surface, SurfaceId};
 use super::names::listed;
@@ -355,7 +356,7 @@ fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Re
     // A file without materials is a surface of its own; with some, the faces before the first are a part like the others.
     if shape.parts.len() > 1 {
         for part in &mut shape.parts {
-            part.name.get_or_insert_with(|| mesh_file::UNNAMED_PART.into());
+            part.name.get_or_insert_with(|| UNNAMED_PART.into());
         }
     }
     Ok(shape)

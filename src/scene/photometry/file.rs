@@ -1,13 +1,6 @@
 //! What a photometric file says, whatever its format.
 
-use std::io::ErrorKind;
-use std::path::Path;
-
-use super::super::plain_file::read_plain_file;
-use super::{IntensityWeb, PhotometricError, PhotometricType, parse_eulumdat, parse_ies};
-
-/// Largest file that is read without a word, in bytes: a quarter-degree table of the whole sphere takes some 10 MB of text.
-const LARGEST_FILE_BYTES: u64 = 64 << 20;
+use super::{IntensityWeb, PhotometricType};
 
 /// Excess of the integrated over the declared flux, as a fraction, from which a warning is given: the trapezoidal
 /// integral of a coarse table is off by tenths of a percent.
@@ -214,67 +207,4 @@ impl PhotometricFile {
     pub fn luminous_flux_lm(&self) -> f64 {
         self.web.luminous_flux_lm()
     }
-}
-
-/// Reads an IES LM-63 or EULUMDAT file: the former by its extension `.ies` or its TILT line, the latter otherwise.
-///
-/// # Errors
-/// A file that can't be read or is larger than 64 MiB, and a malformed one, with line, token, expectation and remedy.
-pub fn read_photometric_file(path: &Path) -> Result<PhotometricFile, PhotometricError> {
-    let bytes = read_bytes(path)?;
-    if let Some(kind) = other_kind(&bytes) {
-        return Err(PhotometricError::Unreadable {
-            path: path.to_path_buf(),
-            reason: format!("this is {kind}, no photometric file"),
-            remedy: "give the luminaire's IES or LDT file; makers offer it beside pictures and data sheets".to_owned(),
-        });
-    }
-    let folder = path.parent();
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-    let ies = match extension.as_deref() {
-        Some("ies") => true,
-        Some("ldt") => has_tilt_line(&bytes),
-        _ => has_tilt_line(&bytes) || bytes.starts_with(b"IES"),
-    };
-    let read = if ies { parse_ies(&bytes, folder) } else { parse_eulumdat(&bytes) };
-    read.map_err(|error| error.in_file(path))
-}
-
-/// What a file is that begins like one of another well-known kind.
-fn other_kind(bytes: &[u8]) -> Option<&'static str> {
-    const KINDS: [(&[u8], &str); 7] = [
-        (b"\x89PNG", "a PNG picture"),
-        (b"\xff\xd8\xff", "a JPEG picture"),
-        (b"GIF8", "a GIF picture"),
-        (b"%PDF", "a PDF document"),
-        (b"PK\x03\x04", "a ZIP archive, which may hold it"),
-        (b"<?xml", "an XML file"),
-        (b"<!DOCTYPE", "a web page"),
-    ];
-    KINDS.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, kind)| *kind)
-}
-
-/// Bytes of a regular file of a sensible size.
-pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhotometricError> {
-    let unreadable = |reason: String, remedy: &str| PhotometricError::Unreadable {
-        path: path.to_path_buf(),
-        reason,
-        remedy: remedy.to_string(),
-    };
-    let check_name = "check the name; it is taken relative to the file that names it";
-    read_plain_file(path, LARGEST_FILE_BYTES).map_err(|error| {
-        let remedy = match error.kind() {
-            ErrorKind::NotFound | ErrorKind::IsADirectory | ErrorKind::Other => check_name,
-            ErrorKind::FileTooLarge => {
-                "a photometric file holds some kilobytes: check that this is one; --allow-large reads it"
-            }
-            _ => "check that it may be read",
-        };
-        unreadable(error.to_string(), remedy)
-    })
-}
-
-/// Only IES files have one.
-fn has_tilt_line(bytes: &[u8]) -> bool {
-    super::ies::tilt_line(&super::text::lines_of(&super::text::decode(bytes))).is_some()
 }

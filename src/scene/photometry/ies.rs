@@ -2,17 +2,14 @@
 
 use std::path::Path;
 
-use super::file::{FLUX_TOLERANCE, read_bytes};
-use super::ies_body::{Body, Tilt, Tokenized, read_body, read_tilt};
+use super::file::FLUX_TOLERANCE;
+use super::ies_body::{Body, FOOT_M, Tilt, Tokenized, read_body, read_tilt};
 use super::planes::unfold;
-use super::text::{Comma, Tokens, decode, lines_of};
+use super::text::{Comma, Tokens, decode, lines_of, read_bytes};
 use super::{
     IntensityWeb, LampSet, LateralSymmetry, Opening, PhotometricError, PhotometricFile, PhotometricFormat,
     PhotometricType,
 };
-
-/// Metres in a foot.
-pub(super) const FOOT_M: f64 = 0.3048;
 
 /// Parses an IES LM-63 file of any edition (1986, 1991, 1995, 2002, 2019).
 ///

@@ -1,9 +1,11 @@
 //! The numbers of an IES file, in their order.
 
 use super::file::LARGEST_OPENING_M;
-use super::ies::FOOT_M;
 use super::text::{Comma, Tokens};
 use super::{PhotometricError, PhotometricType};
+
+/// Metres in a foot.
+pub(super) const FOOT_M: f64 = 0.3048;
 
 /// The numbers after the TILT line as they stand in the file.
 pub(super) struct Body {

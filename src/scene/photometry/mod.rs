@@ -6,12 +6,14 @@ mod file;
 mod ies;
 mod ies_body;
 mod planes;
+mod read;
 mod text;
 mod web;
 pub(crate) mod zones;
 
 pub use error::PhotometricError;
 pub use eulumdat::parse_eulumdat;
-pub use file::{LampSet, LateralSymmetry, Opening, PhotometricFile, PhotometricFormat, read_photometric_file};
+pub use file::{LampSet, LateralSymmetry, Opening, PhotometricFile, PhotometricFormat};
 pub use ies::parse_ies;
+pub use read::read_photometric_file;
 pub use web::{IntensityWeb, PhotometricType, WebError};

@@ -1,6 +1,33 @@
 //! From bytes to lines and numbers, whatever the machine that wrote them.
 
+use std::io::ErrorKind;
+use std::path::Path;
+
+use super::super::plain_file::read_plain_file;
 use super::PhotometricError;
+
+/// Largest file that is read without a word, in bytes: a quarter-degree table of the whole sphere takes some 10 MB of text.
+const LARGEST_FILE_BYTES: u64 = 64 << 20;
+
+/// Bytes of a regular file of a sensible size.
+pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PhotometricError> {
+    let unreadable = |reason: String, remedy: &str| PhotometricError::Unreadable {
+        path: path.to_path_buf(),
+        reason,
+        remedy: remedy.to_string(),
+    };
+    let check_name = "check the name; it is taken relative to the file that names it";
+    read_plain_file(path, LARGEST_FILE_BYTES).map_err(|error| {
+        let remedy = match error.kind() {
+            ErrorKind::NotFound | ErrorKind::IsADirectory | ErrorKind::Other => check_name,
+            ErrorKind::FileTooLarge => {
+                "a photometric file holds some kilobytes: check that this is one; --allow-large reads it"
+            }
+            _ => "check that it may be read",
+        };
+        unreadable(error.to_string(), remedy)
+    })
+}
 
 /// Text of a file: UTF-8, UTF-16 with a byte order mark, or else Latin-1, without the mark.
 pub(super) fn decode(bytes: &[u8]) -> String {

@@ -430,7 +430,7 @@ mod tests {
             ("/$defs/BoxMaterials/properties", &crate::scene::surfaces::BOX_MATERIALS),
             ("/$defs/Fan/properties", &crate::scene::observers::FAN_KEYS),
             ("/$defs/View/properties", &crate::scene::observers::VIEW_KEYS),
-            ("/$defs/Requirements/properties", &crate::scene::requirements::KEYS),
+            ("/$defs/Requirements/properties", &crate::scene::standard::KEYS),
         ] {
             let described: BTreeSet<&str> =
                 schema.pointer(pointer).expect(pointer).as_object().expect("keys").keys().map(String::as_str).collect();

@@ -1,0 +1,42 @@
+//! Straight ways through a scene, told in f64 by looking at all triangles.
+
+use glam::DVec3;
+
+use crate::scene::Scene;
+
+/// A starting point this near to a surface in m lies on it.
+pub(super) const ON_SURFACE_M: f64 = 1e-6;
+/// Beyond so many triangles times luminaires it is not looked where luminaires aim: a second's work.
+pub(super) const MOST_LOOKS: usize = 200_000_000;
+
+/// What a straight way meets first.
+pub(super) struct FirstMet {
+    /// How far away in m.
+    pub distance_m: f64,
+    /// The back of a surface that has only a front.
+    pub is_dead_back: bool,
+}
+
+/// The first triangle along a direction, in f64, told by looking at all of them; those that the start lies on do not count
+/// where the direction leaves them.
+pub(super) fn first_met(scene: &Scene, start_m: DVec3, direction: DVec3) -> Option<FirstMet> {
+    let mut nearest: Option<FirstMet> = None;
+    for triangle in 0..scene.triangles.len() as u32 {
+        let [a, b, c] = scene.corners_m(triangle);
+        let twice_area = (b - a).cross(c - a);
+        let slope = twice_area.dot(direction);
+        let distance_m = twice_area.dot(a - start_m) / slope;
+        let is_candidate =
+            distance_m > ON_SURFACE_M || (distance_m >= -ON_SURFACE_M && slope < 0.0 && distance_m.is_finite());
+        if !is_candidate || nearest.as_ref().is_some_and(|met| met.distance_m <= distance_m) {
+            continue;
+        }
+        let hit_m = start_m + distance_m * direction;
+        let is_left = |from: DVec3, to: DVec3| (to - from).cross(hit_m - from).dot(twice_area) >= 0.0;
+        if is_left(a, b) && is_left(b, c) && is_left(c, a) {
+            let is_dead_back = slope > 0.0 && !scene.surface_of(triangle).two_sided;
+            nearest = Some(FirstMet { distance_m, is_dead_back });
+        }
+    }
+    nearest
+}

@@ -1,0 +1,50 @@
+//! Reads a photometric file of either format.
+
+use std::path::Path;
+
+use super::ies::tilt_line;
+use super::text::{decode, lines_of, read_bytes};
+use super::{PhotometricError, PhotometricFile, parse_eulumdat, parse_ies};
+
+/// Reads an IES LM-63 or EULUMDAT file: the former by its extension `.ies` or its TILT line, the latter otherwise.
+///
+/// # Errors
+/// A file that can't be read or is larger than 64 MiB, and a malformed one, with line, token, expectation and remedy.
+pub fn read_photometric_file(path: &Path) -> Result<PhotometricFile, PhotometricError> {
+    let bytes = read_bytes(path)?;
+    if let Some(kind) = other_kind(&bytes) {
+        return Err(PhotometricError::Unreadable {
+            path: path.to_path_buf(),
+            reason: format!("this is {kind}, no photometric file"),
+            remedy: "give the luminaire's IES or LDT file; makers offer it beside pictures and data sheets".to_owned(),
+        });
+    }
+    let folder = path.parent();
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let ies = match extension.as_deref() {
+        Some("ies") => true,
+        Some("ldt") => has_tilt_line(&bytes),
+        _ => has_tilt_line(&bytes) || bytes.starts_with(b"IES"),
+    };
+    let read = if ies { parse_ies(&bytes, folder) } else { parse_eulumdat(&bytes) };
+    read.map_err(|error| error.in_file(path))
+}
+
+/// What a file is that begins like one of another well-known kind.
+fn other_kind(bytes: &[u8]) -> Option<&'static str> {
+    const KINDS: [(&[u8], &str); 7] = [
+        (b"\x89PNG", "a PNG picture"),
+        (b"\xff\xd8\xff", "a JPEG picture"),
+        (b"GIF8", "a GIF picture"),
+        (b"%PDF", "a PDF document"),
+        (b"PK\x03\x04", "a ZIP archive, which may hold it"),
+        (b"<?xml", "an XML file"),
+        (b"<!DOCTYPE", "a web page"),
+    ];
+    KINDS.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, kind)| *kind)
+}
+
+/// Only IES files have one.
+fn has_tilt_line(bytes: &[u8]) -> bool {
+    tilt_line(&lines_of(&decode(bytes))).is_some()
+}
