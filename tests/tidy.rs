@@ -1,7 +1,12 @@
 //! Keeps the house tidy: floors, prints, f32, and the length of files.
 
+mod house;
+
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use house::{Modules, named_in, product_code, without_comments};
 
 /// Rooms and their floors; a room may use only rooms on lower numbers.
 const FLOORS: &[(&str, u32)] = &[
@@ -57,13 +62,12 @@ fn floor(room: &str) -> u32 {
     FLOORS.iter().find(|(name, _)| *name == room).unwrap_or_else(|| panic!("src/{room} stands on no floor")).1
 }
 
-/// Rooms that a line of code names by `crate::room` or `luxmc::room`; comments do not count.
-fn rooms_named(line: &str) -> Vec<&str> {
-    if line.trim_start().starts_with("//") {
-        return Vec::new();
-    }
-    let names = line.split("crate::").skip(1);
-    names.map(|rest| rest.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or("")).collect()
+/// The files of the library by their names below `src`.
+fn modules(sources: &[(PathBuf, String)]) -> Modules {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let inside = |path: &Path| path.strip_prefix(&root).unwrap().to_str().unwrap().to_owned();
+    let rooms = sources.iter().filter(|(path, _)| room_of(path).is_some());
+    Modules::of(rooms.map(|(path, text)| (inside(path), text.as_str())))
 }
 
 fn complaints(check: impl Fn(&Path, &str) -> Vec<String>) -> Vec<String> {
@@ -75,15 +79,223 @@ fn rooms_use_only_the_floors_above_them() {
     let broken = complaints(|path, text| {
         let Some(room) = room_of(path) else { return Vec::new() };
         let own = floor(&room);
-        let named = text
-            .lines()
-            .enumerate()
-            .flat_map(|(number, line)| rooms_named(line).into_iter().map(move |other| (number + 1, other)));
-        let wrong = named
-            .filter(|(_, other)| FLOORS.iter().any(|(name, _)| name == other) && *other != room && floor(other) >= own);
-        wrong.map(|(number, other)| format!("{}:{number}: {room} uses {other}", path.display())).collect()
+        let named = named_in(&without_comments(text)).into_iter().filter(|named| named.path[0] != "super");
+        let others = named.filter_map(|named| Some((named.line, named.path.get(1)?.clone(), named.path[0].clone())));
+        let is_room = |other: &str| FLOORS.iter().any(|(name, _)| *name == other);
+        let wrong = others.filter(|(_, other, root)| {
+            ["crate", "luxmc"].contains(&root.as_str()) && is_room(other) && *other != room && floor(other) >= own
+        });
+        wrong.map(|(number, other, _)| format!("{}:{number}: {room} uses {other}", path.display())).collect()
     });
     assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// The façade in `lib.rs` would lead past the floors: it is for those outside, and for tests.
+#[test]
+fn rooms_do_not_look_through_the_facade() {
+    let broken = complaints(|path, text| {
+        let Some(room) = room_of(path) else { return Vec::new() };
+        let named = named_in(&product_code(text)).into_iter().filter(|named| named.path[0] == "crate");
+        let wrong =
+            named.filter(|named| !named.path.get(1).is_some_and(|other| FLOORS.iter().any(|(name, _)| name == other)));
+        wrong.map(|named| format!("{}:{}: {room} uses {}", path.display(), named.line, named.path.join("::"))).collect()
+    });
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// What rooms must not know: pieces of paths that their code, tests apart, may not name.
+const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
+    ("base", &["rayon", "random", "time", "fs"]),
+    ("scene", &["rayon", "random", "time"]),
+    ("geometry", &["random", "time", "fs"]),
+    ("sampling", &["rayon", "time", "fs"]),
+    ("check", &["random", "time", "fs"]),
+    ("chain", &["fs", "io"]),
+    ("caches", &["rayon", "random", "time", "fs", "io"]),
+    ("estimators", &["time", "fs", "io"]),
+    ("maps", &["rayon", "random", "time", "fs", "io"]),
+    ("control", &["rayon", "random", "time", "fs", "io"]),
+    ("solver", &["fs"]),
+    ("light_mesh", &["fs"]),
+    ("radiosity", &["random", "time", "fs"]),
+    ("analytic", &["rayon", "random", "time", "fs"]),
+    ("output", &["random"]),
+];
+
+#[test]
+fn rooms_do_not_know_what_is_not_theirs() {
+    let mut seen = BTreeSet::new();
+    let broken: Vec<String> = sources()
+        .iter()
+        .flat_map(|(path, text)| {
+            let room = room_of(path).unwrap_or_default();
+            let is_test =
+                path.file_stem().is_some_and(|stem| stem.to_str().is_some_and(|stem| stem.ends_with("tests")));
+            let forbidden =
+                MUST_NOT_KNOW.iter().filter(|(name, _)| *name == room && !is_test).flat_map(|(_, words)| *words);
+            let named = named_in(&product_code(text));
+            seen.extend(named.iter().flat_map(|named| named.path.clone()));
+            let knows = |word: &&str| named.iter().find(|named| named.path.iter().any(|piece| piece == *word));
+            let wrong = forbidden.filter_map(|word| Some((*word, knows(word)?.line)));
+            wrong.map(|(word, line)| format!("{}:{line}: {room} knows of {word}", path.display())).collect::<Vec<_>>()
+        })
+        .collect();
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+    // A word that nobody names forbids nothing.
+    let words = MUST_NOT_KNOW.iter().flat_map(|(_, words)| *words);
+    let idle: Vec<&&str> = words.filter(|word| !seen.contains(**word)).collect();
+    assert!(idle.is_empty(), "{idle:?}");
+}
+
+/// Files that still import each other in circles.
+const CIRCLES: &[&str] = &[
+    "cli/arguments",
+    "cli/checkpoint",
+    "cli/completions",
+    "cli/dry_run",
+    "cli/man",
+    "cli/progress",
+    "cli/solve",
+    "estimators/ahead",
+    "estimators/direct",
+    "estimators/element",
+    "geometry/build",
+    "geometry/hull",
+    "geometry/tracer",
+    "geometry/tree",
+    "light_mesh/complete",
+    "light_mesh/entries",
+    "light_mesh/exact",
+    "light_mesh/fit",
+    "light_mesh/indirect",
+    "light_mesh/mesh",
+    "light_mesh/plan",
+    "light_mesh/plan_indirect",
+    "light_mesh/result",
+    "light_mesh/sights",
+    "light_mesh/solids",
+    "light_mesh/walks",
+    "solver/adapt",
+    "solver/adapt/sides",
+    "solver/broad",
+    "solver/cells",
+    "solver/cells/asker",
+    "solver/choice",
+    "solver/glare",
+    "solver/job",
+    "solver/job/cells",
+    "solver/job/connecting",
+    "solver/job/elements",
+    "solver/job/engine",
+    "solver/local",
+    "solver/pilot",
+    "solver/run",
+    "solver/run/forecast",
+    "solver/run/kept",
+    "solver/run/observer",
+    "solver/share",
+    "solver/solution",
+    "solver/sweep",
+    "validation/case",
+    "validation/measure",
+    "validation/proving_ground/campaign",
+    "validation/proving_ground/pictures",
+    "validation/proving_ground/reference",
+    "validation/proving_ground/report",
+    "validation/proving_ground/rival",
+    "validation/reference",
+    "validation/statistics",
+    "validation/stored_run",
+    "validation/truth",
+    "validation/truth_enclosure",
+    "validation/truth_room",
+    "validation/truth_sobolev",
+];
+
+#[test]
+fn files_of_a_room_do_not_import_each_other_in_circles() {
+    let sources = sources();
+    let found = modules(&sources).in_circles();
+    let known: BTreeSet<String> = CIRCLES.iter().map(|file| (*file).to_owned()).collect();
+    let new: Vec<&String> = found.difference(&known).collect();
+    assert!(new.is_empty(), "files in circles of imports: {new:#?}");
+    let gone: Vec<&String> = known.difference(&found).collect();
+    assert!(gone.is_empty(), "CIRCLES tells of circles that are gone by now: {gone:#?}");
+}
+
+/// Units as documents write them, and as names end in them.
+const UNITS: &[(&str, &str)] = &[
+    ("m", "m"),
+    ("mm", "mm"),
+    ("m²", "m2"),
+    ("m³", "m3"),
+    ("lx", "lx"),
+    ("lx²", "lx2"),
+    ("lm", "lm"),
+    ("lm/m²", "m2"),
+    ("cd", "cd"),
+    ("cd/m²", "m2"),
+    ("sr", "sr"),
+    ("s", "s"),
+    ("W", "w"),
+    ("degrees", "deg"),
+    ("rad", "rad"),
+];
+
+/// Fields that still have a unit in their documents alone.
+const UNITS_TO_COME: &[&str] = &[
+    "chain/outlook: seen",
+    "maps/history: squared_error",
+    "maps/replicas: direct",
+    "maps/scores: variance",
+    "solver/broad: weights",
+    "solver/job: direct_variance",
+    "solver/pilot: variance",
+    "solver/share: direct",
+];
+
+/// Public fields of f64 whose documents tell a unit that their names do not have.
+fn fields_without_their_units(text: &str) -> Vec<String> {
+    let (mut document, mut wrong) = (String::new(), Vec::new());
+    for line in text.lines().map(str::trim) {
+        if let Some(told) = line.strip_prefix("///") {
+            document += told;
+            document.push(' ');
+            continue;
+        }
+        let field = ["pub ", "pub(crate) ", "pub(super) "].into_iter().find_map(|visible| line.strip_prefix(visible));
+        let field =
+            field.and_then(|field| field.strip_suffix(',')?.split_once(": ")).filter(|(_, kind)| kind.contains("f64"));
+        if let Some((name, _)) = field {
+            let words: Vec<&str> = document.split([' ', ',', '.', ';', ':', '(', ')']).collect();
+            let mut told = words.windows(2).filter(|pair| pair[0] == "in");
+            let told = told.find_map(|pair| UNITS.iter().find(|(unit, _)| *unit == pair[1]));
+            let has = |unit: &str| {
+                name.split('_').any(|piece| piece == unit || piece == "per" || piece == "lumens" && unit == "lm")
+            };
+            // A weight may be an area, or no area at all.
+            if told.is_some_and(|(_, unit)| !has(unit)) && !document.contains("or 1") {
+                wrong.push(name.to_owned());
+            }
+        }
+        document.clear();
+    }
+    wrong
+}
+
+#[test]
+fn fields_have_their_units_in_their_names() {
+    let found: BTreeSet<String> = complaints(|path, text| {
+        let room = room_of(path).unwrap_or_default();
+        let file = path.file_stem().unwrap().to_str().unwrap();
+        fields_without_their_units(text).into_iter().map(|field| format!("{room}/{file}: {field}")).collect()
+    })
+    .into_iter()
+    .collect();
+    let known: BTreeSet<String> = UNITS_TO_COME.iter().map(|field| (*field).to_owned()).collect();
+    assert_eq!(found, known, "fields whose names lack the unit that their documents tell");
+    let fields = "    /// Its area in m².\n    pub area: f64,\n    /// Its area in m².\n    pub area_m2: f64,\n";
+    assert_eq!(fields_without_their_units(fields), ["area"]);
 }
 
 /// Pieces of names that tell of looks along straight ways, and of what lies inside of what.
@@ -250,8 +462,23 @@ fn the_checks_see_what_they_forbid() {
         paths_named("see `src/a.rs` and `B.md`, `luxmc x/y z`\n```sh\ncd `c/d`\n```\n`e/` `f`"),
         ["src/a.rs", "B.md", "e/"]
     );
-    assert_eq!(rooms_named("use crate::solver::Settings; let x = crate::maps::judge;"), ["solver", "maps"]);
-    assert!(rooms_named("//! see crate::solver").is_empty());
+    let code = "// use crate::none::Here;\nuse crate::{maps::judge, solver::{self, Settings as S}};\nlet x = crate::scene::inspect(a);\n";
+    let named: Vec<(usize, String)> =
+        named_in(&without_comments(code)).into_iter().map(|named| (named.line, named.path.join("::"))).collect();
+    let expected =
+        [(2, "crate::maps::judge"), (2, "crate::solver"), (2, "crate::solver::Settings"), (3, "crate::scene::inspect")];
+    assert_eq!(named, expected.map(|(line, path)| (line, path.to_owned())));
+    // A file and those in its folder may know each other; files beside each other may not, through what the room shows neither.
+    let files = [
+        ("room/mod.rs", "mod a;\nmod b;\npub use b::B;\nconst C: u32 = 0;"),
+        ("room/a.rs", "use super::{B, C};"),
+        ("room/b.rs", "use super::C;\npub struct B;\nfn f() { super::a::g() }"),
+        ("room/b/c.rs", "use super::B;"),
+        ("room/d.rs", "use super::a::g;\n#[cfg(test)]\nmod tests {\n    use crate::room::e::E;\n}"),
+        ("room/e.rs", "use super::d::D;"),
+    ];
+    let circles = Modules::of(files.map(|(name, text)| (name.to_owned(), text))).in_circles();
+    assert_eq!(circles.into_iter().collect::<Vec<_>>(), ["room/a", "room/b"]);
     let lines = [
         "pub struct Spot {",
         "    pub(crate) enum Way<'a> {",
