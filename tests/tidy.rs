@@ -412,6 +412,50 @@ fn lines_of_the_methods_can_be_read_side_by_side() {
     assert!(long.is_empty(), "lines of docs/methods.md, and their lengths: {long:?}");
 }
 
+/// The numbers of the equations of `docs/methods.md`, in their order: those that stand at the end of a formula's line.
+fn equations(methods: &str) -> Vec<u32> {
+    let formulas = methods.lines().filter(|line| line.starts_with("    "));
+    formulas.filter_map(|line| line.strip_suffix(')')?.rsplit_once("  (")?.1.parse().ok()).collect()
+}
+
+/// The equations that a file cites: `docs/methods.md (2), (3)` cites two.
+fn equations_cited(text: &str) -> Vec<u32> {
+    let comments =
+        text.lines().map(|line| line.trim().trim_start_matches(['/', '!']).trim()).collect::<Vec<_>>().join(" ");
+    let mut cited = Vec::new();
+    for after in comments.split("docs/methods.md").skip(1) {
+        let mut rest = after;
+        while let Some((number, behind)) =
+            rest.trim_start_matches([' ', ',']).strip_prefix('(').and_then(|rest| rest.split_once(')'))
+        {
+            let Ok(number) = number.parse() else { break };
+            cited.push(number);
+            rest = behind;
+        }
+    }
+    cited
+}
+
+#[test]
+fn equations_are_numbered_once_and_cited_where_they_are_computed() {
+    let methods = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/methods.md")).unwrap();
+    let mut numbers = equations(&methods);
+    numbers.sort_unstable();
+    assert!(numbers.len() > 20, "the equations were not found");
+    assert!(numbers.iter().copied().eq(1..=numbers.len() as u32), "not each once: {numbers:?}");
+    let mut cited = BTreeSet::new();
+    let unknown = complaints(|path, text| {
+        let unknown = equations_cited(text).into_iter().filter(|number| !numbers.contains(number));
+        unknown.map(|number| format!("{}: there is no equation ({number})", path.display())).collect()
+    });
+    sources().iter().for_each(|(_, text)| cited.extend(equations_cited(text)));
+    assert!(unknown.is_empty(), "{}", unknown.join("\n"));
+    let left_out: Vec<&u32> = numbers.iter().filter(|number| !cited.contains(number)).collect();
+    assert!(left_out.is_empty(), "equations of docs/methods.md that no code cites: {left_out:?}");
+    assert_eq!(equations("    a = b (c)        (7)\nas in (8)\n    d  (9)"), [7, 9]);
+    assert_eq!(equations_cited("//! as docs/methods.md\n//! (7), (9) says (2); docs/methods.md, section (1)"), [7, 9]);
+}
+
 /// Paths between back quotes: all with a slash in them, and files of Rust and Markdown.
 fn paths_named(text: &str) -> Vec<&str> {
     // Blocks of commands are fenced by three; what stands between single ones is every second piece.

@@ -7,7 +7,7 @@ pub const LEAST_RATING: f64 = 10.0;
 ///
 /// UGR = 8 log₁₀(0.25/L_b · Σ L²ω/p²); `None` without glare or background, where it has no value.
 ///
-/// Source: CIE 117-1995.
+/// Source: CIE 117-1995; docs/methods.md (25).
 pub fn unified_glare_rating(background_cd_m2: f64, glare_sum: f64) -> Option<f64> {
     (background_cd_m2 > 0.0 && glare_sum > 0.0).then(|| 8.0 * (0.25 / background_cd_m2 * glare_sum).log10())
 }

@@ -167,7 +167,7 @@ impl Sky {
 
     /// Illuminance in lx on a plane with a unit normal, where nothing but the ground hides the sky.
     ///
-    /// Accuracy: uniform and overcast skies are closed forms; the general ones are integrated to some 1e-4.
+    /// Source: docs/methods.md (28). Accuracy: uniform and overcast skies are closed forms; the general ones are integrated to some 1e-4.
     pub fn illuminance_lx(&self, normal: DVec3) -> f64 {
         let cosine = normal.z.clamp(-1.0, 1.0);
         let from_ground_lx = PI * self.ground_cd_m2 * 0.5 * (1.0 - cosine);

@@ -108,7 +108,7 @@ impl StandardRoom {
 
     /// Direct flux of one luminaire on the reference plane in lm, from its fluxes in zones of 10°.
     ///
-    /// The cones of the multipliers end at 41.4°, 60°, 75.5° and 90°: quarters of the half space.
+    /// The cones of the multipliers end at 41.4°, 60°, 75.5° and 90°: quarters of the half space. Source: docs/methods.md (27).
     pub fn direct_flux_lm(&self, zone_fluxes_lm: &[f64; ZONES]) -> f64 {
         let within = |zones: usize| zone_fluxes_lm[..zones].iter().sum::<f64>();
         let cones_lm =
@@ -147,7 +147,7 @@ impl StandardRoom {
         2.0 * HEIGHT_M * HEIGHT_M * (self.size_h[0] + self.size_h[1])
     }
 
-    /// Background luminance in cd/m² by the tabular method, for so many luminaires of these fluxes in zones of 10°.
+    /// Background luminance in cd/m² by the tabular method, for so many luminaires of these fluxes in zones of 10°: docs/methods.md (26).
     pub fn background_cd_m2(&self, luminaires: u32, zone_fluxes_lm: &[f64; ZONES], reflectances: [f64; 3]) -> f64 {
         let downward_lm: f64 = zone_fluxes_lm[..ZONES / 2].iter().sum();
         let upward_lm: f64 = zone_fluxes_lm[ZONES / 2..].iter().sum();

@@ -7,7 +7,7 @@ use super::sight_map::CellChoice;
 use super::{Spot, Stage};
 use crate::sampling::emitter_tree::Cut;
 
-/// Share of the choices that go to luminaires that were seen from the region, where most light is hidden.
+/// Share of the choices that go to luminaires that were seen from the region, where most light is hidden (docs/methods.md (6)).
 const SEEN: f64 = 0.5;
 /// Share of the choices that go to any luminaire there.
 const ANY: f64 = 0.05;

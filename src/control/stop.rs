@@ -14,7 +14,7 @@ const MOST_DEGREES: f64 = 1e6;
 ///
 /// The true squared error of a run is its expectation times χ²_k/k, the expectation is estimated with 15 k degrees of
 /// freedom from the spread of the replicas, and the two are independent: their ratio follows Fisher's F(k, 15 k).
-/// The margin is the root of its 95% quantile.
+/// The margin is the root of its 95% quantile: docs/methods.md (10).
 pub fn margin(degrees_of_freedom: f64) -> f64 {
     let k = degrees_of_freedom.clamp(1.0, MOST_DEGREES);
     match FisherSnedecor::new(k, (REPLICAS - 1) as f64 * k) {

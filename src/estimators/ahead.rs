@@ -1,4 +1,4 @@
-//! What a receiver expects of every emitter before it samples direct light.
+//! What a receiver expects of every emitter before it samples direct light (docs/methods.md (3)).
 //!
 //! Looks ahead tell about which emitters a receiver sees, and which parts of those that it sees in part. What they found is
 //! expected from then on, and samples look for what differs from that: L = Σ cₖ + Σ (lᵢ − cₖ)/nₖ, cₖ what item k, an

@@ -1,4 +1,4 @@
-//! Direct light: exact where nothing stands between, sampled in visibility where something may.
+//! Direct light: exact where nothing stands between, sampled in visibility where something may (docs/methods.md (2)).
 
 use glam::DVec3;
 

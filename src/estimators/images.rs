@@ -3,7 +3,7 @@
 //!
 //! A sequence of facets is drawn step by step ([`Beam`]); at every step one emitter is chosen and a point of it, and if
 //! the beam holds that, the path is followed back from facet to facet and counts in full. Each path has one sequence,
-//! which is drawn with a known probability: counted once, without bias.
+//! which is drawn with a known probability: counted once, without bias (docs/methods.md (16)).
 
 use glam::DVec3;
 

@@ -2,9 +2,9 @@
 //! makes of light from there. For luminance the receiver is the sub-point of a line of sight (double local estimation).
 //!
 //! K has no bound: 1/d² in corners. So chains score min(K, c) only, and what that cuts off, the near field, comes from
-//! walks that start at the receiver and count what they meet with the share (1 − c/K)⁺ (equations 22 and 23 of
-//! docs/methods.md). Both parts have finite variance wherever the receiver lies, and their sum is exact whatever c is.
-//! It may depend on the vertex: c = β E_c, with E_c about the illuminance there, since chains come often where it is bright
+//! walks that start at the receiver and count what they meet with the share (1 − c/K)⁺ (docs/methods.md
+//! (22), (23)). Both parts have finite variance wherever the receiver lies, and their sum is exact whatever c is.
+//! It may depend on the vertex: c = β E_c (docs/methods.md (24)), with E_c about the illuminance there, since chains come often where it is bright
 //! and walks do better where it is not.
 
 use std::f64::consts::PI;

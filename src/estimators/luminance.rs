@@ -3,7 +3,7 @@
 //! The line of sight ends at the sub-point r′ (through panes and mirrors: [`look_along`]). What is seen there is, order by
 //! order: luminaires on the line itself; their light scattered once, at r′; and what reaches r′ after reflections. The
 //! first two are the *direct* part: every luminaire is looked at from r′, and for a lobe the lobe's own ray looks too,
-//! both weighed by their densities. The rest is a walk from r′, drawn by the reflection law, which is reciprocal.
+//! both weighed by their densities. The rest is a walk from r′ (docs/methods.md (21)), drawn by the reflection law, which is reciprocal.
 
 use std::f64::consts::PI;
 
@@ -178,7 +178,7 @@ fn glossy_cd_m2(stage: &Stage, end: &SubPoint, law: &Phong, stream: &mut Stream)
 }
 
 /// Share of the lobe's light that looks count, the lobe's ray the rest: 1/(1 + z), z = fE/(nL), n looks at the emitter
-/// on average (equation 10 of docs/methods.md). Points, which no ray meets, count by looks alone.
+/// on average (docs/methods.md (15)). Points, which no ray meets, count by looks alone.
 fn look_share(emitter: &Emitter, lobe_per_sr: f64, unshadowed_lx: f64, looks_per_emitter: f64) -> f64 {
     let Some(exitance_lm_m2) = emitter.exitance_lm_m2() else {
         return 1.0;

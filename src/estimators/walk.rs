@@ -2,7 +2,7 @@
 //! finite variance.
 //!
 //! E_indirect(x) = ∫ ρ(r′)/π · E(r′) cos θ dω: a direction drawn with density cos θ/π leaves exactly ρ(r′) E(r′) to
-//! score. The direct part of E(r′) is computed at r′; for the indirect part the walk goes on with probability ρ.
+//! score: docs/methods.md (1) becomes its docs/methods.md (5). The direct part of E(r′) is computed at r′; for the indirect part the walk goes on with probability ρ.
 //! No score ever holds a 1/r² of two surfaces, so corners are harmless.
 //!
 //! At every vertex that scatters, one look finds the luminaires in sight, and another those in flat mirrors. What looks cannot

@@ -1,4 +1,4 @@
-//! Spherical harmonics that the illuminance of a surface depends on.
+//! Spherical harmonics that the illuminance of a surface depends on (docs/methods.md (19)).
 //!
 //! Of light that arrives with the coefficients c_lm a surface with normal N receives Σ a_l c_lm Y_lm(N): the clamped cosine
 //! takes the orders 0, 1 and the even ones, less and less of them (Ramamoorthi and Hanrahan 2001, "An efficient

@@ -196,7 +196,7 @@ impl<'a> LightMesh<'a> {
 
     /// Direct illuminance at a place: E = Σ_i (share of the set's points that see luminaire i) · E_i.
     ///
-    /// Source: Debelov and Novikov (2009), eq. 6; docs/methods.md, section 12.
+    /// Source: Debelov and Novikov (2009), eq. 6; docs/methods.md (18).
     pub fn direct(&self, receiver: &Receiver, room: &mut Workroom) -> MeshLight {
         room.counts.places += 1;
         let Samples { words, .. } = *self.around.samples;

@@ -1,4 +1,4 @@
-//! What an element map cannot show: how the illuminance varies within its elements.
+//! What an element map cannot show: how the illuminance varies within its elements (docs/methods.md (20)).
 //!
 //! An element shows its mean, or its mean and two slopes. What is left out is measured without bias: products of the even
 //! and the odd half's coefficients for linear and quadratic parts, and for direct light, whose edges no polynomial follows,

@@ -10,7 +10,7 @@ use super::replicas::ReplicaMap;
 pub struct Judgement {
     /// Weighted mean of the map in lx.
     pub mean_lx: f64,
-    /// Random error from the even and the odd half: ½ √(Σ A (E_odd − E_even)² / Σ A) / mean.
+    /// Random error from the even and the odd half: ½ √(Σ A (E_odd − E_even)² / Σ A) / mean, docs/methods.md (7).
     pub halves_error: f64,
     /// Expected random error from the spread of all replicas: the same quantity, with 15 times the information.
     pub expected_error: f64,
@@ -61,7 +61,7 @@ impl PairProducts {
         }
     }
 
-    /// Degrees of freedom of the mean square over the map, (tr C)²/tr C²: 1 at least.
+    /// Degrees of freedom of the mean square over the map, (tr C)²/tr C²: 1 at least (docs/methods.md (8)).
     fn degrees_of_freedom(&self) -> f64 {
         let different = || (0..PAIRS).flat_map(|i| (0..i).map(move |j| (i, j)));
         let of_traces: f64 = different().map(|(i, j)| self.0[i][i] * self.0[j][j]).sum();

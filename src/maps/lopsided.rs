@@ -63,6 +63,8 @@ impl Skewness {
     }
 
     /// The factor by which the bar of a mean grows, given its standard error and its indirect part.
+    ///
+    /// Source: docs/methods.md (9).
     pub(super) fn widening(self, standard_error_lx: f64, indirect_lx: f64) -> f64 {
         if indirect_lx <= 0.0 {
             return 1.0;

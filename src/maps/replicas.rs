@@ -27,7 +27,7 @@ pub struct ReplicaMap {
     pub direct_samples: Tally,
     /// Chains or walks so far, in every replica alike.
     pub indirect_samples: Tally,
-    /// What one unit of the indirect sum is worth at entry `i` for a single sample (1 for lx; Φ/A for packets).
+    /// What one unit of the indirect sum is worth at entry `i` for a single sample (1 for lx; Φ/A for packets: docs/methods.md (4)).
     pub indirect_unit_lx: Unit,
     /// What walks say of light that cells told; `None` for other samples.
     pub residuals: Option<Residuals>,

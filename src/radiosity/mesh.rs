@@ -410,6 +410,8 @@ const LEAST_ERROR: f64 = 1e-9;
 ///
 /// What the limits from the coarse pair and from the fine pair differ by is an error four times that of the fine
 /// pair's limit at least, since what the extrapolation leaves falls no slower; half of it is stated.
+///
+/// Source: docs/methods.md (12).
 pub fn extrapolated([coarse, middle, fine]: [f64; 3]) -> (f64, f64) {
     let limit = |coarse: f64, fine: f64| fine + (fine - coarse) / 3.0;
     let value = limit(middle, fine);

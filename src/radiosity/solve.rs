@@ -1,4 +1,4 @@
-//! A room solved on finer and finer meshes, and the maps that they give.
+//! A room solved on finer and finer meshes (docs/methods.md (11)), and the maps that they give.
 
 use std::sync::OnceLock;
 

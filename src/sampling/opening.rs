@@ -1,5 +1,6 @@
 //! Points of a luminous opening. The light of a direction leaves what faces that direction, in proportion to projected area:
-//! I(ω) (n·ω)⁺ dA/A_projected(ω), so that the far field is the file's, and a box sends nothing through itself.
+//! I(ω) (n·ω)⁺ dA/A_projected(ω), so that the far field is the file's, and a box sends nothing through itself
+//! (docs/methods.md (17)).
 
 mod seen;
 #[cfg(test)]

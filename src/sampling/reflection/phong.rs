@@ -1,4 +1,4 @@
-//! A diffuse part and Phong's lobe about the mirror direction, made reciprocal and free of loss.
+//! A diffuse part and Phong's lobe about the mirror direction, made reciprocal and free of loss (docs/methods.md (13)).
 //!
 //! The lobe (n + 1)/(2π) cosⁿα / max(cos θ_i, cos θ_o) is reciprocal, but what it would send below the horizon, and
 //! what the maximum takes, is missing: its directional reflectance R(θ) falls to ½ at grazing incidence. A second,
