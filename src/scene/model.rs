@@ -90,6 +90,22 @@ pub enum ReflectionLaw {
 }
 
 impl ReflectionLaw {
+    /// Name of its type, as scene files have it.
+    pub fn name(&self) -> &'static str {
+        super::materials::TYPES[usize::from(self.number())]
+    }
+
+    /// Number of its type, from 0 in the order in which the formats list them.
+    pub fn number(&self) -> u8 {
+        match self {
+            ReflectionLaw::Diffuse { .. } => 0,
+            ReflectionLaw::Phong { .. } => 1,
+            ReflectionLaw::Mirror { .. } => 2,
+            ReflectionLaw::Glass { .. } => 3,
+            ReflectionLaw::Translucent { .. } => 4,
+        }
+    }
+
     /// Share that leaves the lit side in every direction alike.
     pub fn diffuse_reflectance(&self) -> f64 {
         match *self {
