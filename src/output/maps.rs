@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::daylight::{DAYLIGHT_FACTOR_COLUMNS, daylight_file};
+use super::intensity::intensity_files;
 use super::observers::{maps_of, observer_files};
 use super::sheet::{Field, Sheet};
 use super::verdicts::verdict_file;
@@ -111,6 +112,7 @@ pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile
     }
     files.extend(daylight_file(scene, solution)?);
     files.extend(observer_files(scene, solution)?);
+    files.extend(intensity_files(scene, solution)?);
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
     files.push(table_file(rows.filter(|row| row.kind.is_illuminance()))?);
     files.extend(verdict_file(scene, solution)?);
