@@ -209,6 +209,12 @@ impl<'a> Plan<'a> {
                     self.label(picture, &mut labels, &ring, what);
                 }
                 ReceiverLayout::Points if set.quantity.is_illuminance() => self.draw_points(picture, &mut labels, set),
+                ReceiverLayout::Towards { eye_m } => {
+                    self.draw_sights(picture, eye_m, &[]);
+                    self.label(picture, &mut labels, &[self.spot(eye_m)], set.name.clone());
+                }
+                // What leaves the scene is received nowhere in it.
+                ReceiverLayout::Intensity(_) => {}
                 _ => self.draw_observer(picture, &mut labels, set),
             }
         }

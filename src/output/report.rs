@@ -200,6 +200,13 @@ impl Report<'_> {
                     page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
                     page += &figure(&plot.picture, "What an eye sees there, in cd/m² on a logarithmic scale.");
                 }
+                PlotKind::Intensity => {
+                    page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
+                    page += &figure(
+                        &plot.picture,
+                        "Luminous intensity of all light that leaves the scene, as seen from afar; the IES and LDT files beside this page hold the same.",
+                    );
+                }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
                 PlotKind::Halves => {
                     let words = "Two halves of the computation know nothing of each other: where they differ by chance alone, colours \
