@@ -28,6 +28,7 @@ mod raster;
 mod report;
 mod report_observers;
 mod report_words;
+mod scale;
 mod schedule;
 mod sealed;
 mod share_file;
@@ -35,6 +36,8 @@ mod sheet;
 mod summary;
 mod ugr_table;
 mod verdicts;
+mod view;
+mod view_columns;
 mod vtk;
 
 pub use checkpoint_file::{CheckpointFile, CheckpointHeader, prove_checkpoint, read_checkpoint, write_checkpoint};
