@@ -24,6 +24,7 @@ pub mod picture;
 mod plan;
 mod plots;
 mod polar_plot;
+mod radiance_grids;
 mod raster;
 mod report;
 mod report_observers;
