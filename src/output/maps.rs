@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::daylight::{DAYLIGHT_FACTOR_COLUMNS, daylight_file};
 use super::intensity::intensity_files;
 use super::observers::{maps_of, observer_files};
+use super::radiance_grids::grid_files;
 use super::sheet::{Field, Sheet};
 use super::verdicts::verdict_file;
 use super::{OutputError, ResultFile};
@@ -109,6 +110,7 @@ pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile
     let planes = maps_of(scene, solution, Quantity::is_illuminance);
     if !planes.is_empty() {
         files.push(receiver_file(scene, &planes)?);
+        files.extend(grid_files(scene, &planes));
     }
     files.extend(daylight_file(scene, solution)?);
     files.extend(observer_files(scene, solution)?);

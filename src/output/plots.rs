@@ -225,11 +225,11 @@ pub fn maintenance_note(scene: &Scene) -> String {
 
 /// File names given away so far.
 #[derive(Default)]
-struct Stems(HashSet<String>);
+pub(super) struct Stems(HashSet<String>);
 
 impl Stems {
     /// A name that no other file bears: the one wanted, or that with a number behind it.
-    fn fresh(&mut self, wanted: &str) -> String {
+    pub fn fresh(&mut self, wanted: &str) -> String {
         let mut stem = wanted.to_owned();
         let mut number = 2;
         // Some file systems take a letter's case for nothing.

@@ -12,6 +12,7 @@ use super::report_observers::observer_tables;
 use super::report_words::{explanations, stop_words, target_words};
 use super::schedule::{Power, Schedule, floor_area_m2};
 use super::verdicts::verdict_section;
+use super::view::view_section;
 use super::{ResultFile, date::utc_date};
 use crate::check::{InspectedSurface, inspect_surfaces};
 use crate::maps::{Estimate, TableKind, TableRow};
@@ -82,6 +83,9 @@ impl Report<'_> {
              Blue: where illuminance is computed.",
         );
         page.push_str("</div>\n");
+        if !self.plots.is_empty() {
+            page += &view_section(self.scene, self.solution);
+        }
         page += &self.map_figures();
         page += &self.surfaces();
         page += &self.luminaires();
