@@ -1,6 +1,6 @@
 //! Writes intensity distributions as IES LM-63-2002 and EULUMDAT files. Neither holds a date, so that equal runs give equal bytes.
 
-use super::intensity::LeavingLight;
+use super::leaving_light::LeavingLight;
 use super::sheet::shortest;
 use crate::scene::Scene;
 

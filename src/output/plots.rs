@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::convergence_plot::convergence_picture;
 use super::flat::{FlatMap, RowsOfSides, grid_map, surface_maps};
 use super::halves_plot::{deviations, difference_picture, histogram_picture};
-use super::intensity::leaving_light;
+use super::leaving_light::leaving_light;
 use super::luminance_plot::luminance_picture;
 use super::map_plot::{map_picture, value_chart};
 use super::numbers::{percent, ratio};

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::glare_plot::{glare_grid_picture, glare_picture};
 use super::html::{HtmlTable, figure, with_error};
-use super::intensity::leaving_light;
+use super::leaving_light::leaving_light;
 use super::numbers::{amount, lux, percent, uncertainty};
 use super::picture::escaped;
 use crate::base::glare::rating_text;

@@ -5,7 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
-use super::intensity::{LeavingLight, leaving_light};
+use super::leaving_light::{LeavingLight, leaving_light};
 use super::schedule::{Power, floor_area_m2};
 use super::verdicts::verdict_entries;
 use crate::base::position_index::POSITION_INDEX;

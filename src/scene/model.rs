@@ -92,7 +92,13 @@ pub enum ReflectionLaw {
 impl ReflectionLaw {
     /// Name of its type, as scene files have it.
     pub fn name(&self) -> &'static str {
-        super::materials::TYPES[usize::from(self.number())]
+        match self {
+            ReflectionLaw::Diffuse { .. } => "diffuse",
+            ReflectionLaw::Phong { .. } => "phong",
+            ReflectionLaw::Mirror { .. } => "mirror",
+            ReflectionLaw::Glass { .. } => "glass",
+            ReflectionLaw::Translucent { .. } => "translucent",
+        }
     }
 
     /// Number of its type, from 0 in the order in which the formats list them.
@@ -448,7 +454,7 @@ pub enum ReceiverLayout {
         eye_m: DVec3,
     },
     /// Directions of an intensity distribution.
-    Intensity(super::IntensityTable),
+    Intensity(super::intensity_table::IntensityTable),
 }
 
 impl ReceiverSet {
@@ -463,7 +469,7 @@ impl ReceiverSet {
     }
 
     /// The directions of an intensity distribution, where it asks for one.
-    pub fn intensity_table(&self) -> Option<&super::IntensityTable> {
+    pub fn intensity_table(&self) -> Option<&super::intensity_table::IntensityTable> {
         match &self.layout {
             ReceiverLayout::Intensity(table) => Some(table),
             _ => None,

@@ -7,8 +7,8 @@ use super::error::SceneError;
 use super::grid_frame::refuse_too_many;
 use super::model::{Background, Quantity, ReceiverLayout, ReceiverPoint};
 use super::reader::{Fields, Node};
-use super::receivers::Around;
 use super::surfaces::Surfaces;
+use super::units::LengthUnit;
 
 /// Keys of a fan of directions.
 pub(super) const FAN_KEYS: [&str; 5] = ["direction", "axis", "from_deg", "to_deg", "count"];
@@ -46,13 +46,14 @@ const PARALLEL: f64 = 1e-6;
 pub(super) fn read(
     kind: &str,
     fields: &Fields,
-    around: &Around,
+    unit: LengthUnit,
+    surfaces: &Surfaces,
     most: u64,
 ) -> Result<Option<(Quantity, ReceiverLayout, Vec<ReceiverPoint>)>, SceneError> {
     if kind != "luminance" && kind != "ugr" {
         return Ok(None);
     }
-    let position_m = around.unit.point_m(fields.need("position", "[1, 3, 1.2]")?.vector()?);
+    let position_m = unit.point_m(fields.need("position", "[1, 3, 1.2]")?.vector()?);
     let looking = |directions: Vec<DVec3>| {
         let point = |normal: DVec3| ReceiverPoint { position_m, normal, weight: 1.0, inside: false };
         directions.into_iter().map(point).collect()
@@ -66,7 +67,7 @@ pub(super) fn read(
     let given: Vec<&str> =
         ["directions", "fan", "view", "surface"].into_iter().filter(|key| fields.get(key).is_some()).collect();
     if given[..] == ["surface"] {
-        let points = towards_elements(&fields.need("surface", "\"desks\"")?, around.surfaces, position_m, most)?;
+        let points = towards_elements(&fields.need("surface", "\"desks\"")?, surfaces, position_m, most)?;
         return Ok(Some((Quantity::Luminance, ReceiverLayout::Towards { eye_m: position_m }, points)));
     }
     let (layout, directions) = match given[..] {

@@ -114,7 +114,8 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
         let (quantity, layout, points) = intensity::read(&fields, around.unit, most)?;
         return Ok(ReceiverSet { name, quantity, layout, points, observers: Vec::new(), requirements: Vec::new() });
     }
-    if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around, most)? {
+    if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit, around.surfaces, most)?
+    {
         let observers = if matches!(quantity, Quantity::Glare(_)) { observers_at(&points) } else { Vec::new() };
         let requirements = requirements::read(&fields, quantity)?;
         return Ok(ReceiverSet { name, quantity, layout, points, observers, requirements });

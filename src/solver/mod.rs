@@ -4,7 +4,6 @@ mod adapt;
 mod broad;
 mod cells;
 mod choice;
-mod far_field;
 mod finish;
 mod glare;
 mod guide;

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::adapt::Adaptive;
-use super::far_field::leaving_cost;
 use super::job::Context;
 use super::pace::TimeLeft;
 use crate::estimators::ahead::Expectations;
@@ -18,7 +17,7 @@ use crate::estimators::walk::sample_indirect_lx;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::Elements;
+use crate::scene::{Elements, IntensityTable};
 
 /// Points or elements that the pilot looks at, at most.
 const MOST_SITES: usize = 256;
@@ -30,6 +29,8 @@ const WALKS: u64 = 4;
 const LEAST_SAMPLES: u64 = 512;
 /// Chains traced for elements.
 const CHAINS: usize = 1024;
+/// Chains traced for what leaves the scene.
+const LEAVING_CHAINS: usize = 4096;
 /// Rays of chains or walks after which a pilot has seen enough: in nearly white rooms each takes thousands of them.
 pub const ENOUGH_RAYS: u64 = 1_000_000;
 /// Chains, or points that walks start from, that it looks at in any case.
@@ -344,6 +345,38 @@ fn chain_cost(context: &Context, elements: &Elements, stream: &mut Stream) -> Pa
         rays: rays as f64 / chains / cells as f64,
         choosing: 0.0,
         mean_lx: sum_lm / chains / area_m2,
+        pilot_rays: rays,
+    }
+}
+
+/// Measures what a chain costs and how its scores scatter: Σ Ω·var I is Φ² times the mean of 1/Ω where it leaves.
+fn leaving_cost(context: &Context, set: usize, table: &IntensityTable) -> PartCost {
+    let stage = context.stage;
+    let points = &context.scene.receivers[set].points;
+    let all_sr: f64 = points.iter().map(|point| point.weight).sum();
+    let flux_lm = stage.emitters.luminous_flux_lm();
+    let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 1);
+    let (mut variance, mut left, mut chains, mut rays) = (0.0, 0.0, 0, 0);
+    for chain in scattered(LEAVING_CHAINS) {
+        stream.seek(chain as u64);
+        let choice = (chain as f64 + stream.fine_unit()) / LEAVING_CHAINS as f64;
+        let (_, chain_rays, direction) = stage.trace_out(choice, &mut stream);
+        if let Some(direction) = direction {
+            variance += flux_lm * flux_lm / (points[table.entry_towards(direction)].weight * all_sr);
+            left += 1.0;
+        }
+        rays += chain_rays;
+        chains += 1;
+        if chains >= FEWEST_SITES && (rays > ENOUGH_RAYS || is_over(context)) {
+            break;
+        }
+    }
+    let chains = chains as f64;
+    PartCost {
+        variance: variance / chains,
+        rays: rays as f64 / chains / points.len() as f64,
+        choosing: 0.0,
+        mean_lx: flux_lm * left / chains / all_sr,
         pilot_rays: rays,
     }
 }

@@ -19,7 +19,7 @@ use crate::maps::basis::{SLOPES, bends_at};
 use crate::maps::{MapKind, PartScores, REPLICAS, ReplicaMap, Unit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::Elements;
+use crate::scene::{Elements, IntensityTable};
 
 /// Points of a receiver set that a thread takes at a time.
 const POINTS_PER_CHUNK: usize = 64;
@@ -196,6 +196,35 @@ pub fn ends_of_chains(context: &Context, chains: u64) -> Vec<(u64, Ends)> {
             if rays > RAYS_FOR_ENDS {
                 break;
             }
+        }
+        (rays, ends)
+    });
+    traced.collect()
+}
+
+/// Chains of every replica, counted by where they leave the scene to, once they have been scattered: a packet that leaves into the cell of
+/// a direction scores Φ/Ω there, Ω the cell's solid angle. Returns rays and ends, replica by replica.
+pub fn leaving_chains(
+    context: &Context,
+    set: usize,
+    table: &IntensityTable,
+    map: &mut ReplicaMap,
+    chains: Range<u64>,
+) -> Vec<(u64, Ends)> {
+    let number = MapKind::Receivers(set).number();
+    let replicas = map.indirect.par_iter_mut().with_max_len(1).enumerate();
+    let traced = replicas.map(|(replica, counts)| {
+        let (mut rays, mut ends) = (0, Ends::default());
+        let mut stream = Stream::new(context.seed, Purpose::Chains, number, replica as u32);
+        let shift = emission_shift(&mut stream);
+        for chain in chains.clone() {
+            stream.seek(chain);
+            let (end, chain_rays, direction) = context.stage.trace_out(spread_choice(chain, shift), &mut stream);
+            if let Some(direction) = direction {
+                counts[table.entry_towards(direction)] += 1.0;
+            }
+            ends.count(end);
+            rays += chain_rays;
         }
         (rays, ends)
     });

@@ -194,3 +194,16 @@ pub fn element_weights(context: &Context, elements: &Elements, shows: Option<Sho
     let of_slopes: Vec<f64> = of_slopes.collect();
     [area_m2, of_slopes.clone(), of_slopes].concat()
 }
+
+/// An empty map of a receiver set, and its weights.
+pub fn receiver_map(context: &Context, set: usize) -> (ReplicaMap, Vec<f64>) {
+    let receivers = &context.scene.receivers[set];
+    let weights: Vec<f64> =
+        receivers.points.iter().map(|point| if point.inside { 0.0 } else { point.weight }).collect();
+    let unit = match receivers.is_far_field() {
+        // Solid angles stand where areas do.
+        true => Unit::Packets { luminous_flux_lm: context.stage.emitters.luminous_flux_lm(), area_m2: weights.clone() },
+        false => Unit::Lux,
+    };
+    (ReplicaMap::new(weights.len(), unit), weights)
+}

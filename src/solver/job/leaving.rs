@@ -3,7 +3,7 @@
 use super::{Context, Job};
 use crate::maps::{MapKind, REPLICAS};
 use crate::scene::{IntensityTable, Quantity};
-use crate::solver::far_field::leaving_chains;
+use crate::solver::sweep::leaving_chains;
 
 impl Job {
     /// A slice of chains that are counted by where they leave the scene to, towards a number of them.

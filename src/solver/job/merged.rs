@@ -4,7 +4,6 @@ use super::{Context, Engine, Job};
 use crate::control::accepts;
 use crate::maps::{MapKind, Unit, judge};
 use crate::scene::{Elements, Scene};
-use crate::solver::far_field::receiver_map;
 use crate::solver::local::Kernel;
 
 impl Engine {
@@ -30,7 +29,7 @@ impl Job {
                 (map, weights, context.stage.elements.clone())
             }
             MapKind::Receivers(set) => {
-                let (map, weights) = receiver_map(context, set);
+                let (map, weights) = super::receiver_map(context, set);
                 (map, weights, Elements::default())
             }
         };
