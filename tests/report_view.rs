@@ -109,8 +109,8 @@ impl Held {
     fn faults(&self, facet: usize, row: &csv::StringRecord, middle_m: [f64; 3], columns: [usize; 2]) -> Vec<String> {
         let told = |column: usize| row[column].parse::<f64>().expect("a number");
         let mut faults = Vec::new();
-        for axis in 0..3 {
-            let away_m = (middle_m[axis] - told(columns[0] + axis)).abs();
+        for (axis, found_m) in middle_m.iter().enumerate() {
+            let away_m = (found_m - told(columns[0] + axis)).abs();
             if away_m > 0.51 * self.number("step_m") {
                 faults.push(format!("triangle {facet} lies {away_m} m off"));
             }

@@ -276,8 +276,12 @@ mod tests {
         let path = home.path();
         std::fs::write(path.join("report.html"), "of someone else").expect("written");
         std::fs::write(path.join("notes.txt"), "foreign").expect("written");
-        let listed = r#"{"files": ["elements.csv", "map-a.svg", "tables.csv", "notes.txt", "../notes.txt"]}"#;
-        run(path, &[file("elements.csv", "1"), file("map-a.svg", "1"), file("tables.csv", "1"), file(SUMMARY, listed)]);
+        let listed =
+            r#"{"files": ["elements.csv", "map-a.svg", "grid-a.pts", "tables.csv", "notes.txt", "../notes.txt"]}"#;
+        let names = ["elements.csv", "map-a.svg", "grid-a.pts", "tables.csv"];
+        let first: Vec<ResultFile> =
+            names.map(|name| file(name, "1")).into_iter().chain([file(SUMMARY, listed)]).collect();
+        run(path, &first);
         run(path, &[file("tables.csv", "2"), file(SUMMARY, "{}")]);
         assert_eq!(listing(path), ["notes.txt", "report.html", SUMMARY, "tables.csv"]);
         assert_eq!(std::fs::read_to_string(path.join("tables.csv")).expect("there"), "2");

@@ -221,8 +221,8 @@
     redraw();
   };
   const cut = (share) => {
-    state.cut = low[2] + share * (high[2] - low[2]);
-    find("[data-cut-words]").textContent = `${state.cut.toFixed(2)} m`;
+    state.cut = share < 1 ? low[2] + share * (high[2] - low[2]) : 1e9; // Luminaires may hang above all surfaces.
+    find("[data-cut-words]").textContent = `${Math.min(state.cut, high[2]).toFixed(2)} m`;
     redraw();
   };
   const turn = (x, y) => { state.top = false; state.yaw -= x; state.pitch = Math.min(1.57, Math.max(-1.57, state.pitch + y)); redraw(); };
