@@ -4,16 +4,12 @@ use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
 
-use crate::base::pane::pane_shares;
-
 use super::faults::MeshFaults;
 use super::insides::Enclosures;
 use super::mesh_faults::mesh_faults;
 use super::shells::{bounds_m, one_vertex_a_place, shells_over};
 use crate::scene::{Elements, Side};
-use crate::scene::{
-    Emission, Luminaire, Product, Quantity, ReceiverLayout, ReceiverSet, ReflectionLaw, Scene, SurfaceId,
-};
+use crate::scene::{Emission, Luminaire, Product, Quantity, ReceiverLayout, ReceiverSet, Scene, SurfaceId};
 
 /// The plain facts of a scene; everything in SI and photometric units.
 #[derive(Clone, Debug, Serialize)]
@@ -242,18 +238,7 @@ fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> Inspect
     let material = &scene.materials[surface.material as usize];
     let sides = if surface.two_sided { vec![Side::Front, Side::Back] } else { vec![Side::Front] };
     let cells = elements.cells_of_surface(scene, id);
-    let [reflectance, transmittance] = match material.law {
-        ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => [reflectance, 0.0],
-        ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
-            [diffuse_reflectance + specular_reflectance, 0.0]
-        }
-        ReflectionLaw::Glass { refractive_index, internal_transmittance } => {
-            pane_shares(refractive_index, internal_transmittance, 1.0)
-        }
-        ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
-            [diffuse_reflectance, diffuse_transmittance]
-        }
-    };
+    let [reflectance, transmittance] = material.law.shares_at_normal_incidence();
     InspectedSurface {
         name: surface.name.clone(),
         geometry: surface.geometry.clone(),

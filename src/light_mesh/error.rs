@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::scene::{Emission, Quantity, ReflectionLaw, Scene};
+use crate::scene::{Emission, Quantity, Scene};
 
 /// What of a scene light meshes cannot compute.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
 fn refuse_lobes(scene: &Scene, receivers: &str) -> Result<(), NotForLightMesh> {
     for surface in &scene.surfaces {
         let material = &scene.materials[surface.material as usize];
-        if matches!(material.law, ReflectionLaw::Phong { specular_reflectance, .. } if specular_reflectance > 0.0) {
+        if material.law.has_lobe() {
             return Err(NotForLightMesh {
                 what: "the luminance of glossy surfaces: a mesh knows how much light arrives, not from where"
                     .to_owned(),

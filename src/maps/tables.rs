@@ -133,7 +133,7 @@ impl Extreme {
 ///
 /// The average is linear, so its error is the spread of the replicas' own averages. Minimum and maximum are those of the
 /// places' values as they stand, so that every table, picture and file tells the same; noise pulls them apart, which taking replicas out
-/// one at a time could correct, but the correction's own chance costs more than it gains: see docs/methods.md, section 5. Where the least place is one that no packet has met, all replicas agree on it by chance: the
+/// one at a time could correct, but the correction's own chance costs more than it gains: see docs/calibration.md, "Least values". Where the least place is one that no packet has met, all replicas agree on it by chance: the
 /// bound of that place, or the average, is its error then.
 pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     let weight_sum: f64 = subject.weights.iter().sum();

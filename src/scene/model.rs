@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::standard::Requirement;
+use crate::base::pane::pane_shares;
 
 /// A surface's place in [`Scene::surfaces`].
 pub type SurfaceId = u32;
@@ -139,6 +140,27 @@ impl ReflectionLaw {
             }
             ReflectionLaw::Glass { .. } | ReflectionLaw::Translucent { .. } => None,
         }
+    }
+
+    /// Shares of light along the normal that are reflected and let through; of all laws but glass those of every angle.
+    pub fn shares_at_normal_incidence(&self) -> [f64; 2] {
+        match *self {
+            ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => [reflectance, 0.0],
+            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+                [diffuse_reflectance + specular_reflectance, 0.0]
+            }
+            ReflectionLaw::Glass { refractive_index, internal_transmittance } => {
+                pane_shares(refractive_index, internal_transmittance, 1.0)
+            }
+            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
+                [diffuse_reflectance, diffuse_transmittance]
+            }
+        }
+    }
+
+    /// Whether part of the light is scattered about a direction, neither into all alike nor into single ones.
+    pub fn has_lobe(&self) -> bool {
+        matches!(*self, ReflectionLaw::Phong { specular_reflectance, .. } if specular_reflectance > 0.0)
     }
 
     /// Whether a sheet of it has two like sides by nature.

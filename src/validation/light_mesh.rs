@@ -120,11 +120,7 @@ pub fn solve_by_light_mesh(
         stop: &stop,
     };
 
-    let mut traced: Vec<Option<TracedMap>> = requests.iter().map(|_| None).collect();
-    let mut convergence = Vec::new();
-    let (mut notes, mut warnings) = (Vec::new(), Vec::new());
-    let mut left_out = Vec::new();
-    let mut rays = 0;
+    let mut run = Findings { traced: requests.iter().map(|_| None).collect(), ..Findings::default() };
     let mut finest_m = None;
     // Maps that the target binds go first.
     let mut order: Vec<usize> = (0..requests.len()).collect();
@@ -136,46 +132,32 @@ pub fn solve_by_light_mesh(
             planner.wishes.step_m = finest_m;
         }
         if is_long_over() {
-            left_out.push((kind, bound));
+            run.left_out.push((kind, bound));
             continue;
         }
         let entries = Entries::of(&planner.around, kind, settings.seed);
-        planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(rays as f64) };
+        planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(run.rays as f64) };
         let target = target_error.filter(|_| bound);
-        let Some((plan, map)) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut rays) else {
-            left_out.push((kind, bound));
+        let Some((plan, map)) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut run.rays) else {
+            run.left_out.push((kind, bound));
             continue;
         };
-        notes.extend(said(&map, &plan, samples.len(), entries.places()));
-        warnings.extend(step_not_taken(&map, &plan));
         let misses_near_lights = may_miss_near_lights(&planner.around, &entries, &plan);
-        if misses_near_lights {
-            warnings.push(format!(
-                "light mesh: \"{}\": a luminaire nearly touches a surface, and walks may miss the spot that it lights: the stated error may leave it out; --method auto finds it",
-                map.map.name
-            ));
-        }
-        if let DirectPlan::Rays(why @ Why::TooFine(_)) = &plan.direct {
-            warnings.push(format!("\"{}\" has no mesh: {}; shadow rays replace it", map.map.name, why_in_words(why)));
-        }
+        run.tell(&map, &plan, [samples.len(), entries.places()], misses_near_lights);
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
-        let estimated_error = traced
-            .iter()
-            .flatten()
-            .filter(|other| other.map.bound)
-            .map(|other| other.map.error.estimated)
-            .fold(if bound { map.map.error.estimated } else { 0.0 }, f64::max);
+        let own_error = if bound { map.map.error.estimated } else { 0.0 };
+        let estimated_error = run.traced.iter().flatten().map(bound_error).fold(own_error, f64::max);
         let wall_s = observer.wall_s();
         if bound {
-            convergence.push(ConvergenceRow {
+            run.convergence.push(ConvergenceRow {
                 wall_s,
-                rays,
+                rays: run.rays,
                 chains: 0,
                 error: ErrorParts::bias(estimated_error),
                 judged: true,
-                forecast_rays: Forecast::known(rays as f64),
+                forecast_rays: Forecast::known(run.rays as f64),
                 forecast_wall_s: Forecast::known(wall_s),
             });
         }
@@ -183,7 +165,7 @@ pub fn solve_by_light_mesh(
             estimated_error: Some(estimated_error),
             target_error,
             chains: 0,
-            rays,
+            rays: run.rays,
             forecast_rays: None,
             remaining_s: None,
             slowest_map: None,
@@ -195,34 +177,16 @@ pub fn solve_by_light_mesh(
         let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_lights);
         let error = MapError { dark_upper_bound_lx, ..map.map.error };
         let result = MapResult { bound, target_met, error, ..map.map };
-        traced[index] = Some(TracedMap { map: result, ..map });
+        run.traced[index] = Some(TracedMap { map: result, ..map });
     }
-    if solids.open_triangles() > 0 && traced.iter().flatten().any(|map| map.mesh.is_some()) {
-        notes.push(format!(
-            "light mesh: {} of {} triangles belong to no closed solid; near them every mesh point was tested by a ray of its own",
-            solids.open_triangles(),
-            scene.triangles.len()
-        ));
-    }
-    warnings.extend(left_out.iter().map(|(kind, _)| {
-        let name = kind.name(scene);
-        format!("light mesh: \"{name}\" is left out: the run was to end long before it was computed")
-    }));
+    run.tell_at_the_end(scene, &stage, &solids);
+    let Findings { traced, left_out, rays, convergence, notes, warnings } = run;
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
-    warnings.extend(stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
-    for (map, bound_lx) in maps.iter().filter_map(|map| Some((map, map.error.dark_upper_bound_lx?))) {
-        warnings.push(format!(
-            "no light was found in \"{}\": its mean is below {bound_lx:.3e} lx, about; chains (--method collision) tell more of what is so dark",
-            map.name
-        ));
-    }
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     let misses_none = !left_out.iter().any(|(_, bound)| *bound);
     let all_meet = || maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true));
     let target_met = target_error.map(|_| misses_none && all_meet());
-    let is_known = |map: &MapResult| map.error.estimated == 0.0 && map.error.dark_upper_bound_lx.is_none();
-    let is_exact = !maps.is_empty() && maps.iter().all(is_known);
-    let stop_reason = match (is_exact, target_met) {
+    let stop_reason = match (is_exact(&maps), target_met) {
         (true, _) => StopReason::Exact,
         (_, Some(true)) => StopReason::TargetMet,
         _ if observer.is_interrupted() => StopReason::Interrupted,
@@ -253,6 +217,70 @@ pub fn solve_by_light_mesh(
         warnings,
         notes,
     })
+}
+
+/// What a run by light meshes has found so far.
+#[derive(Default)]
+struct Findings {
+    /// The maps asked for, in their order.
+    traced: Vec<Option<TracedMap>>,
+    /// Maps that the run's end left out, and whether the target binds them.
+    left_out: Vec<(MapKind, bool)>,
+    rays: u64,
+    convergence: Vec<ConvergenceRow>,
+    notes: Vec<String>,
+    warnings: Vec<String>,
+}
+
+impl Findings {
+    /// Says how a map was computed, of so many points in a set and places, and what may be wrong with it.
+    fn tell(&mut self, map: &TracedMap, plan: &Plan, [points, places]: [usize; 2], misses_near_lights: bool) {
+        let name = &map.map.name;
+        self.notes.extend(said(map, plan, points, places));
+        self.warnings.extend(step_not_taken(map, plan));
+        if misses_near_lights {
+            self.warnings.push(format!(
+                "light mesh: \"{name}\": a luminaire nearly touches a surface, and walks may miss the spot that it lights: the stated error may leave it out; --method auto finds it"
+            ));
+        }
+        if let DirectPlan::Rays(why @ Why::TooFine(_)) = &plan.direct {
+            self.warnings.push(format!("\"{name}\" has no mesh: {}; shadow rays replace it", why_in_words(why)));
+        }
+    }
+
+    /// Says what the run as a whole has left open.
+    fn tell_at_the_end(&mut self, scene: &Scene, stage: &Stage, solids: &Solids) {
+        if solids.open_triangles() > 0 && self.traced.iter().flatten().any(|map| map.mesh.is_some()) {
+            self.notes.push(format!(
+                "light mesh: {} of {} triangles belong to no closed solid; near them every mesh point was tested by a ray of its own",
+                solids.open_triangles(),
+                scene.triangles.len()
+            ));
+        }
+        self.warnings.extend(self.left_out.iter().map(|(kind, _)| {
+            let name = kind.name(scene);
+            format!("light mesh: \"{name}\" is left out: the run was to end long before it was computed")
+        }));
+        self.warnings.extend(stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
+        for map in self.traced.iter().flatten().map(|map| &map.map) {
+            let Some(bound_lx) = map.error.dark_upper_bound_lx else { continue };
+            self.warnings.push(format!(
+                "no light was found in \"{}\": its mean is below {bound_lx:.3e} lx, about; chains (--method collision) tell more of what is so dark",
+                map.name
+            ));
+        }
+    }
+}
+
+/// The stated error of a map that the target binds; 0 of others.
+fn bound_error(map: &TracedMap) -> f64 {
+    if map.map.bound { map.map.error.estimated } else { 0.0 }
+}
+
+/// Whether there are maps, and all of them are without an error.
+fn is_exact(maps: &[MapResult]) -> bool {
+    let is_known = |map: &MapResult| map.error.estimated == 0.0 && map.error.dark_upper_bound_lx.is_none();
+    !maps.is_empty() && maps.iter().all(is_known)
 }
 
 /// What the mean of a map in which no light was found is below in lx, by the number of rays for each place; `None` where light was
