@@ -70,6 +70,10 @@ pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> Strin
     let end = match (solution.stop_reason, solution.target_met) {
         (StopReason::Exact, _) => "exact: nothing is left to chance",
         (StopReason::Interrupted, _) => "interrupted",
+        (StopReason::VerdictsDecided, _) => "verdicts decided",
+        (StopReason::Undecided, _) => {
+            "verdicts undecided: values lie nearer to their limits than the least error tells (--target-error sets it)"
+        }
         (_, Some(true)) => "target met",
         (StopReason::FinestMesh, Some(false)) => "target not met by the finest mesh",
         (StopReason::FinestMesh, None) => "finest mesh reached",

@@ -25,6 +25,12 @@ pub fn stop_words(solution: &Solution) -> String {
         (StopReason::Interrupted, _) => {
             "The run was interrupted; the values are as exact as they had become by then.".to_owned()
         }
+        (StopReason::VerdictsDecided, _) => {
+            "The computation went on until every requirement was decided, met or not, and ended there.".to_owned()
+        }
+        (StopReason::Undecided, _) => {
+            "Some verdicts stay undecided: the values lie nearer to their limits than the least error that was to be gone to.".to_owned()
+        }
         (_, Some(true)) => "The target was met.".to_owned(),
         (StopReason::Shares, Some(false)) => format!("The target was not met by the shares that were merged{why}."),
         (StopReason::Shares, None) => "All shares of the computation are in these values.".to_owned(),
