@@ -7,7 +7,7 @@ use super::exit::{Exit, Failure};
 use super::method::Plots;
 use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
-use crate::maps::TableRow;
+use crate::maps::{TableKind, TableRow};
 use crate::output::{ReportContext, ResultDirectory, glb_file, plots, report_file, result_files, vtk_file};
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
@@ -44,6 +44,9 @@ pub fn stage_results(
 pub fn tell_results(scene: &Scene, solution: &Solution, tell: impl Fn(&str)) -> Result<(), Failure> {
     console::result(&result_table(scene, solution))?;
     if let Some(line) = covered_line(solution) {
+        tell(&line);
+    }
+    if let Some(line) = unreported_line(scene, solution) {
         tell(&line);
     }
     for warning in &solution.warnings {
@@ -127,6 +130,18 @@ fn covered_line(solution: &Solution) -> Option<String> {
         rows.iter().take(MOST).map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2))).collect();
     let more = if rows.len() > MOST { format!(" and of {} more", rows.len() - MOST) } else { String::new() };
     (!rows.is_empty()).then(|| format!("note: covered, and not in these tables: {}{more}", parts.join(", ")))
+}
+
+/// What is told of surfaces that stand in files alone.
+fn unreported_line(scene: &Scene, solution: &Solution) -> Option<String> {
+    let rows = solution.maps.iter().flat_map(|map| &map.tables);
+    let count = rows.filter(|row| row.kind == TableKind::Surface && !scene.is_reported(&row.name)).count();
+    (count > 0).then(|| {
+        format!(
+            "note: in tables.csv alone, and not in this table: {} of luminaires or with \"report\": false",
+            counted(count, "surface")
+        )
+    })
 }
 
 /// How the program ends on it.

@@ -17,6 +17,19 @@ pub fn target_words(solution: &Solution) -> String {
     }
 }
 
+/// How the values came about, and what their errors rest on.
+pub fn method_words(solution: &Solution) -> String {
+    match solution.replicas {
+        0 => "The light that surfaces throw to each other was computed from the luminaires' data and the reflectances, as often as it is \
+              thrown back, without a limit to their number. The error of the values was estimated beside them."
+            .to_owned(),
+        replicas => format!(
+            "Light was followed on its ways from the luminaires, as often as surfaces throw it back, without a limit to their number. All of \
+             it was computed {replicas} times over, independently; what these computations differ by gives the error of every value."
+        ),
+    }
+}
+
 /// Why the run ended.
 pub fn stop_words(solution: &Solution) -> String {
     let why = solution.why_unmet().map_or(String::new(), |why| format!(", and {why}"));
