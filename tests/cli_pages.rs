@@ -220,7 +220,10 @@ fn the_first_page_tells_whose_project_it_is_and_whether_it_passes() {
     for name in ["lamp/floor", "lamp/x_min", "shelf/x_max"] {
         assert!(!printed.contains(name) && !report.contains(name), "{name} is told of");
         assert!(!out.join(format!("map-{}.svg", name.replace('/', "-"))).exists(), "{name} is drawn");
-        assert!(read(&out.join("tables.csv")).contains(name) && read(&out.join("elements.csv")).contains(&format!("{name},")));
+        assert!(
+            read(&out.join("tables.csv")).contains(name)
+                && read(&out.join("elements.csv")).contains(&format!("{name},"))
+        );
     }
     assert!(told.contains("12 surfaces of luminaires or with \"report\": false"), "{told}");
     for name in ["room/floor", "table/ceiling"] {
