@@ -220,6 +220,10 @@ impl Report<'_> {
             .filter(|plot| matches!(plot.kind, PlotKind::Surface(elements) if elements >= FEWEST_ELEMENTS))
             .filter(|plot| listed.contains_key(plot.subject.as_str()))
             .collect();
+        let is_large = |plot: &&Plot| {
+            surfaces.iter().any(|surface| surface.name == plot.subject && surface.area_m2 >= SMALL_SHARE * all_m2)
+        };
+        shown.retain(is_large);
         shown.truncate(MOST_SURFACE_PLOTS);
         for plot in shown {
             page += &figure(&plot.picture, "");

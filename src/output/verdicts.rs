@@ -114,9 +114,10 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
             Ruling::NotMet => ("not-met", "✗"),
             Ruling::Undecided => ("undecided", "?"),
         };
-        let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
-            format!("<br><small class=\"soft\">{}: {}</small>", entry.name(), entry.task)
-        });
+        let asked_by = verdict
+            .requirement
+            .entry
+            .map_or(String::new(), |entry| format!(" <small class=\"soft\">{}: {}</small>", entry.name(), entry.task));
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
             format!("<span class=\"verdict {class}\">{sign} {}</span>{doubt}", verdict.ruling().name()),

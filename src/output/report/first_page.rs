@@ -36,7 +36,9 @@ impl Report<'_> {
         page += &self.project();
         page += "</header>\n";
         page += &format!("<p class=\"lead\">{}</p>\n", self.result_words(&verdicts));
-        page += &self.facts(verdicts.is_empty());
+        if verdicts.is_empty() {
+            page += &self.facts();
+        }
         page += &verdict_section(self.scene, self.solution);
         page += "<div class=\"pair\">\n<div>\n<h3>Plan</h3>\n";
         page += &figure(
@@ -104,10 +106,12 @@ impl Report<'_> {
                 format!("All light is the sky's, which gives an open horizontal plane {} lx.", amount(outside_lx))
             }
             None => format!(
-                "{} {} {} lm in all, maintained.",
+                "{} {} {} lm in all{}.",
                 if count == 1 { "One luminaire".to_owned() } else { format!("{count} luminaires") },
                 if count == 1 { "gives" } else { "give" },
-                amount(self.scene.luminous_flux_lm())
+                amount(self.scene.luminous_flux_lm()),
+                self.power()
+                    .map_or(String::new(), |[power, specific]| format!(" for {power} W, {specific} W/m² of floor"))
             ),
         });
         let warnings = self.scene.warnings.len() + self.solution.warnings.len();
@@ -116,6 +120,13 @@ impl Report<'_> {
             sentences.push("Remarks of the computation stand under “Please note”.".to_owned());
         }
         sentences.join(" ")
+    }
+
+    /// Electric power in W and in W/m² of floor, where both are known of all luminaires.
+    fn power(&self) -> Option<[String; 2]> {
+        let (power, floor_m2) = (Power::of(self.scene), floor_area_m2(self.scene));
+        let is_known = power.unknown == 0 && power.known_w > 0.0 && floor_m2 > 0.0;
+        is_known.then(|| [amount(power.known_w), ratio(power.known_w / floor_m2)])
     }
 
     /// Requirements with a ruling by name; `None` where none has it.
@@ -130,11 +141,11 @@ impl Report<'_> {
         (!of.is_empty()).then(|| names.join(", ") + &more)
     }
 
-    /// The numbers that matter most; averages where no table of verdicts has them.
-    fn facts(&self, with_averages: bool) -> String {
+    /// The numbers that matter most, where no table of verdicts has them.
+    fn facts(&self) -> String {
         let mut facts: Vec<(String, String)> = Vec::new();
         let rows = self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points));
-        for row in rows.into_iter().take(if with_averages { MOST_AVERAGES } else { 0 }) {
+        for row in rows.into_iter().take(MOST_AVERAGES) {
             let uniformity = format!(
                 "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
                 super::extreme_markup(row, row.minimum_lx, super::alone),
@@ -158,11 +169,8 @@ impl Report<'_> {
                 format!("{} lm<small>maintained, from {count} {plural}</small>", amount(self.scene.luminous_flux_lm())),
             ),
         });
-        let power = Power::of(self.scene);
-        let floor_m2 = floor_area_m2(self.scene);
-        if power.unknown == 0 && power.known_w > 0.0 && floor_m2 > 0.0 {
-            let specific = format!("<small>{} W/m² of floor</small>", ratio(power.known_w / floor_m2));
-            facts.push(("Electric power".to_owned(), format!("{} W{specific}", amount(power.known_w))));
+        if let Some([power, specific]) = self.power() {
+            facts.push(("Electric power".to_owned(), format!("{power} W<small>{specific} W/m² of floor</small>")));
         }
         let target = self.solution.target_error.map_or(String::new(), |target| {
             let met = if self.solution.target_met == Some(false) { "not met" } else { "met" };
