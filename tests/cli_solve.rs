@@ -39,7 +39,7 @@ fn tables_have_their_columns_and_no_empty_cell() {
     let headers = [
         (
             "elements.csv",
-            "surface,element,side,x,y,z,nx,ny,nz,area_m2,illuminance_lx,standard_error_lx,direct_lx,indirect_lx,exitance_lm_m2,luminance_cd_m2,even_lx,odd_lx",
+            "surface,element,side,x,y,z,nx,ny,nz,area_m2,illuminance_lx,standard_error_lx,direct_lx,indirect_lx,exitance_lm_m2,luminance_cd_m2,even_lx,odd_lx,diffuse_luminance_cd_m2,emitted_luminance_cd_m2,material_type",
         ),
         (
             "receivers.csv",
@@ -54,7 +54,7 @@ fn tables_have_their_columns_and_no_empty_cell() {
             "wall_s,rays,chains,estimated_error,random_error,bias,forecast_rays,forecast_rays_low,forecast_rays_high,forecast_wall_s,forecast_wall_low_s,forecast_wall_high_s",
         ),
     ];
-    const TEXTS: [&str; 6] = ["surface", "side", "receiver", "name", "kind", "inside"];
+    const TEXTS: [&str; 7] = ["surface", "side", "receiver", "name", "kind", "inside", "material_type"];
     for (name, expected) in headers {
         let (header, rows) = table(&home.path().join(name));
         assert_eq!(header.join(","), expected, "{name}");
@@ -138,6 +138,41 @@ fn exitance_is_what_a_side_reflects_and_emits() {
         }
     }
     assert_eq!(emitting_sides, 2, "two triangles");
+}
+
+/// Luminances of elements are named for what they are, and a mirror is told from what is black: both have no diffuse luminance.
+#[test]
+fn luminances_of_elements_say_what_they_are_and_mirrors_are_not_black() {
+    let home = directory();
+    let scene = home.path().join("scene.json");
+    let text = r#"{ "version": 1,
+        "materials": { "black": { "type": "diffuse", "reflectance": 0 }, "silver": { "type": "mirror", "reflectance": 0.9 },
+                       "lacquer": { "type": "phong", "diffuse_reflectance": 0.4, "specular_reflectance": 0.3, "exponent": 60 } },
+        "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [3,3,3], "facing": "inward", "material": "black",
+                        "materials": { "floor": "lacquer", "x_min": "silver" } },
+                      { "name": "panel", "type": "rectangle", "origin": [1,1,2.9], "u": [0,1,0], "v": [1,0,0], "material": "lacquer" } ],
+        "luminaires": [ { "name": "light", "type": "area", "surface": "panel", "exitance_lm_m2": 400 } ] }"#;
+    std::fs::write(&scene, text).expect("a scene");
+    let out = home.path().join("out");
+    let solved = solve_file(&scene, &out, &["--chains", "4000", "--elements", "given"]);
+    assert_eq!(code(&solved), 0, "{}", errors(&solved));
+    let (header, rows) = table(&out.join("elements.csv"));
+    let column = |name: &str| header.iter().position(|column| column == name).expect("a column");
+    let mut types = std::collections::BTreeMap::new();
+    for row in &rows {
+        let number = |name: &str| row[column(name)].parse::<f64>().expect("a number");
+        let diffuse_cd_m2 = number("diffuse_luminance_cd_m2");
+        // Of the lacquer its diffuse part alone: 0.4 of the light, not 0.7.
+        let reflectance = if row[0] == "room/floor" || row[0] == "panel" { 0.4 } else { 0.0 };
+        let expected_cd_m2 = reflectance * number("illuminance_lx") / std::f64::consts::PI;
+        assert!((diffuse_cd_m2 - expected_cd_m2).abs() < 1e-9 * expected_cd_m2.max(1.0), "{row:?}");
+        let emitted_cd_m2 = if row[0] == "panel" { 400.0 / std::f64::consts::PI } else { 0.0 };
+        assert!((number("emitted_luminance_cd_m2") - emitted_cd_m2).abs() < 1e-9 * emitted_cd_m2.max(1.0), "{row:?}");
+        assert!((number("luminance_cd_m2") - diffuse_cd_m2 - emitted_cd_m2).abs() < 1e-9 * emitted_cd_m2.max(1.0));
+        types.insert(row[0].clone(), row[column("material_type")].clone());
+    }
+    let of = |surface: &str| types[surface].as_str();
+    assert_eq!([of("room/x_min"), of("room/x_max"), of("room/floor")], ["mirror", "diffuse", "phong"]);
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn every_study_tells_numbers_and_draws() {
             assert!(table.rows.iter().all(|row| row.len() == table.header.len()), "{}", study.name);
         }
     }
-    assert_eq!(studies_named("light-mesh").len(), 7);
+    assert_eq!(studies_named("light-mesh").len(), 8);
     assert_eq!(["scaling", "choice"].map(|name| studies_named(name).len()), [1, 1]);
     assert!(studies_named("cube").is_empty());
 }
@@ -51,6 +51,22 @@ fn steps_and_sources_are_in_order() {
     // A picture's ray of view besides: the papers' 2 : 6 : 172, but for what their scene does not light.
     assert_eq!([0, 1, 2, 3].map(|row| of(row, 4)), [2.0, 6.0, 26.0, 226.0]);
     assert!(of(3, 6) < of(1, 6) && of(1, 6) < of(0, 6), "{rows:?}");
+}
+
+/// Which lamps a point sees tells more than one number of their light: with the same points its error is far smaller, and only it falls
+/// with the step as soon as shadows are resolved. The planted fault, the forms exchanged, fails.
+#[test]
+fn visibility_beats_one_number_and_finer_meshes_help_it_alone() {
+    let rows = &found("light-mesh-forms").tables[0].1.rows;
+    let errors = |cells: &str, form: &str| -> Vec<f64> {
+        rows.iter().filter(|row| row[0] == cells && row[2] == form).map(|row| number(&row[5])).collect()
+    };
+    let [coarse, fine, scalar] = [errors("20", "visibility"), errors("40", "visibility"), errors("40", "scalar")];
+    assert_eq!([coarse.len(), fine.len(), scalar.len()], [4; 3]);
+    assert!(coarse.iter().zip(&fine).all(|(coarse, fine)| fine < coarse), "{coarse:?} {fine:?}");
+    let beats = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a < b);
+    assert!(beats(&fine, &scalar), "{fine:?} {scalar:?}");
+    assert!(!beats(&scalar, &fine), "the planted fault passed");
 }
 
 /// The penumbra by shadow rays is that of the ball, within 3% of the width by similar triangles between a tenth and nine

@@ -25,7 +25,8 @@ class Map:
     """One map of a result: a receiver set, or ``elements``, those of all surfaces.
 
     Arrays have an entry for each point, or side of an element, in the order of ``receivers.csv`` and ``elements.csv``, and the very
-    numbers that stand there. A set of luminances has them in cd/m² (``luminance_cd_m2``), any other in lx (``illuminance_lx``).
+    numbers that stand there. A set of luminances has them in cd/m² (``luminance_cd_m2``), one of intensities in cd (``intensity_cd``, an
+    entry for each end of the axis and each direction between), any other in lx (``illuminance_lx``).
     """
 
     def __init__(self, told: Dict[str, Any], result: "Result") -> None:
@@ -44,12 +45,12 @@ class Map:
 
     @property
     def quantity(self) -> str:
-        """What is told: ``perpendicular``, ``cylindrical``, ``semi-cylindrical``, ``luminance``, ``ugr``."""
+        """What is told: ``perpendicular``, ``cylindrical``, ``semi-cylindrical``, ``luminance``, ``ugr``, ``intensity``."""
         return str(self._told["quantity"])
 
     @property
     def unit(self) -> str:
-        """``lx`` or ``cd/m²``."""
+        """``lx``, ``cd/m²`` or ``cd``."""
         return str(self._told["unit"])
 
     @property
@@ -96,7 +97,12 @@ class Map:
 
     def _array(self, key: str, unit: str, name: str) -> Array:
         if self.unit != unit:
-            other = "luminance_cd_m2, standard_error_cd_m2" if unit == "lx" else "illuminance_lx, standard_error_lx"
+            others = {
+                "lx": "illuminance_lx, standard_error_lx",
+                "cd/m²": "luminance_cd_m2, standard_error_cd_m2",
+                "cd": "intensity_cd, standard_error_cd",
+            }
+            other = others[self.unit]
             raise AttributeError(f"the map {self.name!r} is in {self.unit} and has no {name}; it has {other}")
         found: Optional[Array] = self._told[key]
         if found is None:
@@ -142,6 +148,16 @@ class Map:
     def standard_error_cd_m2(self) -> Array:
         """Its standard error; 0 means exact."""
         return self._array("standard_error", "cd/m²", "standard_error_cd_m2")
+
+    @property
+    def intensity_cd(self) -> Array:
+        """Luminous intensity in cd towards ``normals``."""
+        return self._array("value", "cd", "intensity_cd")
+
+    @property
+    def standard_error_cd(self) -> Array:
+        """Its standard error; 0 means exact."""
+        return self._array("standard_error", "cd", "standard_error_cd")
 
     @property
     def values(self) -> Array:
@@ -203,10 +219,10 @@ class Map:
         return float(np.average(self.values[counts], weights=self.weights[counts])) if counts.any() else 0.0
 
     def to_pandas(self) -> Any:
-        """The rows of ``receivers.csv``, ``luminance.csv``, ``ugr.csv`` or ``elements.csv`` that are this map's (needs pandas)."""
+        """The rows of ``receivers.csv``, ``luminance.csv``, ``ugr.csv``, ``intensity.csv`` or ``elements.csv`` that are this map's (needs pandas)."""
         if self.kind == "elements":
             return self._result._frame("elements.csv")
-        file = {"luminance": "luminance.csv", "ugr": "ugr.csv"}.get(self.quantity, "receivers.csv")
+        file = {"luminance": "luminance.csv", "ugr": "ugr.csv", "intensity": "intensity.csv"}.get(self.quantity, "receivers.csv")
         frame = self._result._frame(file)
         return frame[frame["receiver"] == self.name].reset_index(drop=True)
 

@@ -146,11 +146,18 @@ impl Solution {
             ReceiverLayout::View { columns, rows, .. } => ("view", Some((rows, columns))),
             ReceiverLayout::Fan { .. } => ("fan", None),
             ReceiverLayout::Points => ("points", None),
+            ReceiverLayout::Towards { .. } => ("elements of a surface", None),
+            ReceiverLayout::Intensity(_) => ("intensity", None),
         };
         told.set_item("kind", kind)?;
         told.set_item("shape", shape)?;
         told.set_item("quantity", set.quantity.name())?;
-        told.set_item("unit", if set.quantity == Quantity::Luminance { "cd/m²" } else { "lx" })?;
+        let unit = match set.quantity {
+            Quantity::Luminance => "cd/m²",
+            Quantity::Intensity { .. } => "cd",
+            _ => "lx",
+        };
+        told.set_item("unit", unit)?;
         let places = set.points.iter().map(|point| [point.position_m.x, point.position_m.y, point.position_m.z]);
         told.set_item("positions", triples(py, places.collect())?)?;
         let normals = set.points.iter().map(|point| [point.normal.x, point.normal.y, point.normal.z]);

@@ -222,6 +222,41 @@ impl Stage {
         }
     }
 
+    /// Share of the light that gets out of the scene from a place in a unit direction, and the rays that it took to know: 0 where
+    /// anything but panes stands in its way.
+    pub fn transmittance_out(&self, from: &Origin, direction: DVec3) -> (f64, u64) {
+        let mut here = *from;
+        let mut product = 1.0;
+        for rays in 1..=MOST_PANES as u64 {
+            let hit = match self.tracer.first_hit(&here, direction) {
+                Meeting::Nothing => return (product, rays),
+                Meeting::Ball(_) => return (0.0, rays),
+                Meeting::Surface(hit) => hit,
+            };
+            let Law::Glass(glass) = self.law(hit.triangle) else {
+                return (0.0, rays);
+            };
+            product *= glass.shares(self.normal(hit.triangle, hit.side).dot(direction))[1];
+            here = self.leave(&hit, Way::Passed);
+        }
+        (0.0, MOST_PANES as u64)
+    }
+
+    /// Follows one packet from a luminaire to its end; returns the end, the number of rays, and, of one that left the scene after it
+    /// had been scattered, its direction.
+    pub fn trace_out(&self, choice: f64, stream: &mut Stream) -> (End, u64, Option<DVec3>) {
+        let emitted = self.emitters.emit(choice, stream);
+        let (origin, rays) = match self.start(&emitted, stream) {
+            (Some(origin), rays) => (origin, rays),
+            (None, rays) => return (End::Escaped, rays, None),
+        };
+        let first = emitted.direction;
+        let (mut direction, mut bounces) = (first, 0);
+        let went_on = |(towards, scattered): (DVec3, u32)| (direction, bounces) = (towards, scattered);
+        let (end, more_rays) = self.follow(origin, first, 0, emitted.reach_m, stream, |_| {}, went_on);
+        (end, rays + more_rays, (end == End::Escaped && bounces > 0).then_some(direction))
+    }
+
     /// Follows one packet from a luminaire to its end and shows every arrival on its way; returns the end and the
     /// number of rays traced.
     pub fn trace_chain(&self, choice: f64, stream: &mut Stream, arrive: impl FnMut(&Arrival)) -> (End, u64) {
@@ -230,7 +265,7 @@ impl Stage {
             (Some(origin), rays) => (origin, rays),
             (None, rays) => return (End::Escaped, rays),
         };
-        let (end, more_rays) = self.follow(origin, emitted.direction, 0, emitted.reach_m, stream, arrive);
+        let (end, more_rays) = self.follow(origin, emitted.direction, 0, emitted.reach_m, stream, arrive, |_| {});
         (end, rays + more_rays)
     }
 
@@ -279,12 +314,14 @@ impl Stage {
                 let bounces = u32::from(scattered.way != Way::Passed);
                 let origin = self.leave(&hit, scattered.way);
                 let reach_m = emitted.reach_m - hit.distance_m;
-                rays += self.follow(origin, scattered.direction, bounces, reach_m, stream, &mut arrive).1;
+                rays += self.follow(origin, scattered.direction, bounces, reach_m, stream, &mut arrive, |_| {}).1;
             }
         }
         rays
     }
 
+    /// Shows every arrival, and after each with which direction and how many bounces the packet goes on.
+    #[expect(clippy::too_many_arguments, reason = "a packet's whole state, and who watches it")]
     fn follow(
         &self,
         mut origin: Origin,
@@ -293,6 +330,7 @@ impl Stage {
         mut reach_m: f64,
         stream: &mut Stream,
         mut arrive: impl FnMut(&Arrival),
+        mut go_on: impl FnMut((DVec3, u32)),
     ) -> (End, u64) {
         for rays in 1..=MOST_RAYS_OF_A_CHAIN {
             let hit = match self.tracer.first_hit(&origin, direction) {
@@ -317,6 +355,7 @@ impl Stage {
             };
             direction = scattered.direction;
             bounces += u32::from(scattered.way != Way::Passed);
+            go_on((direction, bounces));
             origin = self.leave(&hit, scattered.way);
             if self.patience.is_over(rays) {
                 return (End::CutOff, rays);

@@ -80,7 +80,7 @@ fn advise_on_units(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     let has_room = shells.iter().any(|shell| shell.volume_m3 < 0.0);
     let box_m = format!("the scene's bounding box ({low_m} to {high_m} m)");
     let mut all_outside: Vec<&str> = Vec::new();
-    for set in &scene.receivers {
+    for set in scene.receivers.iter().filter(|set| !set.is_far_field()) {
         let points = set.points.len();
         match set.points.iter().filter(|point| is_outside(point.position_m)).count() {
             0 => {}

@@ -354,6 +354,7 @@ fn inspect_receivers(set: &ReceiverSet) -> InspectedReceivers {
     };
     inspected.kind = match set.quantity {
         Quantity::Luminance => "luminance",
+        Quantity::Intensity { .. } => "intensity",
         Quantity::Glare(_) if set.observers.len() > 1 => "ugr_grid",
         Quantity::Glare(_) => "ugr",
         _ => inspected.kind,

@@ -91,7 +91,7 @@ fn starts_of_luminaires(scene: &Scene) -> Vec<WayStart> {
 }
 
 fn starts_of_receivers(scene: &Scene) -> Vec<WayStart> {
-    let points = scene.receivers.iter().flat_map(|set| &set.points).filter(|point| !point.inside);
+    let points = scene.receivers.iter().flat_map(|set| set.placed_points()).filter(|point| !point.inside);
     points.map(|point| (point.position_m, point.normal)).collect()
 }
 

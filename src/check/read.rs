@@ -79,7 +79,7 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
     let solids = Solids::of(shells, size_m(scene));
     let places_m = scene.receivers.iter().flat_map(|set| {
         let eyes_m = set.observers.iter().map(|observer| observer.eye_m);
-        set.points.iter().map(|point| point.position_m).chain(eyes_m)
+        set.placed_points().iter().map(|point| point.position_m).chain(eyes_m)
     });
     let points_m: Vec<DVec3> = places_m.collect();
     let (held, _) = solids.holding(&points_m);
@@ -92,7 +92,7 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
         ));
     }
     let mut held = held.into_iter();
-    for set in &mut scene.receivers {
+    for set in scene.receivers.iter_mut().filter(|set| !set.is_far_field()) {
         let all = set.points.len();
         set.points.iter_mut().zip(held.by_ref()).for_each(|(point, is_inside)| point.inside = is_inside);
         set.observers.iter_mut().zip(held.by_ref()).for_each(|(eye, is_inside)| eye.inside = is_inside);

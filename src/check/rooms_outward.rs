@@ -52,7 +52,7 @@ fn holds_all(scene: &Scene, shell: &Shell, name: &str) -> bool {
     };
     !scene.luminaires.is_empty()
         && scene.luminaires.iter().all(|luminaire| is_lit_inside(&luminaire.emission))
-        && scene.receivers.iter().flat_map(|set| &set.points).all(|point| holds(point.position_m))
+        && scene.receivers.iter().flat_map(|set| set.placed_points()).all(|point| holds(point.position_m))
         && scene.vertices_m.iter().all(|vertex_m| holds(*vertex_m))
 }
 

@@ -36,7 +36,7 @@ const PLACES: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.98, 0.01, 0.01], [0.01, 0.98, 
 /// The openings of a scene.
 fn openings_of(scene: &Scene, solids: &[Shell]) -> Openings {
     let [low_m, high_m] = bounds_m(scene);
-    let points = || scene.receivers.iter().flat_map(|set| set.points.iter().map(|point| point.position_m));
+    let points = || scene.receivers.iter().flat_map(|set| set.placed_points().iter().map(|point| point.position_m));
     let (low_m, high_m) = points().fold((low_m, high_m), |(low, high), point| (low.min(point), high.max(point)));
     let size_m = low_m.distance(high_m);
     let (center_m, radius_m) = (0.5 * (low_m + high_m), 0.5005 * size_m);
@@ -158,7 +158,7 @@ impl Pieces {
                 }));
             }
         }
-        let points = scene.receivers.iter().flat_map(|set| set.points.iter().filter(|point| !point.inside));
+        let points = scene.receivers.iter().flat_map(|set| set.placed_points().iter().filter(|point| !point.inside));
         places.extend(points.map(|point| (point.position_m + step_m * point.normal, None)));
         if fronts_m.is_empty() || (walls.len() as u64).saturating_mul(places.len() as u64) > MOST_SOLID_ANGLES {
             return false;

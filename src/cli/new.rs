@@ -70,7 +70,7 @@ const CORRIDOR: &[Template] = &[
     ("README.txt", include_str!("projects/corridor.txt")),
 ];
 const CLASSROOM: &[Template] = &[
-    ("classroom.json", include_str!("../../scenes/classroom.json")),
+    ("classroom.json", include_str!("projects/classroom.json")),
     ("classroom_desks.obj", include_str!("../../scenes/classroom_desks.obj")),
     ("luminaires/troffer.ies", include_str!("../../scenes/luminaires/troffer.ies")),
     ("luminaires/wall_washer.ldt", include_str!("../../scenes/luminaires/wall_washer.ldt")),

@@ -4,7 +4,7 @@ use super::number_text::significant;
 use super::text_table::text_table;
 use crate::base::glare::rating_text;
 use crate::maps::{Estimate, TableKind, TableRow};
-use crate::output::{daylight_factors, finding_words, observer_words, requirement_words};
+use crate::output::{daylight_factors, finding_words, leaving_light, observer_words, requirement_words};
 use crate::scene::Scene;
 use crate::solver::{Solution, verdicts, worst_of_sets};
 
@@ -12,6 +12,7 @@ const HEADER: &[&str] =
     &["name", "side", "Ē/lx", "±/lx", "Emin/lx", "±/lx", "Emax/lx", "±/lx", "U0", "±", "Ud", "±", "error/%"];
 
 const LUMINANCE_HEADER: &[&str] = &["name", "mean L/(cd/m²)", "±", "Lmin/(cd/m²)", "Lmax/(cd/m²)", "error/%"];
+const INTENSITY_HEADER: &[&str] = &["name", "Φ/lm", "±", "of lamps/%", "Imax/cd", "±", "C/°", "γ/°", "error/%"];
 const GLARE_HEADER: &[&str] = &["name", "UGR", "±", "Lb/(cd/m²)", "±"];
 const GRID_GLARE_HEADER: [&str; 6] = ["name", "UGR", "±", "Lb/(cd/m²)", "±", "observer"];
 
@@ -40,6 +41,19 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
             ]
         });
         tables.push(text_table(LUMINANCE_HEADER, &[0], rows));
+    }
+    let intensities = leaving_light(scene, solution);
+    if !intensities.is_empty() {
+        let rows = intensities.iter().map(|light| {
+            let mut cells = vec![light.map.name.clone()];
+            cells.extend(told(light.luminous_flux_lm));
+            cells.push(significant(100.0 * light.light_output_ratio, 4));
+            cells.extend(told(light.maximum_cd));
+            cells.extend(light.maximum_at_deg.map(|angle_deg| angle_deg.to_string()));
+            cells.push(significant(100.0 * light.map.error.estimated, 3));
+            cells
+        });
+        tables.push(text_table(INTENSITY_HEADER, &[0], rows));
     }
     let factors = daylight_factors(scene, solution);
     if let Some(first) = factors.first() {

@@ -5,6 +5,7 @@ pub mod cells;
 pub mod cover;
 pub mod direct;
 pub mod element;
+pub mod far_field;
 pub mod glare;
 pub mod images;
 pub mod local;

@@ -13,6 +13,7 @@ use glam::DVec3;
 use crate::chain::Stage;
 use crate::estimators::ahead::Expectation;
 use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::far_field::sample_intensity_cd;
 use crate::estimators::luminance::{sample_interreflected_cd_m2, sample_seen_cd_m2};
 use crate::estimators::walk::{sample_indirect_lx, sample_share_lx};
 use crate::sampling::emitter_tree::Cut;
@@ -36,6 +37,9 @@ pub fn sample_direct_lx(
         Quantity::Luminance => return sample_seen_cd_m2(stage, receiver, pass, stream),
         // What an observer sees of luminaires glares; it is no background.
         Quantity::Glare(_) => return (0.0, 0),
+        Quantity::Intensity { turned_about } => {
+            return sample_intensity_cd(stage, receiver.normal, turned_about, stream);
+        }
         Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {}
     }
     let shift = stream.unit();

@@ -33,7 +33,7 @@ impl Frame {
                 Emission::Area { .. } | Emission::Sky { .. } => {}
             }
         }
-        let receivers = scene.receivers.iter().flat_map(|set| &set.points);
+        let receivers = scene.receivers.iter().flat_map(|set| set.placed_points());
         receivers.for_each(|point| include(point.position_m, 0.0));
         if !(low.is_finite() && high.is_finite()) {
             return Frame { center_m: DVec3::ZERO, half_extent_m: EXTENT_OF_A_POINT_M };

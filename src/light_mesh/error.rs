@@ -45,6 +45,16 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
                     remedy: "use --method collision, which rates glare, or leave them out with --maps".to_owned(),
                 });
             }
+            Quantity::Intensity { .. } => {
+                return Err(NotForLightMesh {
+                    what: "intensities of the far field".to_owned(),
+                    got,
+                    expected: "receivers that are planes, or luminance".to_owned(),
+                    remedy:
+                        "use --method collision, which follows light out of the scene, or leave them out with --maps"
+                            .to_owned(),
+                });
+            }
             Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {
                 return Err(NotForLightMesh {
                     what: "illuminance on cylinders".to_owned(),

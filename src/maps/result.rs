@@ -173,6 +173,8 @@ pub enum TableKind {
     Points,
     /// Directions of view: the numbers are luminances in cd/m².
     Luminance,
+    /// An intensity distribution: the numbers are intensities in cd, the average that over all directions.
+    Intensity,
     /// A glare rating: the numbers are the indirect illuminance of the eye.
     Glare,
 }
@@ -193,6 +195,7 @@ impl TableKind {
             TableKind::Points => "points",
             TableKind::Luminance => "luminance",
             TableKind::Glare => "ugr",
+            TableKind::Intensity => "intensity",
         }
     }
 }

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use super::radiance_grids::GRIDS_INFO;
 use super::{OutputError, ResultFile};
 
-/// Names that luxmc gives to its results; plots of maps and luminaires (`map-….svg`, …) come on top.
+/// Names that luxmc gives to its results; plots of maps and luminaires (`map-….svg`, …) and sensor grids (`grid-….pts`, `grid-….res`) come
+/// on top.
 const OWN_NAMES: &[&str] = &[
     "elements.csv",
     "receivers.csv",
@@ -23,6 +25,7 @@ const OWN_NAMES: &[&str] = &[
     "scene.glb",
     "share.luxmc",
     "report.html",
+    GRIDS_INFO,
 ];
 /// The file whose presence says that the others are complete.
 const SUMMARY: &str = "summary.json";
@@ -226,7 +229,9 @@ fn is_own(name: &str) -> bool {
         .into_iter()
         .find_map(|prefix| name.strip_prefix(prefix))
         .and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
-    OWN_NAMES.contains(&name) || plot.is_some_and(|part| part == super::file_name_part(part))
+    let grid = name.strip_prefix("grid-").and_then(|rest| rest.strip_suffix(".pts").or(rest.strip_suffix(".res")));
+    let part = plot.or(grid);
+    OWN_NAMES.contains(&name) || part.is_some_and(|part| part == super::file_name_part(part))
 }
 
 #[cfg(test)]

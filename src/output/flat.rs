@@ -162,6 +162,7 @@ pub fn quantity_words(quantity: Quantity) -> &'static str {
         Quantity::SemiCylindrical { .. } => "Semi-cylindrical illuminance",
         Quantity::Luminance => "Luminance",
         Quantity::Glare(_) => "Indirect illuminance of the eye",
+        Quantity::Intensity { .. } => "Luminous intensity",
     }
 }
 
@@ -189,7 +190,7 @@ fn receiving_words(set: &ReceiverSet, normal: DVec3) -> Option<String> {
             let own = set.points.first().map(|point| point.normal)?;
             (own.dot(normal) < 1.0 - ALONG_AXIS).then(|| format!("planes that look towards {}", towards(own)))
         }
-        Quantity::Luminance | Quantity::Glare(_) => None,
+        Quantity::Luminance | Quantity::Glare(_) | Quantity::Intensity { .. } => None,
     }
 }
 

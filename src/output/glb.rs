@@ -9,12 +9,11 @@ use serde_json::{Value, json};
 
 use super::ResultFile;
 use super::color::{Ink, perceptual};
+use super::scale::{SHARE_IN_SCALE, end_of_scale_lx};
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Scene, Side, SurfaceId};
 use crate::solver::Solution;
 
-/// Share of the area that lies below the end of the colour scale: luminaires and their surroundings are let out of it.
-const SHARE_IN_SCALE: f64 = 0.98;
 /// Colours that the legend names.
 const STOPS: u32 = 8;
 
@@ -47,7 +46,10 @@ struct Model {
 
 impl Model {
     fn of(scene: &Scene, elements: &Elements, map: &MapResult) -> Model {
-        let end_lx = end_of_scale_lx(scene, elements, map);
+        let area_m2 = |index: usize| elements.area_m2(scene, elements.cell(index as u32));
+        let lit = map.values.illuminance_lx.iter().enumerate().map(|(index, lx)| (*lx, area_m2(index)));
+        // Where all is dark any scale does.
+        let end_lx = end_of_scale_lx(lit.collect()).unwrap_or(1.0);
         let center_m = center_m(scene);
         let mut parts = Parts::default();
         let mut nodes = Vec::new();
@@ -102,26 +104,6 @@ fn legend(end_lx: f64) -> Value {
         "_ILLUMINANCE_LX": "illuminance at the corner, in lx",
         "_STANDARD_ERROR_LX": "standard error of the element's mean, in lx",
     })
-}
-
-/// The illuminance below which nearly all of the area lies, rounded up to two digits; 1 lx where all is dark.
-fn end_of_scale_lx(scene: &Scene, elements: &Elements, map: &MapResult) -> f64 {
-    let mut lit: Vec<(f64, f64)> = (0..elements.len())
-        .map(|index| (map.values.illuminance_lx[index], elements.area_m2(scene, elements.cell(index as u32))))
-        .collect();
-    lit.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let wanted_m2 = SHARE_IN_SCALE * lit.iter().map(|(_, area_m2)| area_m2).sum::<f64>();
-    let mut below_m2 = 0.0;
-    let end = lit.iter().find(|(_, area_m2)| {
-        below_m2 += area_m2;
-        below_m2 >= wanted_m2
-    });
-    let end_lx = end.or(lit.last()).map_or(0.0, |(lx, _)| *lx);
-    if end_lx <= 0.0 {
-        return 1.0;
-    }
-    let step = 10f64.powf(end_lx.log10().floor() - 1.0);
-    (end_lx / step).ceil() * step
 }
 
 /// The middle of the scene in glTF's axes, rounded to what the file keeps: positions about it lose no more than their own size asks.

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::daylight::{DAYLIGHT_FACTOR_COLUMNS, daylight_file};
+use super::intensity::intensity_files;
 use super::observers::{maps_of, observer_files};
+use super::radiance_grids::grid_files;
 use super::sheet::{Field, Sheet};
 use super::verdicts::verdict_file;
 use super::{OutputError, ResultFile};
@@ -33,6 +35,9 @@ const ELEMENT_COLUMNS: &[&str] = &[
     "luminance_cd_m2",
     "even_lx",
     "odd_lx",
+    "diffuse_luminance_cd_m2",
+    "emitted_luminance_cd_m2",
+    "material_type",
 ];
 /// Behind these where elements adapt.
 const ADAPTIVE_COLUMNS: &[&str] =
@@ -105,9 +110,11 @@ pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile
     let planes = maps_of(scene, solution, Quantity::is_illuminance);
     if !planes.is_empty() {
         files.push(receiver_file(scene, &planes)?);
+        files.extend(grid_files(scene, &planes));
     }
     files.extend(daylight_file(scene, solution)?);
     files.extend(observer_files(scene, solution)?);
+    files.extend(intensity_files(scene, solution)?);
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
     files.push(table_file(rows.filter(|row| row.kind.is_illuminance()))?);
     files.extend(verdict_file(scene, solution)?);
@@ -141,7 +148,9 @@ fn element_file(scene: &Scene, elements: &Elements, map: &MapResult) -> Result<R
         let normal = if cell.side == Side::Front { front } else { -front };
         let illuminance_lx = map.values.illuminance_lx[index];
 
-        let exitance_lm_m2 = own_emission.with_reflected_lm_m2(scene, elements, map, index as u32);
+        let [diffuse_lm_m2, emitted_lm_m2] = own_emission.exitances_lm_m2(scene, elements, map, index as u32);
+        let exitance_lm_m2 = diffuse_lm_m2 + emitted_lm_m2;
+        let material = scene.surfaces[surface as usize].material as usize;
 
         let mut fields = vec![
             Field::Text(&scene.surfaces[surface as usize].name),
@@ -162,6 +171,8 @@ fn element_file(scene: &Scene, elements: &Elements, map: &MapResult) -> Result<R
             Field::Number(exitance_lm_m2 / PI),
         ];
         fields.extend(halves(map, index));
+        fields.extend([diffuse_lm_m2, emitted_lm_m2].map(|part_lm_m2| Field::Number(part_lm_m2 / PI)));
+        fields.push(Field::Text(scene.materials[material].law.name()));
         if adapts {
             let gradient = gradient_lx_per_m([a, b, c], map.values.slopes_lx[index]);
             fields.push(Field::Number(map.values.discretisation_lx[index]));
@@ -204,15 +215,16 @@ impl OwnEmission {
         own
     }
 
-    /// Exitance of an element side in lm/m²: what it reflects diffusely and what it emits.
-    pub fn with_reflected_lm_m2(&self, scene: &Scene, elements: &Elements, map: &MapResult, index: u32) -> f64 {
+    /// Exitance of an element side in lm/m² in two parts: what leaves it scattered diffusely, and what it emits. What mirrors, panes
+    /// and glossy lobes send on is in neither: it depends on the direction.
+    pub fn exitances_lm_m2(&self, scene: &Scene, elements: &Elements, map: &MapResult, index: u32) -> [f64; 2] {
         let cell = elements.cell(index);
         let surface = scene.triangle_surfaces[cell.triangle as usize];
         let own_lm_m2 = self.exitance_lm_m2(surface, cell.side);
         let law = scene.materials[scene.surfaces[surface as usize].material as usize].law;
         let behind_lx = elements.opposite(index).map_or(0.0, |other| map.values.illuminance_lx[other as usize]);
         let here_lx = map.values.illuminance_lx[index as usize];
-        law.diffuse_reflectance() * here_lx + law.diffuse_transmittance() * behind_lx + own_lm_m2
+        [law.diffuse_reflectance() * here_lx + law.diffuse_transmittance() * behind_lx, own_lm_m2]
     }
 
     fn exitance_lm_m2(&self, surface: u32, side: Side) -> f64 {

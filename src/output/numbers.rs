@@ -128,7 +128,7 @@ pub fn superscript(power: &str) -> String {
 }
 
 /// Sets thousands apart from 10 000 on.
-fn grouped(text: &str) -> String {
+pub fn grouped(text: &str) -> String {
     let whole = text.split('.').next().unwrap_or(text).len();
     if whole < 5 || text.contains('e') {
         return text.to_owned();

@@ -20,7 +20,7 @@ const TOP: f64 = 16.0;
 /// With more edges than this a plan shows where something stands, not its edges.
 const MOST_EDGES: usize = 4000;
 /// Edges between triangles that differ by less than this cosine are not drawn: they lie within a smooth or flat face.
-const SMOOTH_COSINE: f64 = 0.94;
+pub(super) const SMOOTH_COSINE: f64 = 0.94;
 /// Side of a square that is covered or not, where there are too many edges.
 const SQUARE: f64 = 2.0;
 /// Of more luminaires than this only one is drawn in each square of a picture that symbols fill.
@@ -57,8 +57,18 @@ fn bounds_m(scene: &Scene) -> [DVec3; 2] {
         .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| [low.min(point), high.max(point)])
 }
 
+/// Edges with the triangle of each: sorted, those of one edge lie together, and millions of them take little room.
+pub(super) fn edges_with_triangles(scene: &Scene) -> Vec<[u32; 3]> {
+    let mut sides: Vec<[u32; 3]> = Vec::with_capacity(3 * scene.triangles.len());
+    for (index, [a, b, c]) in scene.triangles.iter().enumerate() {
+        sides.extend([[*a, *b], [*b, *c], [*c, *a]].map(|[from, to]| [from.min(to), from.max(to), index as u32]));
+    }
+    sides.par_sort_unstable();
+    sides
+}
+
 /// Where a luminaire that is no surface stands.
-fn place_m(emission: &Emission) -> Option<DVec3> {
+pub(super) fn place_m(emission: &Emission) -> Option<DVec3> {
     match emission {
         Emission::Isotropic { position_m, .. }
         | Emission::Lambertian { position_m, .. }
@@ -141,12 +151,7 @@ impl<'a> Plan<'a> {
     /// Creases, rims and silhouettes as seen from above, each once.
     fn edges(&self) -> Vec<[PagePoint; 2]> {
         let scene = self.scene;
-        // Edges with the triangle of each: sorted, those of one edge lie together, and millions of them take little room.
-        let mut sides: Vec<[u32; 3]> = Vec::with_capacity(3 * scene.triangles.len());
-        for (index, [a, b, c]) in scene.triangles.iter().enumerate() {
-            sides.extend([[*a, *b], [*b, *c], [*c, *a]].map(|[from, to]| [from.min(to), from.max(to), index as u32]));
-        }
-        sides.par_sort_unstable();
+        let sides = edges_with_triangles(scene);
         let is_drawn = |sides: &&[[u32; 3]]| match sides {
             [[.., one], [.., other]] => {
                 let [one, other] = [one, other].map(|triangle| scene.triangle_normal(*triangle));
@@ -224,6 +229,12 @@ impl<'a> Plan<'a> {
                     self.label(picture, &mut labels, &ring, what);
                 }
                 ReceiverLayout::Points if set.quantity.is_illuminance() => self.draw_points(picture, &mut labels, set),
+                ReceiverLayout::Towards { eye_m } => {
+                    self.draw_sights(picture, eye_m, &[]);
+                    self.label(picture, &mut labels, &[self.spot(eye_m)], set.name.clone());
+                }
+                // What leaves the scene is received nowhere in it.
+                ReceiverLayout::Intensity(_) => {}
                 _ => self.draw_observer(picture, &mut labels, set),
             }
         }

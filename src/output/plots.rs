@@ -6,13 +6,14 @@ use std::sync::Arc;
 use super::convergence_plot::convergence_picture;
 use super::flat::{FlatMap, RowsOfSides, grid_map, surface_maps};
 use super::halves_plot::{deviations, difference_picture, histogram_picture};
+use super::intensity::leaving_light;
 use super::luminance_plot::luminance_picture;
 use super::map_plot::{map_picture, value_chart};
 use super::numbers::{percent, ratio};
 use super::observers::maps_of;
 use super::picture::Picture;
 use super::plan::plan_picture;
-use super::polar_plot::polar_picture;
+use super::polar_plot::{INITIAL, LEAVING, polar_picture};
 use super::schedule::Schedule;
 use super::{ResultFile, file_name_part, raster};
 use crate::maps::MapKind;
@@ -33,6 +34,8 @@ pub enum PlotKind {
     Grid,
     /// Luminance in false colours, or over the angle of a fan.
     Luminance,
+    /// Intensity of what leaves the scene.
+    Intensity,
     /// Values of a grid as numbers.
     Values,
     /// Where the two halves of a grid differ.
@@ -106,6 +109,14 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             plots.push(Plot { stem, kind: PlotKind::Luminance, subject: map.name.clone(), picture });
         }
     }
+    for light in leaving_light(scene, solution) {
+        plots.push(Plot {
+            stem: stems.fresh(&format!("intensity-{}", file_name_part(&light.map.name))),
+            kind: PlotKind::Intensity,
+            subject: light.map.name.clone(),
+            picture: polar_picture(&light.map.name, &light.web, LEAVING),
+        });
+    }
     // A map that lies under its own error, or nearly so, is no picture of anything.
     let is_shown = |flat: &FlatMap| flat.row.average_lx.is_known() && flat.estimated_error <= MOST_ERROR_SHOWN;
     let is_bound = solution.maps.iter().any(|map| map.kind == MapKind::Elements && map.bound);
@@ -155,7 +166,7 @@ fn luminaire_plot(name: &str, web: &IntensityWeb, stems: &mut Stems) -> Plot {
         stem: stems.fresh(&format!("luminaire-{}", file_name_part(name))),
         kind: PlotKind::Luminaire,
         subject: name.to_owned(),
-        picture: polar_picture(name, web),
+        picture: polar_picture(name, web, INITIAL),
     }
 }
 
@@ -215,11 +226,11 @@ pub fn maintenance_note(scene: &Scene) -> String {
 
 /// File names given away so far.
 #[derive(Default)]
-struct Stems(HashSet<String>);
+pub(super) struct Stems(HashSet<String>);
 
 impl Stems {
     /// A name that no other file bears: the one wanted, or that with a number behind it.
-    fn fresh(&mut self, wanted: &str) -> String {
+    pub fn fresh(&mut self, wanted: &str) -> String {
         let mut stem = wanted.to_owned();
         let mut number = 2;
         // Some file systems take a letter's case for nothing.

@@ -14,16 +14,18 @@ const MOST_RINGS: usize = 5;
 /// Step of γ in degrees along a curve.
 const STEP_DEG: f64 = 0.5;
 
-/// Intensity in the planes C0–C180 and C90–C270, γ = 0 downward, as the photometric file gives it (initial, undimmed).
-pub fn polar_picture(name: &str, web: &IntensityWeb) -> Picture {
+/// Of a photometric file.
+pub const INITIAL: &str = "initial values, undimmed";
+/// Of what leaves a scene.
+pub const LEAVING: &str = "all that leaves the scene, maintained values";
+
+/// Intensity in the planes C0–C180 and C90–C270, γ = 0 downward, as the distribution gives it, with a word on what values these are.
+pub fn polar_picture(name: &str, web: &IntensityWeb, values: &str) -> Picture {
     let mut picture = Picture::new(WIDTH, 590.0, format!("Luminous intensity of {name}"));
     picture.words(Words::new(format!("Luminous intensity: {name}"), [24.0, 26.0], 17.0).bold());
     let flux_lm = web.luminous_flux_lm();
-    let facts = format!(
-        "Φ = {} lm, greatest intensity {} cd; initial values, undimmed",
-        amount(flux_lm),
-        amount(web.maximum_intensity_cd())
-    );
+    let facts =
+        format!("Φ = {} lm, greatest intensity {} cd; {values}", amount(flux_lm), amount(web.maximum_intensity_cd()));
     picture.words(Words::new(facts, [24.0, 46.0], 13.0).ink(SOFT));
     if flux_lm > 0.0 {
         let per_klm = format!("For cd per 1000 lm of the luminaire, divide by {}.", tick_short(flux_lm / 1000.0));

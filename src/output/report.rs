@@ -14,6 +14,7 @@ use super::plots::{Plot, PlotKind, maintenance_note};
 use super::report_observers::observer_tables;
 use super::report_words::explanations;
 use super::schedule::Schedule;
+use super::view::view_section;
 use super::{ResultFile, date::utc_date};
 use crate::check::{InspectedSurface, inspect_surfaces};
 use crate::maps::{Estimate, TableKind, TableRow};
@@ -67,6 +68,9 @@ impl Report<'_> {
         page += &self.luminaires();
         page += &self.warnings();
         page += &self.results();
+        if !self.plots.is_empty() {
+            page += &view_section(self.scene, self.solution);
+        }
         page += &self.map_figures();
         page += &self.surfaces();
         page += &self.method();
@@ -136,6 +140,13 @@ impl Report<'_> {
                 PlotKind::Luminance => {
                     page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
                     page += &figure(&plot.picture, "What an eye sees there, in cd/m² on a logarithmic scale.");
+                }
+                PlotKind::Intensity => {
+                    page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
+                    page += &figure(
+                        &plot.picture,
+                        "Luminous intensity of all light that leaves the scene, as seen from afar; the IES and LDT files beside this page hold the same.",
+                    );
                 }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
                 _ => {}

@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::glare_plot::{glare_grid_picture, glare_picture};
 use super::html::{HtmlTable, figure, with_error};
-use super::numbers::{lux, percent, uncertainty};
+use super::intensity::leaving_light;
+use super::numbers::{amount, lux, percent, uncertainty};
 use super::picture::escaped;
 use crate::base::glare::rating_text;
 use crate::base::position_index::{Outside, POSITION_INDEX};
@@ -45,10 +46,42 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
         }
         page += &format!("<h2>Luminance</h2>\n{}", table.markup());
     }
+    page += &intensity_section(scene, solution);
     if !solution.glare.is_empty() {
         page += &glare_section(scene, solution);
     }
     page
+}
+
+/// The intensity distributions of what leaves the scene; empty where none was asked for.
+fn intensity_section(scene: &Scene, solution: &Solution) -> String {
+    let all = leaving_light(scene, solution);
+    if all.is_empty() {
+        return String::new();
+    }
+    let mut table = HtmlTable::new(
+        "",
+        &[
+            ("Distribution", true),
+            ("Flux that leaves<small>lm</small>", false),
+            ("of the luminaires’", false),
+            ("Greatest intensity<small>cd</small>", false),
+            ("at C, γ", false),
+            ("Error", false),
+        ],
+    );
+    for light in &all {
+        let [c_deg, gamma_deg] = light.maximum_at_deg;
+        table.row(vec![
+            escaped(&light.map.name),
+            with_error(&amount(light.luminous_flux_lm.value), &uncertainty(light.luminous_flux_lm.standard_error)),
+            percent(light.light_output_ratio),
+            with_error(&amount(light.maximum_cd.value), &uncertainty(light.maximum_cd.standard_error)),
+            format!("{c_deg}°, {gamma_deg}°"),
+            percent(light.map.error.estimated),
+        ]);
+    }
+    format!("<h2>Luminous intensity</h2>\n{}", table.markup())
 }
 
 fn glare_section(scene: &Scene, solution: &Solution) -> String {

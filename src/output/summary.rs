@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
+use super::intensity::{LeavingLight, leaving_light};
 use super::schedule::{Power, floor_area_m2};
 use super::verdicts::verdict_entries;
 use crate::base::position_index::POSITION_INDEX;
@@ -94,6 +95,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
     });
     let [share, merged] = record.part.entries();
     let warnings: Vec<&String> = scene.warnings.iter().chain(&solution.warnings).collect();
+    let intensities = leaving_light(scene, solution);
     let summary = json!({
         "scene": record.scene,
         "title": scene.title,
@@ -119,7 +121,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "estimated_error": solution.estimated_error,
         "target_met": solution.target_met,
         "stop_reason": solution.stop_reason.name(),
-        "maps": solution.maps.iter().map(map_entry).collect::<Vec<Value>>(),
+        "maps": solution.maps.iter().map(|map| map_entry(map, &intensities)).collect::<Vec<Value>>(),
         "glare": worst_of_sets(&solution.glare).into_iter().map(|worst| glare_entry(scene, worst)).collect::<Vec<Value>>(),
         "verdicts": verdict_entries(scene, solution),
         "flux_balance": flux_balance,
@@ -158,7 +160,7 @@ fn or_note<T>(outcome: &Result<T, String>, write: impl Fn(&T) -> Value) -> (Valu
     }
 }
 
-fn map_entry(map: &MapResult) -> Value {
+fn map_entry(map: &MapResult, intensities: &[LeavingLight]) -> Value {
     json!({
         "name": map.name,
         "estimated_error": map.error.estimated,
@@ -169,6 +171,7 @@ fn map_entry(map: &MapResult) -> Value {
         "method": map.method,
         "method_reason": map.method_reason,
         "luminance": luminance_entry(map),
+        "intensity": intensities.iter().find(|light| light.map.kind == map.kind).map_or(Value::Null, intensity_entry),
         "bound": map.bound,
         "target_met": map.target_met,
         "refusals": map.refusals,
@@ -199,6 +202,19 @@ fn luminance_entry(map: &MapResult) -> Value {
             "minimum_cd_m2": row.minimum_lx.value,
             "maximum_cd_m2": row.maximum_lx.value,
         })
+    })
+}
+
+/// What a distribution of intensities adds up to, and where it is greatest.
+fn intensity_entry(light: &LeavingLight) -> Value {
+    json!({
+        "luminous_flux_lm": light.luminous_flux_lm.value,
+        "luminous_flux_standard_error_lm": light.luminous_flux_lm.standard_error,
+        "light_output_ratio": light.light_output_ratio,
+        "maximum_cd": light.maximum_cd.value,
+        "maximum_standard_error_cd": light.maximum_cd.standard_error,
+        "maximum_c_deg": light.maximum_at_deg[0],
+        "maximum_gamma_deg": light.maximum_at_deg[1],
     })
 }
 

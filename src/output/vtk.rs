@@ -30,6 +30,7 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> String {
     let mut corners_lx: Vec<f64> = Vec::with_capacity(3 * count);
     let (mut surfaces, mut sides) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (mut areas_m2, mut exitances_lm_m2) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let (mut diffuse_cd_m2, mut material_types) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for index in 0..count {
         let cell = elements.cell(index as u32);
         let surface = scene.triangle_surfaces[cell.triangle as usize];
@@ -42,7 +43,10 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> String {
         surfaces.push(surface as i32);
         sides.push(u8::from(cell.side == Side::Back));
         areas_m2.push(elements.area_m2(scene, cell));
-        exitances_lm_m2.push(own.with_reflected_lm_m2(scene, elements, map, index as u32));
+        let [diffuse_lm_m2, emitted_lm_m2] = own.exitances_lm_m2(scene, elements, map, index as u32);
+        exitances_lm_m2.push(diffuse_lm_m2 + emitted_lm_m2);
+        diffuse_cd_m2.push(diffuse_lm_m2 / std::f64::consts::PI);
+        material_types.push(scene.materials[scene.surfaces[surface as usize].material as usize].law.number());
     }
     let luminances_cd_m2: Vec<f64> = exitances_lm_m2.iter().map(|exitance| exitance / std::f64::consts::PI).collect();
 
@@ -76,9 +80,11 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> String {
     file.numbers("indirect_lx", &map.values.indirect_lx);
     file.numbers("exitance_lm_m2", &exitances_lm_m2);
     file.numbers("luminance_cd_m2", &luminances_cd_m2);
+    file.numbers("diffuse_luminance_cd_m2", &diffuse_cd_m2);
     file.numbers("area_m2", &areas_m2);
     file.array("Int32", "surface", 1, &bytes(&surfaces, |id| id.to_le_bytes()));
     file.array("UInt8", "side", 1, &sides);
+    file.array("UInt8", "material_type", 1, &material_types);
     if !map.values.discretisation_lx.is_empty() {
         file.numbers("discretisation_error_lx", &map.values.discretisation_lx);
     }

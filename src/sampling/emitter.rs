@@ -182,6 +182,11 @@ impl Emitter {
         self.beacon.center_m.distance_squared(point_m) < reach_m * reach_m
     }
 
+    /// Its middle in m; of the sky some place.
+    pub fn center_m(&self) -> DVec3 {
+        self.beacon.center_m
+    }
+
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         matches!(self.shape, EmitterShape::Ball { .. })
@@ -274,6 +279,35 @@ impl Emitter {
                 Emitted::new(place, cosine_hemisphere(outward, stream.pair()))
             }
         }
+    }
+
+    /// Intensity in cd that it sends in a unit direction as seen from afar, with one of the points that this comes from; `None` where
+    /// it sends nothing there, and for the sky, which lies afar itself.
+    pub fn seen_from_afar(&self, direction: DVec3, stream: &mut Stream) -> Option<(f64, Place)> {
+        let (intensity_cd, place) = match &self.shape {
+            EmitterShape::Isotropic { position_m, .. } | EmitterShape::Lambertian { position_m, .. } => {
+                (self.intensity_cd(direction), self.place_of_point(*position_m))
+            }
+            EmitterShape::Web(web) => {
+                let intensity_cd = web.intensity_cd(direction);
+                if intensity_cd <= 0.0 {
+                    return None;
+                }
+                (intensity_cd, self.place_of_point(web.draw_point_towards(direction, stream)))
+            }
+            EmitterShape::Triangle(triangle) => {
+                let area_m2 = triangle.area_m2 * triangle.normal.dot(direction).max(0.0);
+                (triangle.exitance_lm_m2 * area_m2 / PI, triangle.place(uniform_triangle(stream.pair())))
+            }
+            EmitterShape::Ball { center_m, radius_m, exitance_lm_m2 } => {
+                // Points of a hemisphere by the cosine are even on the disk that is seen from afar.
+                let outward = cosine_hemisphere(direction, stream.pair());
+                let place = Place::Ball { luminaire: self.luminaire, position_m: *center_m + outward * *radius_m };
+                (exitance_lm_m2 * radius_m * radius_m, place)
+            }
+            EmitterShape::Sky(_) => return None,
+        };
+        (intensity_cd > 0.0).then_some((intensity_cd, place))
     }
 
     /// A point of a triangle by two variates in [0, 1), of a ball on the disk that a place sees of it; `None` for

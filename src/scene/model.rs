@@ -103,6 +103,22 @@ pub enum ReflectionLaw {
 }
 
 impl ReflectionLaw {
+    /// Name of its type, as scene files have it.
+    pub fn name(&self) -> &'static str {
+        super::materials::TYPES[usize::from(self.number())]
+    }
+
+    /// Number of its type, from 0 in the order in which the formats list them.
+    pub fn number(&self) -> u8 {
+        match self {
+            ReflectionLaw::Diffuse { .. } => 0,
+            ReflectionLaw::Phong { .. } => 1,
+            ReflectionLaw::Mirror { .. } => 2,
+            ReflectionLaw::Glass { .. } => 3,
+            ReflectionLaw::Translucent { .. } => 4,
+        }
+    }
+
     /// Share that leaves the lit side in every direction alike.
     pub fn diffuse_reflectance(&self) -> f64 {
         match *self {
@@ -340,6 +356,12 @@ pub enum Quantity {
     /// Unified glare rating of the set's observers. The map holds indirect illuminances in lx, π times the background
     /// luminance: a point an observer, or where it is that of walls points on these, which tell it for all in the mean.
     Glare(Background),
+    /// Far-field luminous intensity in cd, in the direction of the point's normal, of all light that leaves the scene. What maps and
+    /// tables call illuminance in lx is then this; points are no places.
+    Intensity {
+        /// Axis about which one plane stands for all: the mean over all planes is asked for.
+        turned_about: Option<DVec3>,
+    },
 }
 
 /// An observer whose glare is rated.
@@ -376,7 +398,7 @@ impl Background {
 impl Quantity {
     /// Whether it is an illuminance of the points themselves.
     pub fn is_illuminance(self) -> bool {
-        !matches!(self, Quantity::Luminance | Quantity::Glare(_))
+        !matches!(self, Quantity::Luminance | Quantity::Glare(_) | Quantity::Intensity { .. })
     }
 
     /// Whether all that a point receives comes from the hemisphere above it: cylinders turn their planes.
@@ -392,6 +414,7 @@ impl Quantity {
             Quantity::SemiCylindrical { .. } => "semi-cylindrical",
             Quantity::Luminance => "luminance",
             Quantity::Glare(_) => "ugr",
+            Quantity::Intensity { .. } => "intensity",
         }
     }
 }
@@ -432,6 +455,33 @@ pub enum ReceiverLayout {
         /// Full angles of view across and upright in degrees.
         field_deg: [f64; 2],
     },
+    /// From an eye to the elements of a surface.
+    Towards {
+        /// The eye in m.
+        eye_m: DVec3,
+    },
+    /// Directions of an intensity distribution.
+    Intensity(super::IntensityTable),
+}
+
+impl ReceiverSet {
+    /// The points that lie somewhere: none where intensities of the far field are asked for.
+    pub fn placed_points(&self) -> &[ReceiverPoint] {
+        if self.is_far_field() { &[] } else { &self.points }
+    }
+
+    /// Whether it asks for what leaves the scene, as seen from afar.
+    pub fn is_far_field(&self) -> bool {
+        matches!(self.quantity, Quantity::Intensity { .. })
+    }
+
+    /// The directions of an intensity distribution, where it asks for one.
+    pub fn intensity_table(&self) -> Option<&super::IntensityTable> {
+        match &self.layout {
+            ReceiverLayout::Intensity(table) => Some(table),
+            _ => None,
+        }
+    }
 }
 
 /// A point with a direction, at which illuminance is asked for, or from which luminance is.

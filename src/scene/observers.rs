@@ -2,11 +2,13 @@
 
 use glam::{DQuat, DVec3};
 
+use super::elements::part_corners;
 use super::error::SceneError;
 use super::grid_frame::refuse_too_many;
 use super::model::{Background, Quantity, ReceiverLayout, ReceiverPoint};
 use super::reader::{Fields, Node};
-use super::units::LengthUnit;
+use super::receivers::Around;
+use super::surfaces::Surfaces;
 
 /// Keys of a fan of directions.
 pub(super) const FAN_KEYS: [&str; 5] = ["direction", "axis", "from_deg", "to_deg", "count"];
@@ -30,6 +32,12 @@ const VIEWS_AROUND: [DVec3; 8] = [
 
 /// A picture on a flat screen may not be wider than this: beyond it the cells at its rim see next to nothing.
 const WIDEST_FIELD_DEG: f64 = 170.0;
+/// Lines of sight to elements begin this share of the element's edge before it, and at least this share of the scene's size, so that
+/// rounding puts none behind its surface.
+const BEFORE_ELEMENT: f64 = 1e-3;
+const BEFORE_SURFACE: f64 = 1e-5;
+/// Cosine between an element's normal and the way to the eye from which on the eye sees that side.
+const GRAZING: f64 = 0.01;
 /// Sine between a direction and the axis that it must not be parallel to.
 const PARALLEL: f64 = 1e-6;
 
@@ -38,13 +46,13 @@ const PARALLEL: f64 = 1e-6;
 pub(super) fn read(
     kind: &str,
     fields: &Fields,
-    unit: LengthUnit,
+    around: &Around,
     most: u64,
 ) -> Result<Option<(Quantity, ReceiverLayout, Vec<ReceiverPoint>)>, SceneError> {
     if kind != "luminance" && kind != "ugr" {
         return Ok(None);
     }
-    let position_m = unit.point_m(fields.need("position", "[1, 3, 1.2]")?.vector()?);
+    let position_m = around.unit.point_m(fields.need("position", "[1, 3, 1.2]")?.vector()?);
     let looking = |directions: Vec<DVec3>| {
         let point = |normal: DVec3| ReceiverPoint { position_m, normal, weight: 1.0, inside: false };
         directions.into_iter().map(point).collect()
@@ -55,7 +63,12 @@ pub(super) fn read(
         let quantity = Quantity::Glare(read_background(fields)?);
         return Ok(Some((quantity, ReceiverLayout::Points, looking(vec![view]))));
     }
-    let given: Vec<&str> = ["directions", "fan", "view"].into_iter().filter(|key| fields.get(key).is_some()).collect();
+    let given: Vec<&str> =
+        ["directions", "fan", "view", "surface"].into_iter().filter(|key| fields.get(key).is_some()).collect();
+    if given[..] == ["surface"] {
+        let points = towards_elements(&fields.need("surface", "\"desks\"")?, around.surfaces, position_m, most)?;
+        return Ok(Some((Quantity::Luminance, ReceiverLayout::Towards { eye_m: position_m }, points)));
+    }
     let (layout, directions) = match given[..] {
         ["fan"] => read_fan(&fields.need("fan", "{}")?, most)?,
         ["view"] => read_view(&fields.need("view", "{}")?, most)?,
@@ -64,7 +77,7 @@ pub(super) fn read(
             return Err(fields.node().refuse_as(
                 "a luminance receiver has one set of directions",
                 given.join(", "),
-                "one of \"directions\", \"fan\" and \"view\"",
+                "one of \"directions\", \"fan\", \"view\" and \"surface\"",
                 "make a receiver of each",
             ));
         }
@@ -97,6 +110,63 @@ pub(super) fn look_around(
     let looking = |place: &ReceiverPoint, normal: DVec3| ReceiverPoint { normal, weight: 1.0, ..*place };
     let points = places.iter().flat_map(|place| views.iter().map(move |view| looking(place, *view))).collect();
     Ok((read_background(fields)?, points))
+}
+
+/// Lines of sight from an eye to the middles of all elements of a surface that turn a side to it. They begin right before the element,
+/// so that what stands between hides nothing: luminance is asked for of the element, not of the view.
+fn towards_elements(
+    node: &Node,
+    surfaces: &Surfaces,
+    eye_m: DVec3,
+    most: u64,
+) -> Result<Vec<ReceiverPoint>, SceneError> {
+    let low_m = surfaces.vertices_m.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high_m = surfaces.vertices_m.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let least_m = BEFORE_SURFACE * low_m.distance(high_m);
+    let named = surfaces.named(node)?;
+    let triangles = || {
+        named
+            .iter()
+            .map(|surface| &surfaces.surfaces[*surface as usize])
+            .flat_map(|surface| surface.triangles.clone().map(|triangle| (triangle as usize, surface.two_sided)))
+    };
+    let parts = |triangle: usize| u64::from(surfaces.divisions[triangle]).pow(2);
+    let count: u64 = triangles().map(|(triangle, _)| parts(triangle)).sum();
+    if count > most {
+        return Err(refuse_too_many(node, count));
+    }
+    let mut points = Vec::new();
+    for (triangle, two_sided) in triangles() {
+        let [a, b, c] = surfaces.triangles[triangle].map(|vertex| surfaces.vertices_m[vertex as usize]);
+        let twice_area = (b - a).cross(c - a);
+        let front = twice_area.normalize();
+        let divisions = surfaces.divisions[triangle];
+        let area_m2 = 0.5 * twice_area.length() / parts(triangle) as f64;
+        for side in [front, -front].into_iter().take(if two_sided { 2 } else { 1 }) {
+            for part in 0..divisions * divisions {
+                let corners = part_corners(divisions, part);
+                let [u, v] = [0, 1].map(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / 3.0);
+                let middle_m = a + u * (b - a) + v * (c - a);
+                let offset_m = eye_m - middle_m;
+                let distance_m = offset_m.length();
+                let towards = offset_m / distance_m;
+                if distance_m > 0.0 && towards.dot(side) > GRAZING {
+                    let before_m = (BEFORE_ELEMENT * area_m2.sqrt()).max(least_m) / towards.dot(side);
+                    let position_m = middle_m + before_m.min(0.5 * distance_m) * towards;
+                    points.push(ReceiverPoint { position_m, normal: -towards, weight: area_m2, inside: false });
+                }
+            }
+        }
+    }
+    if points.is_empty() {
+        let remedy = "move \"position\" to where its front is seen, or set \"two_sided\": true";
+        return Err(node.refuse(
+            "the eye sees no side of this surface that reflects",
+            "a surface that faces the eye",
+            remedy,
+        ));
+    }
+    Ok(points)
 }
 
 fn read_list(node: &Node) -> Result<Vec<DVec3>, SceneError> {

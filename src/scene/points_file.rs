@@ -1,4 +1,5 @@
-//! Points files: CSV with the header `x,y,z,nx,ny,nz` and optionally `area`.
+//! Points files: CSV with the header `x,y,z,nx,ny,nz` and optionally `area`; or, where the name ends in `.pts`, sensors of Radiance: the same
+//! six numbers a line, with blanks between and no header.
 
 use std::ops::Range;
 use std::path::Path;
@@ -23,6 +24,9 @@ const NEEDED: usize = 6;
 /// area that is not above 0, a file without a point: with line and column.
 pub(super) fn read(text: &str, path: &Path, unit: LengthUnit) -> Result<Vec<ReceiverPoint>, SceneError> {
     let source = Source { text, path };
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pts")) {
+        return read_sensors(&source, unit);
+    }
     let mut lines = lines(text).filter(|line| !text[line.clone()].trim().is_empty());
     let Some(header) = lines.next() else {
         return Err(source.refuse(
@@ -52,7 +56,11 @@ pub(super) fn read(text: &str, path: &Path, unit: LengthUnit) -> Result<Vec<Rece
         ));
     }
 
-    let points = lines.map(|line| read_row(&source, line, columns, unit)).collect::<Result<Vec<_>, _>>()?;
+    let row = |line: Range<usize>| {
+        let (fields, remedy) = (fields(text, &line), "write numbers with a point and fields with a comma");
+        read_row(&source, (line, fields), columns, remedy, unit)
+    };
+    let points = lines.map(row).collect::<Result<Vec<_>, _>>()?;
     if points.is_empty() {
         return Err(source.refuse(
             header,
@@ -66,17 +74,32 @@ pub(super) fn read(text: &str, path: &Path, unit: LengthUnit) -> Result<Vec<Rece
     Ok(points)
 }
 
+/// Sensors of Radiance, as honeybee writes them for its grids.
+fn read_sensors(source: &Source, unit: LengthUnit) -> Result<Vec<ReceiverPoint>, SceneError> {
+    let remedy = "write x y z dx dy dz with blanks between, one sensor a line";
+    let row = |line: Range<usize>| {
+        let words = words(source.text, &line);
+        read_row(source, (line, words), NEEDED, remedy, unit)
+    };
+    let lines = lines(source.text).filter(|line| !source.text[line.clone()].trim().is_empty());
+    let points = lines.map(row).collect::<Result<Vec<_>, _>>()?;
+    if points.is_empty() {
+        return Err(source.refuse(0..1, "", "an empty points file", "nothing", "a line for each sensor", remedy));
+    }
+    Ok(points)
+}
+
 fn read_row(
     source: &Source,
-    line: Range<usize>,
+    (line, fields): (Range<usize>, Vec<Range<usize>>),
     columns: usize,
+    remedy: &str,
     unit: LengthUnit,
 ) -> Result<ReceiverPoint, SceneError> {
-    let fields = fields(source.text, &line);
     if fields.len() != columns {
         let (what, got) = ("a row has the wrong number of fields", format!("{} fields", fields.len()));
         let expected = format!("{columns}: {}", HEADER[..columns].join(","));
-        return Err(source.refuse(line, "", what, got, expected, "write numbers with a point and fields with a comma"));
+        return Err(source.refuse(line, "", what, got, expected, remedy));
     }
     let mut numbers = [0.0; 7];
     for (index, field) in fields.iter().enumerate() {
@@ -150,6 +173,20 @@ fn fields(text: &str, line: &Range<usize>) -> Vec<Range<usize>> {
         .collect()
 }
 
+/// Byte ranges of a line's words.
+fn words(text: &str, line: &Range<usize>) -> Vec<Range<usize>> {
+    let mut start = line.start;
+    let mut words = Vec::new();
+    for piece in text[line.clone()].split_inclusive(char::is_whitespace) {
+        let word = piece.trim_end();
+        if !word.is_empty() {
+            words.push(start..start + word.len());
+        }
+        start += piece.len();
+    }
+    words
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -166,6 +203,28 @@ mod tests {
         assert_eq!((points[0].normal, points[0].weight, points[1].weight), (DVec3::Z, 1.0, 2.0));
         assert!(points[1].normal.distance(DVec3::new(0.6, 0.0, 0.8)) < 1e-15);
         assert_eq!(read_mm("\u{feff}x,y,z,nx,ny,nz\n1,2,3,0,1,0").expect("valid")[0].weight, 1.0);
+    }
+
+    fn read_sensors_in_m(text: &str) -> Result<Vec<ReceiverPoint>, SceneError> {
+        read(text, Path::new("grid/Room.PTS"), LengthUnit::of(0))
+    }
+
+    #[test]
+    fn sensors_of_radiance_have_blanks_between_and_no_header() {
+        let points = read_sensors_in_m(" 1.5\t2 0.8  0 0 1\r\n\n3 4 5 0 -2 0\n").expect("valid");
+        assert_eq!(points.iter().map(|point| point.position_m.x).collect::<Vec<f64>>(), [1.5, 3.0]);
+        assert_eq!((points[0].normal, points[1].normal, points[1].weight), (DVec3::Z, -DVec3::Y, 1.0));
+        for (text, line, column) in [
+            ("", 1, 1),
+            ("1 2 3 0 0\n", 1, 1),
+            ("1 2 3 0 0 1\n1 2  q 0 0 1", 2, 6),
+            ("1,2,3,0,0,1", 1, 1),
+            ("1 2 3 0 0 0", 1, 7),
+        ] {
+            let error = read_sensors_in_m(text).expect_err(text);
+            let place = error.place.as_ref().expect("a place");
+            assert_eq!((place.line, place.column), (line, column), "{error}");
+        }
     }
 
     #[test]

@@ -16,13 +16,13 @@ use super::surfaces::Surfaces;
 use super::unique_names::{Names, unique_name};
 use super::units::LengthUnit;
 use super::vectors::span_a_plane;
-use super::{given, parse, points_file, requirements};
+use super::{given, intensity, parse, points_file, requirements};
 
 /// The receiver types, as files name them.
-pub(super) const TYPES: [&str; 5] = ["grid", "points", "luminance", "ugr", "ugr_grid"];
+pub(super) const TYPES: [&str; 6] = ["grid", "points", "luminance", "ugr", "ugr_grid", "intensity"];
 
 /// Keys of every receiver type; grids have those of both their forms.
-pub(super) const KEYS: [&[&str]; 5] = [
+pub(super) const KEYS: [&[&str]; 6] = [
     &[
         "name",
         "type",
@@ -40,7 +40,7 @@ pub(super) const KEYS: [&[&str]; 5] = [
         "requirements",
     ],
     &["name", "type", "file", "points", "quantity", "direction", "requirements"],
-    &["name", "type", "position", "directions", "fan", "view"],
+    &["name", "type", "position", "directions", "fan", "view", "surface"],
     &["name", "type", "position", "view_direction", "background", "requirements"],
     &[
         "name",
@@ -58,6 +58,7 @@ pub(super) const KEYS: [&[&str]; 5] = [
         "background",
         "requirements",
     ],
+    intensity::KEYS,
 ];
 /// Keys of a grid by corners.
 const CORNER_KEYS: [&str; 10] =
@@ -109,7 +110,11 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
     let fields = node.fields(&what)?;
     fields.only(KEYS[kind])?;
     let name = unique_name(&fields, names)?;
-    if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit, most)? {
+    if TYPES[kind] == "intensity" {
+        let (quantity, layout, points) = intensity::read(&fields, around.unit, most)?;
+        return Ok(ReceiverSet { name, quantity, layout, points, observers: Vec::new(), requirements: Vec::new() });
+    }
+    if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around, most)? {
         let observers = if matches!(quantity, Quantity::Glare(_)) { observers_at(&points) } else { Vec::new() };
         let requirements = requirements::read(&fields, quantity)?;
         return Ok(ReceiverSet { name, quantity, layout, points, observers, requirements });

@@ -96,6 +96,14 @@ pub(super) fn only_one(node: &Node, luminaires: &[Luminaire]) -> Result<(), Scen
 pub(super) fn refuse_glare(root: &Node, luminaires: &[Luminaire], receivers: &[ReceiverSet]) -> Result<(), SceneError> {
     let has_sky = luminaires.iter().any(|luminaire| matches!(luminaire.emission, Emission::Sky { .. }));
     let rated = receivers.iter().find(|set| matches!(set.quantity, Quantity::Glare(_)));
+    if let Some(set) = receivers.iter().find(|set| has_sky && set.is_far_field()) {
+        return Err(root.refuse_as(
+            "the light of a sky comes from afar and has no far-field intensity",
+            format!("receivers {:?} in a scene with a sky", set.name),
+            "receivers of type \"intensity\" in scenes without a sky",
+            "ask for the intensities of a luminaire in a scene of its own",
+        ));
+    }
     match rated.filter(|_| has_sky) {
         Some(set) => Err(root.refuse_as(
             "the unified glare rating is for electric light",

@@ -5,7 +5,7 @@
 use std::ops::RangeInclusive;
 
 use super::Method;
-use super::job::{Context, Job, Offer, Offered, SHARE_OF_A_LOOK};
+use super::job::{Context, Engine, Job, Offer, Offered, SHARE_OF_A_LOOK};
 use super::local::{Kernel, LocalPlan};
 use super::pilot::is_over;
 use crate::control::needed_work;
@@ -73,7 +73,8 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     if !job.bound {
         return Err("no target binds it");
     }
-    if matches!(context.scene.receivers[set].quantity, Quantity::Luminance | Quantity::Glare(_)) {
+    let quantity = context.scene.receivers[set].quantity;
+    if matches!(quantity, Quantity::Luminance | Quantity::Glare(_) | Quantity::Intensity { .. }) {
         return Err("for illuminances only");
     }
     if !context.stage.is_diffuse() {
@@ -131,7 +132,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Op
         _ if !is_worth_a_pilot(job, at_best) => Err(TOO_LITTLE_WORK),
         (Ok(set), Some(target)) => offer(context, job, set, target, at_best),
     };
-    job.method_reason = reason(job.kind, error, gathering, without, &offered);
+    job.method_reason = reason(job.engine == Engine::Counting, error, gathering, without, &offered);
     let of_local = offered.as_ref().map_or(f64::INFINITY, |offer| offer.work);
     let gathers = |work: f64| {
         let looks = job.rays_to_first_look(error) < SHARE_OF_A_LOOK * of_local.min(work);
@@ -150,13 +151,13 @@ pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Op
 }
 
 /// What was weighed for a map: work to the target.
-fn reason(kind: MapKind, error: f64, gathering: Gathering, without: f64, offered: &Offered) -> String {
+fn reason(counts: bool, error: f64, gathering: Gathering, without: f64, offered: &Offered) -> String {
     let of = |work: Result<f64, &str>, name: &str| match work {
         Ok(work) => format!("{work:.1e} by {name}"),
         Err(why) => format!("{name} not weighed ({why})"),
     };
     let (target, gathering) = ((error * 1e4).round() / 100.0, of(gathering, "gathering"));
-    if kind == MapKind::Elements {
+    if counts {
         return format!("by the pilot, work to {target} %: {without:.1e} by counts, {gathering}");
     }
     let local = of(offered.as_ref().map(|offer| offer.work).map_err(|why| *why), "local estimation");

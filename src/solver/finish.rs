@@ -1,7 +1,7 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
 use super::glare::{GlareRating, rate, words_on_outside, worst_of_sets};
-use super::job::{Context, Ends, Job, PACKETS_OF_A_BOUND};
+use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
 use super::spending::Spending;
 use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solution, StopReason};
@@ -82,7 +82,7 @@ pub(super) fn finish(
             if count == 1 { "it would" } else { "they would" },
         ));
     }
-    let walks = jobs.iter().any(|job| job.kind != MapKind::Elements && !job.is_black());
+    let walks = jobs.iter().any(|job| job.engine != Engine::Counting && !job.is_black());
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
     warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
     let glare: Vec<GlareRating> = jobs.iter().flat_map(|job| rate(context, job)).collect();

@@ -8,6 +8,7 @@ mod engine;
 mod expected;
 mod forecast;
 mod judged;
+mod leaving;
 mod merged;
 mod walking;
 
@@ -30,6 +31,7 @@ use super::Method;
 use super::adapt::{Adaptive, Loss, first_elements};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
+use super::far_field::receiver_map;
 use super::guide::Guide;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
@@ -40,8 +42,8 @@ use super::sweep::{self, Deposits};
 use crate::chain::Stage;
 use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT};
 use crate::estimators::ahead::Expectations;
-use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, Unit, judge};
-use crate::scene::{Elements, Quantity, Scene};
+use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, judge};
+use crate::scene::{Elements, Scene};
 
 /// With 95% confidence fewer than 3/N of the flux goes where none of N packets went.
 pub const PACKETS_OF_A_BOUND: f64 = 3.0;
@@ -194,9 +196,7 @@ impl Job {
 
     /// A job for a receiver set.
     pub fn receivers(context: &Context, set: usize, bound: bool) -> Job {
-        let receivers = &context.scene.receivers[set];
-        let weights = receivers.points.iter().map(|point| if point.inside { 0.0 } else { point.weight }).collect();
-        let map = ReplicaMap::new(receivers.points.len(), Unit::Lux);
+        let (map, weights) = receiver_map(context, set);
         Job::new(context, MapKind::Receivers(set), Elements::default(), None, map, weights, bound)
     }
 
@@ -212,7 +212,7 @@ impl Job {
         // Where elements show slopes, these have chance of their own.
         let numbers = numbers_per_site(&weights, map.len());
         let (direct, expectations) = direct_cost(context, kind, &elements, adaptive.as_ref());
-        let engine = Engine::unbiased(kind, context.method);
+        let engine = Engine::unbiased(context.scene, kind, context.method);
         let local = match (kind, engine) {
             (MapKind::Receivers(set), Engine::Connecting(kernel)) if context.stage.reflects() => {
                 Some(LocalPlan::of(context, set, kernel, 0.0))
@@ -463,7 +463,10 @@ impl Job {
                     self.map.indirect_samples.complete = until;
                 }
             }
-            MapKind::Receivers(set) => self.walk_from_points(context, set, goal),
+            MapKind::Receivers(set) => match context.scene.receivers[set].intensity_table() {
+                Some(table) => self.chains_out_until(context, set, table, goal),
+                None => self.walk_from_points(context, set, goal),
+            },
         }
     }
 
@@ -525,13 +528,11 @@ impl Job {
 
     /// Flux of all luminaires over the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.
     fn flux_over_map(&self, context: &Context) -> f64 {
-        match self.kind {
-            MapKind::Elements => {
-                let area_m2: f64 = self.site_weights().iter().sum();
-                context.stage.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean_lx)
-            }
-            MapKind::Receivers(_) => 1.0,
+        if self.kind != MapKind::Elements && self.engine != Engine::Counting {
+            return 1.0;
         }
+        let area_m2: f64 = self.site_weights().iter().sum();
+        context.stage.emitters.luminous_flux_lm() / (area_m2 * self.judgement.mean_lx)
     }
 
     /// Whether it is dark after so many chains that it no longer holds up a run.
@@ -547,14 +548,6 @@ impl Job {
 }
 
 impl Job {
-    /// Whether it is what an eye sees, which gathering does not know.
-    pub fn is_luminance(&self, context: &Context) -> bool {
-        match self.kind {
-            MapKind::Receivers(set) => context.scene.receivers[set].quantity == Quantity::Luminance,
-            MapKind::Elements => false,
-        }
-    }
-
     /// Power of the work with which its error falls, by its own history.
     pub fn error_exponent(&self) -> f64 {
         // Nothing is gained by quasi-random chains where packets are counted.

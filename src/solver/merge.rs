@@ -144,7 +144,8 @@ impl MergedMap {
         let mut methods: Vec<String> = shares.iter().map(|share| share.maps[number].method.clone()).collect();
         methods.sort();
         methods.dedup();
-        let engine = Engine::named(is_alike.then_some(first.method.as_str()), first.kind, context.method);
+        let engine =
+            Engine::named(is_alike.then_some(first.method.as_str()), context.scene, first.kind, context.method);
         let mut job = Job::to_merge(context, first.kind, first.bound, engine, is_alike && first.counts_packets);
         job.map.cells_error = shares
             .iter()

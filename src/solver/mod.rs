@@ -4,6 +4,7 @@ mod adapt;
 mod broad;
 mod cells;
 mod choice;
+mod far_field;
 mod finish;
 mod glare;
 mod guide;

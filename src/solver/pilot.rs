@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::adapt::Adaptive;
+use super::far_field::leaving_cost;
 use super::job::Context;
 use super::pace::TimeLeft;
 use crate::estimators::ahead::Expectations;
@@ -195,6 +196,9 @@ pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> P
             chain_cost(context, elements, &mut stream)
         }
         MapKind::Receivers(set) => {
+            if let Some(table) = scene.receivers[set].intensity_table() {
+                return leaving_cost(context, set, table);
+            }
             let quantity = scene.receivers[set].quantity;
             let walks = WALKS.max(LEAST_SAMPLES / sites_of(context, set));
             let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {

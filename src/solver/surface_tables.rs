@@ -120,6 +120,7 @@ pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
     let kind = match receivers.quantity {
         Quantity::Luminance => TableKind::Luminance,
         Quantity::Glare(_) => TableKind::Glare,
+        Quantity::Intensity { .. } => TableKind::Intensity,
         _ => kind,
     };
     let subject = TableSubject {

@@ -327,7 +327,7 @@ enum ReceiverKind {
         /// What the receivers are to keep.
         requirements: Option<Requirements>,
     },
-    /// Luminance seen from a point, in one of: given directions, a fan of them, a picture.
+    /// Luminance seen from a point, in one of: given directions, a fan of them, a picture, the elements of a surface.
     Luminance {
         /// Name of the receivers.
         name: String,
@@ -340,6 +340,8 @@ enum ReceiverKind {
         fan: Option<Fan>,
         /// A picture on a flat screen.
         view: Option<View>,
+        /// A geometry or a part of one: the luminance of each of its elements towards the eye.
+        surface: Option<String>,
     },
     /// Unified glare rating of an observer (CIE 117).
     Ugr {
@@ -402,6 +404,24 @@ enum ReceiverKind {
         background: Option<BackgroundName>,
         /// What the ratings are to keep.
         requirements: Option<Requirements>,
+    },
+    /// Far-field intensity distribution of all light that leaves the scene, in C planes, as a table and as photometric files.
+    Intensity {
+        /// Name of the receiver.
+        name: String,
+        /// Direction of γ = 0; [0, 0, -1] without it.
+        aim: Option<Vector>,
+        /// Turn from C0 towards C90 about it.
+        rotation_deg: Option<f64>,
+        /// C planes, evenly turned (default 24); a single one stands for the mean over all.
+        #[schemars(range(min = 1, max = 720))]
+        c_planes: Option<u32>,
+        /// Step of γ in degrees (default 5), a whole part of 180.
+        #[schemars(range(min = 0.5, max = 45.0))]
+        gamma_step_deg: Option<f64>,
+        /// Luminous opening that the files name: extents along C0–C180, along C90–C270, and its height; a point without it.
+        #[schemars(length(min = 3, max = 3))]
+        luminous_opening: Option<Vec<f64>>,
     },
 }
 

@@ -95,7 +95,7 @@ impl Job {
     pub fn can_ask_cells(&self, context: &Context) -> bool {
         let finds_all = self.kind != MapKind::Elements || context.stage.paths_not_found.is_empty();
         let counts = self.weights.iter().any(|weight| *weight > 0.0);
-        finds_all && counts && !self.black && !self.is_luminance(context)
+        finds_all && counts && !self.black && !self.is_seen(context)
     }
 
     /// Makes ready for asking, for an error: elements that adapt get broader ones, and a pilot tells of walks from elements.
@@ -267,7 +267,7 @@ impl Job {
         }
         self.forget_looks();
         self.given_up_rays = self.rays;
-        self.engine = Engine::unbiased(self.kind, Method::Auto);
+        self.engine = Engine::unbiased(context.scene, self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
     }

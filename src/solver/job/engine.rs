@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::maps::MapKind;
+use crate::scene::Scene;
 use crate::solver::Method;
 use crate::solver::local::Kernel;
 
@@ -21,9 +22,11 @@ pub enum Engine {
 
 impl Engine {
     /// The unbiased one of a map.
-    pub(super) fn unbiased(kind: MapKind, method: Method) -> Engine {
+    pub(super) fn unbiased(scene: &Scene, kind: MapKind, method: Method) -> Engine {
         match (kind, method) {
             (MapKind::Elements, _) => Engine::Counting,
+            // What leaves the scene is counted, too.
+            (MapKind::Receivers(set), _) if scene.receivers[set].is_far_field() => Engine::Counting,
             (MapKind::Receivers(_), Method::Local) => Engine::Connecting(Kernel::Bounded),
             (MapKind::Receivers(_), Method::LocalNaive) => Engine::Connecting(Kernel::Naive),
             (MapKind::Receivers(_), _) => Engine::Walking,

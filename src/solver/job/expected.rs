@@ -34,7 +34,7 @@ impl Job {
     }
 
     fn without_gathering(&self, context: &Context, error_lx: f64, rays_per_sample: f64) -> f64 {
-        let to_first_look = first_look(Engine::unbiased(self.kind, context.method)) as f64;
+        let to_first_look = first_look(Engine::unbiased(context.scene, self.kind, context.method)) as f64;
         let first_rays = to_first_look * rays_per_sample * self.map.len() as f64 * REPLICAS as f64;
         let alone = self.indirect.variance * rays_per_sample * self.map.len() as f64 / (error_lx * error_lx);
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)

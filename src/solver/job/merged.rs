@@ -2,14 +2,15 @@
 
 use super::{Context, Engine, Job};
 use crate::control::accepts;
-use crate::maps::{MapKind, ReplicaMap, Unit, judge};
-use crate::scene::Elements;
+use crate::maps::{MapKind, Unit, judge};
+use crate::scene::{Elements, Scene};
+use crate::solver::far_field::receiver_map;
 use crate::solver::local::Kernel;
 
 impl Engine {
     /// The engine of this name; where shares had several, the unbiased one of the map.
-    pub fn named(name: Option<&str>, kind: MapKind, method: crate::solver::Method) -> Engine {
-        let unbiased = Engine::unbiased(kind, method);
+    pub fn named(name: Option<&str>, scene: &Scene, kind: MapKind, method: crate::solver::Method) -> Engine {
+        let unbiased = Engine::unbiased(scene, kind, method);
         let all = [
             Engine::Gathering,
             Engine::Walking,
@@ -29,9 +30,8 @@ impl Job {
                 (map, weights, context.stage.elements.clone())
             }
             MapKind::Receivers(set) => {
-                let points = &context.scene.receivers[set].points;
-                let weights = points.iter().map(|point| if point.inside { 0.0 } else { point.weight }).collect();
-                (ReplicaMap::new(points.len(), Unit::Lux), weights, Elements::default())
+                let (map, weights) = receiver_map(context, set);
+                (map, weights, Elements::default())
             }
         };
         if !counts_packets {

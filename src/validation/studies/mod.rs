@@ -5,6 +5,7 @@
 
 mod choice;
 mod crossing;
+mod forms;
 pub mod open_air;
 mod penumbra;
 mod pictures;
@@ -61,6 +62,11 @@ pub const STUDIES: &[Study] = &[
     },
     Study { name: "light-mesh-memory", title: "Memory of the light mesh, sparse against dense", run: savings::memory },
     Study { name: "light-mesh-steps", title: "Error of the light mesh against its step and radius", run: steps::steps },
+    Study {
+        name: "light-mesh-forms",
+        title: "Direct light on the mesh as one number and as visibility, by four ways of taking it",
+        run: forms::forms,
+    },
     Study {
         name: "light-mesh-penumbra",
         title: "Width of soft shadows: a ball's penumbra and the light mesh",

@@ -1,0 +1,46 @@
+//! Luminous intensity in the far field of what leaves a scene without having met anything but panes.
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
+
+use crate::chain::Stage;
+use crate::sampling::random::Stream;
+
+/// Emitters that one sample asks at most; of more, so many are chosen by their flux.
+const MOST_EMITTERS: usize = 16;
+
+/// One unbiased sample of the intensity in cd that luminaires send out of the scene in a unit direction, and the rays it took: the
+/// mean over all turns about an axis, where one is given.
+pub fn sample_intensity_cd(
+    stage: &Stage,
+    direction: DVec3,
+    turned_about: Option<DVec3>,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let direction = match turned_about {
+        Some(axis) => (DQuat::from_axis_angle(axis, TAU * stream.unit()) * direction).normalize(),
+        None => direction,
+    };
+    let emitters = stage.emitters.list();
+    let (mut sum_cd, mut rays) = (0.0, 0);
+    let mut look_at = |index: usize, weight: f64, stream: &mut Stream| {
+        if let Some((intensity_cd, place)) = emitters[index].seen_from_afar(direction, stream) {
+            let (passed, more_rays) = stage.transmittance_out(&stage.origin(&place), direction);
+            sum_cd += weight * intensity_cd * passed;
+            rays += more_rays;
+        }
+    };
+    if emitters.len() <= MOST_EMITTERS {
+        (0..emitters.len()).for_each(|index| look_at(index, 1.0, stream));
+        return (sum_cd, rays);
+    }
+    let flux_lm = stage.emitters.luminous_flux_lm();
+    for number in 0..MOST_EMITTERS {
+        let choice = (number as f64 + stream.fine_unit()) / MOST_EMITTERS as f64;
+        let index = stage.emitters.index_at(choice) as usize;
+        let probability = emitters[index].luminous_flux_lm / flux_lm;
+        look_at(index, 1.0 / (probability * MOST_EMITTERS as f64), stream);
+    }
+    (sum_cd, rays)
+}

@@ -1,0 +1,31 @@
+//! A job of what leaves the scene, and which jobs are of what is seen.
+
+use super::{Context, Job};
+use crate::maps::{MapKind, REPLICAS};
+use crate::scene::{IntensityTable, Quantity};
+use crate::solver::far_field::leaving_chains;
+
+impl Job {
+    /// A slice of chains that are counted by where they leave the scene to, towards a number of them.
+    pub(super) fn chains_out_until(&mut self, context: &Context, set: usize, table: &IntensityTable, goal: u64) {
+        let done = self.map.indirect_samples.complete;
+        let rays = self.share.rays_per_indirect.max(1.0) * REPLICAS as f64;
+        let until = goal.min(done + (context.pace.rays_per_slice() / rays).ceil() as u64);
+        let traced = leaving_chains(context, set, table, &mut self.map, done..until);
+        for (replica, (rays, ends)) in traced.into_iter().enumerate() {
+            self.rays += rays;
+            self.ends[replica] += ends;
+        }
+        self.map.indirect_samples.complete = until;
+    }
+
+    /// Whether it is what an eye sees, or what is seen from afar, which gathering does not know.
+    pub fn is_seen(&self, context: &Context) -> bool {
+        match self.kind {
+            MapKind::Receivers(set) => {
+                matches!(context.scene.receivers[set].quantity, Quantity::Luminance | Quantity::Intensity { .. })
+            }
+            MapKind::Elements => false,
+        }
+    }
+}

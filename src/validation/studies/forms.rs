@@ -1,0 +1,219 @@
+//! Forms of direct light on a mesh, side by side: what a point keeps, and how a place takes it from the points about it.
+//!
+//! Debelov and Sevastyanov (2001) keep one number at each point, the light that it receives from all luminaires in sight, whichever they
+//! are; Debelov and Novikov (2009) keep which luminaires are in sight. Here both are made of the same points, so that they differ in
+//! nothing else.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::pictures::{Line, log_log};
+use super::world::{HALL_M, Lit, World, grid, hall, relative_rms};
+use super::{Findings, StudyWishes};
+use crate::light_mesh::{Index, Lattice, RADIUS_PER_STEP};
+use crate::validation::report::Table;
+use crate::validation::words::{percent, significant};
+
+/// Added to distances in m, so that the falloff has no pole: the 2001 paper's φ = Const + r.
+const FALLOFF_M: f64 = 1.0;
+/// Lamps of the hall along an edge: their visibility from a point fits a word.
+const LAMPS: usize = 7;
+
+/// What a mesh point keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    /// Which luminaires are in sight (2009).
+    Visibility,
+    /// One number, which knows no luminaire (2001, eqs. 1 to 3).
+    Scalar,
+}
+
+/// How a place takes it from the points about it that are free and in front of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Interpolation {
+    /// The nearest corner of its cell.
+    Nearest,
+    /// All corners of its cell, trilinear.
+    Trilinear,
+    /// All points within the radius alike.
+    Sphere,
+    /// The same, weighted by 1 − distance/radius.
+    Cone,
+}
+
+const FORMS: [(Form, &str); 2] = [(Form::Visibility, "visibility"), (Form::Scalar, "scalar")];
+const INTERPOLATIONS: [(Interpolation, &str); 4] = [
+    (Interpolation::Nearest, "nearest point"),
+    (Interpolation::Trilinear, "trilinear"),
+    (Interpolation::Sphere, "sphere"),
+    (Interpolation::Cone, "sphere, weighted"),
+];
+
+/// What is known at a point: a bit for each lamp in sight, and the share of the unhidden light that these bring.
+#[derive(Clone, Copy)]
+struct Known {
+    sees: u64,
+    share: f64,
+}
+
+/// Points over the hall's floor.
+struct Points<'a> {
+    world: &'a World,
+    lattice: Lattice,
+    known: Vec<Option<Known>>,
+}
+
+impl<'a> Points<'a> {
+    /// Looks from every point above the floor to all lamps; points inside of solids know nothing.
+    fn over(world: &'a World, points_m: &[DVec3], step_m: f64) -> Option<Points<'a>> {
+        let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        points_m.iter().for_each(|point_m| bounds_m = [bounds_m[0].min(*point_m), bounds_m[1].max(*point_m)]);
+        let lattice = Lattice::over(bounds_m, step_m, RADIUS_PER_STEP * step_m)?;
+        let known = (0..lattice.points() as usize).into_par_iter().map(|number| look_around(world, &lattice, number));
+        Some(Points { known: known.collect(), world, lattice })
+    }
+
+    fn of(&self, index: Index) -> Option<&Known> {
+        self.lattice.contains(index).then(|| self.known[number_of(&self.lattice, index)].as_ref())?
+    }
+
+    /// Points that a place takes light from, with their weights; none where all are hidden in solids.
+    fn about(&self, place_m: DVec3, interpolation: Interpolation) -> Vec<(&Known, f64)> {
+        let (cell, rest) = self.lattice.cell_of(place_m);
+        let reach =
+            if matches!(interpolation, Interpolation::Nearest | Interpolation::Trilinear) { 0..=1 } else { -1..=2 };
+        let mut found = Vec::new();
+        for k in reach.clone() {
+            for j in reach.clone() {
+                for i in reach.clone() {
+                    let index = [cell[0] + i, cell[1] + j, cell[2] + k];
+                    let Some(known) = self.of(index).filter(|_| self.lattice.position_m(index).z > place_m.z) else {
+                        continue;
+                    };
+                    let off = (DVec3::new(f64::from(i), f64::from(j), f64::from(k)) - rest).abs();
+                    let distance = off.length();
+                    let weight = match interpolation {
+                        Interpolation::Nearest => distance,
+                        Interpolation::Trilinear => (1.0 - off).max(DVec3::ZERO).element_product(),
+                        Interpolation::Sphere => f64::from(u8::from(distance < RADIUS_PER_STEP)),
+                        Interpolation::Cone => (1.0 - distance / RADIUS_PER_STEP).max(0.0),
+                    };
+                    if weight > 0.0 {
+                        found.push((known, weight));
+                    }
+                }
+            }
+        }
+        if interpolation == Interpolation::Nearest {
+            let nearest = found.into_iter().min_by(|(_, a), (_, b)| a.total_cmp(b));
+            return nearest.map(|(known, _)| (known, 1.0)).into_iter().collect();
+        }
+        found
+    }
+
+    /// Illuminance in lx of a place that faces up.
+    fn light(&self, place_m: DVec3, form: Form, interpolation: Interpolation) -> f64 {
+        let about = self.about(place_m, interpolation);
+        let all: f64 = about.iter().map(|(_, weight)| weight).sum();
+        if all <= 0.0 {
+            return 0.0;
+        }
+        let lamps = self.world.stage.emitters.list();
+        let share_of = |lamp: usize| match form {
+            Form::Visibility => {
+                about.iter().filter(|(known, _)| known.sees >> lamp & 1 == 1).map(|(_, weight)| weight).sum::<f64>()
+                    / all
+            }
+            Form::Scalar => about.iter().map(|(known, weight)| weight * known.share).sum::<f64>() / all,
+        };
+        let light = |(number, lamp): (usize, &crate::sampling::emitter::Emitter)| {
+            share_of(number) * lamp.unshadowed_lx(place_m, DVec3::Z)
+        };
+        lamps.iter().enumerate().map(light).sum()
+    }
+}
+
+fn number_of(lattice: &Lattice, [i, j, k]: Index) -> usize {
+    let [columns, rows, _] = lattice.counts.map(|count| count as usize);
+    (k as usize * rows + j as usize) * columns + i as usize
+}
+
+fn look_around(world: &World, lattice: &Lattice, number: usize) -> Option<Known> {
+    let [columns, rows, _] = lattice.counts.map(|count| count as usize);
+    let index = [number % columns, number / columns % rows, number / (columns * rows)].map(|place| place as i32);
+    let position_m = lattice.position_m(index);
+    let tracer = &world.stage.tracer;
+    if position_m.z <= 0.0 || world.solids.holds(tracer, position_m).0 {
+        return None;
+    }
+    let origin = tracer.free_origin(position_m);
+    let (mut sees, mut seen, mut all) = (0, 0.0, 0.0);
+    for (lamp, emitter) in world.stage.emitters.list().iter().enumerate() {
+        let lamp_m = emitter.center_m();
+        let falling = emitter.luminous_flux_lm / (FALLOFF_M + lamp_m.distance(position_m));
+        all += falling;
+        if !tracer.is_occluded(&origin, &tracer.free_origin(lamp_m)) {
+            sees |= 1 << lamp;
+            seen += falling;
+        }
+    }
+    Some(Known { sees, share: seen / all })
+}
+
+/// Errors of both forms by every interpolation, from coarse to fine meshes.
+pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
+    let (counts, edge): (&[usize], usize) = if wishes.quick { (&[20, 40], 80) } else { (&[20, 40, 80, 100, 200], 250) };
+    let world = hall(LAMPS)?;
+    let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], edge);
+    let exact = world.by_rays(&points_m, 1, f64::INFINITY);
+    let mut found = Findings::of(
+        "light-mesh-forms",
+        "The black hall of the study of steps, 20 m × 20 m, with 24 crates and 49 point lamps; receivers on its floor. Both forms are made of the very same mesh points, those inside of solids left out, no local visibility: *visibility* keeps which lamps a point sees and gives each lamp's own light by the share of points that see it (Debelov and Novikov 2009); *scalar* keeps one number, Σ V Φ/(1 m + r) over Σ Φ/(1 m + r), and multiplies the unhidden light of all lamps by it (Debelov and Sevastyanov 2001, eqs. 1 to 3, made a share so that it has a unit). Places take them from the nearest point, from the corners of their cell, or from all points within R = 1.25 h. Errors are against shadow rays.",
+    );
+    let mean_lx = exact.lx.iter().sum::<f64>() / exact.lx.len() as f64;
+    let mut rows = Vec::new();
+    let mut lines: Vec<Line> = Vec::new();
+    let mut finest = Vec::new();
+    for (number, count) in counts.iter().enumerate() {
+        let step_m = HALL_M / *count as f64;
+        (wishes.tell)(&format!("{count}² cells, h = {step_m} m"));
+        let points = Points::over(&world, &points_m, step_m).ok_or("a mesh with more points than numbers for them")?;
+        for (form, form_name) in FORMS {
+            for (place, (interpolation, name)) in INTERPOLATIONS.into_iter().enumerate() {
+                let lx = points_m.par_iter().map(|point_m| points.light(*point_m, form, interpolation)).collect();
+                let lit = Lit { lx, every: 1, ..Lit::default() };
+                let error = relative_rms(&lit, &exact);
+                let mean = lit.lx.iter().sum::<f64>() / lit.lx.len() as f64;
+                rows.push(vec![
+                    count.to_string(),
+                    significant(step_m, 3),
+                    form_name.to_owned(),
+                    name.to_owned(),
+                    significant(error * mean_lx, 3),
+                    percent(error),
+                    format!("{:+.2} %", 100.0 * (mean / mean_lx - 1.0)),
+                ]);
+                if number == 0 {
+                    lines.push(Line::new(format!("{form_name}, {name}")));
+                }
+                let line = if form == Form::Visibility { place } else { INTERPOLATIONS.len() + place };
+                lines[line].places.push((step_m, 100.0 * error));
+                if number + 1 == counts.len() {
+                    finest.push(error);
+                }
+            }
+        }
+    }
+    let least = |errors: &[f64]| errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let (visibility, scalar) = finest.split_at(INTERPOLATIONS.len());
+    found.results.push(format!(
+        "On the finest mesh visibility is off by {} at best and the scalar by {}: which lamp is hidden is not in one number, and no finer mesh brings it back.",
+        percent(least(visibility)),
+        percent(least(scalar))
+    ));
+    let header =
+        vec!["cells along an edge", "h, m", "a point keeps", "taken from", "RMS error, lx", "RMS error", "mean off by"];
+    found.tables.push(("Errors".to_owned(), Table { header, text_columns: vec![2, 3], rows }));
+    found.pictures.push(("Error against step".to_owned(), log_log(["step, m", "RMS error, %"], &lines)));
+    Ok(found)
+}
