@@ -38,7 +38,13 @@ fn assert_well_formed(name: &str, text: &str) {
 
 #[test]
 fn every_template_reads_without_a_warning_of_its_own_and_solves_as_it_is() {
-    for (kind, maps) in [("office", "task area"), ("corridor", "floor"), ("hall", "aisles")] {
+    for (kind, maps) in [
+        ("office", "task area"),
+        ("corridor", "floor"),
+        ("classroom", "desks"),
+        ("gym", "playing area"),
+        ("hall", "aisles"),
+    ] {
         let home = tempfile::tempdir().expect("a temporary directory");
         let project = home.path().join("project");
         let made = run(&["new", kind, "--out", text(&project)]);
@@ -163,6 +169,70 @@ fn the_report_tells_the_numbers_of_the_tables_and_stands_by_itself() {
     for link in ["src=", "href=", "url(", "@import"] {
         assert!(!report.contains(link), "{link}");
     }
+}
+
+/// A classroom from the first command to its page: what a client reads first stands first, housings and what is kept out of reports
+/// stand in files alone.
+#[test]
+fn the_first_page_tells_whose_project_it_is_and_whether_it_passes() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let room = |more: &str| {
+        format!(
+            r#"{{ "version": 1, "title": "Room 7", "project": {{ "client": "A & B", "date": "in spring", "notes": "First line.\nSecond line." }},
+          "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+          "geometry": [
+            {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,3,2.5], "facing": "inward", "material": "grey" }},
+            {{ "name": "lamp", "type": "box", "min": [1.5,1,2.3], "max": [2.5,2,2.35], "material": "grey"{more} }},
+            {{ "name": "shelf", "type": "box", "min": [0.1,0.1,0.5], "max": [0.5,1,1.5], "material": "grey", "report": false }},
+            {{ "name": "table", "type": "box", "min": [2.6,1,0.5], "max": [3.5,2,0.7], "material": "grey" }} ],
+          "luminaires": [ {{ "name": "panel", "type": "area", "surface": "lamp/floor", "luminous_flux_lm": 4000, "maintenance_factor": 0.8 }} ],
+          "receivers": [ {{ "name": "desk", "type": "grid", "origin": [1,1,0.8], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 5,
+            "requirements": {{ "average_lx": 10, "minimum_lx": 5000 }} }} ] }}"#
+        )
+    };
+    let solve = |more: &str, name: &str| {
+        let (scene, out) = (home.path().join(format!("{name}.json")), home.path().join(name));
+        std::fs::write(&scene, room(more)).expect("written");
+        let solved = run(&["solve", text(&scene), "--out", text(&out), "--chains", "20000"]);
+        assert_eq!(code(&solved), 0, "{}", errors(&solved));
+        (out, results(&solved), errors(&solved))
+    };
+    let (out, printed, told) = solve("", "plain");
+    let report = read(&out.join("report.html"));
+    let place = |words: &str| report.find(words).unwrap_or_else(|| panic!("{words} is missing"));
+    let order = [
+        "Room 7",
+        "A &amp; B",
+        "in spring",
+        "<p>Second line.</p>",
+        "1 of 2 requirements are met, 1 not.",
+        "Not met: Emin ≥ 5000 lx (desk).",
+        "<h2>Verdicts</h2>",
+        "<h3>Plan</h3>",
+        "<h3>Illuminance: desk</h3>",
+        "Luminaire schedule",
+        "<h2>Results</h2>",
+        "How this was computed, and how certain it is",
+        "Evidence",
+    ];
+    let places = order.map(place);
+    assert!(places.is_sorted(), "{places:?}");
+    for name in ["lamp/floor", "lamp/x_min", "shelf/x_max"] {
+        assert!(!printed.contains(name) && !report.contains(name), "{name} is told of");
+        assert!(!out.join(format!("map-{}.svg", name.replace('/', "-"))).exists(), "{name} is drawn");
+        assert!(
+            read(&out.join("tables.csv")).contains(name)
+                && read(&out.join("elements.csv")).contains(&format!("{name},"))
+        );
+    }
+    assert!(told.contains("12 surfaces of luminaires or with \"report\": false"), "{told}");
+    for name in ["room/floor", "table/ceiling"] {
+        assert!(printed.contains(name) && report.contains(name), "{name} is not told of");
+    }
+    // Who asks for it sees the luminaire, with the same numbers.
+    let (asked, printed, _) = solve(r#", "report": true"#, "asked");
+    assert!(printed.contains("lamp/x_min") && read(&asked.join("report.html")).contains("lamp/floor"));
+    assert_eq!(read(&asked.join("tables.csv")), read(&out.join("tables.csv")));
 }
 
 #[test]

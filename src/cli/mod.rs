@@ -36,6 +36,7 @@ mod text_table;
 mod ugr_table;
 mod validate;
 mod values;
+mod verdict_target;
 mod version;
 
 use std::process::ExitCode;

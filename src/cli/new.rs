@@ -45,6 +45,10 @@ enum Project {
     Office,
     /// A corridor with a glass door, a polished floor and four wall washers
     Corridor,
+    /// A classroom with a board, desks and what the standard requires
+    Classroom,
+    /// A school's gymnasium with 24 luminaires and what is required of it
+    Gym,
     /// A storage hall with racks and 120 luminaires
     Hall,
     /// A made-up room of the proving ground, by kind and seed
@@ -65,6 +69,18 @@ const CORRIDOR: &[Template] = &[
     ("luminaires/wall_washer.ldt", include_str!("../../scenes/luminaires/wall_washer.ldt")),
     ("README.txt", include_str!("projects/corridor.txt")),
 ];
+const CLASSROOM: &[Template] = &[
+    ("classroom.json", include_str!("projects/classroom.json")),
+    ("classroom_desks.obj", include_str!("../../scenes/classroom_desks.obj")),
+    ("luminaires/troffer.ies", include_str!("../../scenes/luminaires/troffer.ies")),
+    ("luminaires/wall_washer.ldt", include_str!("../../scenes/luminaires/wall_washer.ldt")),
+    ("README.txt", include_str!("projects/classroom.txt")),
+];
+const GYM: &[Template] = &[
+    ("gym.json", include_str!("../../scenes/gym.json")),
+    ("luminaires/high_bay.ies", include_str!("../../scenes/luminaires/high_bay.ies")),
+    ("README.txt", include_str!("projects/gym.txt")),
+];
 const HALL: &[Template] = &[
     ("hall.json", include_str!("../../scenes/hall.json")),
     ("luminaires/troffer.ies", include_str!("../../scenes/luminaires/troffer.ies")),
@@ -81,6 +97,8 @@ pub fn run(arguments: &NewArguments) -> Outcome {
     let templates = match arguments.project {
         Project::Office => OFFICE,
         Project::Corridor => CORRIDOR,
+        Project::Classroom => CLASSROOM,
+        Project::Gym => GYM,
         Project::Hall => HALL,
         Project::Room => return run_room(arguments),
     };

@@ -25,8 +25,9 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
         solution.maps.iter().flat_map(|map| &map.tables).filter(move |row| is_wanted(row.kind))
     };
     let mut tables = Vec::new();
-    if rows_of(TableKind::is_illuminance).next().is_some() {
-        tables.push(illuminance_table(rows_of(TableKind::is_illuminance)));
+    let is_told = |row: &&TableRow| row.kind != TableKind::Surface || scene.is_reported(&row.name);
+    if rows_of(TableKind::is_illuminance).any(|row| is_told(&row)) {
+        tables.push(illuminance_table(rows_of(TableKind::is_illuminance).filter(is_told)));
     }
     if rows_of(|kind| kind == TableKind::Luminance).next().is_some() {
         let rows = rows_of(|kind| kind == TableKind::Luminance).map(|row| {

@@ -7,7 +7,7 @@ use super::exit::{Exit, Failure};
 use super::method::Plots;
 use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
-use crate::maps::TableRow;
+use crate::maps::{TableKind, TableRow};
 use crate::output::{ReportContext, ResultDirectory, glb_file, plots, report_file, result_files, vtk_file};
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
@@ -46,6 +46,9 @@ pub fn tell_results(scene: &Scene, solution: &Solution, tell: impl Fn(&str)) -> 
     if let Some(line) = covered_line(solution) {
         tell(&line);
     }
+    if let Some(line) = unreported_line(scene, solution) {
+        tell(&line);
+    }
     for warning in &solution.warnings {
         console::message(&format!("warning: {warning}"));
     }
@@ -70,6 +73,10 @@ pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> Strin
     let end = match (solution.stop_reason, solution.target_met) {
         (StopReason::Exact, _) => "exact: nothing is left to chance",
         (StopReason::Interrupted, _) => "interrupted",
+        (StopReason::VerdictsDecided, _) => "verdicts decided",
+        (StopReason::Undecided, _) => {
+            "verdicts undecided: values lie nearer to their limits than the least error tells (--target-error sets it)"
+        }
         (_, Some(true)) => "target met",
         (StopReason::FinestMesh, Some(false)) => "target not met by the finest mesh",
         (StopReason::FinestMesh, None) => "finest mesh reached",
@@ -123,6 +130,18 @@ fn covered_line(solution: &Solution) -> Option<String> {
         rows.iter().take(MOST).map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2))).collect();
     let more = if rows.len() > MOST { format!(" and of {} more", rows.len() - MOST) } else { String::new() };
     (!rows.is_empty()).then(|| format!("note: covered, and not in these tables: {}{more}", parts.join(", ")))
+}
+
+/// What is told of surfaces that stand in files alone.
+fn unreported_line(scene: &Scene, solution: &Solution) -> Option<String> {
+    let rows = solution.maps.iter().flat_map(|map| &map.tables);
+    let count = rows.filter(|row| row.kind == TableKind::Surface && !scene.is_reported(&row.name)).count();
+    (count > 0).then(|| {
+        format!(
+            "note: in tables.csv alone, and not in this table: {} of luminaires or with \"report\": false",
+            counted(count, "surface")
+        )
+    })
 }
 
 /// How the program ends on it.

@@ -10,14 +10,15 @@ use super::proportions::check_proportions;
 use super::results::stage_results;
 use super::selection::select_maps;
 use super::values;
+use super::verdict_target::{self, Target, target};
 use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
 use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, summary_file};
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
 use crate::solver::{
-    ElementChoice, GoingOn, MapSums, Method, Observer, Settings, Share, ShareRecord, Solution, StopReason, resume,
-    resume_share, solve_share,
+    ElementChoice, GoingOn, MapSums, Method, Observer, Settings, Share, ShareRecord, Solution, StopReason,
+    VerdictLadder, resume, resume_share, solve_share, solve_to_verdicts,
 };
 use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
@@ -42,6 +43,8 @@ pub struct RunOptions {
     pub seed: u64,
     /// Target of the stated error as a fraction; 0.01 where no stop rule is given.
     pub target_error: Option<f64>,
+    /// What the run goes on for besides: `target_error` then is the least error that it goes to.
+    pub target: Option<Target>,
     /// Chains for every map, if fixed.
     pub chains: Option<u64>,
     /// Seconds by the observer's clock, if limited.
@@ -60,6 +63,7 @@ impl Default for RunOptions {
             mesh: MeshChoice::default(),
             seed: 0,
             target_error: None,
+            target: None,
             chains: None,
             time_limit_s: None,
             maps: None,
@@ -70,8 +74,8 @@ impl Default for RunOptions {
 
 impl RunOptions {
     /// Names that [`RunOptions::set`] knows.
-    pub const NAMES: [&str; 8] =
-        ["method", "elements", "seed", "target_error", "chains", "time_limit", "maps", "threads"];
+    pub const NAMES: [&str; 9] =
+        ["method", "elements", "seed", "target_error", "target", "chains", "time_limit", "maps", "threads"];
 
     /// Sets an option by its name, with underscores, to a value as the command line writes it: `1%`, `60s`, `1e6`.
     ///
@@ -90,6 +94,7 @@ impl RunOptions {
             "elements" => self.elements = method::elements(text).map_err(refuse)?,
             "seed" => self.seed = values::seed(text).map_err(refuse)?,
             "target_error" => self.target_error = Some(values::target_error(text).map_err(refuse)?),
+            "target" => self.target = Some(target(text).map_err(refuse)?),
             "chains" => self.chains = Some(values::chains(text).map_err(refuse)?),
             "time_limit" => self.time_limit_s = Some(values::time_s(text).map_err(refuse)?),
             "maps" => self.maps = Some(text.to_owned()),
@@ -115,7 +120,7 @@ impl RunOptions {
                 remedy: "leave out --chains, or use --method collision, which traces them".to_owned(),
             });
         }
-        Ok(Settings {
+        let mut settings = Settings {
             method: match self.method {
                 MethodChoice::Auto => Method::Auto,
                 MethodChoice::Gather => Method::Gather,
@@ -130,7 +135,11 @@ impl RunOptions {
             time_limit_s: self.time_limit_s,
             maps: select_maps(self.maps.as_deref(), scene)?,
             threads: self.threads,
-        })
+        };
+        if self.target.is_some() {
+            verdict_target::settle(&mut settings, scene)?;
+        }
+        Ok(settings)
     }
 }
 
@@ -195,16 +204,26 @@ impl SceneRun {
     /// The same from the beginning, or on from where the run was kept, which methods without chains are not.
     pub(super) fn solve_from(&self, going_on: Option<GoingOn>, observer: &dyn Observer) -> Result<Solution, Failure> {
         let (scene, settings) = (&self.scene, &self.settings);
-        self.on_its_threads(|| match self.options.method {
+        self.on_its_threads(|| match (self.options.target, going_on) {
+            (Some(Target::Verdicts), _) => {
+                let ladder = VerdictLadder::down_to(settings.target_error);
+                solve_to_verdicts(scene, settings, ladder, |settings| self.solve_once(settings, observer))
+            }
+            (None, Some(going_on)) => Ok(resume(scene, settings, going_on, observer)),
+            (None, None) => self.solve_once(settings, observer),
+        })
+    }
+
+    /// One run from the beginning by the method asked for.
+    fn solve_once(&self, settings: &Settings, observer: &dyn Observer) -> Result<Solution, Failure> {
+        let scene = &self.scene;
+        match self.options.method {
             MethodChoice::Radiosity => solve_by_radiosity(scene, settings, observer).map_err(Failure::from),
             MethodChoice::LightMesh => {
                 solve_by_light_mesh(scene, settings, &self.options.mesh, observer).map_err(Failure::from)
             }
-            _ => Ok(match going_on {
-                Some(going_on) => resume(scene, settings, going_on, observer),
-                None => crate::solver::solve(scene, settings, observer),
-            }),
-        })
+            _ => Ok(crate::solver::solve(scene, settings, observer)),
+        }
     }
 
     /// Computes a share of the run, from the beginning or on from where it was kept.

@@ -18,6 +18,7 @@ use super::patience::meanwhile;
 use super::progress::{Watcher, heed_interruptions};
 use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
 use super::run::{RunOptions, RunStory, SceneRun};
+use super::verdict_target::{self, Target, target};
 use super::{Outcome, checkpoint, console, share, values};
 use crate::check::read_scene;
 use crate::maps::MapKind;
@@ -29,6 +30,7 @@ const EXAMPLES: &str = "\
 Examples:
   luxmc solve office.json --out out                       to a stated error of 1% (the default)
   luxmc solve office.json --out out --target-error 0.5%   finer
+  luxmc solve office.json --out out --target verdicts     until every requirement is met or not, beyond doubt
   luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
   luxmc solve office.json --out out --chains 1e6          the same bytes in every run
   luxmc solve office.json --out out/3 --share 3/8 --chains 1e7   one of eight shares, for luxmc merge
@@ -56,6 +58,10 @@ pub struct SolveArguments {
     /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
     pub target_error: Option<f64>,
+    /// Go on until every requirement of the scene is met or not, beyond doubt: verdicts. Computes the receiver sets, unless --maps names
+    /// others; --target-error then is the least error to go to [default: 0.1%]
+    #[arg(long, value_name = "WHAT", value_parser = target)]
+    target: Option<Target>,
     /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
     #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
     time_limit: Option<f64>,
@@ -126,6 +132,22 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
 /// Solves a scene from the beginning, or goes on from a checkpoint.
 pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
     heed_interruptions();
+    verdict_target::check(
+        arguments.target,
+        [
+            (
+                "--share",
+                arguments.share.is_some(),
+                "verdicts are known once shares are merged, and none of them goes on for them",
+            ),
+            (
+                "--checkpoint",
+                arguments.checkpoint.is_some(),
+                "a run for verdicts begins anew for each error, and keeps no checkpoint",
+            ),
+            ("--dry-run", arguments.dry_run, "a dry run tells what errors take, and not what verdicts do"),
+        ],
+    )?;
     limit_memory(arguments.memory_limit);
     if arguments.allow_large {
         allow_large_files();
@@ -244,7 +266,11 @@ fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
 /// The same without directory and share.
 fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> String {
     let mut command = format!("luxmc solve {} --seed {}", quoted(&arguments.scene), arguments.seed);
+    if arguments.target.is_some() {
+        command += " --target verdicts";
+    }
     match (arguments.chains, arguments.target_error) {
+        (None, None) if arguments.target.is_some() => {}
         (Some(chains), _) => command += &format!(" --chains {chains}"),
         (None, Some(target)) => command += &format!(" --target-error {target}"),
         (None, None) => {
@@ -271,6 +297,7 @@ fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
         mesh: arguments.mesh.choice(arguments.method == MethodChoice::LightMesh)?,
         seed: arguments.seed,
         target_error: arguments.target_error,
+        target: arguments.target,
         chains: arguments.chains,
         time_limit_s: arguments.time_limit,
         maps: arguments.maps.clone(),
@@ -281,6 +308,7 @@ fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
 fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, threads: usize) -> String {
     let mut rules = Vec::new();
     rules.extend(arguments.share.map(|share| format!("share {} of {}", share.number, share.of)));
+    rules.extend(arguments.target.map(|_| "until verdicts are decided".to_owned()));
     rules.extend(settings.target_error.map(|error| format!("target {}", percent(error))));
     rules.extend(settings.chains.map(|chains| counted(chains as usize, "chain")));
     rules.extend(settings.time_limit_s.map(|limit_s| format!("time limit {}", time(limit_s))));

@@ -17,4 +17,4 @@ pub use exponent::{ErrorHistory, USUAL_EXPONENT};
 pub use forecast::{Forecast, NINE_OF_TEN, deviation_of_work, work_to_pass};
 pub use schedule::{GROWTH_AFTER_REFUSAL, after_refusal, next_judgement};
 pub use stop::{CONFIDENCE, accepts, margin, needed_work};
-pub use verdict::{Certainty, INTERVAL, Limit, Ruling, certainty};
+pub use verdict::{Certainty, INTERVAL, Limit, Ruling, certainty, is_decided_at_look};

@@ -13,8 +13,12 @@ use crate::maps::Estimate;
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [700.0, 560.0];
+/// The same of a small map.
+const SMALLEST: [f64; 2] = [330.0, 260.0];
 /// Room for titles above, axis below, numbers at the left and the legend at the right.
 const ROOM: Room = Room { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
+/// Room about a small map, which has no titles.
+const SMALL_ROOM: Room = Room { top: 28.0, bottom: 46.0, left: 50.0, right: 80.0 };
 /// The least that a page is wide, for its titles.
 const LEAST_WIDTH: f64 = 620.0;
 /// Colours of the scale: more are not told apart.
@@ -59,15 +63,20 @@ pub(super) struct Layout {
 
 impl Layout {
     pub fn of(map: &FlatMap) -> (Layout, Picture) {
+        Layout::within(map, LARGEST, &ROOM, LEAST_WIDTH)
+    }
+
+    /// No larger than this, with room about it, on a page of a least width.
+    fn within(map: &FlatMap, largest: [f64; 2], room: &Room, least_width: f64) -> (Layout, Picture) {
         let [low_m, high_m] = map.bounds_m();
         let size_m = [0, 1].map(|axis| (high_m[axis] - low_m[axis]).max(f64::MIN_POSITIVE));
-        let scale = (LARGEST[0] / size_m[0]).min(LARGEST[1] / size_m[1]);
+        let scale = (largest[0] / size_m[0]).min(largest[1] / size_m[1]);
         let (width, height) = (size_m[0] * scale, size_m[1] * scale);
-        let page_width = (ROOM.left + width + ROOM.right).max(LEAST_WIDTH);
-        let left = ROOM.left + 0.5 * (page_width - ROOM.left - width - ROOM.right);
-        let layout = Layout { low_m, scale, left, top: ROOM.top, width, height };
+        let page_width = (room.left + width + room.right).max(least_width);
+        let left = room.left + 0.5 * (page_width - room.left - width - room.right);
+        let layout = Layout { low_m, scale, left, top: room.top, width, height };
         let description = format!("Illuminance map of {}", map.row.name);
-        (layout, Picture::new(page_width, ROOM.top + height + ROOM.bottom, description))
+        (layout, Picture::new(page_width, room.top + height + room.bottom, description))
     }
 
     fn spot(&self, [x, y]: PagePoint) -> PagePoint {
@@ -98,22 +107,34 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = Layout::of(map);
     let colors = ColorScale::of(map);
     head(&mut picture, map, map.quantity, "");
-    draw_cells(&mut picture, map, &layout, &|value| colors.ink(value));
+    let remark = draw_field(&mut picture, map, &layout, &colors);
+    foot(&mut picture, map, &format!("{remark}{note}"));
+    picture
+}
+
+/// Colours, isolux lines, axes and legend alone, so small that two pictures stand side by side.
+pub fn small_map(map: &FlatMap) -> Picture {
+    let (layout, mut picture) = Layout::within(map, SMALLEST, &SMALL_ROOM, 0.0);
+    draw_field(&mut picture, map, &layout, &ColorScale::of(map));
+    picture
+}
+
+/// Draws what a map shows; says why there are no isolux lines, where there are none.
+fn draw_field(picture: &mut Picture, map: &FlatMap, layout: &Layout, colors: &ColorScale) -> &'static str {
+    draw_cells(picture, map, layout, &|value| colors.ink(value));
     let levels = map.field.range().map(isolux_levels).unwrap_or_default();
     let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
     let is_even = !levels.is_empty() && map.field.range().is_some_and(|range| is_even(range, map.estimated_error));
     let is_without = map.field.nodes.len() < FEWEST_NODES || is_too_noisy || is_even;
     let drawn = if is_without { Vec::new() } else { levels };
-    draw_isolines(&mut picture, map, &layout, &drawn);
-    draw_axes(&mut picture, map, &layout);
-    colors.draw_legend(&mut picture, &layout, &drawn, map.quantity);
-    let remark = match (is_too_noisy, is_even) {
+    draw_isolines(picture, map, layout, &drawn);
+    draw_axes(picture, map, layout);
+    colors.draw_legend(picture, layout, &drawn, map.quantity);
+    match (is_too_noisy, is_even) {
         (true, _) => "No isolux lines: with this error they would show noise. ",
         (false, true) => "No isolux lines: the values differ by little more than their error. ",
         (false, false) => "",
-    };
-    foot(&mut picture, map, &format!("{remark}{note}"));
-    picture
+    }
 }
 
 /// Whether values between these two differ by so little that it may be chance.

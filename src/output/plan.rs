@@ -13,6 +13,8 @@ use crate::scene::{Emission, ReceiverLayout, ReceiverSet, Scene};
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [760.0, 620.0];
+/// The same of a small plan.
+const SMALL: [f64; 2] = [370.0, 290.0];
 const LEFT: f64 = 58.0;
 const TOP: f64 = 16.0;
 /// With more edges than this a plan shows where something stands, not its edges.
@@ -32,6 +34,14 @@ const EDGES: Ink = [120, 120, 120];
 /// The scene from above: x to the right, y up, in metres.
 pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
     let (plan, mut picture) = Plan::begin(scene, "Plan of the scene from above");
+    plan.draw_luminaires(&mut picture, schedule);
+    plan.draw_receivers(&mut picture);
+    picture
+}
+
+/// The same so small that two pictures stand side by side.
+pub fn small_plan(scene: &Scene, schedule: &Schedule) -> Picture {
+    let (plan, mut picture) = Plan::within(scene, "Plan of the scene from above", SMALL);
     plan.draw_luminaires(&mut picture, schedule);
     plan.draw_receivers(&mut picture);
     picture
@@ -87,9 +97,14 @@ pub(super) struct Plan<'a> {
 impl<'a> Plan<'a> {
     /// The frame and what stands in it.
     pub fn begin(scene: &'a Scene, title: impl Into<String>) -> (Plan<'a>, Picture) {
+        Plan::within(scene, title, LARGEST)
+    }
+
+    /// The same, no larger than this.
+    fn within(scene: &'a Scene, title: impl Into<String>, largest: [f64; 2]) -> (Plan<'a>, Picture) {
         let [low_m, high_m] = bounds_m(scene);
         let size_m = (high_m - low_m).max(DVec3::splat(1e-9));
-        let scale = (LARGEST[0] / size_m.x).min(LARGEST[1] / size_m.y);
+        let scale = (largest[0] / size_m.x).min(largest[1] / size_m.y);
         let (width, height) = (size_m.x * scale, size_m.y * scale);
         let frame = Frame {
             left: LEFT,

@@ -173,7 +173,8 @@ fn luminaire_plot(name: &str, web: &IntensityWeb, stems: &mut Stems) -> Plot {
 fn flat_surfaces<'a>(scene: &Scene, solution: &'a Solution) -> Vec<FlatMap<'a>> {
     let Some(map) = solution.maps.iter().find(|map| map.kind == MapKind::Elements) else { return Vec::new() };
     let (elements, rows) = (&solution.elements, RowsOfSides::of(map));
-    let mut surfaces: Vec<u32> = (0..scene.surfaces.len() as u32).collect();
+    let is_reported = |surface: &u32| scene.is_reported(&scene.surfaces[*surface as usize].name);
+    let mut surfaces: Vec<u32> = (0..scene.surfaces.len() as u32).filter(is_reported).collect();
     surfaces.sort_by_key(|surface| std::cmp::Reverse(elements.cells_of_surface(scene, *surface).len()));
     let mut chosen: Vec<(u32, Vec<FlatMap>)> = surfaces
         .into_iter()

@@ -17,6 +17,19 @@ pub fn target_words(solution: &Solution) -> String {
     }
 }
 
+/// How the values came about, and what their errors rest on.
+pub fn method_words(solution: &Solution) -> String {
+    match solution.replicas {
+        0 => "The light that surfaces throw to each other was computed from the luminaires' data and the reflectances, as often as it is \
+              thrown back, without a limit to their number. The error of the values was estimated beside them."
+            .to_owned(),
+        replicas => format!(
+            "Light was followed on its ways from the luminaires, as often as surfaces throw it back, without a limit to their number. All of \
+             it was computed {replicas} times over, independently; what these computations differ by gives the error of every value."
+        ),
+    }
+}
+
 /// Why the run ended.
 pub fn stop_words(solution: &Solution) -> String {
     let why = solution.why_unmet().map_or(String::new(), |why| format!(", and {why}"));
@@ -24,6 +37,12 @@ pub fn stop_words(solution: &Solution) -> String {
         (StopReason::Exact, _) => "Every value follows from formulas: nothing is left to chance.".to_owned(),
         (StopReason::Interrupted, _) => {
             "The run was interrupted; the values are as exact as they had become by then.".to_owned()
+        }
+        (StopReason::VerdictsDecided, _) => {
+            "The computation went on until every requirement was decided, met or not, and ended there.".to_owned()
+        }
+        (StopReason::Undecided, _) => {
+            "Some verdicts stay undecided: the values lie nearer to their limits than the least error that was to be gone to.".to_owned()
         }
         (_, Some(true)) => "The target was met.".to_owned(),
         (StopReason::Shares, Some(false)) => format!("The target was not met by the shares that were merged{why}."),

@@ -5,7 +5,6 @@ use serde_json::{Value, json};
 use super::html::{HtmlTable, with_error};
 use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, uncertainty};
 use super::picture::escaped;
-use super::plots::maintenance_note;
 use super::sheet::{Field, Sheet};
 use super::{OutputError, ResultFile};
 use crate::base::glare::rating_text;
@@ -115,9 +114,10 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
             Ruling::NotMet => ("not-met", "✗"),
             Ruling::Undecided => ("undecided", "?"),
         };
-        let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
-            format!("<br><small class=\"soft\">{}: {}</small>", entry.name(), entry.task)
-        });
+        let asked_by = verdict
+            .requirement
+            .entry
+            .map_or(String::new(), |entry| format!(" <small class=\"soft\">{}: {}</small>", entry.name(), entry.task));
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
             format!("<span class=\"verdict {class}\">{sign} {}</span>{doubt}", verdict.ruling().name()),
@@ -128,12 +128,10 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         ]);
     }
     format!(
-        "<h2>Verdicts</h2>\n<p>{}</p>\n{}<p class=\"soft small\"><b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in \
-         95 cases of 100, lies on one side of the limit. <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance alone. {} The standards \
+        "<h2>Verdicts</h2>\n{}<p class=\"soft small\"><b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in \
+         95 cases of 100, lies on one side of the limit. <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance alone. The standards \
          themselves are the authority for what they ask.</p>\n",
-        escaped(&verdict_sentence(&verdicts)),
-        table.markup(),
-        escaped(&maintenance_note(scene))
+        table.markup()
     )
 }
 
@@ -145,7 +143,7 @@ fn with_indices(words: &str) -> String {
 }
 
 /// How many requirements are met, in a sentence.
-fn verdict_sentence(verdicts: &[Verdict]) -> String {
+pub(super) fn verdict_sentence(verdicts: &[Verdict]) -> String {
     let count = |ruling: Ruling| verdicts.iter().filter(|verdict| verdict.ruling() == ruling).count();
     let [met, not_met, undecided] = [Ruling::Met, Ruling::NotMet, Ruling::Undecided].map(count);
     match (verdicts.len(), not_met, undecided) {

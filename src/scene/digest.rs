@@ -33,10 +33,12 @@ impl Sink {
 
 impl Scene {
     /// SHA-256, in hexadecimal digits, of everything that results depend on, down to the last bit of every number: geometry, materials,
-    /// luminaires and receivers as they were read. Where the file lies, how it is laid out, its title and warnings do not count.
+    /// luminaires and receivers as they were read. Where the file lies, how it is laid out, its title, warnings and what reports tell of it do not count.
     pub fn digest(&self) -> String {
         let Scene {
             title: _,
+            project: _,
+            unreported: _,
             path: _,
             warnings: _,
             materials,

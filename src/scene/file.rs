@@ -4,14 +4,16 @@ use std::path::{Path, PathBuf};
 
 use super::error::SceneError;
 use super::model::Scene;
+use super::project::Project;
 use super::reader::{Node, Source};
+use super::reported::unreported;
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
-use super::{luminaires, materials, parse, receivers, sky, surfaces};
+use super::{luminaires, materials, parse, project, receivers, sky, surfaces};
 
 /// Keys of the file.
-pub(super) const KEYS: [&str; 7] =
-    ["version", "title", "length_unit", "materials", "geometry", "luminaires", "receivers"];
+pub(super) const KEYS: [&str; 8] =
+    ["version", "title", "project", "length_unit", "materials", "geometry", "luminaires", "receivers"];
 
 /// The version of the file format that this program reads.
 pub(super) const VERSION: f64 = 1.0;
@@ -69,6 +71,7 @@ pub(crate) fn from_json_with(
     }
     fields.only(&KEYS)?;
     let title = fields.get("title").map_or(Ok(""), |node| node.text())?.to_string();
+    let project = fields.get("project").map_or(Ok(Project::default()), |node| project::read(&node))?;
     let unit = LengthUnit::of(fields.get("length_unit").map_or(Ok(0), |node| node.choice(&UNIT_NAMES))?);
 
     let mut warnings = Vec::new();
@@ -89,6 +92,8 @@ pub(crate) fn from_json_with(
     sky::refuse_glare(&root, &luminaires, &receivers)?;
     let mut scene = Scene {
         title,
+        project,
+        unreported: unreported(&surfaces.surfaces, &surfaces.reporting, &luminaires),
         path: path.map(Path::to_path_buf),
         materials,
         vertices_m: surfaces.vertices_m,

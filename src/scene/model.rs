@@ -1,10 +1,12 @@
 //! The valid scene: what every later room may rely on without asking again.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::project::Project;
 use super::standard::Requirement;
 use crate::base::pane::pane_shares;
 
@@ -20,6 +22,8 @@ pub type MaterialId = u32;
 pub struct Scene {
     /// Free text from the file; may be empty.
     pub title: String,
+    /// Whose work it is.
+    pub project: Project,
     /// The scene file, where there is one.
     pub path: Option<PathBuf>,
     /// All materials that the file names.
@@ -34,12 +38,21 @@ pub struct Scene {
     pub triangle_surfaces: Vec<SurfaceId>,
     /// Parts of geometries, in the order of the file; their triangles lie in `triangles` one range after the other.
     pub surfaces: Vec<Surface>,
+    /// Names of the surfaces that stay out of reports and of the terminal's tables.
+    pub unreported: BTreeSet<String>,
     /// All luminaires; their intensities are maintained values.
     pub luminaires: Vec<Luminaire>,
     /// All sets of receivers.
     pub receivers: Vec<ReceiverSet>,
     /// What the reader thinks its user should know.
     pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Whether reports and the terminal tell of a surface.
+    pub fn is_reported(&self, surface: &str) -> bool {
+        !self.unreported.contains(surface)
+    }
 }
 
 /// What a surface does with light.

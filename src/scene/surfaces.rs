@@ -15,6 +15,7 @@ use super::model::{Material, MaterialId, Surface, SurfaceId};
 use super::names::listed;
 use super::placing::Placing;
 use super::reader::{Fields, Node, meant};
+use super::reported::Reporting;
 use super::shapes::{self, BOX_FACES, GeometryShape};
 use super::units::LengthUnit;
 use super::weld::weld;
@@ -24,8 +25,20 @@ pub(super) const TYPES: [&str; 4] = ["box", "rectangle", "mesh", "sphere"];
 
 /// Keys of every geometry type.
 pub(super) const KEYS: [&[&str]; 4] = [
-    &["name", "type", "min", "max", "facing", "material", "materials", "two_sided", "max_element_edge", "transform"],
-    &["name", "type", "origin", "u", "v", "material", "two_sided", "max_element_edge", "transform"],
+    &[
+        "name",
+        "type",
+        "min",
+        "max",
+        "facing",
+        "material",
+        "materials",
+        "two_sided",
+        "max_element_edge",
+        "report",
+        "transform",
+    ],
+    &["name", "type", "origin", "u", "v", "material", "two_sided", "max_element_edge", "report", "transform"],
     &[
         "name",
         "type",
@@ -36,9 +49,10 @@ pub(super) const KEYS: [&[&str]; 4] = [
         "materials",
         "two_sided",
         "max_element_edge",
+        "report",
         "transform",
     ],
-    &["name", "type", "center", "radius", "facing", "material", "two_sided", "max_element_edge", "transform"],
+    &["name", "type", "center", "radius", "facing", "material", "two_sided", "max_element_edge", "report", "transform"],
 ];
 
 /// Keys of a box's `materials`.
@@ -64,6 +78,8 @@ pub(super) struct Surfaces {
     pub divisions: Vec<u32>,
     pub triangle_surfaces: Vec<SurfaceId>,
     pub surfaces: Vec<Surface>,
+    /// What the geometry of each says of reports.
+    pub reporting: Vec<Reporting>,
     /// Names of geometries and parts, with the way to what gave them.
     names: HashMap<String, String>,
     /// Surfaces by the name of their geometry or their own.
@@ -146,6 +162,12 @@ impl Surfaces {
         let two_sided = fields.get("two_sided").map_or(Ok(false), |node| node.boolean())?;
         let longest_edge =
             fields.get("max_element_edge").map(|node| node.above_zero("the longest edge")).transpose()?;
+        let reporting = match (fields.get("report"), TYPES[kind]) {
+            (Some(node), _) => Reporting::Asked(node.boolean()?),
+            (None, "mesh") => Reporting::Part,
+            (None, "box" | "sphere") if faces_inward(&fields)? => Reporting::Room,
+            (None, _) => Reporting::Housing,
+        };
         let placing = fields.get("transform").map_or(Ok(Placing::HERE), |node| Placing::read(&node))?;
 
         // The shape, and what it is made of.
@@ -204,6 +226,7 @@ impl Surfaces {
             }
             let id = self.surfaces.len() as SurfaceId;
             self.by_name.insert(surface_name.clone(), id..id + 1);
+            self.reporting.push(reporting);
             self.surfaces.push(Surface {
                 name: surface_name,
                 geometry: name.to_string(),

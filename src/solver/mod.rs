@@ -20,6 +20,7 @@ mod sparse;
 mod spending;
 mod surface_tables;
 mod sweep;
+mod until_decided;
 mod verdicts;
 
 pub use glare::{GlareRating, worst_of_sets};
@@ -33,4 +34,5 @@ pub use run::{
 pub use share::{MapOfShare, MapSums, Share, ShareRecord, resume_share, solve_share};
 pub use solution::*;
 pub use spending::{Activity, Spending};
+pub use until_decided::{VerdictLadder, solve_to_verdicts};
 pub use verdicts::{Finding, Verdict, verdicts};

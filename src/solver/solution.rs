@@ -108,6 +108,10 @@ pub enum StopReason {
     FinestMesh,
     /// All shares are merged.
     Shares,
+    /// Every requirement that the run was to decide is decided.
+    VerdictsDecided,
+    /// Requirements lie nearer to their limits than the least error that a run for verdicts goes to.
+    Undecided,
 }
 
 impl StopReason {
@@ -121,6 +125,8 @@ impl StopReason {
             StopReason::Exact => "exact",
             StopReason::FinestMesh => "finest_mesh",
             StopReason::Shares => "shares",
+            StopReason::VerdictsDecided => "verdicts_decided",
+            StopReason::Undecided => "undecided",
         }
     }
 }

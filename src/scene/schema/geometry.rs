@@ -74,6 +74,8 @@ pub(super) enum GeometryKind {
         /// Triangles are split into elements until no edge is longer.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
+        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
+        report: Option<bool>,
         /// Scale, turns and shift.
         transform: Option<Transform>,
     },
@@ -94,6 +96,8 @@ pub(super) enum GeometryKind {
         /// Triangles are split into elements until no edge is longer.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
+        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
+        report: Option<bool>,
         /// Scale, turns and shift.
         transform: Option<Transform>,
     },
@@ -119,6 +123,8 @@ pub(super) enum GeometryKind {
         /// Triangles are split into elements until no edge is longer.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
+        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
+        report: Option<bool>,
         /// Scale, turns and shift.
         transform: Option<Transform>,
     },
@@ -140,6 +146,8 @@ pub(super) enum GeometryKind {
         /// The sphere's triangles have no longer edge.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
+        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
+        report: Option<bool>,
         /// Scale, turns and shift.
         transform: Option<Transform>,
     },

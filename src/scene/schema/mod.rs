@@ -62,6 +62,8 @@ struct SceneFile {
     version: u32,
     /// What the scene is called in results.
     title: Option<String>,
+    /// Whose work it is, for the report's first page.
+    project: Option<ProjectFile>,
     /// Unit of all lengths, OBJ and points files included.
     length_unit: Option<LengthUnitName>,
     /// Materials by name.
@@ -74,6 +76,21 @@ struct SceneFile {
     luminaires: Vec<LuminaireKind>,
     /// Points at which results are asked for; their names are unique.
     receivers: Option<Vec<ReceiverKind>>,
+}
+
+/// Whose work a scene is.
+#[derive(JsonSchema)]
+#[schemars(rename = "Project", deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct ProjectFile {
+    /// For whom.
+    client: Option<String>,
+    /// By whom.
+    author: Option<String>,
+    /// When.
+    date: Option<String>,
+    /// What else the client is to read.
+    notes: Option<String>,
 }
 
 /// Length unit.
@@ -446,6 +463,7 @@ mod tests {
         }
         for (pointer, keys) in [
             ("/properties", &crate::scene::file::KEYS[..]),
+            ("/$defs/Project/properties", &crate::scene::project::KEYS),
             ("/$defs/Transform/properties", &crate::scene::placing::KEYS),
             ("/$defs/BoxMaterials/properties", &crate::scene::surfaces::BOX_MATERIALS),
             ("/$defs/Fan/properties", &crate::scene::observers::FAN_KEYS),

@@ -1,0 +1,82 @@
+//! `--target verdicts`: what a run goes on for besides an error, and what goes with it.
+
+use serde::{Deserialize, Serialize};
+
+use super::exit::Failure;
+use crate::maps::MapKind;
+use crate::scene::Scene;
+use crate::solver::{MapSelection, Settings, map_requests};
+
+/// What a run goes on for, besides an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Target {
+    /// Until every requirement of the scene is decided.
+    Verdicts,
+}
+
+/// Reads a target, for clap.
+pub fn target(text: &str) -> Result<Target, String> {
+    match text {
+        "verdicts" => Ok(Target::Verdicts),
+        _ => Err("the target is verdicts; an error is set by --target-error".to_owned()),
+    }
+}
+
+/// Makes settings those of a run for verdicts: where no maps are named, the receiver sets are what is computed.
+///
+/// # Errors
+///
+/// Fixed chains, and maps that nothing is required of.
+pub fn settle(settings: &mut Settings, scene: &Scene) -> Result<(), Failure> {
+    if let Some(chains) = settings.chains {
+        return Err(refusal(
+            "fixed chains leave nothing to go on with until verdicts are decided",
+            format!("--target verdicts --chains {chains}"),
+            "--target verdicts, with --time-limit and --target-error if wished",
+            "leave out --chains or --target",
+        ));
+    }
+    if settings.maps == MapSelection::Default {
+        settings.maps = MapSelection::Receivers;
+    }
+    let is_required =
+        |kind: MapKind| matches!(kind, MapKind::Receivers(set) if !scene.receivers[set].requirements.is_empty());
+    if map_requests(scene, &settings.maps).into_iter().any(|(kind, _)| is_required(kind)) {
+        return Ok(());
+    }
+    let asks_elsewhere = scene.receivers.iter().any(|set| !set.requirements.is_empty());
+    let (got, remedy) = match asks_elsewhere {
+        true => (
+            "--target verdicts with --maps of which nothing is required",
+            "name the sets that have requirements, or leave out --maps",
+        ),
+        false => (
+            "--target verdicts with a scene that requires nothing",
+            "give a receiver \"requirements\": { \"average_lx\": 500 }, or leave out --target",
+        ),
+    };
+    Err(refusal("there is nothing to decide", got.to_owned(), "receivers with \"requirements\"", remedy))
+}
+
+/// Refuses what a run for verdicts is not made of: an option, and why.
+///
+/// # Errors
+///
+/// Shares, checkpoints and dry runs.
+pub fn check(target: Option<Target>, beside: [(&str, bool, &str); 3]) -> Result<(), Failure> {
+    let refused = beside.into_iter().find(|(_, is_given, _)| target.is_some() && *is_given);
+    refused.map_or(Ok(()), |(option, _, why)| {
+        let remedy = format!("leave out {option}, or set --target-error in place of --target");
+        Err(refusal(
+            why,
+            format!("--target verdicts with {option}"),
+            "--target verdicts with --time-limit, --target-error or neither",
+            &remedy,
+        ))
+    })
+}
+
+fn refusal(what: &str, got: String, expected: &str, remedy: &str) -> Failure {
+    let [what, expected, remedy] = [what, expected, remedy].map(str::to_owned);
+    Failure::Usage { what, got, expected, remedy }
+}

@@ -1,0 +1,196 @@
+//! The first page of a report: whose work it is, what came out in plain words, verdicts, plan and main map.
+
+use super::Report;
+use crate::control::Ruling;
+use crate::maps::{MapKind, MapResult, TableKind, TableRow};
+use crate::output::date::utc_date;
+use crate::output::flat::grid_map;
+use crate::output::html::{figure, terms};
+use crate::output::map_plot::small_map;
+use crate::output::numbers::{amount, percent, ratio, uniformity_with_error};
+use crate::output::picture::escaped;
+use crate::output::plan::small_plan;
+use crate::output::plots::{PlotKind, maintenance_note};
+use crate::output::schedule::{Power, floor_area_m2};
+use crate::output::verdicts::{requirement_words, verdict_section, verdict_sentence};
+use crate::solver::{Verdict, verdicts};
+
+/// Requirements that the first paragraph names at most.
+const MOST_NAMED: usize = 4;
+/// Averages that stand as facts where there are no verdicts.
+const MOST_AVERAGES: usize = 4;
+
+impl Report<'_> {
+    /// The head of the page and what a client reads first.
+    pub(super) fn first_page(&self) -> String {
+        let title = if self.scene.title.is_empty() { &self.context.scene } else { &self.scene.title };
+        let verdicts = verdicts(self.scene, self.solution);
+        let mut page = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{0} – lighting report</title>\n<style>\n{1}</style>\n</head>\n<body>\n\
+             <header>\n<p class=\"kicker\">Lighting report</p>\n<h1>{0}</h1>\n",
+            escaped(title),
+            super::STYLE,
+        );
+        page += &self.project();
+        page += "</header>\n";
+        page += &format!("<p class=\"lead\">{}</p>\n", self.result_words(&verdicts));
+        if verdicts.is_empty() {
+            page += &self.facts();
+        }
+        page += &verdict_section(self.scene, self.solution);
+        page += "<div class=\"pair\">\n<div>\n<h3>Plan</h3>\n";
+        page += &figure(
+            &small_plan(self.scene, &self.schedule),
+            "Seen from above, to scale. Amber: luminaires, with the letters of the schedule. Blue: where light is computed.",
+        );
+        page += "</div>\n";
+        if let Some((map, flat)) = self.main_map().and_then(|map| Some((map, grid_map(self.scene, map)?))) {
+            page += &format!("<div>\n<h3>Illuminance: {}</h3>\n", escaped(&map.name));
+            page += &figure(&small_map(&flat), "Colours show every point's own value; lines join equal illuminance.");
+            page += "</div>\n";
+        }
+        page + "</div>\n"
+    }
+
+    /// Client, author, date and notes; without a project the day of the computation.
+    fn project(&self) -> String {
+        let project = &self.scene.project;
+        let day = if project.date.is_empty() { utc_date(self.context.unix_time_s) } else { project.date.clone() };
+        let told = [("Client", &project.client), ("Author", &project.author), ("Date", &day)];
+        let data: Vec<(String, String)> = told
+            .into_iter()
+            .filter(|(_, text)| !text.is_empty())
+            .map(|(term, text)| (term.to_owned(), escaped(text)))
+            .collect();
+        let notes: String = project
+            .notes
+            .lines()
+            .filter(|line| !line.trim().is_empty())
+            .map(|line| format!("<p>{}</p>\n", escaped(line)))
+            .collect();
+        terms("project", &data) + &notes
+    }
+
+    /// The map that matters most: of the first grid that something is required of, else of the first grid.
+    fn main_map(&self) -> Option<&MapResult> {
+        let is_drawn =
+            |map: &MapResult| self.plots.iter().any(|plot| plot.kind == PlotKind::Grid && plot.subject == map.name);
+        let is_required = |map: &MapResult| match map.kind {
+            MapKind::Receivers(set) => !self.scene.receivers[set].requirements.is_empty(),
+            MapKind::Elements => false,
+        };
+        let drawn = || self.solution.maps.iter().filter(|map| is_drawn(map));
+        drawn().find(|map| is_required(map)).or_else(|| drawn().next())
+    }
+
+    /// The result in some plain sentences.
+    fn result_words(&self, verdicts: &[Verdict]) -> String {
+        let mut sentences = Vec::new();
+        if !verdicts.is_empty() {
+            sentences.push(format!("<b>{}</b>", escaped(&verdict_sentence(verdicts))));
+            for (ruling, words) in [(Ruling::NotMet, "Not met"), (Ruling::Undecided, "Undecided")] {
+                sentences.extend(self.named(verdicts, ruling).map(|names| format!("{words}: {names}.")));
+            }
+        }
+        let main = self.main_map().map(|map| map.name.as_str());
+        let rows = self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points));
+        let row = rows.iter().find(|row| Some(row.name.as_str()) == main).or(rows.first());
+        if let Some(row) = row.filter(|row| row.average_lx.is_known()) {
+            sentences.push(format!("On {} the average illuminance is {}.", escaped(&row.name), light_words(row)));
+        }
+        let count = self.scene.luminaires.len();
+        sentences.push(match self.scene.daylight() {
+            Some((outside_lx, _)) => {
+                format!("All light is the sky's, which gives an open horizontal plane {} lx.", amount(outside_lx))
+            }
+            None => format!(
+                "{} {} {} lm in all{}.",
+                if count == 1 { "One luminaire".to_owned() } else { format!("{count} luminaires") },
+                if count == 1 { "gives" } else { "give" },
+                amount(self.scene.luminous_flux_lm()),
+                self.power()
+                    .map_or(String::new(), |[power, specific]| format!(" for {power} W, {specific} W/m² of floor"))
+            ),
+        });
+        let warnings = self.scene.warnings.len() + self.solution.warnings.len();
+        sentences.push(escaped(&maintenance_note(self.scene)));
+        if warnings > 0 {
+            sentences.push("Remarks of the computation stand under “Please note”.".to_owned());
+        }
+        sentences.join(" ")
+    }
+
+    /// Electric power in W and in W/m² of floor, where both are known of all luminaires.
+    fn power(&self) -> Option<[String; 2]> {
+        let (power, floor_m2) = (Power::of(self.scene), floor_area_m2(self.scene));
+        let is_known = power.unknown == 0 && power.known_w > 0.0 && floor_m2 > 0.0;
+        is_known.then(|| [amount(power.known_w), ratio(power.known_w / floor_m2)])
+    }
+
+    /// Requirements with a ruling by name; `None` where none has it.
+    fn named(&self, verdicts: &[Verdict], ruling: Ruling) -> Option<String> {
+        let of: Vec<&Verdict> = verdicts.iter().filter(|verdict| verdict.ruling() == ruling).collect();
+        let name = |verdict: &&Verdict| {
+            let name = &self.scene.receivers[verdict.set].name;
+            format!("{} ({})", escaped(&requirement_words(&verdict.requirement)), escaped(name))
+        };
+        let names: Vec<String> = of.iter().take(MOST_NAMED).map(name).collect();
+        let more = if of.len() > MOST_NAMED { format!(" and {} more", of.len() - MOST_NAMED) } else { String::new() };
+        (!of.is_empty()).then(|| names.join(", ") + &more)
+    }
+
+    /// The numbers that matter most, where no table of verdicts has them.
+    fn facts(&self) -> String {
+        let mut facts: Vec<(String, String)> = Vec::new();
+        let rows = self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points));
+        for row in rows.into_iter().take(MOST_AVERAGES) {
+            let uniformity = format!(
+                "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
+                super::extreme_markup(row, row.minimum_lx, super::alone),
+                super::extreme_markup(row, row.maximum_lx, super::alone),
+                uniformity_with_error(row, row.uniformity_u0, super::alone)
+            );
+            facts.push((
+                format!("Average on {}", escaped(&row.name)),
+                format!("{} lx{uniformity}", super::lux_markup(row.average_lx, super::alone)),
+            ));
+        }
+        let count = self.scene.luminaires.len();
+        let plural = if count == 1 { "luminaire" } else { "luminaires" };
+        facts.push(match self.scene.daylight() {
+            Some((outside_lx, _)) => (
+                "Outside".to_owned(),
+                format!("{} lx<small>on an open horizontal plane, from the sky</small>", amount(outside_lx)),
+            ),
+            None => (
+                "Light in the room".to_owned(),
+                format!("{} lm<small>maintained, from {count} {plural}</small>", amount(self.scene.luminous_flux_lm())),
+            ),
+        });
+        if let Some([power, specific]) = self.power() {
+            facts.push(("Electric power".to_owned(), format!("{power} W<small>{specific} W/m² of floor</small>")));
+        }
+        let target = self.solution.target_error.map_or(String::new(), |target| {
+            let met = if self.solution.target_met == Some(false) { "not met" } else { "met" };
+            format!("<small>target of {} {met}</small>", percent(target))
+        });
+        facts.push(("Stated error".to_owned(), format!("{}{target}", percent(self.solution.estimated_error))));
+        terms("facts", &facts)
+    }
+}
+
+/// Average, least, greatest and uniformity of a row in words, as markup.
+fn light_words(row: &TableRow) -> String {
+    let average = super::lux_markup(row.average_lx, super::with_error);
+    if !row.knows_extremes() {
+        return format!("{average} lx");
+    }
+    format!(
+        "{average} lx, from {} to {} lx, with a uniformity U<sub>0</sub> of {}",
+        super::extreme_markup(row, row.minimum_lx, super::alone),
+        super::extreme_markup(row, row.maximum_lx, super::alone),
+        uniformity_with_error(row, row.uniformity_u0, super::alone)
+    )
+}

@@ -1,0 +1,163 @@
+//! The luminaires of a report: what hangs where, how many, their power and their polar diagrams.
+
+use super::Report;
+use crate::maps::TableKind;
+use crate::output::html::{HtmlTable, figure};
+use crate::output::numbers::{UNKNOWN, amount, ratio};
+use crate::output::picture::escaped;
+use crate::output::plots::{Plot, PlotKind};
+use crate::output::schedule::{Power, floor_area_m2};
+use crate::scene::photometry::Opening;
+use crate::scene::{Emission, Luminaire};
+
+impl Report<'_> {
+    pub(super) fn luminaires(&self) -> String {
+        let head = [
+            ("Type", true),
+            ("Luminaires", true),
+            ("Light", true),
+            ("Pieces", false),
+            ("Flux each<small>lm, maintained</small>", false),
+            ("Maintenance<br>factor", false),
+            ("Dimmed<br>to", false),
+            ("Power each<small>W</small>", false),
+            ("Flux of all<small>lm</small>", false),
+        ];
+        let mut table = HtmlTable::new("", &head);
+        for row in &self.schedule.rows {
+            let luminaire = &self.scene.luminaires[row.members[0]];
+            let count = row.members.len();
+            let fluxes_lm = row.members.iter().map(|index| self.scene.luminaires[*index].luminous_flux_lm);
+            let all_lm =
+                if row.is_one_kind { luminaire.luminous_flux_lm * count as f64 } else { fluxes_lm.sum::<f64>() };
+            // What differs from one to the other is not told.
+            let of_each = |number: String| if row.is_one_kind { number } else { UNKNOWN.to_owned() };
+            table.row(vec![
+                format!("<b>{}</b>", row.letter),
+                self.names(&row.members),
+                match row.is_one_kind {
+                    true => format!("{}{}{}", row.kind, product_markup(luminaire), self.mounting(&row.members)),
+                    false => row.kind.to_owned(),
+                },
+                count.to_string(),
+                of_each(amount(luminaire.luminous_flux_lm)),
+                of_each(ratio(luminaire.maintenance_factor)),
+                of_each(percent_whole(luminaire.dimming)),
+                of_each(luminaire.power_w.map_or("unknown".to_owned(), amount)),
+                amount(all_lm),
+            ]);
+        }
+        let mut total = vec![String::new(); head.len()];
+        (total[1], total[3]) = ("Together".to_owned(), self.scene.luminaires.len().to_string());
+        total[8] = amount(self.scene.luminous_flux_lm());
+        table.total(total);
+        let mut page = format!("<h2 class=\"page\">Luminaire schedule</h2>\n{}{}", table.markup(), self.power_words());
+        let polar: Vec<&Plot> = self.plots.iter().filter(|plot| plot.kind == PlotKind::Luminaire).collect();
+        if !polar.is_empty() {
+            page.push_str("<div class=\"row\">\n");
+            for plot in polar {
+                page += &figure(&plot.picture, "");
+            }
+            page.push_str("</div>\n");
+        }
+        page
+    }
+
+    fn names(&self, members: &[usize]) -> String {
+        let name = |index: usize| escaped(&self.scene.luminaires[members[index]].name);
+        match members.len() {
+            0 => String::new(),
+            1..=3 => (0..members.len()).map(name).collect::<Vec<_>>().join(", "),
+            n => format!("{} … {}", name(0), name(n - 1)),
+        }
+    }
+
+    /// How high luminaires hang, and how large their openings are; both small.
+    fn mounting(&self, members: &[usize]) -> String {
+        let heights_m =
+            members.iter().filter_map(|index| place_m(&self.scene.luminaires[*index].emission)).map(|m| m.z);
+        let (low_m, high_m) =
+            heights_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z_m| (low.min(z_m), high.max(z_m)));
+        let height = match () {
+            () if low_m > high_m => String::new(),
+            () if high_m - low_m < 0.005 => format!("at z = {} m", ratio(low_m)),
+            () => format!("at z = {} to {} m", ratio(low_m), ratio(high_m)),
+        };
+        let size = match &self.scene.luminaires[members[0]].emission {
+            Emission::Photometric { opening, .. } => opening_words(opening),
+            _ => String::new(),
+        };
+        let parts: Vec<String> = [height, size].into_iter().filter(|part| !part.is_empty()).collect();
+        if parts.is_empty() { String::new() } else { format!("<br><small class=\"soft\">{}</small>", parts.join(", ")) }
+    }
+
+    fn power_words(&self) -> String {
+        let power = Power::of(self.scene);
+        let floor_m2 = floor_area_m2(self.scene);
+        if power.known_w == 0.0 && power.unknown == 0 {
+            return String::new();
+        }
+        if power.known_w == 0.0 || floor_m2 <= 0.0 {
+            return "<p class=\"soft small\">The electric power of the luminaires is unknown, so that no specific power can be given: \
+                    the scene's luminaires take \"power_w\".</p>\n"
+                .to_owned();
+        }
+        let per_m2 = power.known_w / floor_m2;
+        let grids = self.rows(|kind| kind == TableKind::Grid);
+        let per_100_lx: Vec<String> = grids
+            .iter()
+            .filter(|row| row.average_lx.value > 0.0)
+            .map(|row| {
+                let specific = per_m2 * 100.0 / row.average_lx.value;
+                format!("{} W/m² for every 100 lx on {}", ratio(specific), escaped(&row.name))
+            })
+            .collect();
+        let unknown = match power.unknown {
+            0 => String::new(),
+            n => format!(
+                " The power of {n} of the {} luminaires is unknown and missing in these numbers.",
+                self.scene.luminaires.len()
+            ),
+        };
+        let by_light = if per_100_lx.is_empty() { String::new() } else { format!(", {}", per_100_lx.join(", ")) };
+        format!(
+            "<p>Electric power {} W (not dimmed) on {} m² of floor: {} W/m²{by_light}.{unknown}</p>\n",
+            amount(power.known_w),
+            ratio(floor_m2),
+            ratio(per_m2)
+        )
+    }
+}
+
+/// What a luminaire's photometric file says that it is, small.
+fn product_markup(luminaire: &Luminaire) -> String {
+    let words = luminaire.product.as_ref().map_or(String::new(), |product| product.words());
+    if words.is_empty() { words } else { format!("<br><small>{}</small>", escaped(&words)) }
+}
+
+/// Where a luminaire is: a point, or the middle of its opening.
+fn place_m(emission: &Emission) -> Option<glam::DVec3> {
+    match emission {
+        Emission::Isotropic { position_m, .. }
+        | Emission::Lambertian { position_m, .. }
+        | Emission::Photometric { position_m, .. } => Some(*position_m),
+        Emission::Sphere { center_m, .. } => Some(*center_m),
+        Emission::Area { .. } | Emission::Sky { .. } => None,
+    }
+}
+
+/// Size of a luminous opening: along C0, along C90, and its height where it has one.
+fn opening_words(opening: &Opening) -> String {
+    match *opening {
+        Opening::Rectangle { c0_m, c90_m } => format!("opening {} × {} m", ratio(c0_m), ratio(c90_m)),
+        Opening::Box { c0_m, c90_m, height_m } => {
+            format!("opening {} × {} × {} m", ratio(c0_m), ratio(c90_m), ratio(height_m))
+        }
+        Opening::Disk { diameter_m } => format!("opening {} m across", ratio(diameter_m)),
+        _ => String::new(),
+    }
+}
+
+fn percent_whole(fraction: f64) -> String {
+    format!("{:.0}\u{a0}%", 100.0 * fraction)
+}

@@ -1,0 +1,136 @@
+//! Runs to ever smaller errors until every requirement of a scene is decided.
+
+use super::spending::Spending;
+use super::verdicts::{Finding, Verdict, verdicts};
+use super::{Settings, Solution, StopReason, map_requests};
+use crate::control::{Forecast, Ruling, is_decided_at_look};
+use crate::maps::MapKind;
+use crate::scene::Scene;
+
+/// To which errors runs go.
+#[derive(Clone, Copy, Debug)]
+pub struct VerdictLadder {
+    /// Stated error of the first run.
+    pub first_error: f64,
+    /// No run goes to a smaller one: what lies that near its limit stays undecided.
+    pub least_error: f64,
+}
+
+/// Error of the first run, and the least one where nobody names another.
+const USUAL_ERRORS: [f64; 2] = [0.03, 0.001];
+
+impl VerdictLadder {
+    /// From the usual first error down to the least one asked for.
+    pub fn down_to(least_error: Option<f64>) -> VerdictLadder {
+        let [first_error, usual] = USUAL_ERRORS;
+        let least_error = least_error.unwrap_or(usual);
+        VerdictLadder { first_error: first_error.max(least_error), least_error }
+    }
+}
+
+/// A run goes to an error at which what is undecided would lie so many of its standard errors off its limit.
+const ERRORS_OFF: f64 = 4.0;
+/// Least and greatest share of an error to which the next run goes.
+const STEP: [f64; 2] = [0.125, 0.6];
+
+/// What all runs so far took together.
+#[derive(Default)]
+struct Taken {
+    errors: Vec<String>,
+    rays: u64,
+    chains: u64,
+    compute_s: f64,
+    spending: Spending,
+}
+
+/// Solves a scene until each requirement of the maps that settings ask for is decided, or a limit comes.
+///
+/// Every run is a look, at which a requirement counts as decided beyond the tail of that look alone, so that many looks do not add up to
+/// more wrong verdicts than they may: docs/methods.md, section 26. `solve` makes one run; the solution is the last one's, or that of
+/// the one before where a limit cut the last one short and that had the larger error, with the work of all of them.
+///
+/// # Errors
+///
+/// Those of a run.
+pub fn solve_to_verdicts<E>(
+    scene: &Scene,
+    settings: &Settings,
+    ladder: VerdictLadder,
+    solve: impl Fn(&Settings) -> Result<Solution, E>,
+) -> Result<Solution, E> {
+    let asked_for: Vec<MapKind> = map_requests(scene, &settings.maps).into_iter().map(|(kind, _)| kind).collect();
+    let mut error = ladder.first_error;
+    let mut taken = Taken::default();
+    let mut best: Option<Solution> = None;
+    loop {
+        let mut solution = solve(&Settings { target_error: Some(error), chains: None, ..settings.clone() })?;
+        taken.add(&mut solution, error);
+        let is_cut_short = matches!(solution.stop_reason, StopReason::TimeLimit | StopReason::Interrupted);
+        if is_cut_short && let Some(before) = best.take_if(|before| before.estimated_error < solution.estimated_error) {
+            solution = Solution { stop_reason: solution.stop_reason, ..before };
+        }
+        let mut found = verdicts(scene, &solution);
+        found.retain(|verdict| asked_for.contains(&MapKind::Receivers(verdict.set)));
+        let look = taken.errors.len() as u32;
+        let open: Vec<&Verdict> = found.iter().filter(|verdict| is_open(verdict, look)).collect();
+        let ends = is_cut_short || matches!(solution.stop_reason, StopReason::Exact | StopReason::FinestMesh);
+        if open.is_empty() || ends || error <= ladder.least_error {
+            let is_decided = found.iter().all(|verdict| verdict.ruling() != Ruling::Undecided);
+            if !ends {
+                let [yes, no] = [StopReason::VerdictsDecided, StopReason::Undecided];
+                solution.stop_reason = if is_decided { yes } else { no };
+            }
+            solution.target_met = Some(is_decided);
+            taken.tell(&mut solution);
+            return Ok(solution);
+        }
+        let step = open.iter().map(|verdict| step_of(verdict)).fold(STEP[1], f64::min);
+        error = (step.max(STEP[0]) * error).max(ladder.least_error);
+        best = Some(solution);
+    }
+}
+
+impl Taken {
+    /// Adds a run; what its rows of convergence count goes on from the runs before.
+    fn add(&mut self, solution: &mut Solution, error: f64) {
+        for row in &mut solution.convergence {
+            row.rays += self.rays;
+            row.chains += self.chains;
+            row.forecast_rays = row.forecast_rays.plus_alike(Forecast::known(self.rays as f64));
+        }
+        self.errors.push(format!("{:.2} %", 100.0 * error));
+        self.rays += solution.rays;
+        self.chains += solution.chains;
+        self.compute_s += solution.compute_s;
+        self.spending += solution.spending;
+    }
+
+    /// Tells of all runs in the last one's solution.
+    fn tell(self, solution: &mut Solution) {
+        let runs = match self.errors.len() {
+            1 => "a run".to_owned(),
+            count => format!("{count} runs"),
+        };
+        solution.notes.push(format!("{runs} to stated errors of {} looked for verdicts", self.errors.join(", ")));
+        (solution.rays, solution.chains) = (self.rays, self.chains);
+        (solution.compute_s, solution.spending) = (self.compute_s, self.spending);
+    }
+}
+
+/// Whether a longer run may decide what this look does not.
+fn is_open(verdict: &Verdict, look: u32) -> bool {
+    match &verdict.finding {
+        Finding::Value { certainty, is_reliable, .. } => !is_reliable || !is_decided_at_look(certainty, look),
+        Finding::BelowScale | Finding::Nothing(_) => false,
+    }
+}
+
+/// Share of the present error at which a value would be far enough from its limit.
+fn step_of(verdict: &Verdict) -> f64 {
+    match &verdict.finding {
+        Finding::Value { estimate, .. } if estimate.standard_error > 0.0 => {
+            (estimate.value - verdict.requirement.limit).abs() / (ERRORS_OFF * estimate.standard_error)
+        }
+        _ => STEP[1],
+    }
+}
