@@ -91,7 +91,7 @@ fn open_planes_receive_by_the_cosine_law() {
         at("flat", [1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
         at("upright", [1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
     ]);
-    for elevation_deg in [90.0, 89.9, 40.0, 3.0, 0.0, -0.3, -50.0f64] {
+    for elevation_deg in [90.0, 89.0, 40.0, 3.0, 0.0, -0.3, -50.0f64] {
         let solution = solved(
             &scene(floor(), vec![sun(elevation_deg, 180.0)], grids.clone()),
             Method::Collision,
@@ -133,7 +133,7 @@ fn a_rooflight_throws_a_spot_with_soft_edges() {
     let radius_m = 3.0 * HALF_ANGLE.tan();
     // Part of a disk on one side of a line at h radii from its middle.
     let part = |h: f64| 1.0 - (h.acos() - h * (1.0 - h * h).sqrt()) / PI;
-    let point = |name: &str, x: f64| json!({ "name": name, "type": "points", "points": [{ "position": [x, 2.0, 0.0], "normal": [0, 0, 1] }] });
+    let point = |name: &str, x: f64| json!({ "name": name, "type": "points", "points": [[x, 2.0, 0.0, 0, 0, 1]] });
     let receivers = json!([
         point("light", 2.0),
         point("shade", 1.4),
@@ -157,12 +157,13 @@ fn a_rooflight_throws_a_spot_with_soft_edges() {
         let wider = part(0.5 / 1.1);
         assert!((mean_lx(&solution, "half in") / NORMAL_LX - wider).abs() > 0.01, "the planted fault passed");
     }
-    // 60° from the normal: the spot has moved by 3 m tan 60°/…, so the point is looked for along the ray.
+    // 60° high: the spot of the rooflight's middle lies along the ray.
     let mut glazed = room("black", "black");
     glazed.push(rectangle("rooflight", [1.5, 1.5, 3.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], "pane"));
     let height_m = 1.0;
     let shifted = [2.0, 2.0 + (3.0 - height_m) * 30f64.to_radians().tan(), height_m];
-    let grid = json!([{ "name": "light", "type": "points", "points": [{ "position": shifted, "normal": [0, 0, 1] }] }]);
+    let grid =
+        json!([{ "name": "light", "type": "points", "points": [[shifted[0], shifted[1], shifted[2], 0, 0, 1]] }]);
     let solution = solved(&scene(glazed, vec![sun(60.0, 180.0)], grid), Method::Auto, MapSelection::Receivers, 0.002);
     let (cos_in, n) = (60f64.to_radians().sin(), 1.5f64);
     let cos_out = (1.0 - (1.0 - cos_in * cos_in) / (n * n)).sqrt();
@@ -183,8 +184,7 @@ fn a_rooflight_throws_a_spot_with_soft_edges() {
 #[test]
 fn what_the_spot_reflects_is_that_of_a_luminous_square() {
     let place = [2.0, 1.0, 2.9];
-    let receivers =
-        json!([{ "name": "down", "type": "points", "points": [{ "position": place, "normal": [0, 0, -1] }] }]);
+    let receivers = json!([{ "name": "down", "type": "points", "points": [[place[0], place[1], place[2], 0, 0, -1]] }]);
     let value = scene(room("paint", "black"), vec![sun(90.0, 0.0)], receivers);
     let corners = [[1.5, 1.5], [2.5, 1.5], [2.5, 2.5], [1.5, 2.5]].map(|[x, y]| DVec3::new(x, y, 0.0));
     let exact = 0.5 * NORMAL_LX * polygon_illuminance_factor(DVec3::from_array(place), -DVec3::Z, &corners).abs();
@@ -240,23 +240,24 @@ fn interreflections_are_those_of_a_panel_in_place_of_the_spot() {
     }
 }
 
-/// The image of the sun in a mirror on the ground lights what looks down, and a sheet turned to it; walks, which no ray of brings there,
-/// look for it. Between the mirror and a ceiling the counted spot is the same.
+/// The image of the sun in a mirror on the ground lights what looks down, by the looks of walks, which never meet the sun, and on a sheet by
+/// counted packets; a mirror that reflects a twentieth more, the planted fault, is found out.
 #[test]
 fn the_sun_is_found_in_mirrors() {
     let geometry = vec![
         rectangle("mirror", [-5.0, -5.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], "mirror"),
-        rectangle("sheet", [0.0, 0.0, 2.0], [0.0, 0.1, 0.0], [0.1, 0.0, 0.0], "black"),
+        rectangle("sheet", [1.0, 0.0, 2.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], "black"),
     ];
     let receivers = json!([at("down", [0.5, 0.5, 1.0], [0.0, 0.1, 0.0], [0.1, 0.0, 0.0])]);
-    let solution =
-        solved(&scene(geometry, vec![sun(40.0, 180.0)], receivers), Method::Collision, MapSelection::All, 0.01);
+    let value = scene(geometry, vec![sun(40.0, 180.0)], receivers);
+    let solution = solved(&value, Method::Collision, MapSelection::All, 0.01);
     let exact = 0.8 * NORMAL_LX * 40f64.to_radians().sin();
-    let lx = mean_lx(&solution, "down");
-    assert!((lx / exact - 1.0).abs() < 0.01, "{lx}, {exact}");
-    let scene_elements = map(&solution, "elements").values.illuminance_lx.clone();
-    let sheet = scene_elements.last().expect("elements");
-    assert!((sheet / exact - 1.0).abs() < 0.2, "{sheet}, {exact}");
+    let elements = &map(&solution, "elements").values.illuminance_lx;
+    let sheet = 0.5 * elements[elements.len() - 2..].iter().sum::<f64>();
+    for lx in [mean_lx(&solution, "down"), sheet] {
+        assert!((lx / exact - 1.0).abs() < 0.02, "{lx}, {exact}");
+        assert!((lx / (1.05 * exact) - 1.0).abs() > 0.02, "the planted fault passed");
+    }
 }
 
 /// Refused, each with what is to be done: two suns, a position told twice or by halves, times without a zone, glare, a sun below the
