@@ -8,8 +8,9 @@ use std::path::Path;
 use common::Silent;
 use glam::DVec3;
 use luxmc::base::polygon::polygon_illuminance_factor;
+use luxmc::check::scene_from_json;
 use luxmc::maps::MapResult;
-use luxmc::scene::{Scene, scene_from_json};
+use luxmc::scene::{Elements, Scene};
 use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
 use serde_json::{Value, json};
 
@@ -79,6 +80,16 @@ fn scene(geometry: Vec<Value>, luminaires: Vec<Value>, receivers: Value) -> Valu
 
 fn at(name: &str, place: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Value {
     json!({ "name": name, "type": "grid", "origin": place, "u": u, "v": v, "columns": 2, "rows": 2 })
+}
+
+/// Flux in lm that the elements of a surface receive.
+fn surface_lm(value: &Value, solution: &Solution, name: &str) -> f64 {
+    let scene = read(value);
+    let elements = Elements::of(&scene);
+    let entries = map(solution, "elements").values.illuminance_lx.iter().enumerate();
+    let cells = entries.map(|(entry, lx)| (elements.cell(entry as u32), lx));
+    let own = cells.filter(|(cell, _)| scene.surface_of(cell.triangle).name == name);
+    own.map(|(cell, lx)| lx * elements.area_m2(&scene, cell)).sum()
 }
 
 /// An open plane receives by the cosine law, flat and upright, at every height of the sun; on the horizon an upright one has half of the
@@ -193,15 +204,7 @@ fn what_the_spot_reflects_is_that_of_a_luminous_square() {
         let lx = mean_lx(&solution, "down");
         assert!((lx / exact - 1.0).abs() < 0.05, "{method:?}: {lx}, {exact}");
         assert!((1.12 * lx / exact - 1.0).abs() > 0.05, "the planted fault passed");
-        let scene = read(&value);
-        let elements = luxmc::scene::Elements::of(&scene);
-        let mut floor_lm = 0.0;
-        for (entry, lx) in map(&solution, "elements").values.illuminance_lx.iter().enumerate() {
-            let cell = elements.cell(entry as u32);
-            if scene.surface_of(cell.triangle).name == "floor" {
-                floor_lm += lx * elements.area_m2(&scene, cell);
-            }
-        }
+        let floor_lm = surface_lm(&value, &solution, "floor");
         assert!((floor_lm / NORMAL_LX - 1.0).abs() < 0.05, "{method:?}: {floor_lm} lm");
     }
 }
@@ -252,8 +255,7 @@ fn the_sun_is_found_in_mirrors() {
     let value = scene(geometry, vec![sun(40.0, 180.0)], receivers);
     let solution = solved(&value, Method::Collision, MapSelection::All, 0.01);
     let exact = 0.8 * NORMAL_LX * 40f64.to_radians().sin();
-    let elements = &map(&solution, "elements").values.illuminance_lx;
-    let sheet = 0.5 * elements[elements.len() - 2..].iter().sum::<f64>();
+    let sheet = surface_lm(&value, &solution, "sheet") / 4.0;
     for lx in [mean_lx(&solution, "down"), sheet] {
         assert!((lx / exact - 1.0).abs() < 0.02, "{lx}, {exact}");
         assert!((lx / (1.05 * exact) - 1.0).abs() > 0.02, "the planted fault passed");
