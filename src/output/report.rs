@@ -212,6 +212,10 @@ impl Report<'_> {
                     );
                 }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
+                PlotKind::Daylight => {
+                    let words = "Illuminance over that of an open horizontal plane under the same sky; lines at 0.5, 1, 2, 3, 5 and 10 %.";
+                    page += &figure(&plot.picture, words);
+                }
                 PlotKind::Halves => {
                     let words = "Two halves of the computation know nothing of each other: where they differ by chance alone, colours \
                                  are scattered without a pattern and pale; a pattern would be an error that the bars do not tell.";
