@@ -314,7 +314,7 @@ impl Emitter {
                 let place = Place::Ball { luminaire: self.luminaire, position_m: *center_m + outward * *radius_m };
                 (exitance_lm_m2 * radius_m * radius_m, place)
             }
-            EmitterShape::Sky(_) => return None,
+            EmitterShape::Sky(_) | EmitterShape::Sun(_) => return None,
         };
         (intensity_cd > 0.0).then_some((intensity_cd, place))
     }

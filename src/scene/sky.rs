@@ -139,9 +139,9 @@ pub(super) fn refuse_glare(root: &Node, luminaires: &[Luminaire], receivers: &[R
     let rated = receivers.iter().find(|set| matches!(set.quantity, Quantity::Glare(_)));
     if let Some(set) = receivers.iter().find(|set| has_sky && set.is_far_field()) {
         return Err(root.refuse_as(
-            "the light of a sky comes from afar and has no far-field intensity",
-            format!("receivers {:?} in a scene with a sky", set.name),
-            "receivers of type \"intensity\" in scenes without a sky",
+            "the light of sky and sun comes from afar and has no far-field intensity",
+            format!("receivers {:?} in a scene with daylight", set.name),
+            "receivers of type \"intensity\" in scenes without sky and sun",
             "ask for the intensities of a luminaire in a scene of its own",
         ));
     }
