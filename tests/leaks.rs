@@ -323,6 +323,8 @@ impl Mesh {
             luminaires: vec![],
             receivers: vec![],
             warnings: vec![],
+            project: Default::default(),
+            unreported: Default::default(),
         }
     }
 }

@@ -15,6 +15,8 @@ const MOST_AREAS: usize = 256;
 pub struct Mirrors {
     /// Sides of triangles that reflect as mirrors do.
     pub facets: Vec<Facet>,
+    /// Number of the emitter that is the sun, whose images are looked for as those of points are.
+    pub sun: Option<u32>,
     /// Emitters that are points, or draw one, if there are any.
     pub points: Option<PointEmitters>,
     /// Numbers of the emitters that rays can meet and whose images are looked for.
@@ -55,13 +57,14 @@ pub(super) fn mirrors_of(
         return (None, Vec::new());
     }
     let points = emitters.points();
+    let sun = emitters.list().iter().position(|emitter| emitter.is_sun()).map(|number| number as u32);
     let list = emitters.list().iter().zip(0u32..);
     let mut areas: Vec<u32> =
         list.filter(|(emitter, _)| emitter.exitance_lm_m2().is_some()).map(|(_, number)| number).collect();
     if areas.len() > MOST_AREAS {
         areas.clear();
     }
-    if points.is_none() && areas.is_empty() {
+    if points.is_none() && areas.is_empty() && sun.is_none() {
         return (None, Vec::new());
     }
 
@@ -85,7 +88,7 @@ pub(super) fn mirrors_of(
         }
     }
     let are_all = left_out.is_empty();
-    if points.is_none() {
+    if points.is_none() && sun.is_none() {
         // Rays meet areas in what is left out.
         left_out.clear();
     }
@@ -93,7 +96,7 @@ pub(super) fn mirrors_of(
     let face_each_other =
         || facets.iter().enumerate().any(|(index, one)| facets[..index].iter().any(|other| sees(one, other)));
     let walks_look = !areas.is_empty() && !face_each_other();
-    let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, points, areas, are_all, walks_look, is_facet });
+    let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, sun, points, areas, are_all, walks_look, is_facet });
     (mirrors, left_out)
 }
 
@@ -103,7 +106,7 @@ pub(super) fn not_found(left_out: &[String]) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "light of point-like luminaires by way of mirrors with more than {MOST_FACETS} flat facets in all, at receivers: {}",
+        "light of the sun and of point-like luminaires by way of mirrors with more than {MOST_FACETS} flat facets in all, at receivers: {}",
         left_out.join(", ")
     )]
 }

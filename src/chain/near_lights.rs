@@ -67,8 +67,8 @@ impl NearLights {
             stream.seek_quasi(packet, 0, packet);
             let choice = (packet as f64 + 0.5) / PACKETS as f64;
             let index = stage.emitters.index_at(choice);
-            // The sky is far.
-            if emitters[index as usize].is_sky() {
+            // Sky and sun are far.
+            if emitters[index as usize].is_far() {
                 continue;
             }
             let emitted = emitters[index as usize].emit(&mut stream);

@@ -111,7 +111,7 @@ fn advise_on_doubles(luminaires: &[Luminaire], advice: &mut Vec<String>) {
             Emission::Lambertian { position_m, axis, .. } => (*position_m, *axis),
             Emission::Photometric { position_m, frame, .. } => (*position_m, frame[2]),
             Emission::Sphere { center_m, .. } => (*center_m, DVec3::ZERO),
-            Emission::Area { .. } | Emission::Sky { .. } => continue,
+            Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => continue,
         };
         let [[x, y, z], [dx, dy, dz]] =
             [place_m, axis].map(|vector| (vector + DVec3::ZERO).to_array().map(f64::to_bits));
@@ -139,7 +139,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
         | Emission::Lambertian { position_m, .. }
         | Emission::Photometric { position_m, .. } => Some(*position_m),
         Emission::Sphere { center_m, .. } => Some(*center_m),
-        Emission::Area { .. } | Emission::Sky { .. } => None,
+        Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
     };
     let places: Vec<(&Luminaire, DVec3)> =
         scene.luminaires.iter().filter_map(|luminaire| Some((luminaire, place_m(&luminaire.emission)?))).collect();

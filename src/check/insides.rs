@@ -162,7 +162,7 @@ impl<'s> Enclosures<'s> {
             Emission::Photometric { position_m, frame, .. } => vec![*position_m + step_m * frame[2]],
             Emission::Sphere { center_m, .. } => vec![*center_m],
             // Far off, in no room.
-            Emission::Sky { openings, .. } => vec![openings.outside_m()],
+            Emission::Sky { openings, .. } | Emission::Sun { openings, .. } => vec![openings.outside_m()],
             Emission::Area { surfaces, front, back, .. } => surfaces
                 .iter()
                 .flat_map(|id| {

@@ -297,6 +297,11 @@ fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire
             inspected.kind = "sky";
             inspected.position_m = openings.outside_m().to_array();
         }
+        Emission::Sun { sun, openings } => {
+            inspected.kind = "sun";
+            inspected.position_m = openings.outside_m().to_array();
+            inspected.aim = Some((-sun.towards()).to_array());
+        }
         Emission::Area { surfaces, exitance_lm_m2, .. } => {
             inspected.kind = "area";
             inspected.position_m = middle_m(scene, surfaces);

@@ -77,7 +77,7 @@ fn starts_of_luminaires(scene: &Scene) -> Vec<WayStart> {
     lit.filter_map(|luminaire| match &luminaire.emission {
         Emission::Isotropic { position_m, .. } => Some((*position_m, DVec3::ZERO)),
         Emission::Sphere { center_m, .. } => Some((*center_m, DVec3::ZERO)),
-        Emission::Sky { .. } => None,
+        Emission::Sky { .. } | Emission::Sun { .. } => None,
         Emission::Lambertian { position_m, axis, .. } => Some((*position_m, *axis)),
         Emission::Photometric { position_m, frame, .. } => Some((*position_m, frame[2])),
         Emission::Area { surfaces, front, .. } => {

@@ -131,7 +131,7 @@ fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
             | Emission::Lambertian { position_m, .. }
             | Emission::Photometric { position_m, .. } => position_m,
             Emission::Sphere { center_m, .. } => center_m,
-            Emission::Area { .. } | Emission::Sky { .. } => continue,
+            Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => continue,
         };
         if place_m.cmplt(low_m).any() || place_m.cmpgt(high_m).any() {
             outside.push((luminaire, place_m));

@@ -48,7 +48,7 @@ fn holds_all(scene: &Scene, shell: &Shell, name: &str) -> bool {
         | Emission::Lambertian { position_m, .. }
         | Emission::Photometric { position_m, .. } => holds(*position_m),
         Emission::Sphere { center_m, .. } => holds(*center_m),
-        Emission::Sky { .. } => false,
+        Emission::Sky { .. } | Emission::Sun { .. } => false,
     };
     !scene.luminaires.is_empty()
         && scene.luminaires.iter().all(|luminaire| is_lit_inside(&luminaire.emission))

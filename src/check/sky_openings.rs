@@ -59,16 +59,26 @@ fn openings_of(scene: &Scene, solids: &[Shell]) -> Openings {
 
 /// Finds the openings of a scene with a sky, and the flux that comes through them; `solids` are its closed shells.
 pub(super) fn find_openings(scene: &mut Scene, solids: &[Shell]) {
-    let is_sky = |emission: &Emission| matches!(emission, Emission::Sky { .. });
-    if !scene.luminaires.iter().any(|luminaire| is_sky(&luminaire.emission)) {
+    if !scene.luminaires.iter().any(|luminaire| luminaire.emission.is_daylight()) {
         return;
     }
     let found = Arc::new(openings_of(scene, solids));
     for luminaire in &mut scene.luminaires {
-        if let Emission::Sky { sky, openings, .. } = &mut luminaire.emission {
-            *openings = found.clone();
-            luminaire.luminous_flux_lm = found.luminous_flux_lm(sky);
-        }
+        let is_lit = luminaire.luminous_flux_lm > 0.0;
+        let flux_lm = match &mut luminaire.emission {
+            Emission::Sky { sky, openings, .. } => {
+                *openings = found.clone();
+                found.fluxes_lm(|normal| sky.illuminance_lx(normal)).sum::<f64>()
+                    + found.open_flux_lm(sky.total_cd_sr_m2())
+            }
+            Emission::Sun { sun, openings } => {
+                *openings = found.clone();
+                found.fluxes_lm(|normal| sun.illuminance_lx(normal)).sum::<f64>()
+                    + found.open_flux_lm(sun.total_cd_sr_m2())
+            }
+            _ => continue,
+        };
+        luminaire.luminous_flux_lm = if is_lit { flux_lm } else { 0.0 };
     }
 }
 

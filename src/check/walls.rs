@@ -147,7 +147,7 @@ fn luminaire_height_m(scene: &Scene) -> Option<f64> {
             | Emission::Lambertian { position_m, .. }
             | Emission::Photometric { position_m, .. } => position_m.z,
             Emission::Sphere { center_m, .. } => center_m.z,
-            Emission::Sky { .. } => continue,
+            Emission::Sky { .. } | Emission::Sun { .. } => continue,
             Emission::Area { surfaces, .. } => {
                 let triangles = surfaces.iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
                 let (mut moment, mut all_m2) = (0.0, 0.0);

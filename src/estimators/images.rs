@@ -1,5 +1,5 @@
-//! Luminaires seen in flat mirrors: no ray of a walk meets a point, and few meet a small ball or panel, so their images are
-//! looked for.
+//! Luminaires seen in flat mirrors: no ray of a walk meets a point, and few meet a small ball or panel or the sun, so their images
+//! are looked for.
 //!
 //! A sequence of facets is drawn step by step ([`Beam`]); at every step one emitter is chosen and a point of it, and if
 //! the beam holds that, the path is followed back from facet to facet and counts in full. Each path has one sequence,
@@ -43,7 +43,7 @@ struct Step {
     facet_normal: DVec3,
 }
 
-/// One unbiased sample of what images of point-like emitters bring to a place in lx, times `response` to the direction
+/// One unbiased sample of what images of the sun and of point-like emitters bring to a place in lx, times `response` to the direction
 /// that it comes from; and the rays it took.
 pub fn look_into_mirrors(
     stage: &Stage,
@@ -53,10 +53,19 @@ pub fn look_into_mirrors(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Some(points) = &mirrors.points else {
-        return (0.0, 0);
+    let (sun_lx, sun_rays) = match mirrors.sun {
+        Some(number) => look_by_facets(stage, &mirrors.facets, receiver, &response, stream, |step, stream| {
+            let look = stage.emitters.list()[number as usize].look(step.apex_m, step.normal, stream)?;
+            let origin = stage.origin(&look.place?);
+            let position_m = stage.tracer.position_m(&origin);
+            Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx })
+        }),
+        None => (0.0, 0),
     };
-    look_by_facets(stage, &mirrors.facets, receiver, response, stream, |step, stream| {
+    let Some(points) = &mirrors.points else {
+        return (sun_lx, sun_rays);
+    };
+    let (lx, rays) = look_by_facets(stage, &mirrors.facets, receiver, &response, stream, |step, stream| {
         let variate = stream.fine_unit();
         let (look, chosen) = points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
         let offset_m = step.apex_m - look.point.position_m;
@@ -67,7 +76,8 @@ pub fn look_into_mirrors(
         let intensity_cd = look.emitter.intensity_from_cd(&look.point, offset_m.normalize_or_zero());
         let brought_lx = intensity_cd * cosine / offset_m.length_squared() / chosen;
         Some(Chosen { position_m: look.point.position_m, origin: stage.origin(&look.place), brought_lx })
-    })
+    });
+    (sun_lx + lx, sun_rays + rays)
 }
 
 /// One unbiased sample of what images of balls and areas bring to a place in lx, times `response` to the direction that it comes from;

@@ -103,6 +103,9 @@ pub fn look_along(
                 if let Some(sky) = stage.emitters.sky() {
                     show(Seen::Luminaire(share * sky.luminance_cd_m2(direction)));
                 }
+                if let Some(sun) = stage.emitters.sun() {
+                    show(Seen::Luminaire(share * sun.luminance_cd_m2(direction)));
+                }
                 continue;
             }
         };

@@ -30,7 +30,7 @@ impl Frame {
                 | Emission::Lambertian { position_m, .. }
                 | Emission::Photometric { position_m, .. } => include(position_m, 0.0),
                 Emission::Sphere { center_m, radius_m, .. } => include(center_m, radius_m),
-                Emission::Area { .. } | Emission::Sky { .. } => {}
+                Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => {}
             }
         }
         let receivers = scene.receivers.iter().flat_map(|set| set.placed_points());

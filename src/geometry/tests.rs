@@ -28,6 +28,8 @@ fn scene_of(vertices_m: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Scene {
         luminaires: vec![],
         receivers: vec![],
         warnings: vec![],
+        project: Default::default(),
+        unreported: Default::default(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::scene::{Emission, Quantity, Scene};
+use crate::scene::{Quantity, Scene};
 
 /// What of a scene light meshes cannot compute.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -23,9 +23,9 @@ pub struct NotForLightMesh {
 /// # Errors
 /// What they cannot: skies, illuminance on cylinders, glare ratings, and the luminance of surfaces with a lobe.
 pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), NotForLightMesh> {
-    if let Some(sky) = scene.luminaires.iter().find(|luminaire| matches!(luminaire.emission, Emission::Sky { .. })) {
+    if let Some(sky) = scene.luminaires.iter().find(|luminaire| luminaire.emission.is_daylight()) {
         return Err(NotForLightMesh {
-            what: "the light of a sky".to_owned(),
+            what: "the light of sky and sun".to_owned(),
             got: format!("luminaire \"{}\"", sky.name),
             expected: "luminaires that stand somewhere".to_owned(),
             remedy: "use --method auto, gather or collision".to_owned(),

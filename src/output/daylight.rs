@@ -1,14 +1,14 @@
 //! Daylight factors: their table as a file and for the report.
 
+use super::daylight_factors::daylight_factors;
 use super::html::{HtmlTable, with_error};
 use super::numbers::{lux, percent, uncertainty};
-use super::observers::maps_of;
 use super::picture::escaped;
 use super::sheet::{Field, Sheet};
 use super::verdicts::probability_words;
 use super::{OutputError, ResultFile};
-use crate::maps::{DaylightFactors, Estimate, SHARES_WANTED};
-use crate::scene::{Quantity, Scene};
+use crate::maps::{Estimate, SHARES_WANTED};
+use crate::scene::Scene;
 use crate::solver::Solution;
 
 /// Behind the columns of `receivers.csv` where all light is the sky's.
@@ -33,17 +33,6 @@ const COLUMNS: &[&str] = &[
     "share_above_minimum_target_standard_error",
     "minimum_target_certainty",
 ];
-
-/// Daylight factors of the receiver sets that are planes; none where there is other light than the sky's.
-pub fn daylight_factors(scene: &Scene, solution: &Solution) -> Vec<DaylightFactors> {
-    let Some((outside_lx, targets)) = scene.daylight() else {
-        return Vec::new();
-    };
-    let maps = maps_of(scene, solution, |quantity| quantity == Quantity::Perpendicular);
-    let factors =
-        maps.into_iter().map(|(map, set)| DaylightFactors::of(map, &scene.receivers[set].points, outside_lx, targets));
-    factors.flatten().collect()
-}
 
 /// `daylight.csv`, where there is something to put in.
 ///

@@ -9,14 +9,14 @@ use super::flat::FlatMap;
 use super::font::text_width;
 use super::numbers::{UNKNOWN, lux, lux_with_error, percent, round_step, round_ticks, tick, uniformity_with_error};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
-use crate::maps::Estimate;
+use crate::maps::{Estimate, TableRow};
 
 /// Largest width and height of the drawing itself.
 const LARGEST: [f64; 2] = [700.0, 560.0];
 /// The same of a small map.
 const SMALLEST: [f64; 2] = [330.0, 260.0];
 /// Room for titles above, axis below, numbers at the left and the legend at the right.
-const ROOM: Room = Room { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
+pub(super) const ROOM: Room = Room { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
 /// Room about a small map, which has no titles.
 const SMALL_ROOM: Room = Room { top: 28.0, bottom: 46.0, left: 50.0, right: 80.0 };
 /// The least that a page is wide, for its titles.
@@ -36,7 +36,7 @@ const NARROW_ERRORS: f64 = 4.0;
 /// The scale begins at 0 unless all values exceed this share of the greatest.
 const FROM_ZERO: f64 = 0.7;
 /// Sets numbers in a line apart; plain spaces would fall together.
-const GAP: &str = "\u{a0}\u{a0}\u{a0} ";
+pub(super) const GAP: &str = "\u{a0}\u{a0}\u{a0} ";
 /// With a greater stated error isolux lines would wind about chance.
 const NOISIEST: f64 = 0.12;
 /// With a greater stated error short isolux lines are left out.
@@ -44,10 +44,10 @@ const NOISY: f64 = 0.02;
 /// Size of the type of labels in the drawing.
 const SMALL: f64 = 11.0;
 
-struct Room {
+pub(super) struct Room {
     top: f64,
     bottom: f64,
-    left: f64,
+    pub left: f64,
     right: f64,
 }
 
@@ -105,9 +105,9 @@ impl Layout {
 /// points of a grid (bilinear), or between the corners of a surface's elements.
 pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = Layout::of(map);
-    let colors = ColorScale::of(map);
     head(&mut picture, map, map.quantity, "");
-    let remark = draw_field(&mut picture, map, &layout, &colors);
+    numbers_of(&mut picture, map.row);
+    let remark = draw_map(&mut picture, map, &layout, (isolux_of(map), "isolux lines"), unit_of(map));
     foot(&mut picture, map, &format!("{remark}{note}"));
     picture
 }
@@ -115,25 +115,45 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
 /// Colours, isolux lines, axes and legend alone, so small that two pictures stand side by side.
 pub fn small_map(map: &FlatMap) -> Picture {
     let (layout, mut picture) = Layout::within(map, SMALLEST, &SMALL_ROOM, 0.0);
-    draw_field(&mut picture, map, &layout, &ColorScale::of(map));
+    draw_map(&mut picture, map, &layout, (isolux_of(map), "isolux lines"), unit_of(map));
     picture
 }
 
-/// Draws what a map shows; says why there are no isolux lines, where there are none.
-fn draw_field(picture: &mut Picture, map: &FlatMap, layout: &Layout, colors: &ColorScale) -> &'static str {
+/// Levels of the isolux lines that a map would have.
+fn isolux_of(map: &FlatMap) -> Vec<f64> {
+    map.field.range().map(isolux_levels).unwrap_or_default()
+}
+
+/// Unit of a map's values, as its legend tells it.
+fn unit_of(map: &FlatMap) -> &'static str {
+    match map.quantity {
+        "Cylindrical illuminance" => "lx, cylindrical",
+        "Semi-cylindrical illuminance" => "lx, semi-cylindrical",
+        _ => "lx",
+    }
+}
+
+/// Draws cells, lines of some levels by their name, axes and the legend by its unit; returns why there are no lines, if there are none.
+pub(super) fn draw_map(
+    picture: &mut Picture,
+    map: &FlatMap,
+    layout: &Layout,
+    (levels, lines): (Vec<f64>, &str),
+    unit: &str,
+) -> String {
+    let colors = ColorScale::of(map);
     draw_cells(picture, map, layout, &|value| colors.ink(value));
-    let levels = map.field.range().map(isolux_levels).unwrap_or_default();
     let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
     let is_even = !levels.is_empty() && map.field.range().is_some_and(|range| is_even(range, map.estimated_error));
     let is_without = map.field.nodes.len() < FEWEST_NODES || is_too_noisy || is_even;
     let drawn = if is_without { Vec::new() } else { levels };
     draw_isolines(picture, map, layout, &drawn);
     draw_axes(picture, map, layout);
-    colors.draw_legend(picture, layout, &drawn, map.quantity);
+    colors.draw_legend(picture, layout, &drawn, unit);
     match (is_too_noisy, is_even) {
-        (true, _) => "No isolux lines: with this error they would show noise. ",
-        (false, true) => "No isolux lines: the values differ by little more than their error. ",
-        (false, false) => "",
+        (true, _) => format!("No {lines}: with this error they would show noise. "),
+        (false, true) => format!("No {lines}: the values differ by little more than their error. "),
+        (false, false) => String::new(),
     }
 }
 
@@ -148,7 +168,7 @@ pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
     let colors = ColorScale::of(map);
     draw_cells(&mut picture, map, &layout, &|value| mixed(colors.ink(value), WHITE, 0.72));
     draw_axes(&mut picture, map, &layout);
-    colors.draw_legend(&mut picture, &layout, &[], map.quantity);
+    colors.draw_legend(&mut picture, &layout, &[], "lx");
     let thinning = match draw_values(&mut picture, map, &layout) {
         [1, 1] => String::new(),
         [across, 1] => format!("; every {} column shown", ordinal(across)),
@@ -157,6 +177,7 @@ pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
     };
     let title = format!("{}, values in lx", map.quantity);
     head(&mut picture, map, &title, &format!("{thinning}; minimum and maximum framed"));
+    numbers_of(&mut picture, map.row);
     foot(&mut picture, map, note);
     picture
 }
@@ -169,16 +190,20 @@ fn ordinal(count: u32) -> String {
     }
 }
 
-fn plus_minus(number: &str, error: &str) -> String {
+pub(super) fn plus_minus(number: &str, error: &str) -> String {
     format!("{number} ± {error}")
 }
 
-fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
+pub(super) fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
     let row = map.row;
     let side = if row.side == "back" { ", back" } else { "" };
     picture.words(Words::new(format!("{quantity}: {}{side}", row.name), [ROOM.left, 24.0], 17.0).bold());
     let view = format!("{}; {}{remark}", map.plane.view, map.count);
     picture.words(Words::new(capital(&view), [ROOM.left, 43.0], TYPE).ink(SOFT));
+}
+
+/// Averages and uniformities below the title.
+fn numbers_of(picture: &mut Picture, row: &TableRow) {
     let extreme = |extreme: Estimate| match row.knows_extremes() {
         true => format!("{} lx", lux_with_error(extreme, plus_minus)),
         false => UNKNOWN.to_owned(),
@@ -194,7 +219,7 @@ fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
     picture.words(Words::new(numbers, [ROOM.left, 65.0], 13.0));
 }
 
-fn foot(picture: &mut Picture, map: &FlatMap, note: &str) {
+pub(super) fn foot(picture: &mut Picture, map: &FlatMap, note: &str) {
     let error = format!(
         "Stated error of this map {} (relative RMS of its values); ± is one standard error.",
         percent(map.estimated_error)
@@ -459,7 +484,7 @@ impl ColorScale {
         perceptual(shade / (SHADES - 1) as f64)
     }
 
-    fn draw_legend(&self, picture: &mut Picture, layout: &Layout, levels: &[f64], quantity: &str) {
+    fn draw_legend(&self, picture: &mut Picture, layout: &Layout, levels: &[f64], unit: &str) {
         let (left, width) = (layout.left + layout.width + 22.0, 16.0);
         // A flat drawing still has room for a legend.
         let height = layout.height.max(90.0);
@@ -483,13 +508,11 @@ impl ColorScale {
             picture.line(vec![[left + width, at], [left + width + 4.0, at]], Pen::new(BLACK, 0.8));
             picture.words(Words::new(tick(rounded(number)), [left + width + 8.0, at + 4.0], TYPE));
         }
-        let title = match (self.is_cut, quantity) {
-            (true, _) => "lx (top: and more)",
-            (false, "Cylindrical illuminance") => "lx, cylindrical",
-            (false, "Semi-cylindrical illuminance") => "lx, semi-cylindrical",
-            _ => "lx",
+        let title = match unit.split(',').next() {
+            Some(unit) if self.is_cut => format!("{unit} (top: and more)"),
+            _ => unit.to_owned(),
         };
-        let anchor = if title == "lx" { TextAnchor::Start } else { TextAnchor::Middle };
+        let anchor = if title.len() <= 2 { TextAnchor::Start } else { TextAnchor::Middle };
         picture.words(Words::new(title, [left, top - 8.0], TYPE).anchored(anchor).ink(SOFT));
     }
 }

@@ -7,6 +7,8 @@ mod contour;
 mod convergence_plot;
 pub mod date;
 mod daylight;
+mod daylight_factors;
+mod daylight_plot;
 mod directory;
 mod error;
 mod flat;
@@ -45,7 +47,7 @@ mod view_columns;
 mod vtk;
 
 pub use checkpoint_file::{CheckpointFile, CheckpointHeader, prove_checkpoint, read_checkpoint, write_checkpoint};
-pub use daylight::daylight_factors;
+pub use daylight_factors::daylight_factors;
 pub use directory::{ResultDirectory, write_files};
 pub use error::OutputError;
 pub use glb::glb_file;

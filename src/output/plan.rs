@@ -74,7 +74,7 @@ pub(super) fn place_m(emission: &Emission) -> Option<DVec3> {
         | Emission::Lambertian { position_m, .. }
         | Emission::Photometric { position_m, .. } => Some(*position_m),
         Emission::Sphere { center_m, .. } => Some(*center_m),
-        Emission::Area { .. } | Emission::Sky { .. } => None,
+        Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
     }
 }
 
@@ -308,7 +308,7 @@ impl<'a> Plan<'a> {
             let middle = match &luminaire.emission {
                 Emission::Area { surfaces, .. } => self.draw_emitting_surfaces(picture, surfaces),
                 // It stands nowhere.
-                Emission::Sky { .. } => continue,
+                Emission::Sky { .. } | Emission::Sun { .. } => continue,
                 emission => {
                     let place_m = place_m(emission).unwrap_or(DVec3::ZERO);
                     let spot = self.spot(place_m);

@@ -4,6 +4,8 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::convergence_plot::convergence_picture;
+use super::daylight_factors::daylight_factors;
+use super::daylight_plot::daylight_picture;
 use super::flat::{FlatMap, RowsOfSides, grid_map, surface_maps};
 use super::halves_plot::{deviations, difference_picture, histogram_picture};
 use super::leaving_light::leaving_light;
@@ -38,6 +40,8 @@ pub enum PlotKind {
     Intensity,
     /// Values of a grid as numbers.
     Values,
+    /// False colours and lines of daylight factors of a grid.
+    Daylight,
     /// Where the two halves of a grid differ.
     Halves,
     /// How often by how much they do.
@@ -84,6 +88,7 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
     let mut stems = Stems::default();
     let mut plots = Vec::new();
     let mut has_halves = false;
+    let factors = daylight_factors(scene, solution);
     for map in &solution.maps {
         if let Some(flat) = grid_map(scene, map) {
             let mut add = |stem: String, kind: PlotKind, picture: Picture| {
@@ -92,6 +97,9 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             let name = file_name_part(&map.name);
             add(format!("map-{name}"), PlotKind::Grid, map_picture(&flat, &note));
             add(format!("map-{name}-values"), PlotKind::Values, value_chart(&flat, &note));
+            if let Some(factors) = factors.iter().find(|factors| factors.name == map.name) {
+                add(format!("map-{name}-daylight"), PlotKind::Daylight, daylight_picture(&flat, factors, &note));
+            }
             // The halves of the main set alone: the others tell no more.
             let deviations = deviations(map);
             if !has_halves && deviations.iter().any(Option::is_some) {

@@ -149,6 +149,10 @@ impl Report<'_> {
                     );
                 }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
+                PlotKind::Daylight => {
+                    let words = "Illuminance over that of an open horizontal plane under the same sky; lines at 0.5, 1, 2, 3, 5 and 10 %.";
+                    page += &figure(&plot.picture, words);
+                }
                 _ => {}
             }
         }

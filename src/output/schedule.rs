@@ -67,8 +67,8 @@ impl Power {
     pub fn of(scene: &Scene) -> Power {
         let known_w =
             scene.luminaires.iter().filter_map(|luminaire| luminaire.power_w).fold(0.0, |sum, power_w| sum + power_w);
-        // A sky draws none.
-        let draws = |luminaire: &&Luminaire| !matches!(luminaire.emission, Emission::Sky { .. });
+        // Daylight draws none.
+        let draws = |luminaire: &&Luminaire| !luminaire.emission.is_daylight();
         let unknown = scene.luminaires.iter().filter(draws).filter(|luminaire| luminaire.power_w.is_none()).count();
         Power { known_w, unknown }
     }
@@ -88,6 +88,7 @@ fn kind(emission: &Emission) -> &'static str {
         Emission::Area { .. } => "luminous surface, diffuse",
         Emission::Sphere { .. } => "luminous sphere",
         Emission::Sky { .. } => "sky",
+        Emission::Sun { .. } => "sun",
     }
 }
 

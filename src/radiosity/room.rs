@@ -219,7 +219,7 @@ impl Room {
                         self.lamps.push(Lamp::Source(RoomSource::Panel { face: tile.face, low, high, exitance_lm_m2 }));
                     }
                 }
-                Emission::Sky { .. } => return refuse("a sky", got, A_ROOM),
+                Emission::Sky { .. } | Emission::Sun { .. } => return refuse("sky or sun", got, A_ROOM),
                 Emission::Sphere { .. } => {
                     return refuse("luminaires that stand in the light's way", got, "points and surfaces that emit");
                 }

@@ -10,6 +10,7 @@ mod reach;
 mod seen;
 mod shape;
 mod sky;
+mod sun;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -31,6 +32,7 @@ use ball::draw_ball;
 pub use list::{Emitters, PointEmitters, PointLook};
 pub use reach::Reach;
 use sky::SkyEmitter;
+use sun::SunEmitter;
 
 /// From so many times its radius on a triangle is far enough for a glance: d² varies by a quarter of itself over it, in the root
 /// mean square, where it is seen end-on, and mostly by much less.
@@ -80,6 +82,7 @@ enum EmitterShape {
     Triangle(TriangleEmitter),
     Ball { center_m: DVec3, radius_m: f64, exitance_lm_m2: f64 },
     Sky(SkyEmitter),
+    Sun(SunEmitter),
 }
 
 #[derive(Clone, Debug)]
@@ -132,9 +135,9 @@ pub struct Emitted {
     pub place: Place,
     /// Its unit direction.
     pub direction: DVec3,
-    /// Light of the sky: where it comes from. Without a free way from there it is none.
+    /// Light of sky and sun: where it comes from. Without a free way from there it is none.
     pub behind: Option<Place>,
-    /// Light of the sky counts from here as far as this, in m, until it is scattered; beyond it is another emitter's.
+    /// Light of sky and sun counts from here as far as this, in m, until it is scattered; beyond it is another emitter's.
     pub reach_m: f64,
 }
 
@@ -165,7 +168,7 @@ fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
 impl Emitter {
     /// Whether it is a point, or emits from points that no ray meets.
     pub fn is_point(&self) -> bool {
-        !matches!(self.shape, EmitterShape::Triangle(_) | EmitterShape::Ball { .. } | EmitterShape::Sky(_))
+        !self.is_far() && !matches!(self.shape, EmitterShape::Triangle(_) | EmitterShape::Ball { .. })
     }
 
     /// Whether it is one point: every look from one place then says the same.
@@ -175,7 +178,7 @@ impl Emitter {
 
     /// Whether any part of it lies within a distance of a point, in m.
     pub fn is_within(&self, point_m: DVec3, distance_m: f64) -> bool {
-        if matches!(&self.shape, EmitterShape::Sky(sky) if sky.opening.is_none()) {
+        if self.is_sun() || matches!(&self.shape, EmitterShape::Sky(sky) if sky.opening.is_none()) {
             return false;
         }
         let reach_m = distance_m + self.beacon.radius_m;
@@ -192,9 +195,14 @@ impl Emitter {
         matches!(self.shape, EmitterShape::Ball { .. })
     }
 
-    /// Whether it is the sky, or what an opening shows of it.
-    pub fn is_sky(&self) -> bool {
-        matches!(self.shape, EmitterShape::Sky(_))
+    /// Whether it is the sun, or the sky, or what an opening shows of it.
+    pub fn is_far(&self) -> bool {
+        matches!(self.shape, EmitterShape::Sky(_) | EmitterShape::Sun(_))
+    }
+
+    /// Whether it is the sun.
+    pub fn is_sun(&self) -> bool {
+        matches!(self.shape, EmitterShape::Sun(_))
     }
 
     /// Cosine between a triangle's emitting side and a unit direction, 0 behind it; 0 for the others.
@@ -218,7 +226,7 @@ impl Emitter {
                 Some(OpeningPoint { position_m: *position_m, face: None })
             }
             EmitterShape::Web(web) => Some(web.draw_point(stream)),
-            EmitterShape::Triangle(_) | EmitterShape::Ball { .. } | EmitterShape::Sky(_) => None,
+            EmitterShape::Triangle(_) | EmitterShape::Ball { .. } | EmitterShape::Sky(_) | EmitterShape::Sun(_) => None,
         }
     }
 
@@ -238,7 +246,7 @@ impl Emitter {
             EmitterShape::Isotropic { intensity_cd, .. } => *intensity_cd,
             EmitterShape::Lambertian { axis, intensity_cd, .. } => intensity_cd * axis.dot(direction).max(0.0),
             EmitterShape::Web(web) => web.intensity_cd(direction),
-            EmitterShape::Triangle(_) | EmitterShape::Ball { .. } | EmitterShape::Sky(_) => 0.0,
+            EmitterShape::Triangle(_) | EmitterShape::Ball { .. } | EmitterShape::Sky(_) | EmitterShape::Sun(_) => 0.0,
         }
     }
 
@@ -273,6 +281,7 @@ impl Emitter {
                 Emitted::new(place, cosine_hemisphere(triangle.normal, stream.pair()))
             }
             EmitterShape::Sky(sky) => sky.emit(stream),
+            EmitterShape::Sun(sun) => sun.emit(stream),
             EmitterShape::Ball { center_m, radius_m, .. } => {
                 let outward = uniform_sphere(stream.pair());
                 let place = Place::Ball { luminaire: self.luminaire, position_m: *center_m + outward * *radius_m };
@@ -305,7 +314,7 @@ impl Emitter {
                 let place = Place::Ball { luminaire: self.luminaire, position_m: *center_m + outward * *radius_m };
                 (exitance_lm_m2 * radius_m * radius_m, place)
             }
-            EmitterShape::Sky(_) => return None,
+            EmitterShape::Sky(_) | EmitterShape::Sun(_) => return None,
         };
         (intensity_cd > 0.0).then_some((intensity_cd, place))
     }
@@ -348,6 +357,7 @@ impl Emitter {
                 self.intensity_cd((point_m - *position_m).normalize()) * geometry
             }
             EmitterShape::Sky(sky) => sky.about_lx(point_m, normal),
+            EmitterShape::Sun(sun) => sun.sun.illuminance_lx(normal),
             EmitterShape::Triangle(triangle) => {
                 triangle.exitance_lm_m2 * triangle_illuminance_factor(point_m, normal, triangle.corners_m)
             }
@@ -385,6 +395,9 @@ impl Emitter {
         if let EmitterShape::Sky(sky) = &self.shape {
             return sky.look(point_m, normal, stream);
         }
+        if let EmitterShape::Sun(sun) = &self.shape {
+            return sun.look(point_m, normal, stream);
+        }
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
         if unshadowed_lx <= 0.0 {
             return None;
@@ -400,7 +413,7 @@ impl Emitter {
             EmitterShape::Isotropic { position_m, .. }
             | EmitterShape::Lambertian { position_m, .. }
             | EmitterShape::Web(WebEmitter { position_m, .. }) => Some(self.place_of_point(*position_m)),
-            EmitterShape::Sky(_) => None,
+            EmitterShape::Sky(_) | EmitterShape::Sun(_) => None,
         };
         Some(Look { unshadowed_lx, place })
     }

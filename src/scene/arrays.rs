@@ -110,6 +110,6 @@ fn shift(emission: &mut Emission, offset_m: DVec3) {
         | Emission::Photometric { position_m, .. }
         | Emission::Sphere { center_m: position_m, .. } => *position_m += offset_m,
         // Surfaces stand where they are; their luminaires have none of the keys of an array.
-        Emission::Area { .. } | Emission::Sky { .. } => {}
+        Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => {}
     }
 }

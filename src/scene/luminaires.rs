@@ -16,29 +16,31 @@ use super::model::{Emission, Luminaire, Product};
 use super::photometry::{IntensityWeb, Opening, read_photometric_file};
 use super::reader::{Fields, Node};
 use super::sky;
+use super::sun;
 use super::surfaces::Surfaces;
 use super::unique_names::{Names, unique_name};
 use super::units::LengthUnit;
 use super::vectors::photometric_frame;
 
 /// The luminaire types, as files name them.
-pub(super) const TYPES: [&str; 5] = ["point", "sphere", "area", "photometric", "sky"];
+pub(super) const TYPES: [&str; 6] = ["point", "sphere", "area", "photometric", "sky", "sun"];
 
 /// Keys of each luminaire type alone.
-const OWN_KEYS: [&[&str]; 5] = [
+const OWN_KEYS: [&[&str]; 6] = [
     &["position", "distribution", "aim", "intensity_cd", "luminous_flux_lm"],
     &["center", "radius", "exitance_lm_m2", "luminous_flux_lm"],
     &["surface", "side", "exitance_lm_m2", "luminous_flux_lm"],
     &["file", "position", "aim", "rotation_deg"],
     &sky::KEYS,
+    &sun::KEYS,
 ];
 /// Keys that every luminaire type has.
 const COMMON_KEYS: [&str; 5] = ["name", "type", "dimming", "maintenance_factor", "power_w"];
 
 /// Keys of a luminaire type: its place in [`TYPES`].
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
-    // A luminous surface stands where it stands, and so does the sky; all others come in arrays too.
-    let array: &[&str] = if ["area", "sky"].contains(&TYPES[kind]) { &[] } else { &arrays::KEYS };
+    // A luminous surface stands where it stands, and so do sky and sun; all others come in arrays too.
+    let array: &[&str] = if ["area", "sky", "sun"].contains(&TYPES[kind]) { &[] } else { &arrays::KEYS };
     [&COMMON_KEYS, OWN_KEYS[kind], array].concat()
 }
 
@@ -101,14 +103,14 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
         }
     }
     sky::only_one(node, &luminaires)?;
+    sun::only_one(node, &luminaires)?;
     if luminaires.iter().all(|luminaire| luminaire.luminous_flux_lm == 0.0) {
         warnings.push(
             "no luminaire gives light, so that everything is dark: all have a flux, a dimming or a factor of 0"
                 .to_owned(),
         );
     }
-    let is_sky = |luminaire: &Luminaire| matches!(luminaire.emission, Emission::Sky { .. });
-    if !maintained && !luminaires.iter().all(is_sky) {
+    if !maintained && !luminaires.iter().all(|luminaire| luminaire.emission.is_daylight()) {
         warnings.push("no luminaire has a maintenance_factor: results are those of a new installation".into());
     }
     Ok(luminaires)
@@ -137,6 +139,7 @@ fn read_one(
         "sphere" => read_sphere(&fields, around.unit, maintained)?,
         "area" => read_area(&fields, around.surfaces, maintained)?,
         "sky" => sky::read(&fields, maintained)?,
+        "sun" => sun::read(&fields, maintained)?,
         _ => {
             let (flux_lm, emission, file) =
                 read_photometric(&fields, &name, around, maintained, &mut known.files, warnings)?;

@@ -44,6 +44,7 @@ mod shapes;
 mod sky;
 mod standard;
 mod stl;
+mod sun;
 mod surface_grid;
 mod surfaces;
 mod texts;

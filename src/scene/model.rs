@@ -329,6 +329,20 @@ pub enum Emission {
         /// What daylight factors are held against.
         targets: DaylightTargets,
     },
+    /// The sun's disk, at infinity.
+    Sun {
+        /// Maintained luminance.
+        sun: std::sync::Arc<crate::base::sun::Sun>,
+        /// Where the light enters the scene.
+        openings: std::sync::Arc<super::openings::Openings>,
+    },
+}
+
+impl Emission {
+    /// Whether it comes from afar: from the sky or the sun.
+    pub fn is_daylight(&self) -> bool {
+        matches!(self, Emission::Sky { .. } | Emission::Sun { .. })
+    }
 }
 
 /// Daylight factors that EN 17037 asks for in spaces with daylight openings in walls.

@@ -8,8 +8,6 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::base::sky::Sky;
-
 /// A hole is flat whose corners leave its plane by less than this fraction of the scene's size; a step off a surface is as long.
 pub(crate) const FLAT: f64 = 1e-6;
 
@@ -27,15 +25,14 @@ pub struct Openings {
 }
 
 impl Openings {
-    /// Flux in lm that a sky sends through the fronts, and past them where there is a way: through the ball about the scene.
-    pub fn luminous_flux_lm(&self, sky: &Sky) -> f64 {
-        let through = self.fronts_m.iter().map(|corners_m| area_m2(corners_m) * sky.illuminance_lx(-normal(corners_m)));
-        through.sum::<f64>() + if self.are_all { 0.0 } else { self.open_flux_lm(sky) }
+    /// Flux in lm through each front, of light that gives a plane with a unit normal so many lx.
+    pub fn fluxes_lm(&self, illuminance_lx: impl Fn(DVec3) -> f64) -> impl Iterator<Item = f64> {
+        self.fronts_m.iter().map(move |corners_m| area_m2(corners_m) * illuminance_lx(-normal(corners_m)))
     }
 
-    /// Flux in lm through the ball about the scene.
-    pub fn open_flux_lm(&self, sky: &Sky) -> f64 {
-        PI * self.radius_m * self.radius_m * sky.total_cd_sr_m2()
+    /// Flux in lm past all fronts: through the ball about the scene where there is a way, of light by its ∫ L dω in cd·sr/m².
+    pub fn open_flux_lm(&self, total_cd_sr_m2: f64) -> f64 {
+        if self.are_all { 0.0 } else { PI * self.radius_m * self.radius_m * total_cd_sr_m2 }
     }
 
     /// A place outside of the scene.

@@ -54,7 +54,7 @@ pub(super) fn finish(
     if let Ok(balance) = &flux_balance
         && balance.back_face_lm > 0.0
         // The sky shines on roofs and outer walls, too.
-        && context.stage.emitters.sky().is_none()
+        && context.stage.emitters.list().iter().all(|emitter| !emitter.is_far())
     {
         let why = match luminaires_behind_surfaces(context.scene) {
             Some(names) => {

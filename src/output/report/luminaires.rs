@@ -142,7 +142,7 @@ fn place_m(emission: &Emission) -> Option<glam::DVec3> {
         | Emission::Lambertian { position_m, .. }
         | Emission::Photometric { position_m, .. } => Some(*position_m),
         Emission::Sphere { center_m, .. } => Some(*center_m),
-        Emission::Area { .. } | Emission::Sky { .. } => None,
+        Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
     }
 }
 

@@ -21,8 +21,16 @@ pub(super) fn draw_ball(
 ) -> Option<Place> {
     let offset = center_m - point_m;
     let distance = offset.length();
-    let axis = offset / distance;
-    let sin_max = radius_m / distance;
+    let direction = draw_in_cone(offset / distance, radius_m / distance, normal, stream)?;
+    let along = direction.dot(offset);
+    let miss_squared = (offset - along * direction).length_squared();
+    let reach = along - (radius_m * radius_m - miss_squared).max(0.0).sqrt();
+    Some(Place::Ball { luminaire, position_m: point_m + direction * reach })
+}
+
+/// Draws a direction of a cone about a unit axis by the sine of half its angle, in proportion to its cosine with a unit normal; `None`
+/// where the cone is no cone or next to nothing of it is above the horizon.
+pub(super) fn draw_in_cone(axis: DVec3, sin_max: f64, normal: DVec3, stream: &mut Stream) -> Option<DVec3> {
     if sin_max >= 1.0 {
         return None;
     }
@@ -32,10 +40,7 @@ pub(super) fn draw_ball(
     for _ in 0..MOST_DRAWS {
         let direction = uniform_cone(axis, one_minus_cos, stream.pair());
         if stream.unit() * largest < direction.dot(normal) {
-            let along = direction.dot(offset);
-            let miss_squared = (offset - along * direction).length_squared();
-            let reach = along - (radius_m * radius_m - miss_squared).max(0.0).sqrt();
-            return Some(Place::Ball { luminaire, position_m: point_m + direction * reach });
+            return Some(direction);
         }
     }
     None

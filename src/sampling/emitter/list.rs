@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Emitted, Emitter, EmitterShape, Place, SkyEmitter, TriangleEmitter, WebEmitter};
+use super::{Emitted, Emitter, EmitterShape, Place, SkyEmitter, SunEmitter, TriangleEmitter, WebEmitter};
 use crate::base::sky::Sky;
+use crate::base::sun::Sun;
 use crate::sampling::emitter_tree::{Cut, EmitterTree};
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::opening::{Aperture, OpeningPoint};
@@ -67,6 +68,9 @@ impl Emitters {
                     for (luminous_flux_lm, emitter) in SkyEmitter::all(sky, openings) {
                         push(luminous_flux_lm, EmitterShape::Sky(emitter));
                     }
+                }
+                Emission::Sun { sun, openings } => {
+                    push(source.luminous_flux_lm, EmitterShape::Sun(SunEmitter::new(sun, openings)));
                 }
                 Emission::Area { surfaces, front, back, exitance_lm_m2 } => {
                     let sides = [(Side::Front, *front), (Side::Back, *back)];
@@ -130,6 +134,14 @@ impl Emitters {
     pub fn sky(&self) -> Option<&Sky> {
         self.list.iter().find_map(|emitter| match &emitter.shape {
             EmitterShape::Sky(sky) => Some(&*sky.sky),
+            _ => None,
+        })
+    }
+
+    /// The sun, if there is one that gives light.
+    pub fn sun(&self) -> Option<&Sun> {
+        self.list.iter().find_map(|emitter| match &emitter.shape {
+            EmitterShape::Sun(sun) => Some(&*sun.sun),
             _ => None,
         })
     }

@@ -37,7 +37,10 @@ impl Emitter {
                 Some((axis, axis.dot(web.position_m) - behind_m))
             }
             EmitterShape::Sky(sky) => sky.ahead().map(|(axis, at_m)| (axis, axis.dot(at_m))),
-            EmitterShape::Isotropic { .. } | EmitterShape::Web(_) | EmitterShape::Ball { .. } => None,
+            EmitterShape::Isotropic { .. }
+            | EmitterShape::Web(_)
+            | EmitterShape::Ball { .. }
+            | EmitterShape::Sun(_) => None,
         };
         Reach { center_m: beacon.center_m, radius_m: beacon.radius_m, ahead }
     }

@@ -104,7 +104,7 @@ impl Emitter {
                 });
             }
             // Its glare is rated by other formulas.
-            EmitterShape::Sky(_) => {}
+            EmitterShape::Sky(_) | EmitterShape::Sun(_) => {}
             EmitterShape::Isotropic { position_m, .. } | EmitterShape::Lambertian { position_m, .. } => {
                 show_point(self, *position_m, *position_m, 0.0, eye_m, &mut show);
             }

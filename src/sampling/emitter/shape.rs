@@ -43,6 +43,7 @@ impl EmitterShape {
                 is_needle: triangle.is_needle(),
             },
             EmitterShape::Sky(sky) => sky.beacon(),
+            EmitterShape::Sun(sun) => sun.beacon(),
             EmitterShape::Ball { center_m, radius_m, exitance_lm_m2 } => Beacon {
                 center_m: *center_m,
                 radius_m: *radius_m,

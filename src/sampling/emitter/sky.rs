@@ -39,13 +39,9 @@ impl SkyEmitter {
     /// Those of a sky, each with its flux in lm.
     pub fn all(sky: &Arc<Sky>, openings: &Arc<Openings>) -> Vec<(f64, SkyEmitter)> {
         let emitter = |opening| SkyEmitter { sky: sky.clone(), openings: openings.clone(), opening };
-        let through = (0..openings.fronts_m.len() as u32).map(|number| {
-            let emitter = emitter(Some(number));
-            let [a, b, c] = openings.fronts_m[number as usize];
-            let twice_area = (b - a).cross(c - a);
-            (0.5 * twice_area.length() * sky.illuminance_lx(-twice_area.normalize_or_zero()), emitter)
-        });
-        let past = (!openings.are_all).then(|| (openings.open_flux_lm(sky), emitter(None)));
+        let fluxes_lm = openings.fluxes_lm(|normal| sky.illuminance_lx(normal));
+        let through = fluxes_lm.zip(0u32..).map(|(flux_lm, number)| (flux_lm, emitter(Some(number))));
+        let past = (!openings.are_all).then(|| (openings.open_flux_lm(sky.total_cd_sr_m2()), emitter(None)));
         through.chain(past).collect()
     }
 
@@ -123,7 +119,6 @@ impl SkyEmitter {
 
     /// Draws a packet in proportion to the flux that enters.
     pub fn emit(&self, stream: &mut Stream) -> Emitted {
-        let radius_m = self.openings.radius_m;
         let largest_cd_m2 = self.sky.largest_cd_m2();
         let mut towards = DVec3::Z;
         let thinned = |towards: &mut DVec3, stream: &mut Stream, draw: &dyn Fn(&mut Stream) -> DVec3| {
@@ -137,21 +132,34 @@ impl SkyEmitter {
         let Some((inward, _)) = self.ahead() else {
             let [u, v] = stream.pair();
             thinned(&mut towards, stream, &|stream| uniform_sphere(stream.pair()));
-            let [first, second] = tangents(towards);
-            let (sine, cosine) = (std::f64::consts::TAU * v).sin_cos();
-            let aside_m = radius_m * u.sqrt() * (cosine * first + sine * second);
-            let start_m = self.openings.center_m + 1.01 * radius_m * towards + aside_m;
-            let reach_m = self.openings.reach_m(None, start_m, -towards);
-            return Emitted { place: Place::Free(start_m), direction: -towards, behind: None, reach_m };
+            return enter_past(&self.openings, towards, [u, v]);
         };
-        let [u, v] = uniform_triangle(stream.pair());
+        let within = uniform_triangle(stream.pair());
         thinned(&mut towards, stream, &|stream| cosine_hemisphere(-inward, stream.pair()));
-        let [a, b, c] = self.front_m().unwrap_or_default();
-        let entry_m = a + u * (b - a) + v * (c - a);
-        let within_m = WITHIN * radius_m / (-towards.dot(inward)).max(FLATTEST);
-        let start_m = entry_m - within_m * towards;
-        let behind = Some(Place::Free(entry_m + OUTSIDE * radius_m * towards));
-        let reach_m = self.openings.reach_m(self.opening, entry_m, -towards) - within_m;
-        Emitted { place: Place::Free(start_m), direction: -towards, behind, reach_m }
+        enter_through(&self.openings, self.opening, towards, within)
     }
+}
+
+/// A packet that enters past all openings from a unit direction, at a point of the disk across it by two variates in [0, 1).
+pub(super) fn enter_past(openings: &Openings, towards: DVec3, [u, v]: [f64; 2]) -> Emitted {
+    let radius_m = openings.radius_m;
+    let [first, second] = tangents(towards);
+    let (sine, cosine) = (std::f64::consts::TAU * v).sin_cos();
+    let aside_m = radius_m * u.sqrt() * (cosine * first + sine * second);
+    let start_m = openings.center_m + 1.01 * radius_m * towards + aside_m;
+    let reach_m = openings.reach_m(None, start_m, -towards);
+    Emitted { place: Place::Free(start_m), direction: -towards, behind: None, reach_m }
+}
+
+/// A packet that enters through an opening from a unit direction, at a point by the weights of the second and third corner.
+pub(super) fn enter_through(openings: &Openings, opening: Option<u32>, towards: DVec3, [u, v]: [f64; 2]) -> Emitted {
+    let radius_m = openings.radius_m;
+    let [a, b, c] = opening.map(|number| openings.fronts_m[number as usize]).unwrap_or_default();
+    let inward = (b - a).cross(c - a).normalize_or_zero();
+    let entry_m = a + u * (b - a) + v * (c - a);
+    let within_m = WITHIN * radius_m / (-towards.dot(inward)).max(FLATTEST);
+    let start_m = entry_m - within_m * towards;
+    let behind = Some(Place::Free(entry_m + OUTSIDE * radius_m * towards));
+    let reach_m = openings.reach_m(opening, entry_m, -towards) - within_m;
+    Emitted { place: Place::Free(start_m), direction: -towards, behind, reach_m }
 }

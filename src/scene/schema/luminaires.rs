@@ -61,6 +61,7 @@ pub(super) enum SkyDistribution {
     Cie14,
     #[schemars(rename = "CIE 15")]
     Cie15,
+    Perez,
 }
 
 /// What every luminaire may say of its operation.
@@ -76,6 +77,20 @@ pub(super) struct Operation {
     /// Electric power of one luminaire in W, undimmed and ballast included; without it what the photometric file says.
     #[schemars(range(min = 0.0))]
     power_w: Option<f64>,
+}
+
+/// Where and when the sun is looked up at.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct PlaceAndTime {
+    /// Latitude, north positive.
+    #[schemars(range(min = -90.0, max = 90.0))]
+    latitude_deg: Option<f64>,
+    /// Longitude, east positive.
+    #[schemars(range(min = -180.0, max = 180.0))]
+    longitude_deg: Option<f64>,
+    /// Date, time and zone, such as "2026-06-21T12:30:00+02:00".
+    date_time: Option<String>,
 }
 
 /// An array of like luminaires.
@@ -160,30 +175,60 @@ pub(super) enum LuminaireKind {
         #[schemars(flatten)]
         operation: Operation,
     },
-    /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`.
-    #[schemars(extend("oneOf" = [{"required": ["zenith_luminance_cd_m2"]}, {"required": ["horizontal_illuminance_lx"]}]))]
+    /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`, of Perez's sky neither.
+    #[schemars(extend("oneOf" = [{"required": ["zenith_luminance_cd_m2"]}, {"required": ["horizontal_illuminance_lx"]},
+        {"required": ["direct_normal_illuminance_lx", "diffuse_horizontal_illuminance_lx"]}]))]
     Sky {
         /// Name of the luminaire.
         name: String,
-        /// Uniform, the traditional overcast sky, or one of the general skies of ISO 15469.
+        /// Uniform, the traditional overcast sky, one of the general skies of ISO 15469, or the all-weather sky of Perez.
         luminance_distribution: SkyDistribution,
         /// Elevation of the sun, of general skies.
         #[schemars(range(min = 0.0, max = 90.0))]
         sun_elevation_deg: Option<f64>,
         /// Azimuth of the sun from +y (north) towards +x (east); 180 by default.
         sun_azimuth_deg: Option<f64>,
+        #[schemars(flatten)]
+        place_and_time: PlaceAndTime,
         /// Luminance of the zenith in cd/m².
         #[schemars(range(min = 0.0))]
         zenith_luminance_cd_m2: Option<f64>,
         /// Illuminance in lx that the sky alone gives an open horizontal plane.
         #[schemars(range(min = 0.0))]
         horizontal_illuminance_lx: Option<f64>,
+        /// Illuminance in lx that the sun gives a plane across its rays, of Perez's sky; the sun itself is not in it.
+        #[schemars(range(min = 0.0))]
+        direct_normal_illuminance_lx: Option<f64>,
+        /// Illuminance in lx that the sky alone gives an open horizontal plane, of Perez's sky.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        diffuse_horizontal_illuminance_lx: Option<f64>,
         /// Reflectance of the ground that stands for all below the horizon; 0 by default.
         #[schemars(range(min = 0.0, max = 1.0))]
         ground_reflectance: Option<f64>,
         /// Median diffuse horizontal illuminance of the site in lx, for the daylight factors that EN 17037 asks for; 15,000 by default.
         #[schemars(extend("exclusiveMinimum" = 0))]
         median_diffuse_illuminance_lx: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+    },
+    /// The disk of the sun; either `normal_illuminance_lx` or `horizontal_illuminance_lx`.
+    #[schemars(extend("oneOf" = [{"required": ["normal_illuminance_lx"]}, {"required": ["horizontal_illuminance_lx"]}]))]
+    Sun {
+        /// Name of the luminaire.
+        name: String,
+        /// Elevation; or place and time.
+        #[schemars(range(min = -90.0, max = 90.0))]
+        sun_elevation_deg: Option<f64>,
+        /// Azimuth from +y (north) towards +x (east); 180 by default.
+        sun_azimuth_deg: Option<f64>,
+        #[schemars(flatten)]
+        place_and_time: PlaceAndTime,
+        /// Illuminance in lx that the sun alone gives a plane across its rays.
+        #[schemars(range(min = 0.0))]
+        normal_illuminance_lx: Option<f64>,
+        /// Illuminance in lx that the sun alone gives an open horizontal plane.
+        #[schemars(range(min = 0.0))]
+        horizontal_illuminance_lx: Option<f64>,
         #[schemars(flatten)]
         operation: Operation,
     },

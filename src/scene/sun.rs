@@ -1,0 +1,183 @@
+//! Reads luminaires that are the sun, and where the sun of a sky stands.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::error::SceneError;
+use super::model::{Emission, Luminaire};
+use super::openings::Openings;
+use super::reader::{Fields, Node};
+use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
+use crate::base::sun::Sun;
+
+/// Keys that tell where the sun stands.
+pub(super) const POSITION_KEYS: [&str; 5] =
+    ["sun_elevation_deg", "sun_azimuth_deg", "latitude_deg", "longitude_deg", "date_time"];
+
+/// Keys of a sun alone.
+pub(super) const KEYS: [&str; 7] = [
+    "sun_elevation_deg",
+    "sun_azimuth_deg",
+    "latitude_deg",
+    "longitude_deg",
+    "date_time",
+    "normal_illuminance_lx",
+    "horizontal_illuminance_lx",
+];
+
+/// Reads a sun; openings and flux are found when the whole scene is known.
+pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Emission), SceneError> {
+    let towards = direction(fields)?;
+    let (which, node) = fields.one_of(["normal_illuminance_lx", "horizontal_illuminance_lx"])?;
+    let given_lx = maintained * node.at_least_zero(["the normal illuminance", "the horizontal illuminance"][which])?;
+    let sun = match which {
+        0 => Some(Sun::of_normal(towards, given_lx)),
+        _ => Sun::of_horizontal(towards, given_lx),
+    };
+    let Some(sun) = sun else {
+        return Err(node.refuse(
+            "the sun stands below the horizon and gives a horizontal plane nothing",
+            "a sun above the horizon",
+            "give normal_illuminance_lx, or choose another time",
+        ));
+    };
+    // The luminous flux that is read stands for whether there is any.
+    let lit_lx = if sun.is_up() { sun.normal_lx() } else { 0.0 };
+    Ok((lit_lx, Emission::Sun { sun: Arc::new(sun), openings: Arc::new(Openings::default()) }))
+}
+
+/// Unit direction of the sun, by its angles (the azimuth counts from +y, north, towards +x, east) or by place and time.
+pub(super) fn direction(fields: &Fields) -> Result<DVec3, SceneError> {
+    if let Some(elevation) = fields.get("sun_elevation_deg") {
+        for key in ["latitude_deg", "longitude_deg", "date_time"] {
+            if let Some(node) = fields.get(key) {
+                let remedy = "leave out sun_elevation_deg, or place and time";
+                return Err(node.refuse("where the sun stands is told twice", "angles, or place and time", remedy));
+            }
+        }
+        let elevation_deg = within(&elevation, "the sun's elevation", 90.0)?;
+        let azimuth_deg = fields.get("sun_azimuth_deg").map_or(Ok(180.0), |node| node.number())?;
+        return Ok(direction_of(elevation_deg, azimuth_deg));
+    }
+    if !["latitude_deg", "longitude_deg", "date_time"].iter().any(|key| fields.get(key).is_some()) {
+        fields.need("sun_elevation_deg", "35")?;
+    }
+    if let Some(node) = fields.get("sun_azimuth_deg") {
+        let expected = "an azimuth beside an elevation";
+        return Err(node.refuse("place and time tell the azimuth", expected, "leave the key out"));
+    }
+    let latitude_deg = within(&fields.need("latitude_deg", "51.5")?, "the latitude", 90.0)?;
+    let longitude_deg = within(&fields.need("longitude_deg", "-0.1")?, "the longitude", 180.0)?;
+    let node = fields.need("date_time", "\"2026-03-20T12:00:00Z\"")?;
+    let moment = moment_of(node.text()?).ok_or_else(|| {
+        node.refuse(
+            "a date and time that cannot be read",
+            "a date, a time and its zone as \"2026-06-21T12:30:00+02:00\" or \"…Z\", in the years 1900 to 2100",
+            "write the zone: what the clock of the place is ahead of universal time, summer time in it",
+        )
+    })?;
+    let [elevation_deg, azimuth_deg] = solar_position_deg(latitude_deg, longitude_deg, moment);
+    Ok(direction_of(elevation_deg, azimuth_deg))
+}
+
+fn within(node: &Node, what: &str, limit: f64) -> Result<f64, SceneError> {
+    let number = node.number()?;
+    if number.abs() <= limit {
+        return Ok(number);
+    }
+    let expected = format!("-{limit} to {limit} degrees");
+    Err(node.refuse(format!("{what} is out of range"), expected, "check the number"))
+}
+
+/// A moment of RFC 3339; the seconds may be left out.
+fn moment_of(text: &str) -> Option<Moment> {
+    let (date, time) = text.split_once(['T', 't', ' '])?;
+    let digits = |text: &str, count: usize| -> Option<u32> {
+        (text.len() == count && text.bytes().all(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
+    };
+    let mut parts = date.split('-');
+    let (year, month, day) = (digits(parts.next()?, 4)?, digits(parts.next()?, 2)?, digits(parts.next()?, 2)?);
+    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let days = match month {
+        2 if is_leap => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => 0,
+    };
+    if parts.next().is_some() || !(1900..=2100).contains(&year) || !(1..=days).contains(&day) {
+        return None;
+    }
+    let hours_of = |text: &str| -> Option<f64> {
+        let mut parts = text.split(':');
+        let (hours, minutes) = (digits(parts.next()?, 2)?, digits(parts.next()?, 2)?);
+        let seconds = match parts.next() {
+            None => 0.0,
+            Some(text) => {
+                let (whole, part) = text.split_once('.').map_or((text, None), |(whole, part)| (whole, Some(part)));
+                let is_plain =
+                    part.is_none_or(|part| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit()));
+                digits(whole, 2)?;
+                is_plain.then(|| text.parse::<f64>().ok())??
+            }
+        };
+        let fits = parts.next().is_none() && hours < 24 && minutes < 60 && seconds < 61.0;
+        fits.then_some(f64::from(hours) + f64::from(minutes) / 60.0 + seconds / 3600.0)
+    };
+    let (clock, ahead_hours) = match time.strip_suffix(['Z', 'z']) {
+        Some(clock) => (clock, 0.0),
+        None => {
+            let sign_at = time.find(['+', '-'])?;
+            let (clock, zone) = time.split_at(sign_at);
+            let zone_hours = hours_of(&zone[1..])?;
+            (clock, if zone.starts_with('-') { -zone_hours } else { zone_hours })
+        }
+    };
+    Some(Moment::of_date(year as i32, month, day, hours_of(clock)? - ahead_hours))
+}
+
+/// Refuses a second sun.
+pub(super) fn only_one(node: &Node, luminaires: &[Luminaire]) -> Result<(), SceneError> {
+    let suns = luminaires.iter().filter(|luminaire| matches!(luminaire.emission, Emission::Sun { .. })).count();
+    if suns > 1 {
+        return Err(node.refuse_as(
+            "the scene has more than one sun",
+            format!("{suns} luminaires of type \"sun\""),
+            "one, or none",
+            "keep one of them",
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_are_read_with_their_zone() {
+        let noon = Some(Moment::of_date(2026, 6, 21, 12.0));
+        for text in ["2026-06-21T12:00:00Z", "2026-06-21T14:00+02:00", "2026-06-21 06:30:00.0-05:30"] {
+            assert_eq!(moment_of(text), noon, "{text}");
+        }
+        assert_ne!(moment_of("2026-06-21T12:00:01Z"), noon);
+        for text in [
+            "2026-06-21T12:00:00",
+            "2026-06-31T12:00Z",
+            "2025-02-29T12:00Z",
+            "2026-6-21T12:00Z",
+            "noon",
+            "",
+            "2026-06-21T24:00Z",
+            "2026-06-21T12Z",
+            "2026-06-21T12:00+2",
+            "1600-01-01T12:00Z",
+            "2026-06-21T12:00:1eZ",
+            "2026-06-21T12:00:00é",
+            "é+é",
+        ] {
+            assert_eq!(moment_of(text), None, "{text}");
+        }
+    }
+}
