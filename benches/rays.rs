@@ -296,6 +296,8 @@ impl Mesh {
             luminaires: vec![],
             receivers: vec![],
             warnings: vec![],
+            project: Default::default(),
+            unreported: Default::default(),
         }
     }
 }
