@@ -295,7 +295,7 @@ fn what_cannot_be_is_refused() {
         (lamp, r#", "c_planes": 0"#, "C planes"),
         (lamp, r#", "luminous_opening": [1, 2]"#, "three extents"),
         (lamp, r#", "position": [0,0,0]"#, "position"),
-        (sky, "", "without a sky"),
+        (sky, "", "without sky and sun"),
     ] {
         let told = read(luminaire, receiver).expect_err(receiver);
         assert!(told.contains(said), "{told}");

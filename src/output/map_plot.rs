@@ -19,6 +19,9 @@ const SMALLEST: [f64; 2] = [330.0, 260.0];
 pub(super) const ROOM: Room = Room { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
 /// Room about a small map, which has no titles.
 const SMALL_ROOM: Room = Room { top: 28.0, bottom: 46.0, left: 50.0, right: 80.0 };
+/// Size of the type of the line of numbers, where there is room, and what stays free beside it.
+const NUMBERS: f64 = 13.0;
+const MARGIN: f64 = 8.0;
 /// The least that a page is wide, for its titles.
 const LEAST_WIDTH: f64 = 620.0;
 /// Colours of the scale: more are not told apart.
@@ -216,7 +219,10 @@ fn numbers_of(picture: &mut Picture, row: &TableRow) {
         uniformity_with_error(row, row.uniformity_u0, plus_minus),
         uniformity_with_error(row, row.uniformity_ud, plus_minus),
     );
-    picture.words(Words::new(numbers, [ROOM.left, 65.0], 13.0));
+    // Large numbers on a narrow page are set smaller.
+    let room = picture.width - ROOM.left - MARGIN;
+    let size = NUMBERS * (room / text_width(&numbers, NUMBERS, false)).min(1.0);
+    picture.words(Words::new(numbers, [ROOM.left, 65.0], size));
 }
 
 pub(super) fn foot(picture: &mut Picture, map: &FlatMap, note: &str) {

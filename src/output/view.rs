@@ -29,6 +29,8 @@ const MOST_POINTS: usize = 40_000;
 const MOST_LINES: usize = 20_000;
 /// Luminaires that are marked.
 const MOST_LUMINAIRES: usize = 2_000;
+/// What stands for the name of a surface that the report does not tell of.
+const UNNAMED: &str = "not in the tables";
 /// Names that fit into a column.
 const MOST_PARTS: usize = 65_535;
 /// Size of a luminaire's mark, and of a receiver point that has no cell, as shares of the scene's size.
@@ -273,9 +275,15 @@ impl View {
     }
 }
 
-/// Names of receiver sets, then of the two sides of every surface; of more than a column can number the rest have one name.
+/// Names of receiver sets, then of the two sides of every surface; of more than a column can number the rest have one name. What the
+/// report does not tell of is seen, and not named.
 fn part_names(scene: &Scene) -> Vec<String> {
-    let sides = scene.surfaces.iter().flat_map(|surface| [surface.name.clone(), format!("{}, back", surface.name)]);
+    let name = |name: &str| if scene.is_reported(name) { name.to_owned() } else { UNNAMED.to_owned() };
+    let sides = scene
+        .surfaces
+        .iter()
+        .map(|surface| name(&surface.name))
+        .flat_map(|name| [name.clone(), format!("{name}, back")]);
     let sets = scene.receivers.iter().map(|set| set.name.clone());
     let mut names: Vec<String> = sets.chain(sides).take(MOST_PARTS).collect();
     if names.len() == MOST_PARTS {
