@@ -5,32 +5,21 @@ mod common;
 use std::f64::consts::PI;
 use std::path::Path;
 
-use common::Silent;
 use luxmc::check::scene_from_json;
 use luxmc::maps::MapResult;
 use luxmc::scene::{Emission, Openings, Scene};
-use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
+use luxmc::solver::{MapSelection, Method, Solution};
 use serde_json::{Value, json};
 
 /// Zenith luminance in cd/m².
 const LUMINANCE_CD_M2: f64 = 1000.0;
 
 fn read(scene: &Value) -> Scene {
-    scene_from_json(&scene.to_string(), None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
+    common::scene_of(&scene.to_string())
 }
 
 fn solved(scene: &Value, method: Method, maps: MapSelection, target_error: f64) -> Solution {
-    let settings = Settings {
-        method,
-        elements: ElementChoice::Given,
-        seed: 5,
-        target_error: Some(target_error),
-        chains: None,
-        time_limit_s: None,
-        maps,
-        threads: None,
-    };
-    solve(&read(scene), &settings, &Silent)
+    common::to_target_by(&read(scene), method, 5, maps, target_error)
 }
 
 fn rectangle(name: &str, origin: [f64; 3], u: [f64; 3], v: [f64; 3], material: &str, two_sided: bool) -> Value {

@@ -5,13 +5,12 @@ mod common;
 use std::f64::consts::PI;
 use std::path::Path;
 
-use common::Silent;
 use glam::DVec3;
 use luxmc::base::polygon::polygon_illuminance_factor;
 use luxmc::check::scene_from_json;
 use luxmc::maps::MapResult;
 use luxmc::scene::{Elements, Scene};
-use luxmc::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
+use luxmc::solver::{MapSelection, Method, Solution};
 use serde_json::{Value, json};
 
 /// Illuminance of a plane across the rays in lx.
@@ -20,21 +19,11 @@ const NORMAL_LX: f64 = 80_000.0;
 const HALF_ANGLE: f64 = 0.265 * PI / 180.0;
 
 fn read(scene: &Value) -> Scene {
-    scene_from_json(&scene.to_string(), None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"))
+    common::scene_of(&scene.to_string())
 }
 
 fn solved(scene: &Value, method: Method, maps: MapSelection, target_error: f64) -> Solution {
-    let settings = Settings {
-        method,
-        elements: ElementChoice::Given,
-        seed: 11,
-        target_error: Some(target_error),
-        chains: None,
-        time_limit_s: None,
-        maps,
-        threads: None,
-    };
-    solve(&read(scene), &settings, &Silent)
+    common::to_target_by(&read(scene), method, 11, maps, target_error)
 }
 
 fn map<'a>(solution: &'a Solution, name: &str) -> &'a MapResult {

@@ -134,15 +134,8 @@ fn advise_on_doubles(luminaires: &[Luminaire], advice: &mut Vec<String>) {
 fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     let [low_m, high_m] = bounds_m(scene);
     let size_m = low_m.distance(high_m);
-    let place_m = |emission: &Emission| match emission {
-        Emission::Isotropic { position_m, .. }
-        | Emission::Lambertian { position_m, .. }
-        | Emission::Photometric { position_m, .. } => Some(*position_m),
-        Emission::Sphere { center_m, .. } => Some(*center_m),
-        Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
-    };
     let places: Vec<(&Luminaire, DVec3)> =
-        scene.luminaires.iter().filter_map(|luminaire| Some((luminaire, place_m(&luminaire.emission)?))).collect();
+        scene.luminaires.iter().filter_map(|luminaire| Some((luminaire, luminaire.emission.place_m()?))).collect();
     let places_m: Vec<DVec3> = places.iter().map(|(_, place_m)| *place_m).collect();
     let (held, _) = Solids::of(shells, size_m).holding(&places_m);
     if held.len() < places.len() {

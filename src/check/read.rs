@@ -16,8 +16,8 @@ use super::walls::place_backgrounds;
 use super::warnings::{arrange, names};
 use super::whiteness::refuse_white_rooms;
 use crate::scene::{
-    Background, Emission, LengthUnit, Luminaire, Quantity, Scene, SceneError, UNIT_NAMES, WrittenGeometry,
-    from_json_with, listed, read_with,
+    Background, LengthUnit, Luminaire, Quantity, Scene, SceneError, UNIT_NAMES, WrittenGeometry, from_json_with,
+    listed, read_with,
 };
 
 /// A lit scene larger than this, in m, is likely one in other units.
@@ -126,12 +126,8 @@ fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
     }
     let mut outside: Vec<(&Luminaire, DVec3)> = Vec::new();
     for luminaire in &scene.luminaires {
-        let place_m = match luminaire.emission {
-            Emission::Isotropic { position_m, .. }
-            | Emission::Lambertian { position_m, .. }
-            | Emission::Photometric { position_m, .. } => position_m,
-            Emission::Sphere { center_m, .. } => center_m,
-            Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => continue,
+        let Some(place_m) = luminaire.emission.place_m() else {
+            continue;
         };
         if place_m.cmplt(low_m).any() || place_m.cmpgt(high_m).any() {
             outside.push((luminaire, place_m));

@@ -44,11 +44,7 @@ fn holds_all(scene: &Scene, shell: &Shell, name: &str) -> bool {
         Emission::Area { surfaces, .. } => {
             surfaces.iter().all(|surface| scene.surfaces[*surface as usize].geometry != name)
         }
-        Emission::Isotropic { position_m, .. }
-        | Emission::Lambertian { position_m, .. }
-        | Emission::Photometric { position_m, .. } => holds(*position_m),
-        Emission::Sphere { center_m, .. } => holds(*center_m),
-        Emission::Sky { .. } | Emission::Sun { .. } => false,
+        other => other.place_m().is_some_and(holds),
     };
     !scene.luminaires.is_empty()
         && scene.luminaires.iter().all(|luminaire| is_lit_inside(&luminaire.emission))

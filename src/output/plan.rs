@@ -49,7 +49,7 @@ pub fn small_plan(scene: &Scene, schedule: &Schedule) -> Picture {
 
 fn bounds_m(scene: &Scene) -> [DVec3; 2] {
     let corners = scene.vertices_m.iter().copied();
-    let places = scene.luminaires.iter().filter_map(|luminaire| place_m(&luminaire.emission));
+    let places = scene.luminaires.iter().filter_map(|luminaire| luminaire.emission.place_m());
     let receivers = scene.receivers.iter().flat_map(|set| set.points.iter().map(|point| point.position_m));
     corners
         .chain(places)
@@ -67,17 +67,6 @@ pub(super) fn edges_with_triangles(scene: &Scene) -> Vec<[u32; 3]> {
     sides
 }
 
-/// Where a luminaire that is no surface stands.
-pub(super) fn place_m(emission: &Emission) -> Option<DVec3> {
-    match emission {
-        Emission::Isotropic { position_m, .. }
-        | Emission::Lambertian { position_m, .. }
-        | Emission::Photometric { position_m, .. } => Some(*position_m),
-        Emission::Sphere { center_m, .. } => Some(*center_m),
-        Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
-    }
-}
-
 /// The middle of a luminaire.
 pub(super) fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
     if let Emission::Area { surfaces, .. } = emission {
@@ -85,7 +74,7 @@ pub(super) fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
         let corners: Vec<DVec3> = triangles.flat_map(|triangle| scene.corners_m(triangle)).collect();
         return corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
     }
-    place_m(emission).unwrap_or(DVec3::ZERO)
+    emission.place_m().unwrap_or(DVec3::ZERO)
 }
 
 /// A plan in the making: its frame, and the scene that it shows.
@@ -310,7 +299,7 @@ impl<'a> Plan<'a> {
                 // It stands nowhere.
                 Emission::Sky { .. } | Emission::Sun { .. } => continue,
                 emission => {
-                    let place_m = place_m(emission).unwrap_or(DVec3::ZERO);
+                    let place_m = emission.place_m().unwrap_or(DVec3::ZERO);
                     let spot = self.spot(place_m);
                     let at = spot.map(|coordinate| (coordinate / SYMBOL).round() as i64);
                     if is_crowded && !drawn.insert(at) {

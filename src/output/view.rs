@@ -10,7 +10,7 @@ use serde_json::json;
 use super::color::perceptual;
 use super::numbers::{grouped, percent};
 use super::picture::escaped;
-use super::plan::{SMOOTH_COSINE, edges_with_triangles, place_m};
+use super::plan::{SMOOTH_COSINE, edges_with_triangles};
 use super::scale::end_of_scale_lx;
 use super::view_columns::{Columns, LuxCode, PlaceCode, SPAN};
 use crate::maps::{MapKind, MapResult};
@@ -204,7 +204,7 @@ impl View {
     /// A cross of three lines at every luminaire that is no surface.
     fn add_luminaires(&mut self, scene: &Scene) {
         let arm_m = MARK * size_m(scene);
-        let places_m = scene.luminaires.iter().filter_map(|luminaire| place_m(&luminaire.emission));
+        let places_m = scene.luminaires.iter().filter_map(|luminaire| luminaire.emission.place_m());
         for place_m in places_m.take(MOST_LUMINAIRES) {
             self.lines_m.extend(DVec3::AXES.map(|axis| [place_m - arm_m * axis, place_m + arm_m * axis]));
         }

@@ -3,6 +3,7 @@
 mod arrays;
 mod digest;
 pub mod elements;
+mod emission;
 mod error;
 mod evaluation_grid;
 mod file;

@@ -338,13 +338,6 @@ pub enum Emission {
     },
 }
 
-impl Emission {
-    /// Whether it comes from afar: from the sky or the sun.
-    pub fn is_daylight(&self) -> bool {
-        matches!(self, Emission::Sky { .. } | Emission::Sun { .. })
-    }
-}
-
 /// Daylight factors that EN 17037 asks for in spaces with daylight openings in walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DaylightTargets {

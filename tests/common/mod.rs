@@ -6,11 +6,16 @@ use std::path::Path;
 use luxmc::check::{read_scene, scene_from_json};
 use luxmc::scene::Scene;
 pub use luxmc::solver::Silent;
-use luxmc::solver::{MapSelection, Settings, Solution, solve};
+use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
 
 /// A run for a target error.
 pub fn to_target(scene: &Scene, seed: u64, maps: MapSelection, target_error: f64) -> Solution {
     solve(scene, &Settings { target_error: Some(target_error), ..settings(seed, maps) }, &Silent)
+}
+
+/// A run for a target error by a method.
+pub fn to_target_by(scene: &Scene, method: Method, seed: u64, maps: MapSelection, target_error: f64) -> Solution {
+    solve(scene, &Settings { method, target_error: Some(target_error), ..settings(seed, maps) }, &Silent)
 }
 
 /// A run of so many chains.
@@ -20,7 +25,7 @@ pub fn with_chains(scene: &Scene, seed: u64, maps: MapSelection, chains: u64) ->
 
 fn settings(seed: u64, maps: MapSelection) -> Settings {
     Settings {
-        method: luxmc::solver::Method::Collision,
+        method: Method::Collision,
         elements: luxmc::solver::ElementChoice::Given,
         seed,
         target_error: None,

@@ -75,7 +75,7 @@ impl Report<'_> {
     /// How high luminaires hang, and how large their openings are; both small.
     fn mounting(&self, members: &[usize]) -> String {
         let heights_m =
-            members.iter().filter_map(|index| place_m(&self.scene.luminaires[*index].emission)).map(|m| m.z);
+            members.iter().filter_map(|index| self.scene.luminaires[*index].emission.place_m()).map(|m| m.z);
         let (low_m, high_m) =
             heights_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z_m| (low.min(z_m), high.max(z_m)));
         let height = match () {
@@ -133,17 +133,6 @@ impl Report<'_> {
 fn product_markup(luminaire: &Luminaire) -> String {
     let words = luminaire.product.as_ref().map_or(String::new(), |product| product.words());
     if words.is_empty() { words } else { format!("<br><small>{}</small>", escaped(&words)) }
-}
-
-/// Where a luminaire is: a point, or the middle of its opening.
-fn place_m(emission: &Emission) -> Option<glam::DVec3> {
-    match emission {
-        Emission::Isotropic { position_m, .. }
-        | Emission::Lambertian { position_m, .. }
-        | Emission::Photometric { position_m, .. } => Some(*position_m),
-        Emission::Sphere { center_m, .. } => Some(*center_m),
-        Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
-    }
 }
 
 /// Size of a luminous opening: along C0, along C90, and its height where it has one.
