@@ -206,7 +206,7 @@ impl Stage {
 
     /// Whether any surface sends light on unscattered: mirrors and panes.
     pub fn has_specular(&self) -> bool {
-        self.triangles.iter().any(|triangle| matches!(self.laws[triangle.law as usize], Law::Mirror(_) | Law::Glass(_)))
+        self.triangles.iter().any(|triangle| self.laws[triangle.law as usize].is_specular())
     }
 
     /// The tracer's origin for a place on a luminaire.

@@ -187,17 +187,17 @@ impl Anchors {
         };
         match stage.law(end.hit.triangle) {
             Law::Diffuse(law) => self.list.push(Anchor { scale: end.share * law.reflectance / PI, ..front }),
-            Law::Phong(law) => {
-                self.planes = false;
-                let response = Response::Gloss { triangle: end.hit.triangle, leaving: -end.direction };
-                self.list.push(Anchor { scale: end.share * law.total() / PI, response, ..front });
-            }
             Law::Translucent(law) => {
                 let behind = Anchor { normal: -end.normal, origin: end.behind(stage), ..front.clone() };
                 self.list.push(Anchor { scale: end.share * law.reflectance / PI, ..front });
                 self.list.push(Anchor { scale: end.share * law.transmittance / PI, ..behind });
             }
-            Law::Mirror(_) | Law::Glass(_) => {}
+            law if law.is_specular() => {}
+            law => {
+                self.planes = false;
+                let response = Response::Gloss { triangle: end.hit.triangle, leaving: -end.direction };
+                self.list.push(Anchor { scale: end.share * law.total(1.0) / PI, response, ..front });
+            }
         }
     }
 
@@ -262,7 +262,7 @@ impl Anchors {
     /// `share` is the share of the chain's flux that arrives.
     pub fn vertex(&self, stage: &Stage, arrival: &Arrival, share: f64) -> Option<ChainVertex> {
         let law = stage.law(arrival.hit.triangle);
-        if law.is_black() || matches!(law, Law::Mirror(_) | Law::Glass(_)) {
+        if law.is_black() || law.is_specular() {
             return None;
         }
         let point_m = stage.tracer.position_m(&stage.leave(&arrival.hit, Way::Spread));
@@ -462,11 +462,9 @@ impl Response {
                 (sine + lopsidedness * towards.dot(*front)) / PI
             }
             Response::Gloss { triangle, leaving } => {
-                let Law::Phong(law) = stage.law(*triangle) else {
-                    return 0.0;
-                };
+                let law = stage.law(*triangle);
                 let spread_per_sr = law.spread_per_sr(&Pair { normal, towards, leaving: *leaving });
-                PI / law.total() * spread_per_sr * normal.dot(towards).max(0.0)
+                PI / law.total(1.0) * spread_per_sr * normal.dot(towards).max(0.0)
             }
         }
     }
@@ -478,9 +476,7 @@ fn spread_per_sr(law: &Law, vertex: &ChainVertex, leaving: DVec3) -> f64 {
     match law {
         Law::Diffuse(law) if !is_behind => law.reflectance / PI,
         Law::Translucent(law) => (if is_behind { law.transmittance } else { law.reflectance }) / PI,
-        Law::Phong(law) => {
-            law.spread_per_sr(&Pair { normal: vertex.normal, towards: -vertex.arrival.direction, leaving })
-        }
-        Law::Diffuse(_) | Law::Mirror(_) | Law::Glass(_) => 0.0,
+        Law::Diffuse(_) => 0.0,
+        law => law.spread_per_sr(&Pair { normal: vertex.normal, towards: -vertex.arrival.direction, leaving }),
     }
 }

@@ -18,7 +18,7 @@ use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair, Phong, Way};
+use crate::sampling::reflection::{Law, Pair, Way};
 
 /// Up to this many emitters are each looked at from a glossy sub-point; of more, as many looks choose.
 const MOST_EACH: usize = 24;
@@ -44,8 +44,8 @@ pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, s
                 let (back_lx, back_rays) = pass.at_point(stage, &end.receiver_behind(&behind), stream);
                 ((law.reflectance * front_lx + law.transmittance * back_lx) / PI, front_rays + back_rays)
             }
-            Law::Phong(law) => glossy_cd_m2(stage, end, law, stream),
-            Law::Mirror(_) | Law::Glass(_) => (0.0, 0),
+            law if law.is_specular() => (0.0, 0),
+            law => glossy_cd_m2(stage, end, law, stream),
         };
         sum_cd_m2 += end.share * luminance_cd_m2;
         rays += end_rays;
@@ -127,7 +127,7 @@ impl SubPoint {
 }
 
 /// Light of luminaires that a glossy sub-point sends to the eye: looks at luminaires, and a ray along the lobe.
-fn glossy_cd_m2(stage: &Stage, end: &SubPoint, law: &Phong, stream: &mut Stream) -> (f64, u64) {
+fn glossy_cd_m2(stage: &Stage, end: &SubPoint, law: &Law, stream: &mut Stream) -> (f64, u64) {
     let receiver = end.receiver();
     let list = stage.emitters.list();
     // Beyond a few, as many looks at emitters chosen at random, uniformly: simple, and known for the ray.

@@ -118,24 +118,21 @@ pub fn look_along(
         }
         let normal = stage.normal(hit.triangle, hit.side);
         let cosine = normal.dot(direction);
-        match law {
-            Law::Mirror(_) | Law::Glass(_) => {
-                branches.push((
-                    stage.leave(&hit, Way::Mirrored),
-                    mirrored(direction, normal),
-                    share * law.mirror_share(cosine),
-                    met + 1,
-                ));
-                if let Law::Glass(glass) = law {
-                    let passed = stage.leave(&hit, Way::Passed);
-                    branches.push((passed, direction, share * glass.shares(cosine)[1], met + 1));
-                }
+        if law.is_specular() {
+            branches.push((
+                stage.leave(&hit, Way::Mirrored),
+                mirrored(direction, normal),
+                share * law.mirror_share(cosine),
+                met + 1,
+            ));
+            if let Law::Glass(glass) = law {
+                let passed = stage.leave(&hit, Way::Passed);
+                branches.push((passed, direction, share * glass.shares(cosine)[1], met + 1));
             }
-            Law::Diffuse(_) | Law::Phong(_) | Law::Translucent(_) => {
-                let origin = stage.leave(&hit, Way::Spread);
-                let point_m = stage.tracer.position_m(&origin);
-                show(Seen::Surface(SubPoint { hit, direction, normal, origin, point_m, share }));
-            }
+        } else {
+            let origin = stage.leave(&hit, Way::Spread);
+            let point_m = stage.tracer.position_m(&origin);
+            show(Seen::Surface(SubPoint { hit, direction, normal, origin, point_m, share }));
         }
     }
     rays

@@ -21,7 +21,7 @@ use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair, Phong, Translucent, Way};
+use crate::sampling::reflection::{Law, Pair, Reflection, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// How a walk left the last vertex at which it looked for luminaires.
@@ -307,9 +307,9 @@ fn follow_lm_m2(
         }
         let (direct_lm_m2, direct_rays) = match law {
             Law::Diffuse(law) => vertex.spread_lm_m2(shares.map(|share| share * law.reflectance), cut, stream),
-            Law::Phong(law) => vertex.phong_lm_m2(law, shares, cut, stream),
             Law::Translucent(law) => vertex.translucent_lm_m2(law, [shares, shares_behind], cut, stream),
-            Law::Mirror(_) | Law::Glass(_) => (0.0, 0),
+            law if law.is_specular() => (0.0, 0),
+            law => vertex.glossy_lm_m2(law, shares, cut, stream),
         };
         sum_lm_m2 += weight * direct_lm_m2;
         rays += direct_rays;
@@ -334,15 +334,15 @@ fn follow_lm_m2(
             Way::Spread => here,
             _ => None,
         };
-        departure = match (scattered.way, law) {
-            (Way::Lobe, Law::Phong(law)) => Departure::Lobe(LobeRay {
+        departure = match scattered.way {
+            Way::Lobe => Departure::Lobe(LobeRay {
                 lobe_per_sr: law.lobe_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
                 spot,
                 point_m: stage.tracer.position_m(&origin),
                 normal,
             }),
-            (Way::Mirrored, _) => departure.mirrored(stage, &hit),
-            (Way::Passed, _) => departure,
+            Way::Mirrored => departure.mirrored(stage, &hit),
+            Way::Passed => departure,
             _ => {
                 weight *= if scattered.way == Way::SpreadThrough { shares_behind[1] } else { shares[1] };
                 Departure::Seen { in_mirrors: true }
@@ -438,11 +438,11 @@ impl Vertex<'_> {
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> (f64, u64) {
-        if stream.unit() * law.total() < law.reflectance {
-            return self.spread_lm_m2(shares.map(|share| share * law.total()), cut, stream);
+        if stream.unit() * law.total(1.0) < law.reflectance {
+            return self.spread_lm_m2(shares.map(|share| share * law.total(1.0)), cut, stream);
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
-        let shares = shares_behind.map(|share| share * law.total());
+        let shares = shares_behind.map(|share| share * law.total(1.0));
         let (triangle, side) = self.spot;
         Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }
             .spread_lm_m2(shares, cut, stream)
@@ -450,7 +450,7 @@ impl Vertex<'_> {
 
     /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
     /// lobe shares, of luminaires and of images in mirrors.
-    fn phong_lm_m2(&self, law: &Phong, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    fn glossy_lm_m2(&self, law: &Law, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         let receiver = self.receiver();
         let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
         // Rays meet areas along lobes, and no points.

@@ -122,10 +122,10 @@ pub(super) fn end_at(stage: &Stage, end: &SubPoint, places: &mut Vec<SeenPlace>)
             add(MeshPlace::at_origin(end.point_m, -end.normal, end.behind(stage)), law.transmittance);
         }
         // A scene with lobes is refused (see `check`); of a lobe of no reflectance the diffuse part is all there is.
-        Law::Phong(law) => {
+        law if law.is_specular() => {}
+        law => {
             let pair = Pair { normal: end.normal, towards: end.normal, leaving: -end.direction };
             add(front, PI * law.spread_per_sr(&pair));
         }
-        Law::Mirror(_) | Law::Glass(_) => {}
     }
 }

@@ -17,7 +17,6 @@ use crate::estimators::walk::{Memory, Met, Recall, gather_arriving_lx, sample_ar
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::sampling::reflection::Law;
 use crate::sampling::warp::cosine_hemisphere;
 
 /// Halves of the walks, for the random error.
@@ -102,7 +101,7 @@ fn past_mirrors(
             return (Some((origin, direction)), rays);
         };
         let law = stage.law(hit.triangle);
-        if !matches!(law, Law::Mirror(_) | Law::Glass(_)) || !stage.receives(hit.triangle, hit.side) {
+        if !law.is_specular() || !stage.receives(hit.triangle, hit.side) {
             return (Some((origin, direction)), rays);
         }
         let normal = stage.normal(hit.triangle, hit.side);

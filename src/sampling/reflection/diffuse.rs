@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Pair, Scattered, Way};
+use super::{Pair, Reflection, Scattered, Way};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf_per_sr};
 use glam::DVec3;
@@ -14,29 +14,25 @@ pub struct Diffuse {
     pub reflectance: f64,
 }
 
-impl Diffuse {
-    /// See [`super::Law::sample`].
+impl Reflection for Diffuse {
     #[inline]
-    pub fn sample(&self, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+    fn sample(&self, _: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         stream
             .happens(self.reflectance)
             .then(|| Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread })
     }
 
-    /// See [`super::Law::pdf_per_sr`].
-    pub fn pdf_per_sr(&self, pair: &Pair) -> f64 {
+    fn pdf_per_sr(&self, pair: &Pair) -> f64 {
         cosine_hemisphere_pdf_per_sr(pair.cos_out())
     }
 
-    /// See [`super::Law::eval_per_sr`].
     #[inline]
-    pub fn eval_per_sr(&self, pair: &Pair) -> f64 {
+    fn spread_per_sr(&self, pair: &Pair) -> f64 {
         if pair.cos_out() > 0.0 { self.reflectance / PI } else { 0.0 }
     }
 
-    /// See [`super::Law::total`].
     #[inline]
-    pub fn total(&self) -> f64 {
+    fn total(&self, _: f64) -> f64 {
         self.reflectance
     }
 }

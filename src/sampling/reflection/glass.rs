@@ -1,6 +1,6 @@
 //! A thin pane: light is mirrored or passes straight on.
 
-use super::{Scattered, Way, mirrored};
+use super::{Reflection, Scattered, Way, mirrored};
 use crate::base::pane::pane_shares;
 use crate::sampling::random::Stream;
 use glam::DVec3;
@@ -19,9 +19,10 @@ impl Glass {
     pub fn shares(&self, cos_in: f64) -> [f64; 2] {
         pane_shares(self.refractive_index, self.internal_transmittance, cos_in.abs())
     }
+}
 
-    /// See [`super::Law::sample`].
-    pub fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+impl Reflection for Glass {
+    fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         let [reflectance, transmittance] = self.shares(direction.dot(normal));
         let choice = stream.unit();
         if choice < reflectance {
@@ -30,9 +31,20 @@ impl Glass {
         (choice < reflectance + transmittance).then_some(Scattered { direction, way: Way::Passed })
     }
 
-    /// See [`super::Law::total`].
-    pub fn total(&self, cos_in: f64) -> f64 {
+    fn total(&self, cos_in: f64) -> f64 {
         let [reflectance, transmittance] = self.shares(cos_in);
         reflectance + transmittance
+    }
+
+    fn is_specular(&self) -> bool {
+        true
+    }
+
+    fn mirror_share(&self, cos_in: f64) -> f64 {
+        self.shares(cos_in)[0]
+    }
+
+    fn is_mirror(&self) -> bool {
+        self.refractive_index > 1.0
     }
 }

@@ -1,6 +1,6 @@
 //! A perfectly flat mirror.
 
-use super::{Scattered, Way, mirrored};
+use super::{Reflection, Scattered, Way, mirrored};
 use crate::sampling::random::Stream;
 use glam::DVec3;
 
@@ -11,16 +11,26 @@ pub struct Mirror {
     pub reflectance: f64,
 }
 
-impl Mirror {
-    /// See [`super::Law::sample`].
-    pub fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+impl Reflection for Mirror {
+    fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         stream
             .happens(self.reflectance)
             .then(|| Scattered { direction: mirrored(direction, normal), way: Way::Mirrored })
     }
 
-    /// See [`super::Law::total`].
-    pub fn total(&self) -> f64 {
+    fn total(&self, _: f64) -> f64 {
         self.reflectance
+    }
+
+    fn is_specular(&self) -> bool {
+        true
+    }
+
+    fn mirror_share(&self, _: f64) -> f64 {
+        self.reflectance
+    }
+
+    fn is_mirror(&self) -> bool {
+        self.reflectance > 0.0
     }
 }

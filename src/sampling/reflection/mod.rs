@@ -1,15 +1,16 @@
 //! Reflection laws: how a packet that arrives at a surface leaves it.
 //!
-//! Every law has its four faces in a file of its own: `sample` draws whether and how a packet leaves, `pdf_per_sr` is
-//! the density of the directions that survivors get, `eval_per_sr` the BRDF (or its like for the other side), `total`
+//! Every law has a file of its own and stands behind one trait, [`Reflection`]: `sample` draws whether and how a packet leaves,
+//! `pdf_per_sr` is the density of the directions that survivors get, `eval_per_sr` the BRDF (or its like for the other side), `total`
 //! the share that survives. Mirrors and panes send light into single directions: their `pdf` and `eval` are 0, since
-//! no connection finds them.
+//! no connection finds them. The list of all laws is in this file, once: the call of `laws!`.
 //!
 //! Sampling is analogue: a packet survives with a probability equal to the share that leaves, and a survivor carries
 //! all of its flux on.
 
 mod diffuse;
 mod glass;
+mod lossless;
 mod mirror;
 mod phong;
 mod translucent;
@@ -28,19 +29,153 @@ pub use translucent::Translucent;
 use super::random::Stream;
 use crate::scene::ReflectionLaw;
 
-/// A reflection law, ready for sampling.
-#[derive(Clone, Debug)]
-pub enum Law {
+/// What a reflection law can do.
+pub trait Reflection {
+    /// Draws whether a packet that travels along `direction` survives, and if so how it leaves the side with this unit
+    /// normal.
+    fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered>;
+
+    /// Share of the light that leaves again, on either side, if it arrives under an angle of this cosine.
+    fn total(&self, cos_in: f64) -> f64;
+
+    /// Density per sr of the directions that [`Reflection::sample`] gives to survivors.
+    fn pdf_per_sr(&self, _: &Pair) -> f64 {
+        0.0
+    }
+
+    /// Luminance that leaves for each lx that arrives, in cd/m² per lx (the BRDF, per sr; behind the surface the BTDF).
+    fn eval_per_sr(&self, pair: &Pair) -> f64 {
+        self.lobe_per_sr(pair) + self.spread_per_sr(pair)
+    }
+
+    /// Its part about a direction, which packets leave by [`Way::Lobe`].
+    fn lobe_per_sr(&self, _: &Pair) -> f64 {
+        0.0
+    }
+
+    /// Its smooth part, which connections find well.
+    fn spread_per_sr(&self, _: &Pair) -> f64 {
+        0.0
+    }
+
+    /// Whether all light that leaves goes into single directions, so that no connection finds it.
+    fn is_specular(&self) -> bool {
+        false
+    }
+
+    /// Share of the light that is reflected as by a mirror, at an angle of this cosine.
+    fn mirror_share(&self, _cos_in: f64) -> f64 {
+        0.0
+    }
+
+    /// Whether it reflects as a mirror does, at least in part.
+    fn is_mirror(&self) -> bool {
+        false
+    }
+}
+
+/// Makes the list of laws: for each what it does, its type here, and how that comes from the law of a scene.
+macro_rules! laws {
+    ($($(#[$what:meta])* $law:ident($ready:ty) from $given:pat => $made:expr;)*) => {
+        /// A reflection law, ready for sampling.
+        #[derive(Clone, Debug)]
+        pub enum Law {
+            $($(#[$what])* $law($ready),)*
+        }
+
+        impl Law {
+            /// Makes a law ready; one with a lobe tabulates what that loses, some 20 ms.
+            pub fn new(law: &ReflectionLaw) -> Law {
+                match *law {
+                    $($given => Law::$law($made),)*
+                }
+            }
+        }
+
+        /// Calls the same method of whichever law it is.
+        macro_rules! of_law {
+            ($any:expr, $one:ident => $call:expr) => {
+                match $any {
+                    $(Law::$law($one) => $call,)*
+                }
+            };
+        }
+    };
+}
+
+laws! {
     /// Lambert's law.
-    Diffuse(Diffuse),
+    Diffuse(Diffuse) from ReflectionLaw::Diffuse { reflectance } => Diffuse { reflectance };
     /// A diffuse part and a lobe about the mirror direction.
-    Phong(Box<Phong>),
+    Phong(Box<Phong>) from ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent } =>
+        Box::new(Phong::new(diffuse_reflectance, specular_reflectance, exponent));
     /// A mirror.
-    Mirror(Mirror),
+    Mirror(Mirror) from ReflectionLaw::Mirror { reflectance } => Mirror { reflectance };
     /// A thin pane.
-    Glass(Glass),
+    Glass(Glass) from ReflectionLaw::Glass { refractive_index, internal_transmittance } =>
+        Glass { refractive_index, internal_transmittance };
     /// Diffuse to both sides.
-    Translucent(Translucent),
+    Translucent(Translucent) from ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } =>
+        Translucent { reflectance: diffuse_reflectance, transmittance: diffuse_transmittance };
+}
+
+/// What [`Reflection`] says, of whichever law it is.
+#[expect(missing_docs, reason = "see the trait")]
+impl Law {
+    #[inline]
+    pub fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+        of_law!(self, law => law.sample(direction, normal, stream))
+    }
+
+    #[inline]
+    pub fn total(&self, cos_in: f64) -> f64 {
+        of_law!(self, law => law.total(cos_in))
+    }
+
+    pub fn pdf_per_sr(&self, pair: &Pair) -> f64 {
+        of_law!(self, law => law.pdf_per_sr(pair))
+    }
+
+    pub fn eval_per_sr(&self, pair: &Pair) -> f64 {
+        of_law!(self, law => law.eval_per_sr(pair))
+    }
+
+    pub fn lobe_per_sr(&self, pair: &Pair) -> f64 {
+        of_law!(self, law => law.lobe_per_sr(pair))
+    }
+
+    pub fn spread_per_sr(&self, pair: &Pair) -> f64 {
+        of_law!(self, law => law.spread_per_sr(pair))
+    }
+
+    #[inline]
+    pub fn is_specular(&self) -> bool {
+        of_law!(self, law => law.is_specular())
+    }
+
+    pub fn mirror_share(&self, cos_in: f64) -> f64 {
+        of_law!(self, law => law.mirror_share(cos_in))
+    }
+
+    pub fn is_mirror(&self) -> bool {
+        of_law!(self, law => law.is_mirror())
+    }
+}
+
+impl Law {
+    /// Whether all light that arrives is absorbed.
+    #[inline]
+    pub fn is_black(&self) -> bool {
+        match self {
+            Law::Glass(_) => false,
+            law => law.total(1.0) <= 0.0,
+        }
+    }
+
+    /// Whether it spreads light, so that a walk looks for luminaires there.
+    pub fn scatters(&self) -> bool {
+        !self.is_black() && !self.is_specular()
+    }
 }
 
 /// How a packet leaves.
@@ -111,100 +246,4 @@ impl Pair {
 #[inline]
 pub fn mirrored(direction: DVec3, normal: DVec3) -> DVec3 {
     direction - normal * (2.0 * direction.dot(normal))
-}
-
-impl Law {
-    /// Makes a law ready; a phong law tabulates its lobe's reflectance, some 20 ms.
-    pub fn new(law: &ReflectionLaw) -> Law {
-        match *law {
-            ReflectionLaw::Diffuse { reflectance } => Law::Diffuse(Diffuse { reflectance }),
-            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent } => {
-                Law::Phong(Box::new(Phong::new(diffuse_reflectance, specular_reflectance, exponent)))
-            }
-            ReflectionLaw::Mirror { reflectance } => Law::Mirror(Mirror { reflectance }),
-            ReflectionLaw::Glass { refractive_index, internal_transmittance } => {
-                Law::Glass(Glass { refractive_index, internal_transmittance })
-            }
-            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
-                Law::Translucent(Translucent { reflectance: diffuse_reflectance, transmittance: diffuse_transmittance })
-            }
-        }
-    }
-
-    /// Draws whether a packet that travels along `direction` survives, and if so how it leaves the side with this unit
-    /// normal.
-    #[inline]
-    pub fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
-        match self {
-            Law::Diffuse(law) => law.sample(normal, stream),
-            Law::Phong(law) => law.sample(direction, normal, stream),
-            Law::Mirror(law) => law.sample(direction, normal, stream),
-            Law::Glass(law) => law.sample(direction, normal, stream),
-            Law::Translucent(law) => law.sample(normal, stream),
-        }
-    }
-
-    /// Density per sr of the directions that [`Law::sample`] gives to survivors.
-    pub fn pdf_per_sr(&self, pair: &Pair) -> f64 {
-        match self {
-            Law::Diffuse(law) => law.pdf_per_sr(pair),
-            Law::Phong(law) => law.pdf_per_sr(pair),
-            Law::Mirror(_) | Law::Glass(_) => 0.0,
-            Law::Translucent(law) => law.pdf_per_sr(pair),
-        }
-    }
-
-    /// Luminance that leaves for each lx that arrives, in cd/m² per lx (the BRDF, per sr; behind the surface the BTDF).
-    pub fn eval_per_sr(&self, pair: &Pair) -> f64 {
-        match self {
-            Law::Diffuse(law) => law.eval_per_sr(pair),
-            Law::Phong(law) => law.eval_per_sr(pair),
-            Law::Mirror(_) | Law::Glass(_) => 0.0,
-            Law::Translucent(law) => law.eval_per_sr(pair),
-        }
-    }
-
-    /// Share of the light that leaves again, on either side, if it arrives under an angle of this cosine.
-    #[inline]
-    pub fn total(&self, cos_in: f64) -> f64 {
-        match self {
-            Law::Diffuse(law) => law.total(),
-            Law::Phong(law) => law.total(),
-            Law::Mirror(law) => law.total(),
-            Law::Glass(law) => law.total(cos_in),
-            Law::Translucent(law) => law.total(),
-        }
-    }
-
-    /// Whether all light that arrives is absorbed.
-    #[inline]
-    pub fn is_black(&self) -> bool {
-        match self {
-            Law::Glass(_) => false,
-            law => law.total(1.0) <= 0.0,
-        }
-    }
-
-    /// Whether it spreads light, so that a walk looks for luminaires there.
-    pub fn scatters(&self) -> bool {
-        !self.is_black() && !matches!(self, Law::Mirror(_) | Law::Glass(_))
-    }
-
-    /// Share of the light that is reflected as by a mirror, at an angle of this cosine.
-    pub fn mirror_share(&self, cos_in: f64) -> f64 {
-        match self {
-            Law::Mirror(law) => law.total(),
-            Law::Glass(law) => law.shares(cos_in)[0],
-            Law::Diffuse(_) | Law::Phong(_) | Law::Translucent(_) => 0.0,
-        }
-    }
-
-    /// Whether it reflects as a mirror does, at least in part.
-    pub fn is_mirror(&self) -> bool {
-        match self {
-            Law::Mirror(law) => law.total() > 0.0,
-            Law::Glass(law) => law.refractive_index > 1.0,
-            Law::Diffuse(_) | Law::Phong(_) | Law::Translucent(_) => false,
-        }
-    }
 }

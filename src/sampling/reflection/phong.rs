@@ -1,31 +1,16 @@
 //! A diffuse part and Phong's lobe about the mirror direction, made reciprocal and free of loss (docs/methods.md (13)).
 //!
-//! The lobe (n + 1)/(2π) cosⁿα / max(cos θ_i, cos θ_o) is reciprocal, but what it would send below the horizon, and
-//! what the maximum takes, is missing: its directional reflectance R(θ) falls to ½ at grazing incidence. A second,
-//! smooth term (1 − R(θ_i))(1 − R(θ_o))/(π(1 − R̄)) gives back exactly the missing 1 − R(θ_i) and is reciprocal too
-//! (after Kelemen and Szirmay-Kalos, 2001, "A Microfacet Based Coupled Specular-Matte BRDF Model with Importance
-//! Sampling"). The reflectance is then ρ_d + ρ_s at every angle.
+//! The lobe (n + 1)/(2π) cosⁿα / max(cos θ_i, cos θ_o) is reciprocal; what it loses comes back by [`Lossless`]. The reflectance is
+//! then ρ_d + ρ_s at every angle.
 
-use std::f64::consts::{FRAC_1_PI, PI, TAU};
+use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
-use super::{Pair, Scattered, Way, mirrored};
-use crate::base::quadrature::GaussLegendre;
+use super::lossless::{Lossless, draw_power_of_cosine, power_of_cosine_angle};
+use super::{Pair, Reflection, Scattered, Way, mirrored};
 use crate::sampling::random::Stream;
-use crate::sampling::warp::{cosine_hemisphere, sin_cos_of_turns, tangents};
-
-/// Intervals of the table of 1 − R over the cosine.
-const INTERVALS: usize = 256;
-/// Panels of the quadrature over the lobe, 8 points each.
-const PANELS: usize = 64;
-/// Beyond exp(−6.5²) = 4e-19 of its flux the lobe is nothing.
-const LOBE_END: f64 = 6.5;
-/// Cosine that stands for grazing incidence in the table.
-const GRAZING: f64 = 1e-9;
-/// Draws that thinning may take: within an interval of the table 1 − R varies by far less than a factor 2, so that
-/// 200 failures in a row have a probability below 1e-60.
-const MOST_DRAWS: u32 = 200;
+use crate::sampling::warp::cosine_hemisphere;
 
 /// The law with its table.
 #[derive(Clone, Debug)]
@@ -33,78 +18,47 @@ pub struct Phong {
     diffuse_reflectance: f64,
     specular_reflectance: f64,
     exponent: f64,
-    /// Cosines near 0 that the table resolves: the width of the lobe.
-    width: f64,
-    /// 1/ln(1 + 1/width), which makes the table's abscissa run from 0 to 1.
-    log_scale: f64,
-    /// 1 − R at the nodes.
-    missing: Vec<f64>,
-    /// ∫ 2μ(1 − R) dμ up to each node; the last is 1 − R̄.
-    cumulated: Vec<f64>,
+    table: Lossless,
 }
 
 impl Phong {
     /// Tabulates the lobe's reflectance for an exponent of 0 or more.
     pub fn new(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> Phong {
         let width = 1.0 / (exponent + 2.0).sqrt();
-        let log_scale = 1.0 / (1.0 / width).ln_1p();
-        let mut law = Phong {
-            diffuse_reflectance,
-            specular_reflectance,
-            exponent,
-            width,
-            log_scale,
-            missing: Vec::new(),
-            cumulated: vec![0.0],
-        };
-        let rule = GaussLegendre::new(8);
-        law.missing = (0..=INTERVALS).map(|node| missing_share(exponent, law.cosine(node as f64), &rule)).collect();
-        for interval in 0..INTERVALS {
-            let (from, to) = (law.cosine(interval as f64), law.cosine(interval as f64 + 1.0));
-            let mass = rule.integrate(from, to, |cos| 2.0 * cos * law.missing_at(cos));
-            law.cumulated.push(law.cumulated[interval] + mass);
-        }
-        law
+        let table = Lossless::new(width, |y| power_of_cosine_angle(exponent, y));
+        Phong { diffuse_reflectance, specular_reflectance, exponent, table }
     }
+}
 
-    /// See [`super::Law::sample`].
-    ///
+impl Reflection for Phong {
     /// The lobe is drawn about the mirror direction, all of it, and thinned by cos θ_o/max(cos θ_i, cos θ_o): the
     /// share that remains is R(θ_i) exactly. What falls out goes to the second term.
-    pub fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+    fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         let choice = stream.unit();
         if choice < self.diffuse_reflectance {
             return Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread });
         }
-        if choice >= self.total() {
+        if choice >= self.total(1.0) {
             return None;
         }
-        let leaving = self.draw_lobe(mirrored(direction, normal), stream.pair());
+        let leaving = draw_power_of_cosine(self.exponent, mirrored(direction, normal), stream.pair());
         let (cos_in, cos_out) = (-direction.dot(normal), leaving.dot(normal));
         if cos_out > 0.0 && stream.unit() * cos_in < cos_out {
             return Some(Scattered { direction: leaving, way: Way::Lobe });
         }
-        Some(Scattered { direction: self.draw_rest(normal, stream), way: Way::Spread })
+        Some(Scattered { direction: self.table.draw_rest(normal, stream), way: Way::Spread })
     }
 
-    /// See [`super::Law::pdf_per_sr`].
-    pub fn pdf_per_sr(&self, pair: &Pair) -> f64 {
-        self.eval_per_sr(pair) * pair.cos_out().max(0.0) / self.total()
+    fn pdf_per_sr(&self, pair: &Pair) -> f64 {
+        self.eval_per_sr(pair) * pair.cos_out().max(0.0) / self.total(1.0)
     }
 
-    /// See [`super::Law::eval_per_sr`].
-    pub fn eval_per_sr(&self, pair: &Pair) -> f64 {
-        self.lobe_per_sr(pair) + self.spread_per_sr(pair)
-    }
-
-    /// See [`super::Law::total`].
     #[inline]
-    pub fn total(&self) -> f64 {
+    fn total(&self, _: f64) -> f64 {
         self.diffuse_reflectance + self.specular_reflectance
     }
 
-    /// The lobe's part of the BRDF.
-    pub fn lobe_per_sr(&self, pair: &Pair) -> f64 {
+    fn lobe_per_sr(&self, pair: &Pair) -> f64 {
         let (cos_in, cos_out, cos_alpha) = (pair.cos_in(), pair.cos_out(), pair.cos_alpha());
         if cos_in <= 0.0 || cos_out <= 0.0 || cos_alpha <= 0.0 {
             return 0.0;
@@ -112,81 +66,12 @@ impl Phong {
         self.specular_reflectance * (self.exponent + 1.0) / TAU * cos_alpha.powf(self.exponent) / cos_in.max(cos_out)
     }
 
-    /// The rest of the BRDF: the diffuse part, and what makes up for the light that the lobe loses.
-    pub fn spread_per_sr(&self, pair: &Pair) -> f64 {
+    /// The diffuse part, and what makes up for the light that the lobe loses.
+    fn spread_per_sr(&self, pair: &Pair) -> f64 {
         let (cos_in, cos_out) = (pair.cos_in(), pair.cos_out());
         if cos_in <= 0.0 || cos_out <= 0.0 {
             return 0.0;
         }
-        let rest = self.missing_at(cos_in) * self.missing_at(cos_out) / self.cumulated[INTERVALS];
-        FRAC_1_PI * (self.diffuse_reflectance + self.specular_reflectance * rest)
+        FRAC_1_PI * (self.diffuse_reflectance + self.specular_reflectance * self.table.rest(cos_in, cos_out))
     }
-
-    /// A direction about an axis with density (n + 1)/(2π) cosⁿα.
-    fn draw_lobe(&self, axis: DVec3, [u, v]: [f64; 2]) -> DVec3 {
-        // ln cos α, then 1 − cos²α without the cancellation that narrow lobes would bring.
-        let log_cos = (-u).ln_1p() / (self.exponent + 1.0);
-        let sin_alpha = (-(2.0 * log_cos).exp_m1()).max(0.0).sqrt();
-        let (sin, cos) = sin_cos_of_turns(v);
-        let [t, b] = tangents(axis);
-        t * (sin_alpha * cos) + b * (sin_alpha * sin) + axis * log_cos.exp()
-    }
-
-    /// A direction about the normal with density (1 − R(θ)) cos θ / (π(1 − R̄)).
-    fn draw_rest(&self, normal: DVec3, stream: &mut Stream) -> DVec3 {
-        let aim = stream.fine_unit() * self.cumulated[INTERVALS];
-        let interval = self.cumulated.partition_point(|sum| *sum <= aim).clamp(1, INTERVALS) - 1;
-        let squares = [interval, interval + 1].map(|node| self.cosine(node as f64).powi(2));
-        let largest = self.missing[interval].max(self.missing[interval + 1]);
-        let mut square = squares[1];
-        for _ in 0..MOST_DRAWS {
-            square = squares[0] + stream.unit() * (squares[1] - squares[0]);
-            if stream.unit() * largest < self.missing_at(square.sqrt()) {
-                break;
-            }
-        }
-        let (sin, cos) = sin_cos_of_turns(stream.unit());
-        let radius = (1.0 - square).max(0.0).sqrt();
-        let [t, b] = tangents(normal);
-        t * (radius * cos) + b * (radius * sin) + normal * square.sqrt().max(GRAZING)
-    }
-
-    /// The cosine at a place of the table, from 0 to [`INTERVALS`].
-    fn cosine(&self, place: f64) -> f64 {
-        let share = place / INTERVALS as f64;
-        (self.width * (share / self.log_scale).exp_m1()).min(1.0)
-    }
-
-    /// 1 − R at a cosine, between the nodes of the table.
-    fn missing_at(&self, cos: f64) -> f64 {
-        let place = (cos / self.width).ln_1p() * self.log_scale * INTERVALS as f64;
-        let node = (place as usize).min(INTERVALS - 1);
-        let t = (place - node as f64).clamp(0.0, 1.0);
-        self.missing[node] + t * (self.missing[node + 1] - self.missing[node])
-    }
-}
-
-/// 1 − R at a cosine: the azimuth about the mirror direction in closed form, α by quadrature.
-///
-/// At an angle α the cosine over the circle is a + b cos φ with a = cos α cos θ and b = sin α sin θ; of what the lobe
-/// sends there, min(1, cos θ_o/cos θ_i)⁺ remains.
-fn missing_share(exponent: f64, cos: f64, rule: &GaussLegendre) -> f64 {
-    let cos = cos.max(GRAZING);
-    let sin = (1.0 - cos * cos).max(0.0).sqrt();
-    let lost_at = |y: f64| {
-        // u = cosⁿ⁺¹α = exp(−y²) carries the lobe's flux evenly.
-        let log_cos = -y * y / (exponent + 1.0);
-        let (a, b) = (log_cos.exp() * cos, (-(2.0 * log_cos).exp_m1()).max(0.0).sqrt() * sin);
-        if b <= 0.0 {
-            return 2.0 * y * (-y * y).exp() * (1.0 - a / cos);
-        }
-        let full = ((cos - a) / b).clamp(-1.0, 1.0).acos();
-        let horizon = (-a / b).clamp(-1.0, 1.0).acos();
-        let kept = full + (a * (horizon - full) + b * (horizon.sin() - full.sin())) / cos;
-        2.0 * y * (-y * y).exp() * (PI - kept) * FRAC_1_PI
-    };
-    let step = LOBE_END / PANELS as f64;
-    let sum: f64 =
-        (0..PANELS).map(|panel| rule.integrate(panel as f64 * step, (panel + 1) as f64 * step, lost_at)).sum();
-    sum.clamp(0.0, 1.0)
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{Law, Pair, Phong, Way};
+use super::{Law, Pair, Phong, Reflection, Way};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::ReflectionLaw;
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Pair, Scattered, Way};
+use super::{Pair, Reflection, Scattered, Way};
 use crate::sampling::random::Stream;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf_per_sr};
 use glam::DVec3;
@@ -16,33 +16,31 @@ pub struct Translucent {
     pub transmittance: f64,
 }
 
-impl Translucent {
-    /// See [`super::Law::sample`].
-    pub fn sample(&self, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+impl Reflection for Translucent {
+    fn sample(&self, _: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
         let choice = stream.unit();
         if choice < self.reflectance {
             return Some(Scattered { direction: cosine_hemisphere(normal, stream.pair()), way: Way::Spread });
         }
-        (choice < self.total())
+        (choice < self.total(1.0))
             .then(|| Scattered { direction: cosine_hemisphere(-normal, stream.pair()), way: Way::SpreadThrough })
     }
 
-    /// See [`super::Law::pdf_per_sr`].
-    pub fn pdf_per_sr(&self, pair: &Pair) -> f64 {
-        self.share_of_side(pair) / self.total() * cosine_hemisphere_pdf_per_sr(pair.cos_out().abs())
+    fn pdf_per_sr(&self, pair: &Pair) -> f64 {
+        self.share_of_side(pair) / self.total(1.0) * cosine_hemisphere_pdf_per_sr(pair.cos_out().abs())
     }
 
-    /// See [`super::Law::eval_per_sr`].
-    pub fn eval_per_sr(&self, pair: &Pair) -> f64 {
+    fn spread_per_sr(&self, pair: &Pair) -> f64 {
         self.share_of_side(pair) / PI
     }
 
-    /// See [`super::Law::total`].
     #[inline]
-    pub fn total(&self) -> f64 {
+    fn total(&self, _: f64) -> f64 {
         self.reflectance + self.transmittance
     }
+}
 
+impl Translucent {
     fn share_of_side(&self, pair: &Pair) -> f64 {
         if pair.cos_out() > 0.0 { self.reflectance } else { self.transmittance }
     }

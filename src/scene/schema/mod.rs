@@ -15,6 +15,8 @@ use serde_json::Value;
 use geometry::GeometryKind;
 use luminaires::LuminaireKind;
 
+use super::materials::MaterialKind;
+
 /// JSON Schema (draft 2020-12) of the scene file, with the kinds that are accepted as files but not computed yet.
 pub fn scene_schema() -> Value {
     let mut schema = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<SceneFile>().to_value();
@@ -103,55 +105,6 @@ enum LengthUnitName {
     Cm,
     In,
     Ft,
-}
-
-/// Material.
-#[derive(JsonSchema)]
-#[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
-#[expect(dead_code, reason = "only its shape is used")]
-enum MaterialKind {
-    /// Lambert's law.
-    Diffuse {
-        /// Share of light that is reflected.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        reflectance: f64,
-    },
-    /// A diffuse part and a glossy lobe.
-    Phong {
-        /// Share that is reflected diffusely.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        diffuse_reflectance: f64,
-        /// Share that is reflected about the mirror direction; both sum to at most 1.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        specular_reflectance: f64,
-        /// The lobe's exponent.
-        #[schemars(range(min = 0.0, max = 1e6))]
-        exponent: f64,
-    },
-    /// A perfect mirror.
-    Mirror {
-        /// Share of light that is reflected.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        reflectance: f64,
-    },
-    /// A thin pane, one sheet for both faces.
-    Glass {
-        /// Refractive index relative to air.
-        #[schemars(range(min = 1.0, max = 10.0))]
-        refractive_index: f64,
-        /// Transmittance of the glass itself at normal incidence.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        internal_transmittance: f64,
-    },
-    /// Scatters to both sides.
-    Translucent {
-        /// Share that is reflected diffusely.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        diffuse_reflectance: f64,
-        /// Share that is let through diffusely; both sum to at most 1.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        diffuse_transmittance: f64,
-    },
 }
 
 /// How far apart a grid's points are.
