@@ -7,18 +7,19 @@ use super::reader::{Fields, Node};
 use crate::base::pane::pane_shares;
 
 /// The material types, as files name them.
-pub(super) const TYPES: [&str; 5] = ["diffuse", "phong", "mirror", "glass", "translucent"];
+pub(super) const TYPES: [&str; 6] = ["diffuse", "phong", "mirror", "glass", "translucent", "blinn"];
 
 /// Keys of every material type.
-pub(super) const KEYS: [&[&str]; 5] = [
+pub(super) const KEYS: [&[&str]; 6] = [
     &["type", "reflectance"],
     &["type", "diffuse_reflectance", "specular_reflectance", "exponent"],
     &["type", "reflectance"],
     &["type", "refractive_index", "internal_transmittance"],
     &["type", "diffuse_reflectance", "diffuse_transmittance"],
+    &["type", "diffuse_reflectance", "specular_reflectance", "exponent"],
 ];
 
-/// Largest exponent of a phong lobe: its width of some 0.06° is that of a mirror.
+/// Largest exponent of a lobe: its width of some 0.06° is that of a mirror.
 const LARGEST_EXPONENT: f64 = 1e6;
 /// Largest refractive index: no clear material has one of more than some 4 for visible light.
 const LARGEST_REFRACTIVE_INDEX: f64 = 10.0;
@@ -43,6 +44,18 @@ pub(super) enum MaterialKind {
         #[schemars(range(min = 0.0, max = 1.0))]
         specular_reflectance: f64,
         /// The lobe's exponent.
+        #[schemars(range(min = 0.0, max = 1e6))]
+        exponent: f64,
+    },
+    /// A diffuse part and a glossy lobe about the half vector, as microfacets make it.
+    Blinn {
+        /// Share that is reflected diffusely.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        diffuse_reflectance: f64,
+        /// Share that is reflected about the mirror direction; both sum to at most 1.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        specular_reflectance: f64,
+        /// Exponent of the half vector's cosine; about four times that of a phong lobe as wide.
         #[schemars(range(min = 0.0, max = 1e6))]
         exponent: f64,
     },
@@ -99,6 +112,16 @@ pub enum ReflectionLaw {
         /// The lobe's exponent, 0 or more.
         exponent: f64,
     },
+    /// A diffuse part and a reciprocal lobe about the half vector (docs/methods.md, section 9); its reflectance is the sum of
+    /// both shares at every angle.
+    Blinn {
+        /// Share that is reflected diffusely, 0 to 1.
+        diffuse_reflectance: f64,
+        /// Share that is reflected about the mirror direction, 0 to 1.
+        specular_reflectance: f64,
+        /// Exponent of the half vector's cosine, 0 or more.
+        exponent: f64,
+    },
     /// A perfectly flat mirror.
     Mirror {
         /// Share that is reflected, 0 to 1, at every angle.
@@ -126,6 +149,7 @@ impl ReflectionLaw {
         match self {
             ReflectionLaw::Diffuse { .. } => "diffuse",
             ReflectionLaw::Phong { .. } => "phong",
+            ReflectionLaw::Blinn { .. } => "blinn",
             ReflectionLaw::Mirror { .. } => "mirror",
             ReflectionLaw::Glass { .. } => "glass",
             ReflectionLaw::Translucent { .. } => "translucent",
@@ -140,6 +164,7 @@ impl ReflectionLaw {
             ReflectionLaw::Mirror { .. } => 2,
             ReflectionLaw::Glass { .. } => 3,
             ReflectionLaw::Translucent { .. } => 4,
+            ReflectionLaw::Blinn { .. } => 5,
         }
     }
 
@@ -148,6 +173,7 @@ impl ReflectionLaw {
         match *self {
             ReflectionLaw::Diffuse { reflectance } => reflectance,
             ReflectionLaw::Phong { diffuse_reflectance, .. }
+            | ReflectionLaw::Blinn { diffuse_reflectance, .. }
             | ReflectionLaw::Translucent { diffuse_reflectance, .. } => diffuse_reflectance,
             ReflectionLaw::Mirror { .. } | ReflectionLaw::Glass { .. } => 0.0,
         }
@@ -165,7 +191,8 @@ impl ReflectionLaw {
     pub fn reflectance_at_every_angle(&self) -> Option<f64> {
         match *self {
             ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => Some(reflectance),
-            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. }
+            | ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
                 Some(diffuse_reflectance + specular_reflectance)
             }
             ReflectionLaw::Glass { .. } | ReflectionLaw::Translucent { .. } => None,
@@ -176,7 +203,8 @@ impl ReflectionLaw {
     pub fn shares_at_normal_incidence(&self) -> [f64; 2] {
         match *self {
             ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => [reflectance, 0.0],
-            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. }
+            | ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
                 [diffuse_reflectance + specular_reflectance, 0.0]
             }
             ReflectionLaw::Glass { refractive_index, internal_transmittance } => {
@@ -190,7 +218,8 @@ impl ReflectionLaw {
 
     /// Whether part of the light is scattered about a direction, neither into all alike nor into single ones.
     pub fn has_lobe(&self) -> bool {
-        matches!(*self, ReflectionLaw::Phong { specular_reflectance, .. } if specular_reflectance > 0.0)
+        matches!(*self, ReflectionLaw::Phong { specular_reflectance, .. } | ReflectionLaw::Blinn { specular_reflectance, .. }
+            if specular_reflectance > 0.0)
     }
 
     /// Whether a sheet of it has two like sides by nature.
@@ -210,7 +239,8 @@ impl ReflectionLaw {
     pub fn returned_share(&self) -> f64 {
         match *self {
             ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => reflectance,
-            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. } => {
+            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. }
+            | ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
                 diffuse_reflectance + specular_reflectance
             }
             ReflectionLaw::Glass { internal_transmittance, .. } => internal_transmittance,
@@ -243,7 +273,7 @@ fn read_law(node: &Node) -> Result<ReflectionLaw, SceneError> {
     fields.only(KEYS[kind])?;
     match TYPES[kind] {
         "diffuse" => Ok(ReflectionLaw::Diffuse { reflectance: share(&fields, "reflectance")? }),
-        "phong" => {
+        lobed @ ("phong" | "blinn") => {
             let (diffuse_reflectance, specular_reflectance) =
                 two_shares(&fields, "diffuse_reflectance", "specular_reflectance")?;
             let node = fields.need("exponent", "60")?;
@@ -252,7 +282,10 @@ fn read_law(node: &Node) -> Result<ReflectionLaw, SceneError> {
                 let remedy = "use a mirror for a lobe that narrow";
                 return Err(node.refuse("the exponent is too large", format!("at most {LARGEST_EXPONENT}"), remedy));
             }
-            Ok(ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent })
+            Ok(match lobed {
+                "phong" => ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent },
+                _ => ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent },
+            })
         }
         "mirror" => Ok(ReflectionLaw::Mirror { reflectance: share(&fields, "reflectance")? }),
         "glass" => {

@@ -1,20 +1,17 @@
 //! All emitters of a scene: which one a packet leaves, and which one a point looks at.
 
-use std::collections::HashMap;
-use std::sync::Arc;
-
 use glam::DVec3;
 
-use super::{Emitted, Emitter, EmitterShape, Place, SkyEmitter, SunEmitter, TriangleEmitter, WebEmitter};
+use super::light::Light;
+use super::web::SharedWebs;
+use super::{Emitted, Emitter, EmitterShape, Place, lights_of, of_light};
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
 use crate::sampling::emitter_tree::{Cut, EmitterTree};
-use crate::sampling::importance::{Beacon, Profile};
-use crate::sampling::opening::{Aperture, OpeningPoint};
+use crate::sampling::importance::Beacon;
+use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::Stream;
-use crate::sampling::web::WebSampler;
-use crate::scene::photometry::IntensityWeb;
-use crate::scene::{Emission, Scene, Side};
+use crate::scene::{Scene, Side};
 
 /// All emitters of a scene that give light.
 #[derive(Clone, Debug)]
@@ -31,62 +28,14 @@ impl Emitters {
     /// Lists the emitters of a scene; luminaires without flux have none.
     pub fn of(scene: &Scene) -> Emitters {
         let mut list = Vec::new();
-        // Luminaires of one array or one file share their distribution and what is made of it.
-        let mut webs: HashMap<*const IntensityWeb, (Arc<WebSampler>, Profile)> = HashMap::new();
-        for (luminaire, source) in scene.luminaires.iter().enumerate() {
-            let luminaire = luminaire as u32;
-            let mut push = |luminous_flux_lm: f64, shape: EmitterShape| {
+        let mut webs = SharedWebs::default();
+        for (luminaire, source) in (0u32..).zip(&scene.luminaires) {
+            lights_of(scene, luminaire, source, &mut webs, &mut |luminous_flux_lm, shape| {
                 if luminous_flux_lm > 0.0 {
-                    let beacon = shape.beacon();
+                    let beacon = of_light!(&shape, light => light.beacon());
                     list.push(Emitter { luminaire, luminous_flux_lm, shape, beacon });
                 }
-            };
-            match &source.emission {
-                Emission::Isotropic { position_m, intensity_cd } => push(
-                    source.luminous_flux_lm,
-                    EmitterShape::Isotropic { position_m: *position_m, intensity_cd: *intensity_cd },
-                ),
-                Emission::Lambertian { position_m, axis, intensity_cd } => push(
-                    source.luminous_flux_lm,
-                    EmitterShape::Lambertian { position_m: *position_m, axis: *axis, intensity_cd: *intensity_cd },
-                ),
-                Emission::Photometric { position_m, frame, web, opening, scale } => {
-                    let (sampler, profile) = webs
-                        .entry(Arc::as_ptr(web))
-                        .or_insert_with(|| (Arc::new(WebSampler::new(web)), Profile::of(web)))
-                        .clone();
-                    let (web, aperture) = (web.clone(), Aperture::new(opening, *position_m, frame).map(Arc::new));
-                    let (position_m, frame, scale) = (*position_m, *frame, *scale);
-                    let emitter = WebEmitter { position_m, frame, web, sampler, profile, scale, aperture };
-                    push(source.luminous_flux_lm, EmitterShape::Web(emitter));
-                }
-                Emission::Sphere { center_m, radius_m, exitance_lm_m2 } => push(
-                    source.luminous_flux_lm,
-                    EmitterShape::Ball { center_m: *center_m, radius_m: *radius_m, exitance_lm_m2: *exitance_lm_m2 },
-                ),
-                Emission::Sky { sky, openings, .. } => {
-                    for (luminous_flux_lm, emitter) in SkyEmitter::all(sky, openings) {
-                        push(luminous_flux_lm, EmitterShape::Sky(emitter));
-                    }
-                }
-                Emission::Sun { sun, openings } => {
-                    push(source.luminous_flux_lm, EmitterShape::Sun(SunEmitter::new(sun, openings)));
-                }
-                Emission::Area { surfaces, front, back, exitance_lm_m2 } => {
-                    let sides = [(Side::Front, *front), (Side::Back, *back)];
-                    for surface in surfaces {
-                        for triangle in scene.surfaces[*surface as usize].triangles.clone() {
-                            for (side, _) in sides.iter().filter(|(_, emits)| *emits) {
-                                let emitter = TriangleEmitter::new(scene, triangle, *side, *exitance_lm_m2);
-                                push(
-                                    scene.triangle_area_m2(triangle) * exitance_lm_m2,
-                                    EmitterShape::Triangle(emitter),
-                                );
-                            }
-                        }
-                    }
-                }
-            }
+            });
         }
         let cumulative_flux_lm = list
             .iter()
@@ -100,10 +49,7 @@ impl Emitters {
         let mut on_surfaces: Vec<((u32, Side), u32)> = list
             .iter()
             .enumerate()
-            .filter_map(|(index, emitter)| match &emitter.shape {
-                EmitterShape::Triangle(triangle) => Some(((triangle.triangle, triangle.side), index as u32)),
-                _ => None,
-            })
+            .filter_map(|(index, emitter)| Some((emitter.side()?, index as u32)))
             .collect();
         on_surfaces.sort_unstable();
         Emitters { list, on_surfaces, cumulative_flux_lm, tree }
@@ -132,18 +78,12 @@ impl Emitters {
 
     /// The sky, if there is one that gives light.
     pub fn sky(&self) -> Option<&Sky> {
-        self.list.iter().find_map(|emitter| match &emitter.shape {
-            EmitterShape::Sky(sky) => Some(&*sky.sky),
-            _ => None,
-        })
+        self.list.iter().find_map(Emitter::sky)
     }
 
     /// The sun, if there is one that gives light.
     pub fn sun(&self) -> Option<&Sun> {
-        self.list.iter().find_map(|emitter| match &emitter.shape {
-            EmitterShape::Sun(sun) => Some(&*sun.sun),
-            _ => None,
-        })
+        self.list.iter().find_map(Emitter::sun)
     }
 
     /// The emitters.

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Emitter, EmitterShape};
+use super::light::Light;
+use super::{Emitter, EmitterShape, of_light};
 
 /// A ball that holds an emitter, and the half space that holds all its light, if there is one.
 #[derive(Clone, Copy, Debug)]
@@ -28,20 +29,7 @@ impl Emitter {
     /// Where its light can go.
     pub fn reach(&self) -> Reach {
         let beacon = &self.beacon;
-        let ahead = match &self.shape {
-            EmitterShape::Lambertian { position_m, axis, .. } => Some((*axis, axis.dot(*position_m))),
-            EmitterShape::Triangle(triangle) => Some((triangle.normal, triangle.normal.dot(triangle.centroid_m))),
-            EmitterShape::Web(web) if web.web.shines_ahead_only() => {
-                let axis = web.frame[2];
-                let behind_m = web.aperture.as_ref().map_or(0.0, |aperture| aperture.half_extent_m(axis));
-                Some((axis, axis.dot(web.position_m) - behind_m))
-            }
-            EmitterShape::Sky(sky) => sky.ahead().map(|(axis, at_m)| (axis, axis.dot(at_m))),
-            EmitterShape::Isotropic { .. }
-            | EmitterShape::Web(_)
-            | EmitterShape::Ball { .. }
-            | EmitterShape::Sun(_) => None,
-        };
+        let ahead = of_light!(&self.shape, light => light.ahead());
         Reach { center_m: beacon.center_m, radius_m: beacon.radius_m, ahead }
     }
 }

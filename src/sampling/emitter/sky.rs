@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::light::Light;
 use super::{Emitted, Look, Place};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::base::sky::Sky;
@@ -51,11 +52,13 @@ impl SkyEmitter {
     }
 
     /// Unit normal of its opening, into the room, and a point of it.
-    pub fn ahead(&self) -> Option<(DVec3, DVec3)> {
+    fn inward(&self) -> Option<(DVec3, DVec3)> {
         self.front_m().map(|[a, b, c]| ((b - a).cross(c - a).normalize_or_zero(), a))
     }
+}
 
-    pub fn beacon(&self) -> Beacon {
+impl Light for SkyEmitter {
+    fn beacon(&self) -> Beacon {
         let Some([a, b, c]) = self.front_m() else {
             // Everything lies within its ball: what it brings is the same everywhere.
             let radius_m = OUTSIDE * self.openings.radius_m;
@@ -79,7 +82,7 @@ impl SkyEmitter {
     }
 
     /// About what it brings to a point with a unit normal in lx, where nothing stands between; 0 only where it brings nothing.
-    pub fn about_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
+    fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64 {
         match self.front_m() {
             Some(corners_m) => {
                 let middle_m = corners_m.iter().sum::<DVec3>() / 3.0;
@@ -95,7 +98,7 @@ impl SkyEmitter {
     /// A light sample towards a direction of it.
     ///
     /// Directions are drawn in proportion to their cosine, those of an opening among what it shows.
-    pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
         let (factor, towards, distance_m) = match self.front_m() {
             Some(corners_m) => {
                 let factor = triangle_illuminance_factor(point_m, normal, corners_m);
@@ -118,7 +121,7 @@ impl SkyEmitter {
     }
 
     /// Draws a packet in proportion to the flux that enters.
-    pub fn emit(&self, stream: &mut Stream) -> Emitted {
+    fn emit(&self, stream: &mut Stream) -> Emitted {
         let largest_cd_m2 = self.sky.largest_cd_m2();
         let mut towards = DVec3::Z;
         let thinned = |towards: &mut DVec3, stream: &mut Stream, draw: &dyn Fn(&mut Stream) -> DVec3| {
@@ -129,7 +132,7 @@ impl SkyEmitter {
                 }
             }
         };
-        let Some((inward, _)) = self.ahead() else {
+        let Some((inward, _)) = self.inward() else {
             let [u, v] = stream.pair();
             thinned(&mut towards, stream, &|stream| uniform_sphere(stream.pair()));
             return enter_past(&self.openings, towards, [u, v]);
@@ -137,6 +140,18 @@ impl SkyEmitter {
         let within = uniform_triangle(stream.pair());
         thinned(&mut towards, stream, &|stream| cosine_hemisphere(-inward, stream.pair()));
         enter_through(&self.openings, self.opening, towards, within)
+    }
+
+    fn ahead(&self) -> Option<(DVec3, f64)> {
+        self.inward().map(|(axis, at_m)| (axis, axis.dot(at_m)))
+    }
+
+    fn is_placed(&self) -> bool {
+        self.opening.is_some()
+    }
+
+    fn sky(&self) -> Option<&Sky> {
+        Some(&self.sky)
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::ball::draw_in_cone;
+use super::light::Light;
 use super::sky::{enter_past, enter_through};
 use super::{Emitted, Look, Place};
 use crate::base::sun::Sun;
@@ -38,8 +39,10 @@ impl SunEmitter {
         });
         SunEmitter { sun: sun.clone(), openings: openings.clone(), cumulative_flux_lm: cumulative_flux_lm.collect() }
     }
+}
 
-    pub fn beacon(&self) -> Beacon {
+impl Light for SunEmitter {
+    fn beacon(&self) -> Beacon {
         let distance_m = BEACON * self.openings.radius_m;
         Beacon {
             center_m: self.openings.center_m + distance_m * self.sun.towards(),
@@ -52,7 +55,7 @@ impl SunEmitter {
     }
 
     /// A light sample towards a direction of the disk, drawn in proportion to its cosine.
-    pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
         let unshadowed_lx = self.sun.illuminance_lx(normal);
         if unshadowed_lx <= 0.0 {
             return None;
@@ -65,7 +68,7 @@ impl SunEmitter {
     }
 
     /// Draws a packet in proportion to the flux that enters.
-    pub fn emit(&self, stream: &mut Stream) -> Emitted {
+    fn emit(&self, stream: &mut Stream) -> Emitted {
         let last = self.cumulative_flux_lm.len() - 1;
         let aim_lm = stream.fine_unit() * self.cumulative_flux_lm[last];
         let number = self.cumulative_flux_lm.partition_point(|sum_lm| *sum_lm <= aim_lm).min(last);
@@ -87,5 +90,17 @@ impl SunEmitter {
             emitted.reach_m = 0.0;
         }
         emitted
+    }
+
+    fn unshadowed_lx(&self, _: DVec3, normal: DVec3) -> f64 {
+        self.sun.illuminance_lx(normal)
+    }
+
+    fn is_placed(&self) -> bool {
+        false
+    }
+
+    fn sun(&self) -> Option<&Sun> {
+        Some(&self.sun)
     }
 }

@@ -8,6 +8,7 @@
 //! Sampling is analogue: a packet survives with a probability equal to the share that leaves, and a survivor carries
 //! all of its flux on.
 
+mod blinn;
 mod diffuse;
 mod glass;
 mod lossless;
@@ -20,6 +21,7 @@ mod tests;
 
 use glam::DVec3;
 
+pub use blinn::Blinn;
 pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use mirror::Mirror;
@@ -109,6 +111,9 @@ laws! {
     /// A diffuse part and a lobe about the mirror direction.
     Phong(Box<Phong>) from ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent } =>
         Box::new(Phong::new(diffuse_reflectance, specular_reflectance, exponent));
+    /// A diffuse part and a lobe about the half vector.
+    Blinn(Box<Blinn>) from ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent } =>
+        Box::new(Blinn::new(diffuse_reflectance, specular_reflectance, exponent));
     /// A mirror.
     Mirror(Mirror) from ReflectionLaw::Mirror { reflectance } => Mirror { reflectance };
     /// A thin pane.

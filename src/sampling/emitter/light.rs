@@ -1,0 +1,123 @@
+//! What every kind of light can do, each kind in a file of its own.
+
+use glam::DVec3;
+
+use super::seen::SeenPart;
+use super::{Emitted, Look, Place};
+use crate::base::sky::Sky;
+use crate::base::sun::Sun;
+use crate::sampling::importance::Beacon;
+use crate::sampling::opening::OpeningPoint;
+use crate::sampling::random::Stream;
+use crate::scene::Side;
+
+/// One emitting point, opening, triangle side or ball, or what comes from afar. What most kinds do not have is told here.
+pub(super) trait Light {
+    /// What it looks like from afar: it decides how often the light is looked at.
+    fn beacon(&self) -> Beacon;
+
+    /// Draws a packet in proportion to the flux that leaves.
+    fn emit(&self, stream: &mut Stream) -> Emitted;
+
+    /// See [`super::Emitter::unshadowed_lx`].
+    fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64;
+
+    /// A light sample: see [`super::Emitter::look`].
+    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look>;
+
+    /// A light sample that takes less time: see [`super::Emitter::glance`].
+    #[inline]
+    fn glance(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+        self.look(point_m, normal, stream)
+    }
+
+    /// Half space that holds all its light: a unit normal, and its points' least coordinate along that in m.
+    fn ahead(&self) -> Option<(DVec3, f64)> {
+        None
+    }
+
+    /// Whether it emits from points that no ray meets.
+    fn is_point(&self) -> bool {
+        false
+    }
+
+    /// Whether these points have an extent.
+    fn has_opening(&self) -> bool {
+        false
+    }
+
+    /// Whether its beacon tells where it is: not of what comes from everywhere, or from infinity.
+    fn is_placed(&self) -> bool {
+        true
+    }
+
+    /// One of the points from which it emits and that no ray meets.
+    #[inline]
+    fn draw_point(&self, _: &mut Stream) -> Option<OpeningPoint> {
+        None
+    }
+
+    /// Such a point for the geometry.
+    #[inline]
+    fn place_of_point(&self, point_m: DVec3) -> Place {
+        Place::Free(point_m)
+    }
+
+    /// Intensity in cd of all such points towards a unit direction.
+    fn intensity_cd(&self, _direction: DVec3) -> f64 {
+        0.0
+    }
+
+    /// The same of one of them over that, where all of them are drawn alike.
+    fn share_from(&self, _: &OpeningPoint, _direction: DVec3) -> f64 {
+        1.0
+    }
+
+    /// See [`super::Emitter::seen_from_afar`]; the intensity may be 0.
+    fn seen_from_afar(&self, _direction: DVec3, _: &mut Stream) -> Option<(f64, Place)> {
+        None
+    }
+
+    /// See [`super::Emitter::point_seen_from`].
+    fn point_seen_from(&self, _place_m: DVec3, _variates: [f64; 2]) -> Option<Place> {
+        None
+    }
+
+    /// Where a line of sight meets an opening that is no obstacle: distance in m, and luminance in cd/m².
+    fn opening_on_sight(&self, _eye_m: DVec3, _direction: DVec3) -> Option<(f64, f64)> {
+        None
+    }
+
+    /// Shows the parts that an eye would see.
+    fn show_parts(&self, _eye_m: DVec3, _: &mut Stream, _show: &mut dyn FnMut(SeenPart)) {}
+
+    /// Exitance in lm/m² of a light that rays can meet.
+    fn exitance_lm_m2(&self) -> Option<f64> {
+        None
+    }
+
+    /// The side of a triangle that it is.
+    fn side(&self) -> Option<(u32, Side)> {
+        None
+    }
+
+    /// Cosine between that side and a unit direction, 0 behind it.
+    fn cosine_towards(&self, _direction: DVec3) -> f64 {
+        0.0
+    }
+
+    /// Distance in m at which a line of sight that meets its ball meets it; `None` for what is no ball.
+    fn ball_at_m(&self, _eye_m: DVec3, _direction: DVec3) -> Option<f64> {
+        None
+    }
+
+    /// The sky that it is, or is a part of.
+    fn sky(&self) -> Option<&Sky> {
+        None
+    }
+
+    /// The sun that it is.
+    fn sun(&self) -> Option<&Sun> {
+        None
+    }
+}
