@@ -12,7 +12,7 @@ use super::shells::{Shell, bounds_m};
 use super::straight::{FirstMet, MOST_LOOKS, first_met};
 use super::warnings::names;
 use crate::scene::listed;
-use crate::scene::{Emission, Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
+use crate::scene::{Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
 
 /// A lower maintenance factor is seldom meant: 0.67 to 0.8 are usual indoors, and 0.8 entered twice makes 0.64.
 const LOWEST_USUAL_MAINTENANCE: f64 = 0.65;
@@ -106,13 +106,8 @@ fn advise_on_doubles(luminaires: &[Luminaire], advice: &mut Vec<String>) {
     let mut places: HashMap<[u64; 6], &Luminaire> = HashMap::new();
     let mut doubles: Vec<(&Luminaire, &Luminaire)> = Vec::new();
     for luminaire in luminaires {
-        let (place_m, axis) = match &luminaire.emission {
-            Emission::Isotropic { position_m, .. } => (*position_m, DVec3::ZERO),
-            Emission::Lambertian { position_m, axis, .. } => (*position_m, *axis),
-            Emission::Photometric { position_m, frame, .. } => (*position_m, frame[2]),
-            Emission::Sphere { center_m, .. } => (*center_m, DVec3::ZERO),
-            Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => continue,
-        };
+        let Some(place_m) = luminaire.emission.place_m() else { continue };
+        let axis = luminaire.emission.aim().unwrap_or(DVec3::ZERO);
         let [[x, y, z], [dx, dy, dz]] =
             [place_m, axis].map(|vector| (vector + DVec3::ZERO).to_array().map(f64::to_bits));
         match places.entry([x, y, z, dx, dy, dz]) {
@@ -156,10 +151,8 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
             if count == 1 { "it" } else { "them" }
         ));
     }
-    let aims = |luminaire: &&Luminaire| {
-        matches!(luminaire.emission, Emission::Lambertian { .. } | Emission::Photometric { .. })
-    };
-    let aimed = scene.luminaires.iter().filter(aims).count();
+    let aim = |luminaire: &Luminaire| Some((luminaire.emission.place_m()?, luminaire.emission.aim()?));
+    let aimed = scene.luminaires.iter().filter_map(aim).count();
     if aimed * scene.triangles.len() > MOST_LOOKS {
         advice.push(format!(
             "{aimed} luminaires times {} triangles are too many to look where they aim and which surfaces cut their openings",
@@ -173,10 +166,9 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     advise_on_openings(scene, advice);
     let mut at_ceiling = Vec::new();
     let mut at_backs = Vec::new();
-    let aims = scene.luminaires.par_iter().map(|luminaire| match &luminaire.emission {
-        Emission::Lambertian { position_m, axis, .. } => Some((axis.z, first_met(scene, *position_m, *axis)?)),
-        Emission::Photometric { position_m, frame, .. } => Some((frame[2].z, first_met(scene, *position_m, frame[2])?)),
-        _ => None,
+    let aims = scene.luminaires.par_iter().map(|luminaire| {
+        let (place_m, aim) = aim(luminaire)?;
+        Some((aim.z, first_met(scene, place_m, aim)?))
     });
     let aims: Vec<Option<(f64, FirstMet)>> = aims.collect();
     for (luminaire, aim) in scene.luminaires.iter().zip(aims) {

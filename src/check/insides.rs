@@ -156,13 +156,14 @@ impl<'s> Enclosures<'s> {
     /// Where a luminaire's light begins, a step in front of what emits it.
     pub fn starts_m(&self, emission: &Emission) -> Vec<DVec3> {
         let (scene, step_m) = (self.scene, self.step_m);
-        match emission {
-            Emission::Isotropic { position_m, .. } => vec![*position_m],
-            Emission::Lambertian { position_m, axis, .. } => vec![*position_m + step_m * *axis],
-            Emission::Photometric { position_m, frame, .. } => vec![*position_m + step_m * frame[2]],
-            Emission::Sphere { center_m, .. } => vec![*center_m],
+        if let Some(place_m) = emission.place_m() {
+            return vec![emission.aim().map_or(place_m, |aim| place_m + step_m * aim)];
+        }
+        if let Some(openings) = emission.openings() {
             // Far off, in no room.
-            Emission::Sky { openings, .. } | Emission::Sun { openings, .. } => vec![openings.outside_m()],
+            return vec![openings.outside_m()];
+        }
+        match emission {
             Emission::Area { surfaces, front, back, .. } => surfaces
                 .iter()
                 .flat_map(|id| {
@@ -173,6 +174,7 @@ impl<'s> Enclosures<'s> {
                 })
                 .flatten()
                 .collect(),
+            _ => Vec::new(),
         }
     }
 }

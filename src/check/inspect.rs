@@ -9,7 +9,7 @@ use super::insides::Enclosures;
 use super::mesh_faults::mesh_faults;
 use super::shells::{bounds_m, one_vertex_a_place, shells_over};
 use crate::scene::{Elements, Side};
-use crate::scene::{Emission, Luminaire, Product, Quantity, ReceiverLayout, ReceiverSet, Scene, SurfaceId};
+use crate::scene::{Luminaire, Product, Quantity, ReceiverLayout, ReceiverSet, Scene, SurfaceId};
 
 /// The plain facts of a scene; everything in SI and photometric units.
 #[derive(Clone, Debug, Serialize)]
@@ -253,63 +253,29 @@ fn inspect_surface(scene: &Scene, elements: &Elements, id: SurfaceId) -> Inspect
 }
 
 fn inspect_luminaire(scene: &Scene, luminaire: &Luminaire) -> InspectedLuminaire {
-    let mut inspected = InspectedLuminaire {
+    let emission = &luminaire.emission;
+    let position_m = match (emission.place_m(), emission.openings()) {
+        (Some(place_m), _) => place_m.to_array(),
+        (None, Some(openings)) => openings.outside_m().to_array(),
+        (None, None) => middle_m(scene, emission.surfaces()),
+    };
+    let opening_m = emission.opening().map(|opening| opening.extents_m());
+    InspectedLuminaire {
         name: luminaire.name.clone(),
-        kind: "",
-        position_m: [0.0; 3],
-        aim: None,
-        c0: None,
+        kind: emission.kind_name(),
+        position_m,
+        aim: emission.aim().map(|aim| aim.to_array()),
+        c0: emission.c0().map(|c0| c0.to_array()),
         product: luminaire.product.clone(),
         luminous_flux_lm: luminaire.luminous_flux_lm,
         dimming: luminaire.dimming,
         maintenance_factor: luminaire.maintenance_factor,
         power_w: luminaire.power_w,
-        intensity_cd: None,
-        opening_m: None,
-        exitance_lm_m2: None,
-        surfaces: Vec::new(),
-    };
-    match &luminaire.emission {
-        Emission::Isotropic { position_m, intensity_cd } => {
-            inspected.kind = "isotropic";
-            inspected.position_m = position_m.to_array();
-            inspected.intensity_cd = Some(*intensity_cd);
-        }
-        Emission::Lambertian { position_m, axis, intensity_cd } => {
-            inspected.kind = "lambertian";
-            inspected.position_m = position_m.to_array();
-            inspected.aim = Some(axis.to_array());
-            inspected.intensity_cd = Some(*intensity_cd);
-        }
-        Emission::Photometric { position_m, frame, opening, .. } => {
-            inspected.kind = "photometric";
-            inspected.opening_m = Some(opening.extents_m()).filter(|extents| extents.iter().any(|m| *m > 0.0));
-            inspected.position_m = position_m.to_array();
-            inspected.aim = Some(frame[2].to_array());
-            inspected.c0 = Some(frame[0].to_array());
-        }
-        Emission::Sphere { center_m, exitance_lm_m2, .. } => {
-            inspected.kind = "sphere";
-            inspected.position_m = center_m.to_array();
-            inspected.exitance_lm_m2 = Some(*exitance_lm_m2);
-        }
-        Emission::Sky { openings, .. } => {
-            inspected.kind = "sky";
-            inspected.position_m = openings.outside_m().to_array();
-        }
-        Emission::Sun { sun, openings } => {
-            inspected.kind = "sun";
-            inspected.position_m = openings.outside_m().to_array();
-            inspected.aim = Some((-sun.towards()).to_array());
-        }
-        Emission::Area { surfaces, exitance_lm_m2, .. } => {
-            inspected.kind = "area";
-            inspected.position_m = middle_m(scene, surfaces);
-            inspected.exitance_lm_m2 = Some(*exitance_lm_m2);
-            inspected.surfaces = surfaces.iter().map(|id| scene.surfaces[*id as usize].name.clone()).collect();
-        }
+        intensity_cd: emission.intensity_cd(),
+        opening_m: opening_m.filter(|extents| extents.iter().any(|m| *m > 0.0)),
+        exitance_lm_m2: emission.exitance_lm_m2(),
+        surfaces: emission.surfaces().iter().map(|id| scene.surfaces[*id as usize].name.clone()).collect(),
     }
-    inspected
 }
 
 fn product_itself<S: Serializer>(product: &Option<Arc<Product>>, serializer: S) -> Result<S::Ok, S::Error> {

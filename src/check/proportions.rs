@@ -74,18 +74,16 @@ type WayStart = (DVec3, DVec3);
 
 fn starts_of_luminaires(scene: &Scene) -> Vec<WayStart> {
     let lit = scene.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
-    lit.filter_map(|luminaire| match &luminaire.emission {
-        Emission::Isotropic { position_m, .. } => Some((*position_m, DVec3::ZERO)),
-        Emission::Sphere { center_m, .. } => Some((*center_m, DVec3::ZERO)),
-        Emission::Sky { .. } | Emission::Sun { .. } => None,
-        Emission::Lambertian { position_m, axis, .. } => Some((*position_m, *axis)),
-        Emission::Photometric { position_m, frame, .. } => Some((*position_m, frame[2])),
-        Emission::Area { surfaces, front, .. } => {
-            let triangle = scene.surfaces[*surfaces.first()? as usize].triangles.start;
-            let normal = scene.triangle_normal(triangle);
-            let middle_m = scene.corners_m(triangle).iter().sum::<DVec3>() / 3.0;
-            Some((middle_m, if *front { normal } else { -normal }))
+    lit.filter_map(|luminaire| {
+        let emission = &luminaire.emission;
+        if let Some(place_m) = emission.place_m() {
+            return Some((place_m, emission.aim().unwrap_or(DVec3::ZERO)));
         }
+        let Emission::Area { surfaces, front, .. } = emission else { return None };
+        let triangle = scene.surfaces[*surfaces.first()? as usize].triangles.start;
+        let normal = scene.triangle_normal(triangle);
+        let middle_m = scene.corners_m(triangle).iter().sum::<DVec3>() / 3.0;
+        Some((middle_m, if *front { normal } else { -normal }))
     })
     .collect()
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::shells::{Shell, size_m};
-use crate::scene::{Background, Emission, GlareObserver, Quantity, ReceiverPoint, Scene};
+use crate::scene::{Background, GlareObserver, Quantity, ReceiverPoint, Scene};
 
 /// Points that stand for the walls: the mean over so many, spread evenly, is within 1% of that over all (0.03 in the rating).
 const POINTS: u32 = 64;
@@ -142,14 +142,12 @@ fn between_heights(corners_m: &[DVec3; 3], low_m: f64, high_m: f64) -> Vec<DVec3
 fn luminaire_height_m(scene: &Scene) -> Option<f64> {
     let (mut sum, mut flux_lm) = (0.0, 0.0);
     for luminaire in &scene.luminaires {
-        let height_m = match &luminaire.emission {
-            Emission::Isotropic { position_m, .. }
-            | Emission::Lambertian { position_m, .. }
-            | Emission::Photometric { position_m, .. } => position_m.z,
-            Emission::Sphere { center_m, .. } => center_m.z,
-            Emission::Sky { .. } | Emission::Sun { .. } => continue,
-            Emission::Area { surfaces, .. } => {
-                let triangles = surfaces.iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
+        let emission = &luminaire.emission;
+        let height_m = match emission.place_m() {
+            Some(place_m) => place_m.z,
+            None if emission.is_daylight() => continue,
+            None => {
+                let triangles = emission.surfaces().iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
                 let (mut moment, mut all_m2) = (0.0, 0.0);
                 for triangle in triangles {
                     let area_m2 = scene.triangle_area_m2(triangle);

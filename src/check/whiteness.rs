@@ -10,7 +10,7 @@ use super::box_tree::{BoxTree, Budget};
 use super::insides::Enclosures;
 use super::open_rooms::OpenRooms;
 use super::shells::{Shell, one_vertex_a_place, shells_over};
-use crate::scene::{Emission, Node, Scene, SceneError, Surface};
+use crate::scene::{Node, Scene, SceneError, Surface};
 
 /// Where surfaces absorb, and openings let out, less than this share on average, a packet meets more than 10,000 of them, and not even pilots end in
 /// good time. A hair less than a ten-thousandth: sums over a room of ρ = 0.9999 round.
@@ -180,7 +180,7 @@ impl<'s> Search<'s> {
             }
         }
         for luminaire in &scene.luminaires {
-            if let Emission::Sphere { center_m, radius_m, .. } = luminaire.emission
+            if let Some((center_m, radius_m)) = luminaire.emission.black_ball_m()
                 && self.budget.take(1)
                 && self.is_in(room, center_m)
             {

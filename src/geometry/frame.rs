@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::scene::{Emission, Scene};
+use crate::scene::Scene;
 
 /// Half-extent in m that stands in where a scene has no extent at all.
 const EXTENT_OF_A_POINT_M: f64 = 1.0;
@@ -25,12 +25,8 @@ impl Frame {
         };
         scene.vertices_m.iter().for_each(|vertex_m| include(*vertex_m, 0.0));
         for luminaire in &scene.luminaires {
-            match luminaire.emission {
-                Emission::Isotropic { position_m, .. }
-                | Emission::Lambertian { position_m, .. }
-                | Emission::Photometric { position_m, .. } => include(position_m, 0.0),
-                Emission::Sphere { center_m, radius_m, .. } => include(center_m, radius_m),
-                Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => {}
+            if let Some(place_m) = luminaire.emission.place_m() {
+                include(place_m, luminaire.emission.radius_m());
             }
         }
         let receivers = scene.receivers.iter().flat_map(|set| set.placed_points());

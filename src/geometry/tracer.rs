@@ -8,7 +8,7 @@ use super::hull::Hull;
 use super::origin::{Anchor, LIFT, Origin, PULL, RESOLUTION, pull_in};
 use super::tree::{BEFORE, Ball, Found, Tree};
 use super::triangle::{Ray, Slot};
-use crate::scene::{Emission, Scene, Side};
+use crate::scene::{Scene, Side};
 
 /// Least weight of a corner that pulling off the edges may ask for: small triangles are not pulled to a point.
 const LARGEST_PULL: f64 = 0.25;
@@ -99,7 +99,7 @@ impl Tracer {
         let mut balls = Vec::new();
         let mut balls_of_luminaires = Vec::with_capacity(scene.luminaires.len());
         for (index, luminaire) in scene.luminaires.iter().enumerate() {
-            let Emission::Sphere { center_m, radius_m, .. } = luminaire.emission else {
+            let Some((center_m, radius_m)) = luminaire.emission.black_ball_m() else {
                 balls_of_luminaires.push(None);
                 continue;
             };

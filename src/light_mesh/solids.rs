@@ -11,7 +11,7 @@ use super::lattice::{Index, Lattice};
 use crate::chain::Stage;
 use crate::check::{Shell, all_luminaires_are_shut_in, closed_shells_of_geometries, shells_of_scene};
 use crate::geometry::{Crossed, Tracer};
-use crate::scene::{Emission, Scene, Side};
+use crate::scene::{Scene, Side};
 
 /// A triangle that belongs to no closed solid.
 const OPEN: u32 = u32::MAX;
@@ -60,10 +60,7 @@ impl Solids {
         closed_shells_of_geometries(scene).iter().for_each(&mut add);
         shells_of_scene(scene).iter().for_each(&mut add);
         let outside_counts_as_solid = shells.iter().any(|shell| !shell.outward) && all_luminaires_are_shut_in(scene);
-        let balls = scene.luminaires.iter().filter_map(|luminaire| match luminaire.emission {
-            Emission::Sphere { center_m, radius_m, .. } => Some((center_m, radius_m)),
-            _ => None,
-        });
+        let balls = scene.luminaires.iter().filter_map(|luminaire| luminaire.emission.black_ball_m());
         let open_triangles = shell_of.iter().filter(|shell| **shell == OPEN).count();
         Solids { balls: balls.collect(), shell_of, shells, outside_counts_as_solid, open_triangles }
     }

@@ -294,22 +294,28 @@ impl<'a> Plan<'a> {
         let mut drawn: HashSet<[i64; 2]> = HashSet::new();
         let mut named = HashSet::new();
         for (index, luminaire) in self.scene.luminaires.iter().enumerate() {
-            let middle = match &luminaire.emission {
-                Emission::Area { surfaces, .. } => self.draw_emitting_surfaces(picture, surfaces),
+            let emission = &luminaire.emission;
+            if emission.is_daylight() {
                 // It stands nowhere.
-                Emission::Sky { .. } | Emission::Sun { .. } => continue,
-                emission => {
-                    let place_m = emission.place_m().unwrap_or(DVec3::ZERO);
+                continue;
+            }
+            let middle = match emission.place_m() {
+                None => self.draw_emitting_surfaces(picture, emission.surfaces()),
+                Some(place_m) => {
                     let spot = self.spot(place_m);
                     let at = spot.map(|coordinate| (coordinate / SYMBOL).round() as i64);
                     if is_crowded && !drawn.insert(at) {
                         continue;
                     }
-                    if let (true, Some(c0)) = (has_letters, c0(emission)) {
+                    for outline_m in emission.outlines_m() {
+                        let line = outline_m.iter().chain(outline_m.first()).map(|point_m| self.spot(*point_m));
+                        picture.line(line.collect(), Pen::new(BLACK, 1.0));
+                    }
+                    if let (true, Some(c0)) = (has_letters, emission.c0()) {
                         let is_first = named.insert(schedule.letter_of(index));
                         draw_c0(picture, spot, c0, is_first);
                     }
-                    if let Some(axis) = axis(emission) {
+                    if let Some(axis) = emission.aim() {
                         let reach = [22.0 * axis.x, -22.0 * axis.y];
                         picture.line(vec![spot, [spot[0] + reach[0], spot[1] + reach[1]]], Pen::new(BLACK, 1.2));
                     }
@@ -340,22 +346,6 @@ impl<'a> Plan<'a> {
         picture.cells(rings, AMBER);
         picture.circle(middle, 2.0, Pen::new(BLACK, 1.0));
         middle
-    }
-}
-
-fn axis(emission: &Emission) -> Option<DVec3> {
-    match emission {
-        Emission::Lambertian { axis, .. } => Some(*axis),
-        Emission::Photometric { frame, .. } => Some(frame[2]),
-        _ => None,
-    }
-}
-
-/// Where C0 of a photometric luminaire points.
-fn c0(emission: &Emission) -> Option<DVec3> {
-    match emission {
-        Emission::Photometric { frame, .. } => Some(frame[0]),
-        _ => None,
     }
 }
 

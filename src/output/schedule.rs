@@ -48,7 +48,7 @@ impl Schedule {
                 None => rows.push(ScheduleRow {
                     letter: letters(rows.len()),
                     members: vec![index],
-                    kind: if rows.len() < MOST_KINDS { kind(&luminaire.emission) } else { "of further kinds" },
+                    kind: if rows.len() < MOST_KINDS { luminaire.emission.words() } else { "of further kinds" },
                     is_one_kind: rows.len() < MOST_KINDS,
                 }),
             }
@@ -78,18 +78,6 @@ impl Power {
 fn letters(index: usize) -> String {
     let letter = char::from(b'A' + (index % 26) as u8);
     if index < 26 { letter.to_string() } else { format!("{}{letter}", letters(index / 26 - 1)) }
-}
-
-fn kind(emission: &Emission) -> &'static str {
-    match emission {
-        Emission::Isotropic { .. } => "point, equal in all directions",
-        Emission::Lambertian { .. } => "point, cosine distribution",
-        Emission::Photometric { .. } => "measured distribution",
-        Emission::Area { .. } => "luminous surface, diffuse",
-        Emission::Sphere { .. } => "luminous sphere",
-        Emission::Sky { .. } => "sky",
-        Emission::Sun { .. } => "sun",
-    }
 }
 
 fn are_alike(one: &Luminaire, other: &Luminaire) -> bool {

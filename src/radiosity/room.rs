@@ -207,8 +207,10 @@ impl Room {
                     let intensity_cd = *intensity_cd;
                     self.lamps.push(Lamp::Source(RoomSource::Point { position, intensity_cd }));
                 }
-                Emission::Lambertian { position_m, axis, .. } => self.check_directed(*position_m, *axis, got)?,
-                Emission::Photometric { position_m, frame, .. } => self.check_directed(*position_m, frame[2], got)?,
+                Emission::Lambertian { position_m, axis: aim, .. }
+                | Emission::Photometric { position_m, frame: [_, _, aim], .. } => {
+                    self.check_directed(*position_m, *aim, got)?;
+                }
                 Emission::Area { back: true, .. } => {
                     return refuse("luminaires that emit from the back of surfaces", got, WITHIN);
                 }
@@ -219,9 +221,13 @@ impl Room {
                         self.lamps.push(Lamp::Source(RoomSource::Panel { face: tile.face, low, high, exitance_lm_m2 }));
                     }
                 }
-                Emission::Sky { .. } | Emission::Sun { .. } => return refuse("sky or sun", got, A_ROOM),
-                Emission::Sphere { .. } => {
+                emission if emission.is_daylight() => return refuse("sky or sun", got, A_ROOM),
+                emission if emission.black_ball_m().is_some() => {
                     return refuse("luminaires that stand in the light's way", got, "points and surfaces that emit");
+                }
+                emission => {
+                    let what = format!("luminaires of kind {}", emission.kind_name());
+                    return refuse(&what, got, "points, photometric luminaires and surfaces that emit");
                 }
             }
         }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
-use super::model::{Emission, Luminaire};
+use super::model::Luminaire;
 use super::reader::Fields;
 use super::unique_names::Names;
 use super::units::LengthUnit;
@@ -95,21 +95,10 @@ impl Array {
                 }
                 let offset_m = share(column, self.columns) * self.u_m + share(row, self.rows) * self.v_m;
                 let mut copy = Luminaire { name, ..luminaire.clone() };
-                shift(&mut copy.emission, offset_m);
+                copy.emission.shift(offset_m);
                 luminaires.push(copy);
             }
         }
         Ok(())
-    }
-}
-
-fn shift(emission: &mut Emission, offset_m: DVec3) {
-    match emission {
-        Emission::Isotropic { position_m, .. }
-        | Emission::Lambertian { position_m, .. }
-        | Emission::Photometric { position_m, .. }
-        | Emission::Sphere { center_m: position_m, .. } => *position_m += offset_m,
-        // Surfaces stand where they are; their luminaires have none of the keys of an array.
-        Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => {}
     }
 }

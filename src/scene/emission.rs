@@ -1,13 +1,293 @@
-//! What all kinds of light sources can be asked for.
+//! The kinds of luminaires: what the scene holds of each, its type and keys in the file with their schema, how it is read, and
+//! what whoever asks is told of it: where it stands, where it aims, what it is called.
+//!
+//! How each shines is told in `sampling/emitter/`.
+
+use std::f64::consts::PI;
+use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
+use schemars::JsonSchema;
 
-use super::model::Emission;
+use super::error::SceneError;
+use super::luminaire_keys::{Array, Distribution, EmittingSide, Operation, PlaceAndTime, SkyDistribution, Vector};
+use super::openings::Openings;
+use super::photometric_luminaire::{PhotometricFiles, Product};
+use super::photometry::{IntensityWeb, Opening};
+use super::reader::{Fields, Node};
+use super::sky::{self, DaylightTargets};
+use super::sun;
+use super::units::LengthUnit;
+use super::vectors::photometric_frame;
+use crate::base::sky::Sky;
+use crate::base::sun::Sun;
+
+/// The luminaire types, as files name them.
+pub(super) const TYPES: [&str; 6] = ["point", "sphere", "area", "photometric", "sky", "sun"];
+
+/// Keys of each luminaire type alone.
+pub(super) const OWN_KEYS: [&[&str]; 6] = [
+    &["position", "distribution", "aim", "intensity_cd", "luminous_flux_lm"],
+    &["center", "radius", "exitance_lm_m2", "luminous_flux_lm"],
+    &["surface", "side", "exitance_lm_m2", "luminous_flux_lm"],
+    &["file", "position", "aim", "rotation_deg"],
+    &sky::KEYS,
+    &sun::KEYS,
+];
+
+/// Whether a type comes in arrays: a luminous surface stands where it stands, and so do sky and sun.
+pub(super) fn comes_in_arrays(kind: usize) -> bool {
+    !["area", "sky", "sun"].contains(&TYPES[kind])
+}
+
+/// Values of `distribution`.
+pub(super) const DISTRIBUTIONS: [&str; 2] = ["isotropic", "lambertian"];
+/// Values of `side`.
+pub(super) const SIDES: [&str; 3] = ["front", "back", "both"];
+
+/// Luminaire.
+#[derive(JsonSchema)]
+#[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum LuminaireKind {
+    /// A point; either `intensity_cd` or `luminous_flux_lm`.
+    #[schemars(extend("oneOf" = [{"required": ["intensity_cd"]}, {"required": ["luminous_flux_lm"]}]))]
+    Point {
+        /// Name of the luminaire.
+        name: String,
+        /// Where it is.
+        position: Vector,
+        /// Isotropic by default; lambertian is I₀ cos γ about `aim`.
+        distribution: Option<Distribution>,
+        /// Direction of γ = 0; [0, 0, −1] by default.
+        aim: Option<Vector>,
+        /// Intensity on the axis in cd.
+        #[schemars(range(min = 0.0))]
+        intensity_cd: Option<f64>,
+        /// Luminous flux in lm.
+        #[schemars(range(min = 0.0))]
+        luminous_flux_lm: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+        #[schemars(flatten)]
+        array: Array,
+    },
+    /// A uniformly bright black ball; either `exitance_lm_m2` or `luminous_flux_lm`.
+    #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
+    Sphere {
+        /// Name of the luminaire.
+        name: String,
+        /// Centre.
+        center: Vector,
+        /// Radius.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+        /// Exitance in lm/m².
+        #[schemars(range(min = 0.0))]
+        exitance_lm_m2: Option<f64>,
+        /// Luminous flux in lm.
+        #[schemars(range(min = 0.0))]
+        luminous_flux_lm: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+        #[schemars(flatten)]
+        array: Array,
+    },
+    /// A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.
+    #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
+    Area {
+        /// Name of the luminaire.
+        name: String,
+        /// A geometry or a part of one; it keeps its material.
+        surface: String,
+        /// Which side emits (front by default).
+        side: Option<EmittingSide>,
+        /// Exitance in lm/m².
+        #[schemars(range(min = 0.0))]
+        exitance_lm_m2: Option<f64>,
+        /// Luminous flux of all emitting sides together in lm.
+        #[schemars(range(min = 0.0))]
+        luminous_flux_lm: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+    },
+    /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`, of Perez's sky neither.
+    #[schemars(extend("oneOf" = [{"required": ["zenith_luminance_cd_m2"]}, {"required": ["horizontal_illuminance_lx"]},
+        {"required": ["direct_normal_illuminance_lx", "diffuse_horizontal_illuminance_lx"]}]))]
+    Sky {
+        /// Name of the luminaire.
+        name: String,
+        /// Uniform, the traditional overcast sky, one of the general skies of ISO 15469, or the all-weather sky of Perez.
+        luminance_distribution: SkyDistribution,
+        /// Elevation of the sun, of general skies.
+        #[schemars(range(min = 0.0, max = 90.0))]
+        sun_elevation_deg: Option<f64>,
+        /// Azimuth of the sun from +y (north) towards +x (east); 180 by default.
+        sun_azimuth_deg: Option<f64>,
+        #[schemars(flatten)]
+        place_and_time: PlaceAndTime,
+        /// Luminance of the zenith in cd/m².
+        #[schemars(range(min = 0.0))]
+        zenith_luminance_cd_m2: Option<f64>,
+        /// Illuminance in lx that the sky alone gives an open horizontal plane.
+        #[schemars(range(min = 0.0))]
+        horizontal_illuminance_lx: Option<f64>,
+        /// Illuminance in lx that the sun gives a plane across its rays, of Perez's sky; the sun itself is not in it.
+        #[schemars(range(min = 0.0))]
+        direct_normal_illuminance_lx: Option<f64>,
+        /// Illuminance in lx that the sky alone gives an open horizontal plane, of Perez's sky.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        diffuse_horizontal_illuminance_lx: Option<f64>,
+        /// Reflectance of the ground that stands for all below the horizon; 0 by default.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        ground_reflectance: Option<f64>,
+        /// Median diffuse horizontal illuminance of the site in lx, for the daylight factors that EN 17037 asks for; 15,000 by default.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        median_diffuse_illuminance_lx: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+    },
+    /// The disk of the sun; either `normal_illuminance_lx` or `horizontal_illuminance_lx`.
+    #[schemars(extend("oneOf" = [{"required": ["normal_illuminance_lx"]}, {"required": ["horizontal_illuminance_lx"]}]))]
+    Sun {
+        /// Name of the luminaire.
+        name: String,
+        /// Elevation; or place and time.
+        #[schemars(range(min = -90.0, max = 90.0))]
+        sun_elevation_deg: Option<f64>,
+        /// Azimuth from +y (north) towards +x (east); 180 by default.
+        sun_azimuth_deg: Option<f64>,
+        #[schemars(flatten)]
+        place_and_time: PlaceAndTime,
+        /// Illuminance in lx that the sun alone gives a plane across its rays.
+        #[schemars(range(min = 0.0))]
+        normal_illuminance_lx: Option<f64>,
+        /// Illuminance in lx that the sun alone gives an open horizontal plane.
+        #[schemars(range(min = 0.0))]
+        horizontal_illuminance_lx: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+    },
+    /// A luminaire from an IES LM-63 or EULUMDAT file.
+    Photometric {
+        /// Name of the luminaire.
+        name: String,
+        /// The file.
+        file: String,
+        /// Centre of the luminous opening.
+        position: Vector,
+        /// Direction of γ = 0; [0, 0, −1] by default.
+        aim: Option<Vector>,
+        /// Turns C0 towards C90. At 0 a luminaire that aims straight down has C0 along +x and C90 along +y.
+        rotation_deg: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+        #[schemars(flatten)]
+        array: Array,
+    },
+}
+
+/// How and where a luminaire emits.
+#[derive(Clone, Debug)]
+pub enum Emission {
+    /// A point with the same intensity in every direction.
+    Isotropic {
+        /// Place in m.
+        position_m: DVec3,
+        /// Maintained intensity in cd.
+        intensity_cd: f64,
+    },
+    /// A point with I = I₀ cos γ about its axis, nothing behind.
+    Lambertian {
+        /// Place in m.
+        position_m: DVec3,
+        /// Unit vector of γ = 0.
+        axis: DVec3,
+        /// Maintained intensity on the axis in cd.
+        intensity_cd: f64,
+    },
+    /// A measured distribution, emitted alike by every part of the luminous opening.
+    Photometric {
+        /// Centre of the luminous opening in m.
+        position_m: DVec3,
+        /// Unit vectors of C0 (γ = 90°), C90 (γ = 90°) and γ = 0.
+        frame: [DVec3; 3],
+        /// The distribution in cd as the file gives it (initial, undimmed).
+        web: Arc<IntensityWeb>,
+        /// The luminous opening; it is no obstacle.
+        opening: Opening,
+        /// Maintained intensity over the web's: dimming × maintenance factor.
+        scale: f64,
+    },
+    /// Uniform diffuse emission of surfaces.
+    Area {
+        /// Numbers of the emitting surfaces.
+        surfaces: Vec<u32>,
+        /// Emits from the front.
+        front: bool,
+        /// Emits from the back.
+        back: bool,
+        /// Maintained exitance in lm/m².
+        exitance_lm_m2: f64,
+    },
+    /// A uniformly bright black ball.
+    Sphere {
+        /// Centre in m.
+        center_m: DVec3,
+        /// Radius in m.
+        radius_m: f64,
+        /// Maintained exitance in lm/m².
+        exitance_lm_m2: f64,
+    },
+    /// The sky and the ground below the horizon, at infinity.
+    Sky {
+        /// Maintained luminances.
+        sky: Arc<Sky>,
+        /// Where the light enters the scene.
+        openings: Arc<Openings>,
+        /// What daylight factors are held against.
+        targets: DaylightTargets,
+    },
+    /// The sun's disk, at infinity.
+    Sun {
+        /// Maintained luminance.
+        sun: Arc<Sun>,
+        /// Where the light enters the scene.
+        openings: Arc<Openings>,
+    },
+}
 
 impl Emission {
+    /// Name of its kind, as `luxmc inspect` has it.
+    pub fn kind_name(&self) -> &'static str {
+        match self {
+            Emission::Isotropic { .. } => "isotropic",
+            Emission::Lambertian { .. } => "lambertian",
+            Emission::Photometric { .. } => "photometric",
+            Emission::Area { .. } => "area",
+            Emission::Sphere { .. } => "sphere",
+            Emission::Sky { .. } => "sky",
+            Emission::Sun { .. } => "sun",
+        }
+    }
+
+    /// What lists of luminaires call it.
+    pub fn words(&self) -> &'static str {
+        match self {
+            Emission::Isotropic { .. } => "point, equal in all directions",
+            Emission::Lambertian { .. } => "point, cosine distribution",
+            Emission::Photometric { .. } => "measured distribution",
+            Emission::Area { .. } => "luminous surface, diffuse",
+            Emission::Sphere { .. } => "luminous sphere",
+            Emission::Sky { .. } => "sky",
+            Emission::Sun { .. } => "sun",
+        }
+    }
+
     /// Whether it comes from afar: from the sky or the sun.
     pub fn is_daylight(&self) -> bool {
-        matches!(self, Emission::Sky { .. } | Emission::Sun { .. })
+        self.openings().is_some()
     }
 
     /// Where it stands, in m: a point, or the middle of an opening or a ball; `None` for surfaces and for what comes from afar.
@@ -19,5 +299,235 @@ impl Emission {
             Emission::Sphere { center_m, .. } => Some(*center_m),
             Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
         }
+    }
+
+    /// Radius in m of the ball about its place that rays may start from or meet; openings, which are small, count as their middle.
+    pub fn radius_m(&self) -> f64 {
+        match self {
+            Emission::Sphere { radius_m, .. } => *radius_m,
+            _ => 0.0,
+        }
+    }
+
+    /// Unit vector of γ = 0, where it has one; the way that the sun's light takes.
+    pub fn aim(&self) -> Option<DVec3> {
+        match self {
+            Emission::Lambertian { axis, .. } => Some(*axis),
+            Emission::Photometric { frame, .. } => Some(frame[2]),
+            Emission::Sun { sun, .. } => Some(-sun.towards()),
+            _ => None,
+        }
+    }
+
+    /// Where C0 of a photometric luminaire points.
+    pub fn c0(&self) -> Option<DVec3> {
+        match self {
+            Emission::Photometric { frame, .. } => Some(frame[0]),
+            _ => None,
+        }
+    }
+
+    /// Maintained intensity in cd of a point, on its axis if it has one.
+    pub fn intensity_cd(&self) -> Option<f64> {
+        match self {
+            Emission::Isotropic { intensity_cd, .. } | Emission::Lambertian { intensity_cd, .. } => Some(*intensity_cd),
+            _ => None,
+        }
+    }
+
+    /// Maintained exitance in lm/m² of what is uniformly bright.
+    pub fn exitance_lm_m2(&self) -> Option<f64> {
+        match self {
+            Emission::Area { exitance_lm_m2, .. } | Emission::Sphere { exitance_lm_m2, .. } => Some(*exitance_lm_m2),
+            _ => None,
+        }
+    }
+
+    /// Numbers of the surfaces that emit.
+    pub fn surfaces(&self) -> &[u32] {
+        match self {
+            Emission::Area { surfaces, .. } => surfaces,
+            _ => &[],
+        }
+    }
+
+    /// Its luminous opening.
+    pub fn opening(&self) -> Option<Opening> {
+        match self {
+            Emission::Photometric { opening, .. } => Some(*opening),
+            _ => None,
+        }
+    }
+
+    /// Middle and radius in m of a black ball that stands in the way of light.
+    pub fn black_ball_m(&self) -> Option<(DVec3, f64)> {
+        match self {
+            Emission::Sphere { center_m, radius_m, .. } => Some((*center_m, *radius_m)),
+            _ => None,
+        }
+    }
+
+    /// Where light from afar enters the scene.
+    pub fn openings(&self) -> Option<&Openings> {
+        match self {
+            Emission::Sky { openings, .. } | Emission::Sun { openings, .. } => Some(openings),
+            _ => None,
+        }
+    }
+
+    /// Closed lines in m that a plan draws beside its symbol.
+    pub fn outlines_m(&self) -> Vec<Vec<DVec3>> {
+        Vec::new()
+    }
+
+    /// Moves what stands somewhere; surfaces stand where they are.
+    pub(super) fn shift(&mut self, offset_m: DVec3) {
+        match self {
+            Emission::Isotropic { position_m, .. }
+            | Emission::Lambertian { position_m, .. }
+            | Emission::Photometric { position_m, .. }
+            | Emission::Sphere { center_m: position_m, .. } => *position_m += offset_m,
+            Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => {}
+        }
+    }
+}
+
+/// What luminaires refer to.
+pub(super) struct Around<'a> {
+    pub unit: LengthUnit,
+    pub base_dir: &'a Path,
+    pub surfaces: &'a dyn NamedSurfaces,
+}
+
+/// Surfaces that luminaires name.
+pub(super) trait NamedSurfaces {
+    /// Numbers of the surfaces of a name.
+    fn named(&self, node: &Node) -> Result<Vec<u32>, SceneError>;
+    /// Area of one side in m².
+    fn area_m2(&self, surface: u32) -> f64;
+}
+
+/// A luminaire that is being read.
+pub(super) struct Reading<'a> {
+    pub fields: &'a Fields<'a>,
+    pub name: &'a str,
+    pub around: &'a Around<'a>,
+    /// Dimming × maintenance factor.
+    pub maintained: f64,
+    pub files: &'a mut PhotometricFiles,
+    pub warnings: &'a mut Vec<String>,
+}
+
+/// What was read of a luminaire.
+pub(super) struct Shining {
+    pub luminous_flux_lm: f64,
+    pub emission: Emission,
+    pub product: Option<Arc<Product>>,
+    /// As its photometric file says.
+    pub power_w: Option<f64>,
+}
+
+impl Reading<'_> {
+    /// Reads a luminaire of a type, by its number in [`TYPES`].
+    pub fn read(&mut self, kind: usize) -> Result<Shining, SceneError> {
+        let (luminous_flux_lm, emission) = match TYPES[kind] {
+            "point" => self.point()?,
+            "sphere" => self.sphere()?,
+            "area" => self.area()?,
+            "sky" => {
+                let (flux, sky, targets) = sky::read(self.fields, self.maintained)?;
+                (flux, Emission::Sky { sky: Arc::new(sky), openings: Arc::default(), targets })
+            }
+            "sun" => {
+                let (flux, sun) = sun::read(self.fields, self.maintained)?;
+                (flux, Emission::Sun { sun: Arc::new(sun), openings: Arc::default() })
+            }
+            _ => return self.photometric(),
+        };
+        Ok(Shining { luminous_flux_lm, emission, product: None, power_w: None })
+    }
+
+    fn place_m(&self, key: &str) -> Result<DVec3, SceneError> {
+        Ok(self.around.unit.point_m(self.fields.need(key, "[4, 3, 2.5]")?.vector()?))
+    }
+
+    fn aim(&self) -> Result<DVec3, SceneError> {
+        self.fields.get("aim").map_or(Ok(-DVec3::Z), |node| node.direction())
+    }
+
+    /// Flux and exitance of a uniformly emitting area.
+    fn flux_and_exitance(&self, area_m2: f64) -> Result<(f64, f64), SceneError> {
+        let (which, node) = self.fields.one_of(["exitance_lm_m2", "luminous_flux_lm"])?;
+        let given = self.maintained * node.at_least_zero(["the exitance", "the luminous flux"][which])?;
+        Ok(match which {
+            0 => (given * area_m2, given),
+            _ => (given, given / area_m2),
+        })
+    }
+
+    fn point(&mut self) -> Result<(f64, Emission), SceneError> {
+        let position_m = self.place_m("position")?;
+        let distribution = self.fields.get("distribution").map_or(Ok(0), |node| node.choice(&DISTRIBUTIONS))?;
+        let axis = self.aim()?;
+
+        // Φ = 4πI of an isotropic point, and ∫ I₀ cos γ dΩ = πI₀ of one that follows Lambert's law.
+        let flux_over_intensity_sr = [4.0 * PI, PI][distribution];
+        let (which, node) = self.fields.one_of(["intensity_cd", "luminous_flux_lm"])?;
+        let given = self.maintained * node.at_least_zero(["the intensity", "the luminous flux"][which])?;
+        let (luminous_flux_lm, intensity_cd) = match which {
+            0 => (given * flux_over_intensity_sr, given),
+            _ => (given, given / flux_over_intensity_sr),
+        };
+        if DISTRIBUTIONS[distribution] == "lambertian" {
+            return Ok((luminous_flux_lm, Emission::Lambertian { position_m, axis, intensity_cd }));
+        }
+        if self.fields.get("aim").is_some() {
+            self.warnings.push(format!("{}: aim has no effect, because the luminaire is isotropic", self.name));
+        }
+        Ok((luminous_flux_lm, Emission::Isotropic { position_m, intensity_cd }))
+    }
+
+    fn sphere(&self) -> Result<(f64, Emission), SceneError> {
+        let center_m = self.place_m("center")?;
+        let radius_node = self.fields.need("radius", "0.15")?;
+        let radius_m = self.around.unit.length_m(radius_node.above_zero("the radius")?);
+        let area_m2 = 4.0 * PI * radius_m * radius_m;
+        if !area_m2.is_normal() {
+            return Err(radius_node.refuse(
+                "the radius is out of all proportion",
+                "a radius in length_unit",
+                "check the number",
+            ));
+        }
+        let (luminous_flux_lm, exitance_lm_m2) = self.flux_and_exitance(area_m2)?;
+        Ok((luminous_flux_lm, Emission::Sphere { center_m, radius_m, exitance_lm_m2 }))
+    }
+
+    fn area(&self) -> Result<(f64, Emission), SceneError> {
+        let named = self.around.surfaces;
+        let surfaces = named.named(&self.fields.need("surface", "\"panel\"")?)?;
+        let side = self.fields.get("side").map_or(Ok(0), |node| node.choice(&SIDES))?;
+        let (front, back) = (SIDES[side] != "back", SIDES[side] != "front");
+        let one_side_m2: f64 = surfaces.iter().map(|id| named.area_m2(*id)).sum();
+        let area_m2 = if front && back { 2.0 * one_side_m2 } else { one_side_m2 };
+        let (luminous_flux_lm, exitance_lm_m2) = self.flux_and_exitance(area_m2)?;
+        Ok((luminous_flux_lm, Emission::Area { surfaces, front, back, exitance_lm_m2 }))
+    }
+
+    fn photometric(&mut self) -> Result<Shining, SceneError> {
+        let position_m = self.place_m("position")?;
+        let aim = self.aim()?;
+        let rotation_deg = self.fields.get("rotation_deg").map_or(Ok(0.0), |node| node.number())?;
+        let node = self.fields.need("file", "\"downlight.ies\"")?;
+        let file = self.files.named(&node, self.around.base_dir)?;
+        self.warnings.extend(file.warnings.iter().map(|warning| format!("{}: {warning}", self.name)));
+        let (frame, scale) = (photometric_frame(aim, rotation_deg), self.maintained);
+        let (web, opening) = (file.web.clone(), file.opening);
+        Ok(Shining {
+            luminous_flux_lm: self.maintained * file.luminous_flux_lm,
+            emission: Emission::Photometric { position_m, frame, web, opening, scale },
+            product: Some(file.product.clone()),
+            power_w: file.power_w,
+        })
     }
 }

@@ -9,7 +9,7 @@ use super::reader::{Node, Source};
 use super::reported::unreported;
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
-use super::{luminaires, materials, parse, project, receivers, sky, surfaces};
+use super::{daylight, luminaires, materials, parse, project, receivers, surfaces};
 
 /// Keys of the file.
 pub(super) const KEYS: [&str; 8] =
@@ -89,7 +89,7 @@ pub(crate) fn from_json_with(
         None => Vec::new(),
     };
 
-    sky::refuse_glare(&root, &luminaires, &receivers)?;
+    daylight::refuse_glare(&root, &luminaires, &receivers)?;
     let mut scene = Scene {
         title,
         project,

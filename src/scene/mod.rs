@@ -1,6 +1,7 @@
 //! From the scene file as written to one always-valid [`Scene`] in SI units.
 
 mod arrays;
+mod daylight;
 mod digest;
 pub mod elements;
 mod emission;
@@ -15,6 +16,7 @@ mod intensity;
 mod intensity_table;
 mod leaves;
 mod limits;
+mod luminaire_keys;
 mod luminaires;
 mod materials;
 mod mesh_builder;
@@ -25,6 +27,7 @@ mod obj;
 mod observers;
 pub(crate) mod openings;
 mod parse;
+mod photometric_luminaire;
 pub mod photometry;
 mod placing;
 mod plain_file;
@@ -55,6 +58,7 @@ mod vectors;
 mod weld;
 
 pub use elements::{Cell, Elements, Side};
+pub use emission::Emission;
 pub use error::{Refusal, SceneError, TextPlace};
 pub use evaluation_grid::{EvaluationGrid, GridPart, evaluation_grid};
 pub(crate) use file::{WrittenGeometry, from_json_with, read_with};
@@ -63,6 +67,7 @@ pub use materials::{Material, ReflectionLaw};
 pub use model::*;
 pub(crate) use names::{joined, listed};
 pub use openings::Openings;
+pub use photometric_luminaire::Product;
 pub use plain_file::allow_large_files;
 pub(crate) use polygon::triangulate;
 pub use project::Project;
@@ -72,6 +77,7 @@ pub(crate) use reader::Node;
 pub use schema::scene_schema;
 #[cfg(test)]
 pub(crate) use shapes::icosphere;
+pub use sky::DaylightTargets;
 pub use standard::{Measure, Requirement, StandardEntry};
 pub use texts::{Mesh, mesh_from_obj, receiver_points_from_csv};
 pub(crate) use units::{LengthUnit, UNIT_NAMES};

@@ -6,8 +6,11 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::emission::Emission;
 use super::materials::Material;
+use super::photometric_luminaire::Product;
 use super::project::Project;
+use super::sky::DaylightTargets;
 use super::standard::Requirement;
 
 /// A surface's place in [`Scene::surfaces`].
@@ -87,123 +90,6 @@ pub struct Luminaire {
     pub product: Option<std::sync::Arc<Product>>,
     /// How and where it emits.
     pub emission: Emission,
-}
-
-/// A product, by its photometric file; empty where that says nothing.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Product {
-    /// Name of the file.
-    pub file: String,
-    /// Maker.
-    pub manufacturer: String,
-    /// Name of the luminaire.
-    pub luminaire: String,
-    /// Catalogue number.
-    pub catalog_number: String,
-}
-
-impl Product {
-    /// Maker, luminaire and catalogue number, as far as they are told; a name that says the same again is left out.
-    pub fn words(&self) -> String {
-        let number = match self.catalog_number.trim() {
-            "" => String::new(),
-            number => format!("no. {number}"),
-        };
-        let mut parts: Vec<&str> = Vec::new();
-        for part in [self.manufacturer.trim(), self.luminaire.trim(), number.as_str()] {
-            if !part.is_empty() && !parts.contains(&part) {
-                parts.push(part);
-            }
-        }
-        parts.join(", ")
-    }
-}
-
-/// How and where a luminaire emits.
-#[derive(Clone, Debug)]
-pub enum Emission {
-    /// A point with the same intensity in every direction.
-    Isotropic {
-        /// Place in m.
-        position_m: DVec3,
-        /// Maintained intensity in cd.
-        intensity_cd: f64,
-    },
-    /// A point with I = I₀ cos γ about its axis, nothing behind.
-    Lambertian {
-        /// Place in m.
-        position_m: DVec3,
-        /// Unit vector of γ = 0.
-        axis: DVec3,
-        /// Maintained intensity on the axis in cd.
-        intensity_cd: f64,
-    },
-    /// A measured distribution, emitted alike by every part of the luminous opening.
-    Photometric {
-        /// Centre of the luminous opening in m.
-        position_m: DVec3,
-        /// Unit vectors of C0 (γ = 90°), C90 (γ = 90°) and γ = 0.
-        frame: [DVec3; 3],
-        /// The distribution in cd as the file gives it (initial, undimmed).
-        web: std::sync::Arc<super::photometry::IntensityWeb>,
-        /// The luminous opening; it is no obstacle.
-        opening: super::photometry::Opening,
-        /// Maintained intensity over the web's: dimming × maintenance factor.
-        scale: f64,
-    },
-    /// Uniform diffuse emission of surfaces.
-    Area {
-        /// The emitting surfaces.
-        surfaces: Vec<SurfaceId>,
-        /// Emits from the front.
-        front: bool,
-        /// Emits from the back.
-        back: bool,
-        /// Maintained exitance in lm/m².
-        exitance_lm_m2: f64,
-    },
-    /// A uniformly bright black ball.
-    Sphere {
-        /// Centre in m.
-        center_m: DVec3,
-        /// Radius in m.
-        radius_m: f64,
-        /// Maintained exitance in lm/m².
-        exitance_lm_m2: f64,
-    },
-    /// The sky and the ground below the horizon, at infinity.
-    Sky {
-        /// Maintained luminances.
-        sky: std::sync::Arc<crate::base::sky::Sky>,
-        /// Where the light enters the scene.
-        openings: std::sync::Arc<super::openings::Openings>,
-        /// What daylight factors are held against.
-        targets: DaylightTargets,
-    },
-    /// The sun's disk, at infinity.
-    Sun {
-        /// Maintained luminance.
-        sun: std::sync::Arc<crate::base::sun::Sun>,
-        /// Where the light enters the scene.
-        openings: std::sync::Arc<super::openings::Openings>,
-    },
-}
-
-/// Daylight factors that EN 17037 asks for in spaces with daylight openings in walls.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DaylightTargets {
-    /// D_T in %, which brings 300 lx for half of the daylight hours.
-    pub target_percent: f64,
-    /// D_TM in %, which brings 100 lx.
-    pub minimum_percent: f64,
-}
-
-impl DaylightTargets {
-    /// For a site by its median diffuse horizontal illuminance in lx.
-    pub fn of_site(median_diffuse_lx: f64) -> DaylightTargets {
-        let percent = |inside_lx: f64| 100.0 * inside_lx / median_diffuse_lx;
-        DaylightTargets { target_percent: percent(300.0), minimum_percent: percent(100.0) }
-    }
 }
 
 /// A named set of points at which illuminance is asked for, or of directions of view from which luminance is.

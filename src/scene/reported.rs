@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::model::{Emission, Luminaire, Surface};
+use super::model::{Luminaire, Surface};
 
 /// What a surface's geometry says of reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,11 +21,7 @@ pub(super) enum Reporting {
 pub(super) fn unreported(surfaces: &[Surface], reporting: &[Reporting], luminaires: &[Luminaire]) -> BTreeSet<String> {
     let shining: BTreeSet<u32> = luminaires
         .iter()
-        .filter_map(|luminaire| match &luminaire.emission {
-            Emission::Area { surfaces, .. } => Some(surfaces),
-            _ => None,
-        })
-        .flatten()
+        .flat_map(|luminaire| luminaire.emission.surfaces())
         .copied()
         .collect();
     let housings: BTreeSet<&str> = shining.iter().map(|id| surfaces[*id as usize].geometry.as_str()).collect();

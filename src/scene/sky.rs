@@ -1,13 +1,9 @@
 //! Reads luminaires that are skies.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 
 use super::error::SceneError;
-use super::model::{DaylightTargets, Emission, Luminaire, Quantity, ReceiverSet};
-use super::openings::Openings;
-use super::reader::{Fields, Node};
+use super::reader::Fields;
 use super::sun;
 use crate::base::perez::SkyClass;
 use crate::base::sky::{Sky, SkyPattern};
@@ -37,8 +33,25 @@ pub(super) const DISTRIBUTIONS: [&str; 18] = [
 /// Median diffuse horizontal illuminance in lx of a site that is not told: about that of London or Berlin.
 const MEDIAN_DIFFUSE_LX: f64 = 15_000.0;
 
+/// Daylight factors that EN 17037 asks for in spaces with daylight openings in walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DaylightTargets {
+    /// D_T in %, which brings 300 lx for half of the daylight hours.
+    pub target_percent: f64,
+    /// D_TM in %, which brings 100 lx.
+    pub minimum_percent: f64,
+}
+
+impl DaylightTargets {
+    /// For a site by its median diffuse horizontal illuminance in lx.
+    pub fn of_site(median_diffuse_lx: f64) -> DaylightTargets {
+        let percent = |inside_lx: f64| 100.0 * inside_lx / median_diffuse_lx;
+        DaylightTargets { target_percent: percent(300.0), minimum_percent: percent(100.0) }
+    }
+}
+
 /// Reads a sky; openings and flux are found when the whole scene is known.
-pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Emission), SceneError> {
+pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sky, DaylightTargets), SceneError> {
     let distribution = fields.need("luminance_distribution", "\"overcast\"")?.choice(&DISTRIBUTIONS)?;
     let is_all_weather = DISTRIBUTIONS[distribution] == "Perez";
     let of_others: &[&str] =
@@ -64,8 +77,7 @@ pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Emission), 
     let median_lx = site.map_or(Ok(MEDIAN_DIFFUSE_LX), |node| node.above_zero("the median diffuse illuminance"))?;
     let targets = DaylightTargets::of_site(median_lx);
     // The luminous flux that is read stands for whether there is any.
-    let (horizontal_lx, openings) = (sky.horizontal_lx(), Arc::new(Openings::default()));
-    Ok((horizontal_lx, Emission::Sky { sky: Arc::new(sky), openings, targets }))
+    Ok((sky.horizontal_lx(), sky, targets))
 }
 
 /// Keys of the all-weather sky alone.
@@ -116,42 +128,4 @@ fn sun_above(fields: &Fields) -> Result<DVec3, SceneError> {
         ));
     }
     Ok(towards)
-}
-
-/// Refuses a second sky.
-pub(super) fn only_one(node: &Node, luminaires: &[Luminaire]) -> Result<(), SceneError> {
-    let is_sky = |luminaire: &&Luminaire| matches!(luminaire.emission, Emission::Sky { .. });
-    let skies = luminaires.iter().filter(is_sky).count();
-    if skies > 1 {
-        return Err(node.refuse_as(
-            "the scene has more than one sky",
-            format!("{skies} luminaires of type \"sky\""),
-            "one, or none",
-            "keep one of them",
-        ));
-    }
-    Ok(())
-}
-
-/// Refuses glare ratings in a scene with a sky: the unified glare rating is not made for windows.
-pub(super) fn refuse_glare(root: &Node, luminaires: &[Luminaire], receivers: &[ReceiverSet]) -> Result<(), SceneError> {
-    let has_sky = luminaires.iter().any(|luminaire| luminaire.emission.is_daylight());
-    let rated = receivers.iter().find(|set| matches!(set.quantity, Quantity::Glare(_)));
-    if let Some(set) = receivers.iter().find(|set| has_sky && set.is_far_field()) {
-        return Err(root.refuse_as(
-            "the light of sky and sun comes from afar and has no far-field intensity",
-            format!("receivers {:?} in a scene with daylight", set.name),
-            "receivers of type \"intensity\" in scenes without sky and sun",
-            "ask for the intensities of a luminaire in a scene of its own",
-        ));
-    }
-    match rated.filter(|_| has_sky) {
-        Some(set) => Err(root.refuse_as(
-            "the unified glare rating is for electric light",
-            format!("receivers {:?} in a scene with daylight", set.name),
-            "glare ratings in scenes without sky and sun",
-            "rate glare in a scene of its own, without sky and sun",
-        )),
-        None => Ok(()),
-    }
 }

@@ -1,12 +1,8 @@
 //! Reads luminaires that are the sun, and where the sun of a sky stands.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 
 use super::error::SceneError;
-use super::model::{Emission, Luminaire};
-use super::openings::Openings;
 use super::reader::{Fields, Node};
 use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
 use crate::base::sun::Sun;
@@ -27,7 +23,7 @@ pub(super) const KEYS: [&str; 7] = [
 ];
 
 /// Reads a sun; openings and flux are found when the whole scene is known.
-pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Emission), SceneError> {
+pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Sun), SceneError> {
     let towards = direction(fields)?;
     let (which, node) = fields.one_of(["normal_illuminance_lx", "horizontal_illuminance_lx"])?;
     let given_lx = maintained * node.at_least_zero(["the normal illuminance", "the horizontal illuminance"][which])?;
@@ -44,7 +40,7 @@ pub(super) fn read(fields: &Fields, maintained: f64) -> Result<(f64, Emission), 
     };
     // The luminous flux that is read stands for whether there is any.
     let lit_lx = if sun.is_up() { sun.normal_lx() } else { 0.0 };
-    Ok((lit_lx, Emission::Sun { sun: Arc::new(sun), openings: Arc::new(Openings::default()) }))
+    Ok((lit_lx, sun))
 }
 
 /// Unit direction of the sun, by its angles (the azimuth counts from +y, north, towards +x, east) or by place and time.
@@ -135,20 +131,6 @@ fn moment_of(text: &str) -> Option<Moment> {
         }
     };
     Some(Moment::of_date(year as i32, month, day, hours_of(clock)? - ahead_hours))
-}
-
-/// Refuses a second sun.
-pub(super) fn only_one(node: &Node, luminaires: &[Luminaire]) -> Result<(), SceneError> {
-    let suns = luminaires.iter().filter(|luminaire| matches!(luminaire.emission, Emission::Sun { .. })).count();
-    if suns > 1 {
-        return Err(node.refuse_as(
-            "the scene has more than one sun",
-            format!("{suns} luminaires of type \"sun\""),
-            "one, or none",
-            "keep one of them",
-        ));
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::output::picture::escaped;
 use crate::output::plots::{Plot, PlotKind};
 use crate::output::schedule::{Power, floor_area_m2};
 use crate::scene::photometry::Opening;
-use crate::scene::{Emission, Luminaire};
+use crate::scene::Luminaire;
 
 impl Report<'_> {
     pub(super) fn luminaires(&self) -> String {
@@ -83,10 +83,8 @@ impl Report<'_> {
             () if high_m - low_m < 0.005 => format!("at z = {} m", ratio(low_m)),
             () => format!("at z = {} to {} m", ratio(low_m), ratio(high_m)),
         };
-        let size = match &self.scene.luminaires[members[0]].emission {
-            Emission::Photometric { opening, .. } => opening_words(opening),
-            _ => String::new(),
-        };
+        let opening = self.scene.luminaires[members[0]].emission.opening();
+        let size = opening.map_or(String::new(), |opening| opening_words(&opening));
         let parts: Vec<String> = [height, size].into_iter().filter(|part| !part.is_empty()).collect();
         if parts.is_empty() { String::new() } else { format!("<br><small class=\"soft\">{}</small>", parts.join(", ")) }
     }

@@ -4,7 +4,6 @@
 //! places of faults. A test keeps both to the same keys.
 
 mod geometry;
-mod luminaires;
 
 use std::collections::BTreeMap;
 
@@ -13,8 +12,9 @@ use schemars::generate::SchemaSettings;
 use serde_json::Value;
 
 use geometry::GeometryKind;
-use luminaires::LuminaireKind;
 
+use super::emission::LuminaireKind;
+use super::luminaire_keys::Vector;
 use super::materials::MaterialKind;
 
 /// JSON Schema (draft 2020-12) of the scene file, with the kinds that are accepted as files but not computed yet.
@@ -50,9 +50,6 @@ fn without_null(schema: &mut Value) {
         _ => {}
     }
 }
-
-/// Three numbers: x, y, z.
-type Vector = [f64; 3];
 
 /// A lighting scene for luxmc. Lengths are in `length_unit`; photometric quantities in lm, cd and lm/m². File names are relative to the scene file.
 #[derive(JsonSchema)]
@@ -399,12 +396,12 @@ mod tests {
     fn the_schema_and_the_reader_know_the_same_keys() {
         let schema = scene_schema();
         let luminaire_keys: Vec<Vec<&str>> =
-            (0..crate::scene::luminaires::TYPES.len()).map(crate::scene::luminaires::keys).collect();
+            (0..crate::scene::emission::TYPES.len()).map(crate::scene::luminaires::keys).collect();
         let luminaire_keys: Vec<&[&str]> = luminaire_keys.iter().map(Vec::as_slice).collect();
         for (definition, types, keys) in [
             ("MaterialKind", &crate::scene::materials::TYPES[..], &crate::scene::materials::KEYS[..]),
             ("GeometryKind", &crate::scene::surfaces::TYPES, &crate::scene::surfaces::KEYS),
-            ("LuminaireKind", &crate::scene::luminaires::TYPES, &luminaire_keys),
+            ("LuminaireKind", &crate::scene::emission::TYPES, &luminaire_keys),
             ("ReceiverKind", &crate::scene::receivers::TYPES, &crate::scene::receivers::KEYS),
         ] {
             let read: BTreeMap<String, BTreeSet<String>> = types
@@ -435,8 +432,8 @@ mod tests {
         for names in [
             &crate::scene::units::UNIT_NAMES[..],
             &crate::scene::surfaces::FACINGS,
-            &crate::scene::luminaires::DISTRIBUTIONS,
-            &crate::scene::luminaires::SIDES,
+            &crate::scene::emission::DISTRIBUTIONS,
+            &crate::scene::emission::SIDES,
             &crate::scene::sky::DISTRIBUTIONS,
         ] {
             assert!(schema.contains(&format!("\"enum\":{}", serde_json::json!(names))), "{names:?}");

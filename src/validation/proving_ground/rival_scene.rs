@@ -98,7 +98,7 @@ fn add_luminaire(
                 }
             }
         }
-        Emission::Photometric { .. } | Emission::Sphere { .. } | Emission::Sky { .. } | Emission::Sun { .. } => {
+        _ => {
             return Err(format!("\"{}\" is a luminaire that it does not know", luminaire.name));
         }
     }

@@ -1,0 +1,111 @@
+//! Keys that luminaires of several types share, for the scene file's schema.
+
+use schemars::JsonSchema;
+
+/// Three numbers: x, y, z.
+pub(super) type Vector = [f64; 3];
+
+/// How a point luminaire's intensity depends on direction.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum Distribution {
+    Isotropic,
+    Lambertian,
+}
+
+/// Sides of a surface that emit.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum EmittingSide {
+    Front,
+    Back,
+    Both,
+}
+
+/// How a sky's luminance depends on direction.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) enum SkyDistribution {
+    #[schemars(rename = "uniform")]
+    Uniform,
+    #[schemars(rename = "overcast")]
+    Overcast,
+    #[schemars(rename = "CIE 1")]
+    Cie1,
+    #[schemars(rename = "CIE 2")]
+    Cie2,
+    #[schemars(rename = "CIE 3")]
+    Cie3,
+    #[schemars(rename = "CIE 4")]
+    Cie4,
+    #[schemars(rename = "CIE 5")]
+    Cie5,
+    #[schemars(rename = "CIE 6")]
+    Cie6,
+    #[schemars(rename = "CIE 7")]
+    Cie7,
+    #[schemars(rename = "CIE 8")]
+    Cie8,
+    #[schemars(rename = "CIE 9")]
+    Cie9,
+    #[schemars(rename = "CIE 10")]
+    Cie10,
+    #[schemars(rename = "CIE 11")]
+    Cie11,
+    #[schemars(rename = "CIE 12")]
+    Cie12,
+    #[schemars(rename = "CIE 13")]
+    Cie13,
+    #[schemars(rename = "CIE 14")]
+    Cie14,
+    #[schemars(rename = "CIE 15")]
+    Cie15,
+    Perez,
+}
+
+/// What every luminaire may say of its operation.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct Operation {
+    /// Dimming.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    dimming: Option<f64>,
+    /// Maintenance factor.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    maintenance_factor: Option<f64>,
+    /// Electric power of one luminaire in W, undimmed and ballast included; without it what the photometric file says.
+    #[schemars(range(min = 0.0))]
+    power_w: Option<f64>,
+}
+
+/// Where and when the sun is looked up at.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct PlaceAndTime {
+    /// Latitude, north positive.
+    #[schemars(range(min = -90.0, max = 90.0))]
+    latitude_deg: Option<f64>,
+    /// Longitude, east positive.
+    #[schemars(range(min = -180.0, max = 180.0))]
+    longitude_deg: Option<f64>,
+    /// Date, time and zone, such as "2026-06-21T12:30:00+02:00".
+    date_time: Option<String>,
+}
+
+/// An array of like luminaires.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct Array {
+    /// Luminaires in a row: an array of copies, named "NAME 1", "NAME 2", … row by row; the first stands here.
+    #[schemars(range(min = 1))]
+    columns: Option<u32>,
+    /// Rows of the array.
+    #[schemars(range(min = 1))]
+    rows: Option<u32>,
+    /// From the first to the last column of the array.
+    u: Option<Vector>,
+    /// From the first to the last row of the array.
+    v: Option<Vector>,
+}
