@@ -10,6 +10,7 @@ mod light;
 mod list;
 mod point;
 mod reach;
+mod ring;
 mod seen;
 mod sky;
 mod sun;
@@ -33,6 +34,7 @@ use light::Light;
 pub use list::{Emitters, PointEmitters, PointLook};
 use point::PointLight;
 pub use reach::Reach;
+use ring::RingLight;
 use sky::SkyEmitter;
 use sun::SunEmitter;
 use triangle::TriangleEmitter;
@@ -62,6 +64,7 @@ lights! {
     Web(WebLight),
     Triangle(TriangleEmitter),
     Ball(BallLight),
+    Ring(RingLight),
     Sky(SkyEmitter),
     Sun(SunEmitter),
 }
@@ -97,6 +100,9 @@ fn lights_of(
         Emission::Sphere { center_m, radius_m, exitance_lm_m2 } => {
             let (center_m, radius_m, exitance_lm_m2) = (*center_m, *radius_m, *exitance_lm_m2);
             push(flux_lm, EmitterShape::Ball(BallLight { luminaire, center_m, radius_m, exitance_lm_m2 }));
+        }
+        Emission::Ring { center_m, axis, radii_m, exitance_lm_m2 } => {
+            push(flux_lm, EmitterShape::Ring(RingLight::new(*center_m, *axis, *radii_m, *exitance_lm_m2)));
         }
         Emission::Sky { sky, openings, .. } => {
             for (flux_lm, light) in SkyEmitter::all(sky, openings) {

@@ -24,16 +24,17 @@ use crate::base::sky::Sky;
 use crate::base::sun::Sun;
 
 /// The luminaire types, as files name them.
-pub(super) const TYPES: [&str; 6] = ["point", "sphere", "area", "photometric", "sky", "sun"];
+pub(super) const TYPES: [&str; 7] = ["point", "sphere", "area", "photometric", "sky", "sun", "ring"];
 
 /// Keys of each luminaire type alone.
-pub(super) const OWN_KEYS: [&[&str]; 6] = [
+pub(super) const OWN_KEYS: [&[&str]; 7] = [
     &["position", "distribution", "aim", "intensity_cd", "luminous_flux_lm"],
     &["center", "radius", "exitance_lm_m2", "luminous_flux_lm"],
     &["surface", "side", "exitance_lm_m2", "luminous_flux_lm"],
     &["file", "position", "aim", "rotation_deg"],
     &sky::KEYS,
     &sun::KEYS,
+    &["center", "inner_radius", "outer_radius", "aim", "exitance_lm_m2", "luminous_flux_lm"],
 ];
 
 /// Whether a type comes in arrays: a luminous surface stands where it stands, and so do sky and sun.
@@ -83,6 +84,32 @@ pub(super) enum LuminaireKind {
         /// Radius.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: f64,
+        /// Exitance in lm/m².
+        #[schemars(range(min = 0.0))]
+        exitance_lm_m2: Option<f64>,
+        /// Luminous flux in lm.
+        #[schemars(range(min = 0.0))]
+        luminous_flux_lm: Option<f64>,
+        #[schemars(flatten)]
+        operation: Operation,
+        #[schemars(flatten)]
+        array: Array,
+    },
+    /// A flat ring that emits diffusely to the side that `aim` points to; either `exitance_lm_m2` or `luminous_flux_lm`.
+    #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
+    Ring {
+        /// Name of the luminaire.
+        name: String,
+        /// Centre.
+        center: Vector,
+        /// Radius of the hole; 0 by default, which makes a disk.
+        #[schemars(range(min = 0.0))]
+        inner_radius: Option<f64>,
+        /// Radius of the rim.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        outer_radius: f64,
+        /// Direction of γ = 0; [0, 0, −1] by default.
+        aim: Option<Vector>,
         /// Exitance in lm/m².
         #[schemars(range(min = 0.0))]
         exitance_lm_m2: Option<f64>,
@@ -240,6 +267,17 @@ pub enum Emission {
         /// Maintained exitance in lm/m².
         exitance_lm_m2: f64,
     },
+    /// A flat ring that is uniformly bright on one side; it is no obstacle.
+    Ring {
+        /// Centre in m.
+        center_m: DVec3,
+        /// Unit vector of γ = 0.
+        axis: DVec3,
+        /// Inner and outer radius in m.
+        radii_m: [f64; 2],
+        /// Maintained exitance in lm/m².
+        exitance_lm_m2: f64,
+    },
     /// The sky and the ground below the horizon, at infinity.
     Sky {
         /// Maintained luminances.
@@ -267,6 +305,7 @@ impl Emission {
             Emission::Photometric { .. } => "photometric",
             Emission::Area { .. } => "area",
             Emission::Sphere { .. } => "sphere",
+            Emission::Ring { .. } => "ring",
             Emission::Sky { .. } => "sky",
             Emission::Sun { .. } => "sun",
         }
@@ -280,6 +319,7 @@ impl Emission {
             Emission::Photometric { .. } => "measured distribution",
             Emission::Area { .. } => "luminous surface, diffuse",
             Emission::Sphere { .. } => "luminous sphere",
+            Emission::Ring { .. } => "luminous ring, diffuse",
             Emission::Sky { .. } => "sky",
             Emission::Sun { .. } => "sun",
         }
@@ -296,7 +336,7 @@ impl Emission {
             Emission::Isotropic { position_m, .. }
             | Emission::Lambertian { position_m, .. }
             | Emission::Photometric { position_m, .. } => Some(*position_m),
-            Emission::Sphere { center_m, .. } => Some(*center_m),
+            Emission::Sphere { center_m, .. } | Emission::Ring { center_m, .. } => Some(*center_m),
             Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => None,
         }
     }
@@ -304,7 +344,7 @@ impl Emission {
     /// Radius in m of the ball about its place that rays may start from or meet; openings, which are small, count as their middle.
     pub fn radius_m(&self) -> f64 {
         match self {
-            Emission::Sphere { radius_m, .. } => *radius_m,
+            Emission::Sphere { radius_m, .. } | Emission::Ring { radii_m: [_, radius_m], .. } => *radius_m,
             _ => 0.0,
         }
     }
@@ -312,7 +352,7 @@ impl Emission {
     /// Unit vector of γ = 0, where it has one; the way that the sun's light takes.
     pub fn aim(&self) -> Option<DVec3> {
         match self {
-            Emission::Lambertian { axis, .. } => Some(*axis),
+            Emission::Lambertian { axis, .. } | Emission::Ring { axis, .. } => Some(*axis),
             Emission::Photometric { frame, .. } => Some(frame[2]),
             Emission::Sun { sun, .. } => Some(-sun.towards()),
             _ => None,
@@ -338,7 +378,9 @@ impl Emission {
     /// Maintained exitance in lm/m² of what is uniformly bright.
     pub fn exitance_lm_m2(&self) -> Option<f64> {
         match self {
-            Emission::Area { exitance_lm_m2, .. } | Emission::Sphere { exitance_lm_m2, .. } => Some(*exitance_lm_m2),
+            Emission::Area { exitance_lm_m2, .. }
+            | Emission::Sphere { exitance_lm_m2, .. }
+            | Emission::Ring { exitance_lm_m2, .. } => Some(*exitance_lm_m2),
             _ => None,
         }
     }
@@ -355,6 +397,7 @@ impl Emission {
     pub fn opening(&self) -> Option<Opening> {
         match self {
             Emission::Photometric { opening, .. } => Some(*opening),
+            Emission::Ring { radii_m, .. } => Some(Opening::Disk { diameter_m: 2.0 * radii_m[1] }),
             _ => None,
         }
     }
@@ -377,7 +420,16 @@ impl Emission {
 
     /// Closed lines in m that a plan draws beside its symbol.
     pub fn outlines_m(&self) -> Vec<Vec<DVec3>> {
-        Vec::new()
+        /// Corners that stand for a circle.
+        const CORNERS: u32 = 72;
+        let Emission::Ring { center_m, axis, radii_m, .. } = self else { return Vec::new() };
+        let (u, v) = axis.any_orthonormal_pair();
+        let corner = |k: u32| {
+            let (sin, cos) = (2.0 * PI * f64::from(k) / f64::from(CORNERS)).sin_cos();
+            cos * u + sin * v
+        };
+        let circle = |radius_m: f64| (0..CORNERS).map(|k| *center_m + radius_m * corner(k)).collect();
+        radii_m.iter().filter(|radius_m| **radius_m > 0.0).map(|radius_m| circle(*radius_m)).collect()
     }
 
     /// Moves what stands somewhere; surfaces stand where they are.
@@ -386,7 +438,8 @@ impl Emission {
             Emission::Isotropic { position_m, .. }
             | Emission::Lambertian { position_m, .. }
             | Emission::Photometric { position_m, .. }
-            | Emission::Sphere { center_m: position_m, .. } => *position_m += offset_m,
+            | Emission::Sphere { center_m: position_m, .. }
+            | Emission::Ring { center_m: position_m, .. } => *position_m += offset_m,
             Emission::Area { .. } | Emission::Sky { .. } | Emission::Sun { .. } => {}
         }
     }
@@ -433,6 +486,7 @@ impl Reading<'_> {
         let (luminous_flux_lm, emission) = match TYPES[kind] {
             "point" => self.point()?,
             "sphere" => self.sphere()?,
+            "ring" => self.ring()?,
             "area" => self.area()?,
             "sky" => {
                 let (flux, sky, targets) = sky::read(self.fields, self.maintained)?;
@@ -501,6 +555,25 @@ impl Reading<'_> {
         }
         let (luminous_flux_lm, exitance_lm_m2) = self.flux_and_exitance(area_m2)?;
         Ok((luminous_flux_lm, Emission::Sphere { center_m, radius_m, exitance_lm_m2 }))
+    }
+
+    fn ring(&self) -> Result<(f64, Emission), SceneError> {
+        let (center_m, axis) = (self.place_m("center")?, self.aim()?);
+        let unit = self.around.unit;
+        let inner = self.fields.get("inner_radius").map_or(Ok(0.0), |node| node.at_least_zero("the inner radius"))?;
+        let node = self.fields.need("outer_radius", "0.3")?;
+        let radii_m = [unit.length_m(inner), unit.length_m(node.above_zero("the outer radius")?)];
+        let area_m2 = PI * (radii_m[1] - radii_m[0]) * (radii_m[1] + radii_m[0]);
+        if radii_m[0] >= radii_m[1] || !area_m2.is_normal() {
+            return Err(node.refuse_as(
+                "the ring has no area",
+                format!("an inner radius of {} m and an outer radius of {} m", radii_m[0], radii_m[1]),
+                "an outer radius above the inner one, in length_unit",
+                "check both numbers",
+            ));
+        }
+        let (luminous_flux_lm, exitance_lm_m2) = self.flux_and_exitance(area_m2)?;
+        Ok((luminous_flux_lm, Emission::Ring { center_m, axis, radii_m, exitance_lm_m2 }))
     }
 
     fn area(&self) -> Result<(f64, Emission), SceneError> {

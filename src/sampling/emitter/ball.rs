@@ -4,8 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::light::Light;
-use super::seen::SeenPart;
+use super::light::{Light, SeenPart};
 use super::{Emitted, Look, Place};
 use crate::base::ball::ball_illuminance_factor;
 use crate::sampling::importance::{Beacon, Profile};

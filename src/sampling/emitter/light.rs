@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::seen::SeenPart;
 use super::{Emitted, Look, Place};
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
@@ -10,6 +9,17 @@ use crate::sampling::importance::Beacon;
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::Stream;
 use crate::scene::Side;
+
+/// A part of a luminaire as an eye sees it where nothing stands between.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenPart {
+    /// Unit direction of its middle from the eye.
+    pub towards: DVec3,
+    /// Luminance towards the eye, squared, times solid angle, in cd²·sr/m⁴.
+    pub squared_luminance_sr: f64,
+    /// A point of it drawn at random.
+    pub place: Place,
+}
 
 /// One emitting point, opening, triangle side or ball, or what comes from afar. What most kinds do not have is told here.
 pub(super) trait Light {

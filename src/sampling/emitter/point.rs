@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::light::Light;
-use super::seen::{SeenPart, show_point};
+use super::light::{Light, SeenPart};
+use super::seen::show_point;
 use super::{Emitted, Look, Place, cosine_per_square};
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::opening::OpeningPoint;

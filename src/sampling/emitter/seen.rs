@@ -2,24 +2,13 @@
 
 use glam::DVec3;
 
-use super::light::Light;
-use super::{Emitter, EmitterShape, Place, of_light};
+use super::light::{Light, SeenPart};
+use super::{Emitter, EmitterShape, of_light};
 use crate::sampling::random::Stream;
 
 /// Smallest projected area of a source in m²: what is smaller counts as small and as bright as this
 /// (CIE 147:2002, small sources).
 pub const SMALLEST_SOURCE_M2: f64 = 0.005;
-/// A part of a luminaire as an eye sees it where nothing stands between.
-#[derive(Clone, Copy, Debug)]
-pub struct SeenPart {
-    /// Unit direction of its middle from the eye.
-    pub towards: DVec3,
-    /// Luminance towards the eye, squared, times solid angle, in cd²·sr/m⁴.
-    pub squared_luminance_sr: f64,
-    /// A point of it drawn at random.
-    pub place: Place,
-}
-
 impl Emitter {
     /// Luminance in cd/m² of a luminous opening that a line of sight meets, I/A_projected, and at which distance in m.
     pub fn opening_on_sight(&self, eye_m: DVec3, direction: DVec3) -> Option<(f64, f64)> {

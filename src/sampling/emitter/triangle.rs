@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::light::Light;
-use super::seen::SeenPart;
+use super::light::{Light, SeenPart};
 use super::{Emitted, Look, Place};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::base::solid_angle::triangle_solid_angle_sr;

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{Law, Pair, Phong, Reflection, Way};
+use super::{Blinn, Law, Pair, Phong, Reflection, Way, mirrored};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::ReflectionLaw;
 
@@ -20,6 +20,10 @@ const MIDPOINTS: usize = 48;
 
 fn phong(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> ReflectionLaw {
     ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent }
+}
+
+fn blinn(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> ReflectionLaw {
+    ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent }
 }
 
 /// A direction away from the surface with the normal z, at an angle and an azimuth in degrees.
@@ -100,6 +104,9 @@ fn draws_follow_the_laws_and_a_fault_of_two_percent_is_rejected() {
         (phong(0.2, 0.6, 0.0), phong(0.2, 0.612, 0.0)),
         (phong(0.3, 0.5, 5.0), phong(0.3, 0.51, 5.1)),
         (phong(0.0, 1.0, 60.0), phong(0.0, 1.0, 61.2)),
+        (blinn(0.2, 0.6, 0.0), blinn(0.2, 0.612, 0.0)),
+        (blinn(0.3, 0.5, 20.0), blinn(0.3, 0.51, 20.4)),
+        (blinn(0.0, 1.0, 240.0), blinn(0.0, 1.0, 244.8)),
         (
             ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
             ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.357 },
@@ -123,6 +130,8 @@ fn densities_integrate_to_one() {
         ReflectionLaw::Diffuse { reflectance: 0.3 },
         phong(0.3, 0.5, 5.0),
         phong(0.1, 0.2, 60.0),
+        blinn(0.3, 0.5, 20.0),
+        blinn(0.1, 0.2, 240.0),
         ReflectionLaw::Translucent { diffuse_reflectance: 0.1, diffuse_transmittance: 0.6 },
     ] {
         let law = Law::new(&law);
@@ -142,12 +151,17 @@ fn densities_integrate_to_one() {
     }
 }
 
-/// ∫ f cos θ_o dω of a phong law: the lobe over u = cosⁿ⁺¹α and the azimuth about the mirror direction, the rest
-/// over the cosine.
-fn directional_reflectance(law: &Phong, exponent: f64, towards: DVec3) -> f64 {
+/// ∫ f cos θ_o dω of a law with a lobe: the lobe over u = cosⁿ⁺¹α and the azimuth about an axis, the rest over the cosine.
+/// `leaving_of` gives the direction that light leaves in, and the ratio of solid angles there and about the axis.
+fn directional_reflectance(
+    law: &impl Reflection,
+    exponent: f64,
+    towards: DVec3,
+    axis: DVec3,
+    leaving_of: impl Fn(DVec3) -> (DVec3, f64),
+) -> f64 {
     const ALONG: usize = 200;
     const AROUND: usize = 1024;
-    let axis = super::mirrored(-towards, DVec3::Z);
     let (t, b) = axis.any_orthonormal_pair();
     let mut lobe = 0.0;
     for i in 0..ALONG {
@@ -158,8 +172,8 @@ fn directional_reflectance(law: &Phong, exponent: f64, towards: DVec3) -> f64 {
         let sin_alpha = (1.0 - cos_alpha * cos_alpha).sqrt();
         for j in 0..AROUND {
             let (sin, cos) = (TAU * (j as f64 + 0.5) / AROUND as f64).sin_cos();
-            let leaving = axis * cos_alpha + (t * cos + b * sin) * sin_alpha;
-            let value = law.lobe_per_sr(&Pair { normal: DVec3::Z, towards, leaving });
+            let (leaving, ratio) = leaving_of(axis * cos_alpha + (t * cos + b * sin) * sin_alpha);
+            let value = ratio * law.lobe_per_sr(&Pair { normal: DVec3::Z, towards, leaving });
             lobe += value * leaving.z.max(0.0) * du * TAU / AROUND as f64 / ((exponent + 1.0) * u / cos_alpha);
         }
     }
@@ -180,14 +194,21 @@ fn gloss_loses_nothing_at_any_angle_and_exponent() {
     for exponent in [0.0, 0.5, 3.0, 60.0, 1000.0, 1e5] {
         let law = Phong::new(0.15, 0.8, exponent);
         for theta_deg in [0.0, 30.0, 60.0, 80.0, 88.0, 89.9] {
-            let reflectance = directional_reflectance(&law, exponent, at(theta_deg, 25.0));
+            let towards = at(theta_deg, 25.0);
+            let axis = mirrored(-towards, DVec3::Z);
+            let reflectance = directional_reflectance(&law, exponent, towards, axis, |leaving| (leaving, 1.0));
             assert!((reflectance - 0.95).abs() < 1e-3, "n = {exponent}, {theta_deg} degrees: {reflectance}");
+            let law = Blinn::new(0.15, 0.8, exponent);
+            let leaving_of = |half: DVec3| (mirrored(-towards, half), 4.0 * towards.dot(half).max(0.0));
+            let reflectance = directional_reflectance(&law, exponent, towards, DVec3::Z, leaving_of);
+            assert!((reflectance - 0.95).abs() < 1e-3, "Blinn, n = {exponent}, {theta_deg} degrees: {reflectance}");
         }
     }
     // Without the second term the lobe of n = 60 loses: the fault that this test must see.
     let plain = Phong::new(0.0, 0.8, 60.0);
     let pair = |leaving| Pair { normal: DVec3::Z, towards: at(80.0, 0.0), leaving };
     assert!(plain.spread_per_sr(&pair(at(80.0, 90.0))) > 0.01);
+    assert!(Blinn::new(0.0, 0.8, 240.0).spread_per_sr(&pair(at(80.0, 90.0))) > 0.01);
 }
 
 #[test]
@@ -197,6 +218,9 @@ fn exchanging_the_directions_changes_nothing() {
         phong(0.1, 0.8, 0.0),
         phong(0.1, 0.8, 17.3),
         phong(0.3, 0.6, 1e5),
+        blinn(0.1, 0.8, 0.0),
+        blinn(0.1, 0.8, 17.3),
+        blinn(0.3, 0.6, 1e5),
         ReflectionLaw::Translucent { diffuse_reflectance: 0.4, diffuse_transmittance: 0.35 },
     ] {
         let law = Law::new(&law);
