@@ -147,7 +147,8 @@ fn luminaire_height_m(scene: &Scene) -> Option<f64> {
             Some(place_m) => place_m.z,
             None if emission.is_daylight() => continue,
             None => {
-                let triangles = emission.surfaces().iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
+                let triangles =
+                    emission.surfaces().iter().flat_map(|id| scene.surfaces[*id as usize].triangles.clone());
                 let (mut moment, mut all_m2) = (0.0, 0.0);
                 for triangle in triangles {
                     let area_m2 = scene.triangle_area_m2(triangle);

@@ -4,7 +4,6 @@
 //! How each shines is told in `sampling/emitter/`.
 
 use std::f64::consts::PI;
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -12,13 +11,12 @@ use schemars::JsonSchema;
 
 use super::error::SceneError;
 use super::luminaire_keys::{Array, Distribution, EmittingSide, Operation, PlaceAndTime, SkyDistribution, Vector};
+use super::luminaire_reading::Reading;
 use super::openings::Openings;
-use super::photometric_luminaire::{PhotometricFiles, Product};
+use super::photometric_luminaire::Product;
 use super::photometry::{IntensityWeb, Opening};
-use super::reader::{Fields, Node};
 use super::sky::{self, DaylightTargets};
 use super::sun;
-use super::units::LengthUnit;
 use super::vectors::photometric_frame;
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
@@ -445,32 +443,6 @@ impl Emission {
     }
 }
 
-/// What luminaires refer to.
-pub(super) struct Around<'a> {
-    pub unit: LengthUnit,
-    pub base_dir: &'a Path,
-    pub surfaces: &'a dyn NamedSurfaces,
-}
-
-/// Surfaces that luminaires name.
-pub(super) trait NamedSurfaces {
-    /// Numbers of the surfaces of a name.
-    fn named(&self, node: &Node) -> Result<Vec<u32>, SceneError>;
-    /// Area of one side in m².
-    fn area_m2(&self, surface: u32) -> f64;
-}
-
-/// A luminaire that is being read.
-pub(super) struct Reading<'a> {
-    pub fields: &'a Fields<'a>,
-    pub name: &'a str,
-    pub around: &'a Around<'a>,
-    /// Dimming × maintenance factor.
-    pub maintained: f64,
-    pub files: &'a mut PhotometricFiles,
-    pub warnings: &'a mut Vec<String>,
-}
-
 /// What was read of a luminaire.
 pub(super) struct Shining {
     pub luminous_flux_lm: f64,
@@ -499,24 +471,6 @@ impl Reading<'_> {
             _ => return self.photometric(),
         };
         Ok(Shining { luminous_flux_lm, emission, product: None, power_w: None })
-    }
-
-    fn place_m(&self, key: &str) -> Result<DVec3, SceneError> {
-        Ok(self.around.unit.point_m(self.fields.need(key, "[4, 3, 2.5]")?.vector()?))
-    }
-
-    fn aim(&self) -> Result<DVec3, SceneError> {
-        self.fields.get("aim").map_or(Ok(-DVec3::Z), |node| node.direction())
-    }
-
-    /// Flux and exitance of a uniformly emitting area.
-    fn flux_and_exitance(&self, area_m2: f64) -> Result<(f64, f64), SceneError> {
-        let (which, node) = self.fields.one_of(["exitance_lm_m2", "luminous_flux_lm"])?;
-        let given = self.maintained * node.at_least_zero(["the exitance", "the luminous flux"][which])?;
-        Ok(match which {
-            0 => (given * area_m2, given),
-            _ => (given, given / area_m2),
-        })
     }
 
     fn point(&mut self) -> Result<(f64, Emission), SceneError> {

@@ -4,10 +4,11 @@ use std::ops::RangeInclusive;
 
 use super::arrays;
 use super::daylight;
-pub(super) use super::emission::Around;
-use super::emission::{NamedSurfaces, OWN_KEYS, Reading, Shining, TYPES, comes_in_arrays};
+use super::emission::{OWN_KEYS, Shining, TYPES, comes_in_arrays};
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
+pub(super) use super::luminaire_reading::Around;
+use super::luminaire_reading::{NamedSurfaces, Reading};
 use super::model::Luminaire;
 use super::photometric_luminaire::PhotometricFiles;
 use super::reader::Node;

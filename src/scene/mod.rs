@@ -17,6 +17,7 @@ mod intensity_table;
 mod leaves;
 mod limits;
 mod luminaire_keys;
+mod luminaire_reading;
 mod luminaires;
 mod materials;
 mod mesh_builder;

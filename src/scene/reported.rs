@@ -19,11 +19,8 @@ pub(super) enum Reporting {
 
 /// Names of the surfaces that stay out of reports; where luminaires are all that there is, they are reported.
 pub(super) fn unreported(surfaces: &[Surface], reporting: &[Reporting], luminaires: &[Luminaire]) -> BTreeSet<String> {
-    let shining: BTreeSet<u32> = luminaires
-        .iter()
-        .flat_map(|luminaire| luminaire.emission.surfaces())
-        .copied()
-        .collect();
+    let shining: BTreeSet<u32> =
+        luminaires.iter().flat_map(|luminaire| luminaire.emission.surfaces()).copied().collect();
     let housings: BTreeSet<&str> = shining.iter().map(|id| surfaces[*id as usize].geometry.as_str()).collect();
     let is_luminaire = |id: u32| match reporting[id as usize] {
         Reporting::Housing => housings.contains(surfaces[id as usize].geometry.as_str()),

@@ -7,8 +7,8 @@ use crate::output::numbers::{UNKNOWN, amount, ratio};
 use crate::output::picture::escaped;
 use crate::output::plots::{Plot, PlotKind};
 use crate::output::schedule::{Power, floor_area_m2};
-use crate::scene::photometry::Opening;
 use crate::scene::Luminaire;
+use crate::scene::photometry::Opening;
 
 impl Report<'_> {
     pub(super) fn luminaires(&self) -> String {

@@ -46,11 +46,8 @@ impl Emitters {
             .collect();
         let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
         let tree = EmitterTree::of(&beacons);
-        let mut on_surfaces: Vec<((u32, Side), u32)> = list
-            .iter()
-            .enumerate()
-            .filter_map(|(index, emitter)| Some((emitter.side()?, index as u32)))
-            .collect();
+        let mut on_surfaces: Vec<((u32, Side), u32)> =
+            list.iter().enumerate().filter_map(|(index, emitter)| Some((emitter.side()?, index as u32))).collect();
         on_surfaces.sort_unstable();
         Emitters { list, on_surfaces, cumulative_flux_lm, tree }
     }

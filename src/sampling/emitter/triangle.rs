@@ -139,16 +139,14 @@ impl Light for TriangleEmitter {
         let luminance = self.exitance_lm_m2 / PI;
         let nearest_m = nearest_m(&corners);
         let longest_m = (0..3).map(|k| corners[k].distance(corners[(k + 1) % 3])).fold(0.0, f64::max);
-        let divisions = ((longest_m / nearest_m.max(1e-3 * longest_m) / WIDEST_PART).ceil() as u32)
-            .clamp(1, MOST_DIVISIONS);
+        let divisions =
+            ((longest_m / nearest_m.max(1e-3 * longest_m) / WIDEST_PART).ceil() as u32).clamp(1, MOST_DIVISIONS);
         for part in 0..divisions * divisions {
             let inner = part_corners(part, divisions);
-            let at =
-                |[u, v]: [f64; 2]| corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
+            let at = |[u, v]: [f64; 2]| corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
             let [a, b, c] = inner.map(at);
             let [s, t] = uniform_triangle(stream.pair());
-            let mixed =
-                |k: usize| inner[0][k] + s * (inner[1][k] - inner[0][k]) + t * (inner[2][k] - inner[0][k]);
+            let mixed = |k: usize| inner[0][k] + s * (inner[1][k] - inner[0][k]) + t * (inner[2][k] - inner[0][k]);
             show(SeenPart {
                 towards: ((a + b + c) / 3.0).normalize_or(self.normal),
                 squared_luminance_sr: luminance * luminance * triangle_solid_angle_sr(a, b, c),
