@@ -221,11 +221,13 @@ fn disk_illuminance_factor(point_m: DVec3, normal: DVec3, center_m: DVec3, axis:
         return 0.0;
     }
     // The rim is r = c + a (u cos φ + v sin φ), with c = ρ u − h w and w the axis: r² = (ρ² + h² + a²)(1 + ε cos φ).
-    let aside_m = offset_m + height_m * axis;
-    let u = aside_m.try_normalize().unwrap_or_else(|| tangents(axis)[0]);
+    let [t, b] = tangents(axis);
+    let (along_t, along_b) = (offset_m.dot(t), offset_m.dot(b));
+    let (a, h, rho) = (radius_m, height_m, along_t.hypot(along_b));
+    // By coordinates in the plane, u lies in it even where next to nothing is left of it.
+    let u = if rho > 0.0 { (along_t * t + along_b * b) / rho } else { t };
     let v = axis.cross(u);
     let [nu, nv, nw] = [u, v, axis].map(|vector| vector.dot(normal));
-    let (a, h, rho) = (radius_m, height_m, aside_m.length());
     let square = rho * rho + h * h + a * a;
     let epsilon = 2.0 * a * rho / square;
     let root = ((rho - a).hypot(h) * (rho + a).hypot(h) / square).min(1.0);
@@ -329,11 +331,11 @@ mod tests {
         assert!(cut > 30 && refused > 50, "{cut} {refused}");
     }
 
-    /// 400,000 looks each from near and far, above and across the horizon: their mean is the exact illuminance within 4.9 standard
+    /// 2,000,000 looks each from near and far, above and across the horizon: their mean is the exact illuminance within 4.9 standard
     /// errors (α = 1e-6 each, seed 5), and 1% more (the planted fault) is not. Far looks all say the same.
     #[test]
     fn looks_have_the_mean_of_the_closed_form() {
-        const N: u64 = 400_000;
+        const N: u64 = 2_000_000;
         let light = ring();
         let mut stream = Stream::new(5, Purpose::Walks, 0, 0);
         let slanting = DVec3::new(1.0, 0.3, 0.4).normalize();
