@@ -1,9 +1,8 @@
 //! `luxmc completions`: what a shell needs to complete commands and options.
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 
-use super::arguments::Arguments;
 use super::exit::Exit;
 use super::{Outcome, console};
 
@@ -22,10 +21,10 @@ pub struct CompletionsArguments {
     shell: Shell,
 }
 
-/// Prints the completions.
-pub fn run(arguments: &CompletionsArguments) -> Outcome {
+/// Prints the completions of a program.
+pub fn run(arguments: &CompletionsArguments, mut program: Command) -> Outcome {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::command(), "luxmc", &mut script);
+    clap_complete::generate(arguments.shell, &mut program, "luxmc", &mut script);
     console::result(&String::from_utf8_lossy(&script))?;
     Ok(Exit::Done)
 }

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Command, CommandFactory};
+use clap::{Args, Command};
 use clap_mangen::Man;
 
-use super::arguments::Arguments;
 use super::exit::{Exit, Failure};
 use super::{Outcome, console};
 use crate::output::{ResultFile, write_files};
@@ -28,9 +27,8 @@ pub struct ManArguments {
     out: Option<PathBuf>,
 }
 
-/// Prints a page, or writes all.
-pub fn run(arguments: &ManArguments) -> Outcome {
-    let mut program = Arguments::command();
+/// Prints a page of a program, or writes all.
+pub fn run(arguments: &ManArguments, mut program: Command) -> Outcome {
     program.build();
     if let Some(directory) = &arguments.out {
         write_files(directory, &pages(&program)?)?;

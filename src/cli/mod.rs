@@ -42,7 +42,7 @@ mod version;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 use arguments::{Arguments, Command};
 
@@ -66,8 +66,8 @@ pub fn run() -> ExitCode {
         Command::Schema => schema::run(),
         Command::New(arguments) => new::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
-        Command::Completions(arguments) => completions::run(arguments),
-        Command::Man(arguments) => man::run(arguments),
+        Command::Completions(arguments) => completions::run(arguments, Arguments::command()),
+        Command::Man(arguments) => man::run(arguments, Arguments::command()),
     };
     match outcome {
         Ok(exit) => exit.code(),

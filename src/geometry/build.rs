@@ -13,7 +13,7 @@ use obvhs::ploc::morton::morton_encode_u64_unorm;
 use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
 
-use super::tree::Ball;
+use super::ball::Ball;
 
 /// How much the boxes under the tree are padded on every side, in scaled coordinates. The node test works on
 /// differences of coordinates up to 2 with six roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.

@@ -19,6 +19,7 @@
 //! What the walk finds is taken as it is, unless it lies on an edge or is the back of a one-sided surface. Such
 //! doubtful crossings (some 4 in 10,000) are settled with all crossings of the ray in hand (`tracer`).
 
+mod ball;
 mod build;
 mod crossings;
 mod frame;

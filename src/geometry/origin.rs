@@ -14,6 +14,9 @@ use serde::{Deserialize, Serialize};
 use super::triangle::Slot;
 use crate::scene::Side;
 
+/// How far before its origin a ray may meet a front that the origin counts as in front of, in units of the
+/// direction: a few times [`LIFT`], for rays that leave a surface at a slant.
+pub(super) const BEFORE: f32 = -1.0 / (1u32 << 18) as f32;
 /// How far a point on a surface is lifted along its normal, in scaled coordinates: eight times the coarsest rounding
 /// of a point (2⁻²⁴), so that the ray's own plane is surely behind it.
 pub(super) const LIFT: f64 = 1.0 / (1u64 << 21) as f64;

@@ -3,10 +3,11 @@
 use glam::{DVec3, Vec3, Vec3A};
 use serde::{Deserialize, Serialize};
 
+use super::ball::Ball;
 use super::frame::Frame;
 use super::hull::Hull;
 use super::origin::{Anchor, LIFT, Origin, PULL, RESOLUTION, pull_in};
-use super::tree::{BEFORE, Ball, Found, Tree};
+use super::tree::{Found, Tree};
 use super::triangle::{Ray, Slot};
 use crate::scene::{Scene, Side};
 
@@ -371,36 +372,4 @@ fn footing_of(slot: u32, corners: Slot, two_sided: bool) -> Footing {
         least: least.min(DVec3::splat(LARGEST_PULL)).as_vec3(),
         two_sided,
     }
-}
-
-/// Distance to a ball along a ray in units of its direction, if it meets it: 0 from inside.
-#[cold]
-pub(super) fn meet_ball(ray: &Ray, origin: &Origin, ball: &Ball) -> Option<f32> {
-    let along = ray.direction.as_dvec3();
-    if let Anchor::Ball { luminaire } = origin.anchor
-        && luminaire == ball.luminaire
-    {
-        return (along.dot(origin.normal.as_dvec3()) < 0.0).then_some(0.0);
-    }
-    let towards = ball.center - ray.origin.as_dvec3();
-    let square = along.length_squared();
-    let middle = towards.dot(along) / square;
-    // The distance of the line from the centre, free of the cancellation in b² − ac.
-    let half_chord_squared = ball.radius * ball.radius - (towards - middle * along).length_squared();
-    if half_chord_squared < 0.0 {
-        return None;
-    }
-    let half_chord = (half_chord_squared / square).sqrt();
-    (middle + half_chord >= 0.0).then(|| (middle - half_chord).max(0.0) as f32)
-}
-
-/// Whether a ball stands between two origins.
-#[cold]
-pub(super) fn ball_parts(ray: &Ray, from: &Origin, to: &Origin, ball: &Ball) -> bool {
-    if let Anchor::Ball { luminaire } = to.anchor
-        && luminaire == ball.luminaire
-    {
-        return ray.direction.as_dvec3().dot(to.normal.as_dvec3()) > 0.0;
-    }
-    meet_ball(ray, from, ball).is_some_and(|t| t < 1.0 + BEFORE)
 }

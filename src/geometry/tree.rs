@@ -1,7 +1,7 @@
 //! obvhs, wrapped: its eight-wide tree, walked with our own node test and triangle test.
 //!
 //! The stock node test clamps the entry into a box to 1e-4 in units of the ray's length, so that a ray from just
-//! above a floor misses it. Ours starts a little before the origin ([`BEFORE`]). It divides nothing by rounding
+//! above a floor misses it. Ours starts a little before the origin ([`super::origin::BEFORE`]). It divides nothing by rounding
 //! twice: the boxes under the tree are padded (`build`), which exceeds all the rounding of the test. Both
 //! versions of the test, AVX2 and portable, do the same operations in the same order and give the same bits.
 
@@ -9,25 +9,13 @@ use glam::{UVec2, Vec3, Vec3A};
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::node::CwBvhNode;
 
+use super::ball::{Ball, ball_parts, meet_ball};
 use super::build::build;
-use super::origin::Origin;
-use super::tracer::{ball_parts, meet_ball};
+use super::origin::{BEFORE, Origin};
 use super::triangle::{Crossing, Ray, Slots};
-
-/// How far before its origin a ray may meet a front that the origin counts as in front of, in units of the
-/// direction: a few times [`super::origin::LIFT`], for rays that leave a surface at a slant.
-pub(super) const BEFORE: f32 = -1.0 / (1u32 << 18) as f32;
 
 /// Distance from either end, in scaled coordinates, within which the sides of a triangle are weighed before it counts.
 const NEAR: f32 = 1.0 / (1u32 << 12) as f32;
-
-/// A ball in the tracer's coordinates.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ball {
-    pub center: glam::DVec3,
-    pub radius: f64,
-    pub luminaire: u32,
-}
 
 /// Triangles and balls under an eight-wide tree.
 pub(super) struct Tree {

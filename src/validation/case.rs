@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::error::CaseError;
+use super::exact::Light;
 use super::fields::{Fraction, fill_in};
 use super::light_mesh::MeshChoice;
 use super::run_method::{RunMethod, indirect_form, method_names};
@@ -122,27 +123,10 @@ impl What {
     }
 }
 
-/// Which part of the light is compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Light {
-    /// What has met nothing on its way.
-    Direct,
-    /// The rest.
-    Indirect,
-    /// All of it.
-    #[default]
-    Total,
-}
-
-impl Light {
-    /// Name in words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Light::Direct => "direct",
-            Light::Indirect => "indirect",
-            Light::Total => "total",
-        }
+impl Comparison {
+    /// Whether a surface, or the geometry that it is a part of, is compared.
+    pub(super) fn takes_in(&self, surface: &str, geometry: &str) -> bool {
+        self.surface.as_ref().is_none_or(|wanted| wanted == surface || wanted == geometry)
     }
 }
 

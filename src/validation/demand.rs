@@ -95,8 +95,8 @@ fn needed_error(what: What, criterion: &Criterion, exact: &[Entry]) -> Option<f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::validation::exact::Exact;
     use crate::validation::fields::Fraction;
-    use crate::validation::truth::Exact;
 
     fn entries(values_lx: &[f64]) -> Vec<Entry> {
         let entry = |value_lx: &f64| Entry {

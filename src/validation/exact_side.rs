@@ -1,10 +1,11 @@
 //! The exact side of a comparison: made once, whatever and however often is measured beside it.
 
-use super::case::{Along, Beside, CASE_FILE, Case, Comparison, ELEMENT_MAP, Light, Run, What};
+use super::case::{Along, Beside, CASE_FILE, Case, Comparison, ELEMENT_MAP, Run, What};
 use super::error::CaseError;
-use super::measure::{counts, fill_in_measured};
+use super::exact::{Light, TruthSite};
+use super::measure::fill_in_measured;
 use super::statistics::{Entry, EntrySet};
-use super::truth::{Truth, TruthSite};
+use super::truth::Truth;
 use crate::scene::{Elements, Scene};
 use crate::solver::Solution;
 
@@ -125,7 +126,7 @@ fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec
     for index in 0..cells.len() {
         let cell = cells.cell(index as u32);
         let surface = scene.surface_of(cell.triangle);
-        if !counts(comparison, &surface.name, &surface.geometry) {
+        if !comparison.takes_in(&surface.name, &surface.geometry) {
             continue;
         }
         let site = TruthSite::Element { corners_m: cells.corners_m(scene, cell), surface: &surface.name, index };

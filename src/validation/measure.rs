@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use super::case::{Comparison, Light, Run, What};
+use super::case::{Comparison, Run, What};
+use super::exact::Light;
 use super::statistics::EntrySet;
 use super::truth_enclosure::mesh_area_m2;
 use crate::maps::{MapKind, MapResult, REPLICAS, TableRow, standard_error};
@@ -116,7 +117,7 @@ pub(super) fn fill_in_measured(
         (entry.measured_lx, entry.standard_error_lx) = measured(map, entry.index, comparison.light);
     }
     let rows = map.tables.iter().filter(|row| match map.kind {
-        MapKind::Elements => counts(comparison, &row.name, geometry_of(&run.scene, &row.name)),
+        MapKind::Elements => comparison.takes_in(&row.name, geometry_of(&run.scene, &row.name)),
         MapKind::Receivers(_) => true,
     });
     set.average_error_lx = Some(mean_error_lx(&rows.collect::<Vec<_>>()));
@@ -156,11 +157,6 @@ fn measured(map: &MapResult, index: usize, light: Light) -> (f64, f64) {
         Light::Direct if values.indirect_lx[index] == 0.0 => (values.direct_lx[index], error_lx),
         Light::Direct => (values.direct_lx[index], 0.0),
     }
-}
-
-/// Whether a comparison takes in a surface.
-pub(super) fn counts(comparison: &Comparison, surface: &str, geometry: &str) -> bool {
-    comparison.surface.as_ref().is_none_or(|wanted| wanted == surface || wanted == geometry)
 }
 
 fn geometry_of<'a>(scene: &'a Scene, surface: &str) -> &'a str {
@@ -241,7 +237,7 @@ fn direct_average(scene: &Scene, comparison: &Comparison, map: &MapResult) -> f6
             for index in 0..cells.len() {
                 let cell = cells.cell(index as u32);
                 let surface = scene.surface_of(cell.triangle);
-                if counts(comparison, &surface.name, &surface.geometry) {
+                if comparison.takes_in(&surface.name, &surface.geometry) {
                     add(cells.area_m2(scene, cell), map.values.direct_lx[index]);
                 }
             }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::CaseError;
-use super::truth::TruthSite;
+use super::exact::TruthSite;
 
 /// A point of the reference may lie this far from the receiver in m: the decimals of a table, no more.
 const SAME_PLACE_M: f64 = 1e-6;

@@ -2,7 +2,7 @@
 
 use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
-use super::truth::Exact;
+use super::exact::Exact;
 
 /// Standard errors below this part of the value are rounding of the sums, not chance: the value counts as exact.
 const ROUNDING: f64 = 1e-9;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde_json::Value;
 
-use super::case::{ELEMENT_MAP, Light, read_text};
+use super::case::{ELEMENT_MAP, read_text};
 use super::error::CaseError;
-use super::truth::{Exact, TruthSite};
+use super::exact::{Exact, Light, TruthSite};
 use super::words::percent;
 use crate::scene::Scene;
 

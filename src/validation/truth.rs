@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use serde::Deserialize;
 
-use super::case::{Comparison, Light};
+use super::case::Comparison;
 use super::error::CaseError;
-use super::measure::counts;
+use super::exact::{Exact, Light, TruthSite};
 use super::reference::Reference;
 use super::stored_run::StoredRun;
 use super::truth_enclosure::{concentric, two_hemispheres, uniform_enclosure};
@@ -87,49 +86,6 @@ fn reference_file() -> String {
     "reference.csv".to_owned()
 }
 
-/// What is asked about.
-#[derive(Clone, Copy, Debug)]
-pub enum TruthSite<'a> {
-    /// A point of a receiver set and its place in it.
-    Point {
-        /// Place in m.
-        position_m: DVec3,
-        /// Unit normal of the receiving side.
-        normal: DVec3,
-        /// Place in the set.
-        index: usize,
-    },
-    /// The mean over an element.
-    Element {
-        /// Corners in m.
-        corners_m: [DVec3; 3],
-        /// Its surface.
-        surface: &'a str,
-        /// Place in the map.
-        index: usize,
-    },
-    /// The mean over a surface, or over all of a map.
-    Average {
-        /// The surface, if it is one.
-        surface: Option<&'a str>,
-    },
-}
-
-/// An exact value with what stands between it and the scene that is solved, all in lx.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Exact {
-    /// The value.
-    pub value_lx: f64,
-    /// Error of the value itself.
-    pub uncertainty_lx: f64,
-    /// What the discretisation changes: mesh against ideal shape, or element mean against the value at its centre.
-    pub discretisation_lx: f64,
-    /// The part of the discretisation that the value does not account for.
-    pub unaccounted_lx: f64,
-    /// Upper estimate of what the finite model lacks.
-    pub truncation_lx: f64,
-}
-
 /// A truth made ready for one scene.
 pub struct Truth<'a> {
     comparison: &'a Comparison,
@@ -174,8 +130,9 @@ impl<'a> Truth<'a> {
     /// Standard error in lx of the mean over what is compared, where the exact values are themselves subject to chance.
     pub fn average_error_lx(&self) -> Option<f64> {
         let geometry_of = |surface: &str| self.scene.surfaces.iter().find(|known| known.name == surface);
-        let is_in =
-            |surface: &str| geometry_of(surface).is_some_and(|known| counts(self.comparison, surface, &known.geometry));
+        let is_in = |surface: &str| {
+            geometry_of(surface).is_some_and(|known| self.comparison.takes_in(surface, &known.geometry))
+        };
         self.run.as_ref().map(|run| run.average_error_lx(is_in))
     }
 

@@ -2,8 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::case::Light;
-use super::truth::{Exact, TruthSite};
+use super::exact::{Exact, Light, TruthSite};
 use crate::analytic::sphere::{concentric_spheres, rank_one_indirect_lx};
 use crate::scene::Scene;
 

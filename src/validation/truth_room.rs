@@ -5,8 +5,7 @@ use std::sync::{Arc, Mutex};
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::case::Light;
-use super::truth::{Exact, TruthSite};
+use super::exact::{Exact, Light, TruthSite};
 use crate::analytic::box_room::{BoxRoom, BoxRoomSolution, RoomFace, RoomSource, RoomValue};
 
 /// A point this near to a face, in m, lies on it.

@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 
 use serde::Deserialize;
 
-use super::case::Light;
-use super::truth::{Exact, TruthSite};
+use super::exact::{Exact, Light, TruthSite};
 use crate::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 
 /// Sobolev's planes at z = 0 (plane 1) and z = distance (plane 2), the source over the origin.

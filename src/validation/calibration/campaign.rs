@@ -3,8 +3,9 @@
 use super::bias::Biases;
 use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
 use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
-use crate::validation::case::{Case, Comparison, Light, Run};
+use crate::validation::case::{Case, Comparison, Run};
 use crate::validation::error::CaseError;
+use crate::validation::exact::Light;
 use crate::validation::exact_side::ExactSide;
 use crate::validation::forecasts::{JudgedForecast, judged_forecasts, median};
 use crate::validation::measure::Stopwatch;
