@@ -1,9 +1,9 @@
 //! Luminaires as the chain and the estimators see them: a flat list of emitting points, triangles and balls.
 //!
-//! Every kind of light has a file of its own and stands behind one trait, [`light::Light`]; this file lists them all, once, in the call of
-//! `lights!`, and tells in `lights_of` what a luminaire of the scene becomes. Four faces are those of every emitter: `emit` draws a packet in proportion to what leaves it, `draw_towards` draws
-//! the point of it that a receiver sees in proportion to what it brings there, `unshadowed_lx` is the exact value of
-//! what it brings where nothing stands between, and `luminous_flux_lm` its total.
+//! Every kind of light has a file of its own and stands behind one trait, `light::Light`; this file lists them all, once, in the call of
+//! `lights!`, and tells in `lights_of` what a luminaire of the scene becomes. Four faces are those of every emitter: `emit` draws a
+//! packet in proportion to what leaves it, `look` draws the point of it that a receiver sees in proportion to what it brings there,
+//! `unshadowed_lx` is the exact value of what it brings where nothing stands between, and `luminous_flux_lm` its total.
 
 mod ball;
 mod light;
