@@ -39,8 +39,10 @@ fn map<'a>(solution: &'a Solution, name: &str) -> &'a MapResult {
 
 /// Faults that tests plant into their exact values and must find. Most find 2%.
 const PLANTED: f64 = 1.02;
-/// Small surfaces get few chains, and single walls of the cylinder too, whose mean is held to 0.5%.
+/// Small surfaces get few chains.
 const PLANTED_IN_SMALL: f64 = 1.04;
+/// Single walls of the cylinder get fewer; their mean finds 1%.
+const PLANTED_IN_WALLS: f64 = 1.07;
 /// A white furnace multiplies a fault of its material by 1/(1 − ρ) = 10: a reflectance of 0.91 in the place of 0.9, 1.1% of the material, makes this.
 const PLANTED_IN_FURNACE: f64 = 1.11;
 
@@ -328,12 +330,13 @@ fn a_cylinder_between_perfect_mirrors_is_infinite() {
         let (value, error) = (row.average_lx.value, row.average_lx.standard_error);
         assert!((value - exact).abs() < 6.0 * error + 3e-3 * exact, "{side}: {value} ± {error}, exactly {exact}");
         // The planted fault.
-        assert!((value - PLANTED_IN_SMALL * exact).abs() > 6.0 * error + 3e-3 * exact, "{side}: ± {error} hides it");
+        assert!((value - PLANTED_IN_WALLS * exact).abs() > 6.0 * error + 3e-3 * exact, "{side}: ± {error} hides it");
     }
     let mean: f64 =
         elements.tables.iter().filter(|row| row.name.starts_with('w')).map(|row| row.average_lx.value).sum();
     let expected = flux_lm_m / TAU / (1.0 - reflectance) * f64::from(SIDES);
     assert!((mean / expected - 1.0).abs() < 5e-3, "{mean} {expected}");
+    assert!((mean / expected - 1.01).abs() > 5e-3, "{mean} {expected}: the planted fault passed");
     // Receivers see the same light: walks and images against the element of their wall.
     let seen = solved(&json, MapSelection::Receivers, 20_000);
     let points = &map(&seen, "points").values;
