@@ -248,7 +248,7 @@ fn receiver_file(scene: &Scene, maps: &[(&MapResult, usize)]) -> Result<ResultFi
         for (index, point) in scene.receivers[*set].points.iter().enumerate() {
             let mut fields = vec![
                 Field::Text(&map.name),
-                Field::Count(index as u64),
+                Field::Count(scene.receivers[*set].index_of(index) as u64),
                 Field::Number(point.position_m.x),
                 Field::Number(point.position_m.y),
                 Field::Number(point.position_m.z),

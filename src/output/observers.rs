@@ -38,7 +38,7 @@ pub(super) fn observer_files(scene: &Scene, solution: &Solution) -> Result<Vec<R
             for (index, point) in scene.receivers[set].points.iter().enumerate() {
                 sheet.row(&[
                     Field::Text(&map.name),
-                    Field::Count(index as u64),
+                    Field::Count(scene.receivers[set].index_of(index) as u64),
                     Field::Number(point.position_m.x),
                     Field::Number(point.position_m.y),
                     Field::Number(point.position_m.z),

@@ -113,6 +113,10 @@ pub fn read_share(directory: &Path) -> Result<ShareFile, SealedError> {
     if let Some(count) = of_maps.chain([record.chains, record.rays]).find(|count| *count > MOST_COUNTED) {
         return Err(SHARES.damaged(&path, format!("a header that counts {count} chains or rays")));
     }
+    let part = record.part;
+    if !(1..=part.of).contains(&part.number) {
+        return Err(SHARES.damaged(&path, format!("a header that tells of part {} of {}", part.number, part.of)));
+    }
     Ok(ShareFile { path, header, begin })
 }
 

@@ -38,6 +38,7 @@ mod radiance;
 mod radiance_scene;
 mod reader;
 mod receivers;
+mod receivers_part;
 mod reported;
 mod requirements;
 mod schema;
@@ -68,6 +69,7 @@ pub use project::Project;
 pub use proposal::propose_scene;
 pub use proposed::{Proposal, ProposedMaterial};
 pub(crate) use reader::Node;
+pub use receivers_part::ReceiversPart;
 pub use schema::scene_schema;
 #[cfg(test)]
 pub(crate) use shapes::icosphere;
