@@ -13,7 +13,7 @@ use super::values;
 use super::verdict_target::{self, Target, target};
 use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
-use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, summary_file};
+use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, StreamedFile, summary_file};
 use crate::radiosity::Radiosity;
 use crate::scene::{ReceiversPart, Scene};
 use crate::solver::{
@@ -313,7 +313,7 @@ impl RunStory {
         &self,
         scene: &Scene,
         solution: &Solution,
-        more: impl IntoIterator<Item = ResultFile>,
+        more: Option<StreamedFile>,
         mut directory: ResultDirectory,
     ) -> Result<ResultFile, Failure> {
         let write_started = Instant::now();
@@ -327,7 +327,7 @@ impl RunStory {
         };
         stage_results(scene, solution, &context, self.plots, &mut directory)?;
         for file in more {
-            directory.stage(&file)?;
+            directory.stage_streamed(&file)?;
         }
         let summary = self.summary(scene, solution, directory.names(), write_started.elapsed().as_secs_f64());
         directory.stage(&summary)?;

@@ -255,10 +255,10 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         plots: arguments.plots,
         part: portion.map_or(PartOfRun::Whole, PartOfRun::Portion),
     };
-    let share = of_portion.map(|(portion, record, sums)| {
-        let header = share::header(run.scene_digest(), scene_file, settings, &solution, portion, record);
+    let share = of_portion.as_ref().map(|(portion, record, sums)| {
+        let header = share::header(run.scene_digest(), scene_file, settings, &solution, *portion, record.clone());
         let command = command_without_output(arguments, &solution);
-        share_file(ShareHeader { command, threads: run.threads(), scene: story.scene.clone(), ..header }, &sums)
+        share_file(ShareHeader { command, threads: run.threads(), scene: story.scene.clone(), ..header }, sums)
     });
     story.write(scene, &solution, share, directory)?;
 

@@ -95,12 +95,22 @@ pub fn merge<E>(
     maps.iter_mut().for_each(|map| map.job.settle_merged(settings.target_error));
     let needed = settings.target_error.map(|target| needed_of_all(&maps, target, whole_shares.len()));
     let told: Vec<(u64, String)> = maps.iter().map(|map| (map.chains, map.methods())).collect();
-    let jobs: Vec<Job> = maps.into_iter().map(|map| map.job).collect();
+    let mut jobs: Vec<Job> = maps.into_iter().map(|map| map.job).collect();
     let stop_reason = if jobs.iter().all(Job::is_exact) { StopReason::Exact } else { StopReason::Shares };
     let compute_s = started.elapsed().as_secs_f64() - build_s;
     let target_error = settings.target_error;
-    let mut solution =
-        finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, 0.0, build_s, compute_s);
+    let mut solution = finish(
+        &context,
+        settings,
+        target_error,
+        &mut jobs,
+        convergence,
+        spending,
+        stop_reason,
+        0.0,
+        build_s,
+        compute_s,
+    );
     for (map, (chains, methods)) in solution.maps.iter_mut().zip(told) {
         (map.chains, map.method) = (chains, methods);
         map.method_reason = "that of the shares".to_owned();

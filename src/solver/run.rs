@@ -140,17 +140,16 @@ pub(super) fn solve_as(
     let left_out = run.leave_out();
     run.judge_all(in_haste);
     let compute_s = kept_s + started.elapsed().as_secs_f64() - build_s;
-    let Run { jobs, convergence, mut spending, clock, .. } = run;
+    let Run { mut jobs, convergence, mut spending, clock, .. } = run;
     for job in &jobs {
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
-    let sums = if portion.is_some() { jobs.iter().map(sums_of).collect() } else { Vec::new() };
     let mut solution = finish(
         &context,
         settings,
         target_error,
-        jobs,
+        &mut jobs,
         convergence,
         spending,
         stop_reason,
@@ -168,6 +167,7 @@ pub(super) fn solve_as(
     solution.warnings.extend(left_out.iter().map(|(name, _)| {
         format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
     }));
+    let sums = if portion.is_some() { jobs.into_iter().map(sums_of).collect() } else { Vec::new() };
     (solution, sums)
 }
 

@@ -200,7 +200,7 @@ fn told(
 }
 
 /// What a finished job leaves for a merge.
-pub(super) fn sums_of(job: &Job) -> (MapOfShare, MapSums) {
+pub(super) fn sums_of(job: Job) -> (MapOfShare, MapSums) {
     let map = &job.map;
     let counts_packets = matches!(map.indirect_unit_lx, Unit::Packets { .. });
     let about = MapOfShare {
@@ -221,5 +221,5 @@ pub(super) fn sums_of(job: &Job) -> (MapOfShare, MapSums) {
         ends: job.ends,
     };
     let cells_profile = map.cells_error.as_ref().map_or_else(Vec::new, CellsError::profile);
-    (about, MapSums { direct: map.direct.clone(), indirect: map.indirect.clone(), cells_profile })
+    (about, MapSums { direct: job.map.direct, indirect: job.map.indirect, cells_profile })
 }
