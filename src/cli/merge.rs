@@ -106,7 +106,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     };
     check_memory(&scene, &settings)?;
     let pool = thread_pool(arguments.threads)?;
-    let mut directory = ResultDirectory::open(&arguments.out)?;
+    let directory = ResultDirectory::open(&arguments.out)?;
     let tell = |line: &str| {
         if !arguments.quiet {
             console::message(line)
@@ -119,40 +119,24 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     let records: Vec<ShareRecord> = shares.iter().map(|share| share.header.record.clone()).collect();
     let merging = || merge(&scene, &settings, &records, |index| shares[index].sums());
     let merged = meanwhile("merging", started, arguments.quiet, || false, || pool.install(merging));
-    let Merged { mut solution, more } = match merged {
+    let merged = match merged {
         Ok(merged) => merged,
         Err(error) => {
             directory.withdraw();
             return Err(error.into());
         }
     };
-    solution.warnings.extend(interrupted_line(&shares));
-    solution.notes.extend(more.map(|more| words_on_more(&more, &shares, target_error.unwrap_or(0.0))));
-    let compute_s = records.iter().map(|record| record.compute_s).sum();
-
-    let write_started = Instant::now();
-    let context = ReportContext {
-        scene: first.header.scene.clone(),
-        command: commands_again(&shares),
-        repeats_digits: shares.iter().all(|share| share.header.stop_reason == StopReason::Chains.name()),
-        unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
-        wall_s: compute_s,
-        threads: shares.iter().map(|share| share.header.threads).max().unwrap_or(1),
-    };
-    stage_results(&scene, &solution, &context, arguments.plots, &mut directory)?;
-    let record = RunRecord {
-        scene: context.scene,
+    let merging = Merging {
+        scene: &scene,
+        target_error,
+        shares: &shares,
+        plots: arguments.plots,
         read_s,
-        write_s: write_started.elapsed().as_secs_f64(),
-        wall_s: started.elapsed().as_secs_f64(),
+        started,
         threads: pool.current_num_threads(),
-        peak_memory_bytes: peak_bytes(),
-        position_accuracy_m: position_accuracy_m(&scene),
-        files: directory.names(),
-        part: PartOfRun::Merged { shares: whole_shares(&shares), receivers_parts: parts_of(&shares), compute_s, more },
     };
-    directory.stage(&summary_file(&scene, &solution, &record))?;
-    directory.commit()?;
+    let Merged { solution, .. } = merging.write(merged, directory)?;
+    let compute_s = records.iter().map(|record| record.compute_s).sum();
 
     tell_results(&scene, &solution, tell)?;
     for note in &solution.notes {
@@ -160,6 +144,68 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     }
     tell(&closing_lines(&solution, &arguments.out.display().to_string(), compute_s));
     Ok(exit_of(&solution))
+}
+
+/// What is told of a merge besides its solution.
+pub struct Merging<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The target, if one is judged.
+    pub target_error: Option<f64>,
+    /// All shares, in order.
+    pub shares: &'a [ShareFile],
+    /// Formats of plots; `None`: SVG.
+    pub plots: Option<Plots>,
+    /// Seconds of reading the scene.
+    pub read_s: f64,
+    /// When the process began.
+    pub started: Instant,
+    /// Worker threads.
+    pub threads: usize,
+}
+
+impl Merging<'_> {
+    /// Adds to the solution what is told of its shares, and writes all files.
+    ///
+    /// # Errors
+    ///
+    /// Files that cannot be written.
+    pub fn write(&self, merged: Merged, mut directory: ResultDirectory) -> Result<Merged, Failure> {
+        let Merged { mut solution, more } = merged;
+        let (scene, shares) = (self.scene, self.shares);
+        solution.warnings.extend(interrupted_line(shares));
+        solution.notes.extend(more.map(|more| words_on_more(&more, shares, self.target_error.unwrap_or(0.0))));
+        let compute_s = shares.iter().map(|share| share.header.record.compute_s).sum();
+        let write_started = Instant::now();
+        let context = ReportContext {
+            scene: shares[0].header.scene.clone(),
+            command: commands_again(shares),
+            repeats_digits: shares.iter().all(|share| share.header.stop_reason == StopReason::Chains.name()),
+            unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+            wall_s: compute_s,
+            threads: shares.iter().map(|share| share.header.threads).max().unwrap_or(1),
+        };
+        stage_results(scene, &solution, &context, self.plots, &mut directory)?;
+        let record = RunRecord {
+            scene: context.scene,
+            read_s: self.read_s,
+            write_s: write_started.elapsed().as_secs_f64(),
+            wall_s: self.started.elapsed().as_secs_f64(),
+            threads: self.threads,
+            peak_memory_bytes: peak_bytes(),
+            position_accuracy_m: position_accuracy_m(scene),
+            files: directory.names(),
+            part: PartOfRun::Merged {
+                shares: whole_shares(shares),
+                receivers_parts: parts_of(shares),
+                compute_s,
+                more,
+            },
+        };
+        directory.stage(&summary_file(scene, &solution, &record))?;
+        directory.commit()?;
+        Ok(Merged { solution, more })
+    }
 }
 
 /// Reads the headers of all shares, and puts them in order.

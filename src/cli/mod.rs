@@ -16,6 +16,8 @@ mod memory;
 mod merge;
 mod mesh;
 mod method;
+#[cfg(feature = "mpi")]
+mod mpi;
 mod new;
 mod new_hall;
 mod number_text;

@@ -241,6 +241,17 @@ impl SceneRun {
         }
     }
 
+    /// Computes a share by settings of its own, for a run that goes by rounds.
+    #[cfg(feature = "mpi")]
+    pub(super) fn solve_share_by(
+        &self,
+        settings: &Settings,
+        portion: Portion,
+        observer: &dyn Observer,
+    ) -> (Solution, ShareRecord, Vec<MapSums>) {
+        self.on_its_threads(|| solve_share(&self.scene, settings, portion, observer))
+    }
+
     /// Computes a portion of the run, from the beginning or on from where it was kept.
     pub(super) fn solve_share(
         &self,
@@ -304,7 +315,7 @@ impl RunStory {
         summary_file(scene, solution, &record)
     }
 
-    /// Writes all files of a run into a directory, those of `more` too; they appear together, or not at all. Returns `summary.json`.
+    /// Writes all files of a run into a directory, that of `more` too; they appear together, or not at all. Returns `summary.json`.
     ///
     /// # Errors
     ///
@@ -326,7 +337,7 @@ impl RunStory {
             threads: self.threads,
         };
         stage_results(scene, solution, &context, self.plots, &mut directory)?;
-        for file in more {
+        if let Some(file) = more {
             directory.stage_streamed(&file)?;
         }
         let summary = self.summary(scene, solution, directory.names(), write_started.elapsed().as_secs_f64());

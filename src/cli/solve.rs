@@ -48,21 +48,21 @@ Exit code 3: a limit came before the target.";
 #[command(after_help = EXAMPLES)]
 pub struct SolveArguments {
     /// Scene file (JSON)
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Directory for the results; made where missing, other files in it stay
     #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
     pub out: Option<PathBuf>,
     /// Pilots alone: print what a run would take (rays, seconds, memory) by every method that applies, or by --method, to errors
     /// of 3, 1, 0.3 and 0.1%, and to --target-error
     #[arg(long)]
-    dry_run: bool,
+    pub(super) dry_run: bool,
     /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
     pub target_error: Option<f64>,
     /// Go on until every requirement of the scene is met or not, beyond doubt: verdicts. Computes the receiver sets, unless --maps names
     /// others; --target-error then is the least error to go to [default: 0.1%]
     #[arg(long, value_name = "WHAT", value_parser = target)]
-    target: Option<Target>,
+    pub(super) target: Option<Target>,
     /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
     #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
     time_limit: Option<f64>,
@@ -82,7 +82,7 @@ pub struct SolveArguments {
     /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
     /// light-mesh (planes and luminance without lobes; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
-    method: MethodChoice,
+    pub(super) method: MethodChoice,
     /// Elements of the element map where the target binds it: adaptive (the scene's own, cut and sloped as far as the
     /// target asks, with their discretisation error) or given (the scene's own, as means)
     #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = method::elements)]
@@ -90,11 +90,11 @@ pub struct SolveArguments {
     /// Compute one of many independent shares of a run, such as 3/8, which luxmc merge makes one result of. --chains or --time-limit
     /// say how much work it is; --target-error is what the merged result is judged by
     #[arg(long, value_name = "K/N", value_parser = values::share, allow_hyphen_values = true, conflicts_with = "dry_run")]
-    share: Option<Share>,
+    pub(super) share: Option<Share>,
     /// Compute one of several parts of the receivers, such as 3/8: every eighth point of each set from the third on. luxmc merge makes one
     /// result of all parts, and judges the target
     #[arg(long, value_name = "K/N", value_parser = values::receivers_part, allow_hyphen_values = true, conflicts_with = "dry_run")]
-    receivers_part: Option<ReceiversPart>,
+    pub(super) receivers_part: Option<ReceiversPart>,
     /// Keep the state of the run in this file, from which luxmc resume goes on
     #[arg(long, value_name = "FILE", conflicts_with = "dry_run")]
     #[serde(skip)]
@@ -139,6 +139,10 @@ pub struct Resumption {
 
 /// Solves a scene.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
+    #[cfg(feature = "mpi")]
+    if let Some(outcome) = super::mpi::run(arguments, started) {
+        return outcome;
+    }
     run_from(arguments, None, started)
 }
 
@@ -284,7 +288,7 @@ fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
 }
 
 /// The same without directory and portion.
-fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> String {
+pub(super) fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> String {
     let mut command = format!("luxmc solve {} --seed {}", quoted(&arguments.scene), arguments.seed);
     if arguments.target.is_some() {
         command += " --target verdicts";
@@ -310,7 +314,7 @@ fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> St
     command
 }
 
-fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
+pub(super) fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
     Ok(RunOptions {
         method: arguments.method,
         elements: arguments.elements,
@@ -326,7 +330,7 @@ fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
     })
 }
 
-fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, threads: usize) -> String {
+pub(super) fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, threads: usize) -> String {
     let mut rules = Vec::new();
     rules.extend(arguments.share.map(|share| format!("share {} of {}", share.number, share.of)));
     rules.extend(arguments.receivers_part.map(|part| format!("part {} of {} of the receivers", part.number, part.of)));
