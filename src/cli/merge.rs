@@ -16,7 +16,7 @@ use super::run::thread_pool;
 use super::share::options_of;
 use super::{Outcome, console, values};
 use crate::base::memory::peak_bytes;
-use crate::check::read_scene;
+use crate::check::{MeshCheck, read_scene, skip_checks};
 use crate::control::Forecast;
 use crate::geometry::position_accuracy_m;
 use crate::maps::MapKind;
@@ -71,6 +71,10 @@ pub struct MergeArguments {
     /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
     #[arg(long)]
     allow_large: bool,
+    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
+    /// warnings of the run say which
+    #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
+    skip_check: Vec<MeshCheck>,
     /// No notes on standard error; warnings and errors stay
     #[arg(long)]
     quiet: bool,
@@ -82,6 +86,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     if arguments.allow_large {
         allow_large_files();
     }
+    skip_checks(&arguments.skip_check);
     let shares = read_shares(&arguments.shares)?;
     let target_error = target_of(arguments, &shares)?;
     check_out(arguments)?;

@@ -20,7 +20,7 @@ use super::results::{closing_lines, counted, exit_of, tell_results};
 use super::run::SceneRun;
 use super::solve::{SolveArguments, command_without_output, opening_line, options};
 use super::{Outcome, console, share};
-use crate::check::read_scene;
+use crate::check::{read_scene, skip_checks};
 use crate::output::{OutputError, ResultDirectory, SHARE_FILE, ShareFile, ShareHeader, read_share, share_file};
 use crate::scene::allow_large_files;
 use crate::solver::{
@@ -107,6 +107,7 @@ fn readied(world: &SimpleCommunicator, arguments: &SolveArguments) -> Result<Sce
     if arguments.allow_large {
         allow_large_files();
     }
+    skip_checks(&arguments.skip_check);
     let scene = read_scene(&arguments.scene)?;
     let run = SceneRun::new(scene, &arguments.scene.display().to_string(), options(arguments)?)?;
     let of_a_round = Settings { chains: Some(FIRST_CHAINS), ..run.settings().clone() };
@@ -210,6 +211,8 @@ impl Rank<'_> {
             match next {
                 Some(next) => chains = next,
                 None => {
+                    // A scheduler may end the process any moment.
+                    drop(spool);
                     self.dismiss(&others);
                     // Who still sends would wait for ever.
                     let left = self.collect(&collected.late, Vec::new(), Instant::now());
@@ -219,7 +222,6 @@ impl Rank<'_> {
                     let exit = if is_interrupted() { Exit::Interrupted } else { exit_of(&solution) };
                     if !is_whole || !left.late.is_empty() {
                         // Nobody waits for the lost.
-                        drop(spool);
                         self.world.abort(i32::from(exit.number()));
                     }
                     return Ok(exit);

@@ -20,7 +20,7 @@ use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
 use super::run::{RunOptions, RunStory, SceneRun};
 use super::verdict_target::{self, Target, target};
 use super::{Outcome, checkpoint, console, share, values};
-use crate::check::read_scene;
+use crate::check::{MeshCheck, read_scene, skip_checks};
 use crate::maps::MapKind;
 use crate::output::{CheckpointFile, PartOfRun, ResultDirectory, ShareHeader, share_file};
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
@@ -114,6 +114,11 @@ pub struct SolveArguments {
     /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
     #[arg(long)]
     pub allow_large: bool,
+    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
+    /// warnings of the run say which
+    #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
+    #[serde(default)]
+    pub skip_check: Vec<MeshCheck>,
     /// No progress on standard error; warnings and errors stay
     #[arg(long)]
     pub quiet: bool,
@@ -174,6 +179,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     if arguments.allow_large {
         allow_large_files();
     }
+    skip_checks(&arguments.skip_check);
     let scene_file = resumption.as_ref().map_or(&arguments.scene, |resumption| &resumption.scene);
     let limit_s = resumption.as_ref().map_or(arguments.time_limit, |resumption| resumption.time_limit_s);
     let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file)?)));

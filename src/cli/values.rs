@@ -2,6 +2,7 @@
 //!
 //! The errors are texts for clap, which puts the option and its value before them.
 
+use crate::check::MeshCheck;
 use crate::scene::ReceiversPart;
 use crate::solver::Share;
 
@@ -24,6 +25,13 @@ pub fn target_error(text: &str) -> Result<f64, String> {
         return Ok(error);
     }
     Err(format!("{}; {REMEDY}", if error >= 1.0 { "100% or more asks for nothing" } else { "no run can reach it" }))
+}
+
+/// A check of meshes by its name.
+pub fn mesh_check(text: &str) -> Result<MeshCheck, String> {
+    let names = MeshCheck::ALL.map(MeshCheck::name).join(", ");
+    let found = MeshCheck::ALL.into_iter().find(|check| check.name() == text.trim());
+    found.ok_or_else(|| format!("no check of meshes; name some of {names}, with commas between"))
 }
 
 /// A share of a run: `3/8`, counted from 1.
