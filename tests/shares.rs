@@ -132,6 +132,7 @@ fn the_number_of_shares_that_a_target_takes_is_told_within_a_tenth() {
     let first = (13..=60).find(|count| merged(&scene, &settings, &all[..*count]).more == Some(MoreShares::None));
     let first = first.unwrap_or_else(|| panic!("60 shares do not meet what was to take {needed}"));
     assert!((first as f64 / needed as f64 - 1.0).abs() <= 0.1, "{first} shares, not {needed}");
+    println!("told: {needed} shares; the first merge that meets the target has {first}");
     let met = merged(&scene, &settings, &all[..first]).solution;
     assert_eq!((met.target_met, met.stop_reason.name()), (Some(true), "target_met"));
 }

@@ -143,6 +143,9 @@ impl Home {
         keys.retain(|key, _| !TIMES.contains(&key.as_str()));
         let spent = keys["spent"].as_object_mut().expect("an object");
         spent.values_mut().for_each(|of| drop(of.as_object_mut().expect("an object").remove("seconds")));
+        if let Some(merged) = keys["merged"].as_object_mut() {
+            merged.remove("compute_s");
+        }
         all.push(summary.to_string());
         all
     }
