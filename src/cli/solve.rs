@@ -144,10 +144,6 @@ pub struct Resumption {
 
 /// Solves a scene.
 pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
-    #[cfg(feature = "mpi")]
-    if let Some(outcome) = super::mpi::run(arguments, started) {
-        return outcome;
-    }
     run_from(arguments, None, started)
 }
 

@@ -43,6 +43,7 @@ mod reported;
 mod requirements;
 mod schema;
 mod shapes;
+mod shared_receivers;
 mod sky;
 mod standard;
 mod stl;
