@@ -239,7 +239,7 @@ fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refus
     refused(&[one, two, three, three], &["part 3 of the receivers comes twice"]);
     refused(&[one, two, &part("of-two", "2/2", &[])], &["share out receivers differently", "3 parts"]);
     refused(&[one, two, &part("seed", "3/3", &["--seed", "1"])], &["different seeds"]);
-    refused(&[one, two, &part("maps", "3/3", &["--maps", "work plane"])], &["different maps"]);
+    refused(&[one, &part("maps", "2/3", &["--maps", "work plane"]), three], &["different maps"]);
     refused(&[one, two, &home.share("share", "1/1", &[])], &["share out receivers differently"]);
     let other = home.path("other.json");
     std::fs::write(home.path("probes.csv"), std::fs::read(scene("probes.csv")).expect("there")).expect("written");
