@@ -10,10 +10,6 @@ use cli_support::*;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-/// Files that hold no times.
-const TABLES: [&str; 3] = ["elements.csv", "receivers.csv", "tables.csv"];
-/// Keys of the summary that tell of times, of memory or of the machine.
-const TIMES: [&str; 7] = ["read_s", "build_s", "compute_s", "write_s", "wall_s", "peak_memory_bytes", "threads"];
 /// A program that has written no checkpoint for so long never will.
 const HANGS_AFTER: Duration = Duration::from_secs(120);
 
@@ -40,25 +36,6 @@ impl Home {
         arguments.extend(options);
         let output = run(&arguments);
         (code(&output), errors(&output))
-    }
-
-    /// What a run tells but times: tables, its history and its summary.
-    fn told(&self, out: &str) -> Vec<String> {
-        let read = |name: &str| std::fs::read_to_string(self.path(out).join(name));
-        let mut all: Vec<String> = TABLES.iter().filter_map(|name| read(name).ok()).collect();
-        let (header, rows) = table(&self.path(out).join("convergence.csv"));
-        let is_time: Vec<bool> = header.iter().map(|name| name.contains("wall")).collect();
-        let without = |row: &Vec<String>| {
-            row.iter().zip(&is_time).filter(|(_, time)| !**time).map(|(cell, _)| cell.clone()).collect()
-        };
-        all.extend(rows.iter().map(without).map(|row: Vec<String>| row.join(",")));
-        let mut summary = summary(&self.path(out));
-        let keys = summary.as_object_mut().expect("an object");
-        keys.retain(|key, _| !TIMES.contains(&key.as_str()));
-        let spent = keys["spent"].as_object_mut().expect("an object");
-        spent.values_mut().for_each(|of| drop(of.as_object_mut().expect("an object").remove("seconds")));
-        all.push(summary.to_string());
-        all
     }
 }
 

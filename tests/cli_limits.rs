@@ -167,3 +167,25 @@ fn a_limit_on_the_size_of_files_is_told_and_nothing_half_written_stays() {
     assert!(errors(&output).contains("cannot be written"), "{}", errors(&output));
     assert!(listing(&out).is_empty(), "{:?}", listing(&out));
 }
+
+/// What is left out is told in the summary, and nothing else changes.
+#[test]
+fn checks_of_meshes_that_are_left_out_are_told() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let warnings = |name: &str, more: &[&str]| -> String {
+        let out = home.path().join(name);
+        let room = cli_support::scene("room.json");
+        let output = solve_file(&room, &out, &[&["--chains", "500", "--plots", "none", "--quiet"][..], more].concat());
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        summary(&out)["warnings"].to_string()
+    };
+    assert!(!warnings("all", &[]).contains("skip-check"));
+    let some = warnings("some", &["--skip-check", "faults,overlaps"]);
+    assert!(some.contains("--skip-check left out faults, overlaps") && !some.contains("insides"), "{some}");
+    let more = warnings("more", &["--skip-check", "advice", "--skip-check", "insides"]);
+    assert!(more.contains("left out advice, insides; points inside of solids count"), "{more}");
+    let read = |name: &str| std::fs::read(home.path().join(name).join("receivers.csv")).expect("written");
+    assert!(read("all") == read("some"));
+    let output = run(&["inspect", text(&cli_support::scene("room.json")), "--skip-check", "everything"]);
+    assert!(code(&output) == 2 && errors(&output).contains("faults, overlaps, advice, insides"), "{}", errors(&output));
+}

@@ -137,7 +137,7 @@ fn damaged_files_and_a_share_under_another_number_are_refused() {
     // The first share as the second, with a digest that fits: its sums tell.
     let renumbered = |bytes: Vec<u8>| {
         let lines: Vec<&[u8]> = bytes.splitn(3, |byte| *byte == b'\n').collect();
-        let header = String::from_utf8(lines[1].to_vec()).expect("UTF-8").replace("\"number\":1", "\"number\":2");
+        let header = String::from_utf8(lines[1].to_vec()).expect("UTF-8").replacen("\"number\":1", "\"number\":2", 1);
         let digest: String = Sha256::digest(&header).iter().map(|byte| format!("{byte:02x}")).collect();
         [format!("luxmc share 1 {digest}\n{header}\n").as_bytes(), lines[2]].concat()
     };
@@ -190,6 +190,85 @@ fn options_that_make_no_share_are_refused() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let (exit, told) = home.merge(&[&out], "all", &[]);
     assert!(exit == 3 && told.contains("target"), "{exit} {told}");
+}
+
+/// Parts of the receivers, in any order, come to the same bytes, with every point once under its own number.
+#[test]
+fn parts_of_the_receivers_merge_into_one_result_and_other_sets_of_them_are_refused() {
+    let home = Home::new();
+    let part = |name: &str, part: &str, more: &[&str]| {
+        let out = home.path(name);
+        let options =
+            [&["--receivers-part", part, "--target-error", "3%", "--plots", "none", "--quiet"], more].concat();
+        let output = solve("room.json", &out, &options);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        out
+    };
+    let parts: Vec<PathBuf> = (1..=3).map(|k| part(&k.to_string(), &format!("{k}/3"), &[])).collect();
+    let [one, two, three] = [0, 1, 2].map(|index| parts[index].as_path());
+    assert_eq!(home.summary("2")["receivers_part"], serde_json::json!({"number": 2, "of": 3}));
+    assert_eq!(home.summary("2")["stop_reason"], "target_met");
+    let (exit, told) = home.merge(&[one, two, three], "forward", &[]);
+    assert!(exit == 0 && told.contains("3 parts of the receivers"), "{exit} {told}");
+    assert_eq!(home.merge(&[three, one, two], "backward", &["--threads", "1", "--quiet"]).0, 0);
+    let read = |name: &str| {
+        ["receivers.csv", "tables.csv", "convergence.csv"]
+            .map(|table| std::fs::read(home.path(name).join(table)).expect("written"))
+    };
+    assert!(read("forward") == read("backward"), "the order shows");
+    let merged = home.summary("forward")["merged"].clone();
+    assert!(merged["shares"] == 1 && merged["receivers_parts"] == 3, "{merged}");
+
+    // Places and numbers are those of a run as a whole.
+    let output = solve("room.json", &home.path("whole"), &["--maps", "receivers", "--target-error", "3%", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let places = |name: &str| -> Vec<Vec<String>> {
+        table(&home.path(name).join("receivers.csv")).1.into_iter().map(|row| row[..8].to_vec()).collect()
+    };
+    assert_eq!(places("forward"), places("whole"));
+    let of_two = places("2");
+    assert!(of_two.iter().all(|row| places("whole").contains(row)) && of_two[0][1] == "1", "{of_two:?}");
+
+    let refused = |shares: &[&Path], words: &[&str]| {
+        let (exit, told) = home.merge(shares, "none", &[]);
+        assert_eq!(exit, 2, "{words:?}: {told}");
+        assert!(words.iter().all(|word| told.contains(word)), "{words:?}: {told}");
+        assert!(!home.path("none").exists(), "{words:?}: something was written");
+    };
+    refused(&[one, three], &["part 2 of 3 of the receivers is missing", "--receivers-part 2/3"]);
+    refused(&[one, two, three, three], &["part 3 of the receivers comes twice"]);
+    refused(&[one, two, &part("of-two", "2/2", &[])], &["share out receivers differently", "3 parts"]);
+    refused(&[one, two, &part("seed", "3/3", &["--seed", "1"])], &["different seeds"]);
+    refused(&[one, &part("maps", "2/3", &["--maps", "work plane"]), three], &["different maps"]);
+    refused(&[one, two, &home.share("share", "1/1", &[])], &["share out receivers differently"]);
+    let other = home.path("other.json");
+    std::fs::write(home.path("probes.csv"), std::fs::read(scene("probes.csv")).expect("there")).expect("written");
+    let room = std::fs::read_to_string(scene("room.json")).expect("there");
+    std::fs::write(&other, room.replace("\"reflectance\": 0.25", "\"reflectance\": 0.2500000001")).expect("written");
+    let foreign = home.path("foreign");
+    let output = solve_file(&other, &foreign, &["--receivers-part", "3/3", "--target-error", "3%", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    refused(&[one, two, &foreign], &["different scenes"]);
+
+    // A second share of every part joins.
+    let more = ["--share", "2/2", "--chains", "2000"];
+    let second: Vec<PathBuf> = (1..=3).map(|k| part(&format!("second-{k}"), &format!("{k}/3"), &more)).collect();
+    let all: Vec<&Path> = parts.iter().chain(&second).map(PathBuf::as_path).collect();
+    refused(&all[..5], &["share 2 of 2, part 3 of 3 of the receivers is missing", "--share 2/2 --receivers-part 3/3"]);
+    let (exit, told) = home.merge(&all, "both", &[]);
+    assert!(exit == 0 && told.contains("2 shares of 3 parts of the receivers each"), "{exit} {told}");
+
+    let refused = |options: &[&str], word: &str| {
+        let output = solve("room.json", &home.path("none"), options);
+        assert_eq!(code(&output), 2, "{options:?}: {}", errors(&output));
+        assert!(errors(&output).contains(word), "{options:?}: {}", errors(&output));
+        assert!(!home.path("none").exists());
+    };
+    refused(&["--receivers-part", "1/3", "--maps", "elements"], "elements are not shared out");
+    refused(&["--receivers-part", "99999/99999"], "has no receivers");
+    refused(&["--receivers-part", "4/3"], "no such part");
+    refused(&["--receivers-part", "1/3", "--method", "light-mesh"], "no matter of chance");
+    refused(&["--receivers-part", "1/3", "--share", "1/2"], "--chains N or --time-limit");
 }
 
 /// The scripts of `scenes/cluster` run as a scheduler runs them: Slurm counts tasks from 1, Kubernetes from 0.

@@ -19,6 +19,7 @@ mod proportions;
 mod read;
 mod rooms_outward;
 mod shells;
+mod skipped;
 mod sky_openings;
 mod straight;
 mod t_junctions;
@@ -39,3 +40,4 @@ pub use inspect::{
 pub use proportions::{Proportions, Trust};
 pub use read::{read_scene, scene_from_json};
 pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};
+pub use skipped::{MeshCheck, skip_checks};

@@ -11,6 +11,7 @@ use super::mesh_faults::{MESH, warn_of_faults};
 use super::overlaps::{overlaps, overlaps_budget};
 use super::rooms_outward::refuse_rooms_outward;
 use super::shells::{Shell, bounds_m, closed_shells_of_geometries, size_m};
+use super::skipped::{MeshCheck, words_on_skipped};
 use super::sky_openings::find_openings;
 use super::walls::place_backgrounds;
 use super::warnings::{arrange, names};
@@ -51,13 +52,22 @@ fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneErr
     let shells = closed_shells_of_geometries(scene);
     refuse_rooms_outward(&written.geometry, scene, &shells)?;
     place_backgrounds(scene, &shells);
-    mark_inside_points(scene, &shells);
+    if !MeshCheck::Insides.is_skipped() {
+        mark_inside_points(scene, &shells);
+    }
     find_openings(scene, &shells);
     warn_of_proportions(scene, written.unit);
     fit_openings(scene);
-    advise(scene, &shells);
-    warn_of_faults(scene);
-    warn_of_overlaps(scene, &shells);
+    if !MeshCheck::Advice.is_skipped() {
+        advise(scene, &shells);
+    }
+    if !MeshCheck::Faults.is_skipped() {
+        warn_of_faults(scene);
+    }
+    if !MeshCheck::Overlaps.is_skipped() {
+        warn_of_overlaps(scene, &shells);
+    }
+    scene.warnings.extend(words_on_skipped());
     arrange(scene);
     Ok(())
 }

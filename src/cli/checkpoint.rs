@@ -13,7 +13,6 @@ use super::solve::{Resumption, SolveArguments};
 use crate::output::{
     CheckpointFile, CheckpointHeader, SealedError, prove_checkpoint, read_checkpoint, write_checkpoint,
 };
-use crate::scene::Scene;
 use crate::solver::{GoingOn, Keeper, Progress, RunState, Solution, StopReason};
 
 /// Seconds between two checkpoints where nothing else is asked for.
@@ -177,8 +176,8 @@ pub fn prove(path: &Path) -> Result<(), Failure> {
 /// # Errors
 ///
 /// A scene that has changed, and a state that is not the one that was written.
-pub fn take_up(resumption: &Resumption, scene: &Scene) -> Result<GoingOn, SealedError> {
-    let (file, digest) = (&resumption.file, scene.digest());
+pub fn take_up(resumption: &Resumption, digest: String) -> Result<GoingOn, SealedError> {
+    let file = &resumption.file;
     if digest != file.header.scene_digest {
         return Err(SealedError {
             path: resumption.scene.clone(),
@@ -191,14 +190,18 @@ pub fn take_up(resumption: &Resumption, scene: &Scene) -> Result<GoingOn, Sealed
     Ok(GoingOn { kept: file.state()?, time_limit_s: resumption.time_limit_s })
 }
 
-/// What the checkpoints of a run tell of it, from scene file, its name and the directory of the results.
-pub fn header(scene: &Scene, [scene_file, name, out]: [&PathBuf; 3], arguments: &SolveArguments) -> CheckpointHeader {
+/// What the checkpoints of a run tell of it, from the scene's digest, its file, its name and the directory of the results.
+pub fn header(
+    scene_digest: String,
+    [scene_file, name, out]: [&PathBuf; 3],
+    arguments: &SolveArguments,
+) -> CheckpointHeader {
     let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
     CheckpointHeader {
         luxmc: env!("CARGO_PKG_VERSION").to_owned(),
         scene: name.display().to_string(),
         scene_path: absolute(scene_file),
-        scene_digest: scene.digest(),
+        scene_digest,
         out: absolute(out),
         arguments: serde_json::to_value(arguments).unwrap_or_default(),
         stop_reason: None,

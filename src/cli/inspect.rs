@@ -11,9 +11,10 @@ use super::memory::{limit_memory, needed_bytes};
 use super::number_text::plain;
 use super::proportions::warn_of_proportions;
 use super::text_table::text_table;
-use super::{Outcome, console};
+use super::{Outcome, console, values};
 use crate::check::{
-    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshFaults, inspect, read_scene,
+    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshCheck, MeshFaults, inspect, read_scene,
+    skip_checks,
 };
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
@@ -43,6 +44,10 @@ pub struct InspectArguments {
     /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
     #[arg(long)]
     allow_large: bool,
+    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
+    /// warnings of the run say which
+    #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
+    skip_check: Vec<MeshCheck>,
 }
 
 /// What programs are told of a scene.
@@ -60,6 +65,7 @@ pub fn run(arguments: &InspectArguments) -> Outcome {
     if arguments.allow_large {
         allow_large_files();
     }
+    skip_checks(&arguments.skip_check);
     let text = if is_photometric(&arguments.file) {
         let file = read_photometric_file(&arguments.file)?;
         if let Some(directory) = &arguments.plots {

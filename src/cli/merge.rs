@@ -13,18 +13,20 @@ use super::patience::meanwhile;
 use super::proportions::check_proportions;
 use super::results::{closing_lines, counted, exit_of, stage_results, tell_results};
 use super::run::thread_pool;
+use super::share::options_of;
 use super::{Outcome, console, values};
 use crate::base::memory::peak_bytes;
-use crate::check::read_scene;
+use crate::check::{MeshCheck, read_scene, skip_checks};
 use crate::control::Forecast;
 use crate::geometry::position_accuracy_m;
 use crate::maps::MapKind;
 use crate::output::{
     PartOfRun, ReportContext, ResultDirectory, RunRecord, SealedError, ShareFile, read_share, summary_file,
 };
-use crate::scene::{Elements, Scene, allow_large_files};
+use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
 use crate::solver::{
-    ElementChoice, MapSelection, Merged, Method, MoreShares, Settings, ShareRecord, StopReason, merge,
+    ElementChoice, MapOfShare, MapSelection, Merged, Method, MoreShares, Portion, Settings, Share, ShareRecord,
+    StopReason, merge,
 };
 
 const EXAMPLES: &str = "\
@@ -34,15 +36,18 @@ Examples:
   luxmc merge out/1 out/2 --out out/all              judges the target, and says how many more shares it takes
   luxmc solve office.json --out out/3 --share 3/3 --chains 1e6 --target-error 0.5%
   luxmc merge out/1 out/2 out/3 --out out/all        a further share joins
+  luxmc solve campus.json --out part/1 --receivers-part 1/2 --target-error 1%
+  luxmc solve campus.json --out part/2 --receivers-part 2/2 --target-error 1%
+  luxmc merge part/* --out out/all                   parts of the receivers stand beside each other
 
-The result does not depend on the order of the directories. All shares from the first to the last are to be there, each once, of one
-scene, seed, method and version of luxmc.";
+The result does not depend on the order of the directories. All shares from the first to the last are to be there, each once, and each with
+all parts of the receivers, of one scene, seed, method and version of luxmc.";
 
 /// Arguments of `luxmc merge`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct MergeArguments {
-    /// Directories of all shares, written by luxmc solve --share
+    /// Directories of all shares or parts, written by luxmc solve --share or --receivers-part
     #[arg(value_name = "DIR", required = true)]
     shares: Vec<PathBuf>,
     /// Directory for the merged results; made where missing, other files in it stay
@@ -66,6 +71,10 @@ pub struct MergeArguments {
     /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
     #[arg(long)]
     allow_large: bool,
+    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
+    /// warnings of the run say which
+    #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
+    skip_check: Vec<MeshCheck>,
     /// No notes on standard error; warnings and errors stay
     #[arg(long)]
     quiet: bool,
@@ -77,6 +86,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     if arguments.allow_large {
         allow_large_files();
     }
+    skip_checks(&arguments.skip_check);
     let shares = read_shares(&arguments.shares)?;
     let target_error = target_of(arguments, &shares)?;
     check_out(arguments)?;
@@ -86,8 +96,10 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(path))?;
     check_proportions(&mut scene, &path.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();
-    check_scene(&scene, path, first)?;
-    let maps = first.header.record.maps.iter().map(|map| map.name.clone()).collect();
+    check_scene(&scene, path, &shares)?;
+    let mut maps: Vec<String> = shares.iter().flat_map(map_names).collect();
+    maps.sort();
+    maps.dedup();
     let settings = Settings {
         method: method_of(first)?,
         elements: ElementChoice::Given,
@@ -99,53 +111,37 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     };
     check_memory(&scene, &settings)?;
     let pool = thread_pool(arguments.threads)?;
-    let mut directory = ResultDirectory::open(&arguments.out)?;
+    let directory = ResultDirectory::open(&arguments.out)?;
     let tell = |line: &str| {
         if !arguments.quiet {
             console::message(line)
         }
     };
-    tell(&opening_line(&first.header.scene, shares.len(), target_error));
+    tell(&opening_line(&first.header.scene, &shares, target_error));
     for warning in &scene.warnings {
         console::message(&format!("warning: {warning}"));
     }
     let records: Vec<ShareRecord> = shares.iter().map(|share| share.header.record.clone()).collect();
     let merging = || merge(&scene, &settings, &records, |index| shares[index].sums());
     let merged = meanwhile("merging", started, arguments.quiet, || false, || pool.install(merging));
-    let Merged { mut solution, more } = match merged {
+    let merged = match merged {
         Ok(merged) => merged,
         Err(error) => {
             directory.withdraw();
             return Err(error.into());
         }
     };
-    solution.warnings.extend(interrupted_line(&shares));
-    solution.notes.extend(more.map(|more| words_on_more(&more, shares.len(), target_error.unwrap_or(0.0))));
-    let compute_s = records.iter().map(|record| record.compute_s).sum();
-
-    let write_started = Instant::now();
-    let context = ReportContext {
-        scene: first.header.scene.clone(),
-        command: commands_again(&shares),
-        repeats_digits: shares.iter().all(|share| share.header.stop_reason == StopReason::Chains.name()),
-        unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
-        wall_s: compute_s,
-        threads: shares.iter().map(|share| share.header.threads).max().unwrap_or(1),
-    };
-    stage_results(&scene, &solution, &context, arguments.plots, &mut directory)?;
-    let record = RunRecord {
-        scene: context.scene,
+    let merging = Merging {
+        scene: &scene,
+        target_error,
+        shares: &shares,
+        plots: arguments.plots,
         read_s,
-        write_s: write_started.elapsed().as_secs_f64(),
-        wall_s: started.elapsed().as_secs_f64(),
+        started,
         threads: pool.current_num_threads(),
-        peak_memory_bytes: peak_bytes(),
-        position_accuracy_m: position_accuracy_m(&scene),
-        files: directory.names(),
-        part: PartOfRun::Merged { shares: shares.len(), compute_s, more },
     };
-    directory.stage(&summary_file(&scene, &solution, &record))?;
-    directory.commit()?;
+    let Merged { solution, .. } = merging.write(merged, directory)?;
+    let compute_s = records.iter().map(|record| record.compute_s).sum();
 
     tell_results(&scene, &solution, tell)?;
     for note in &solution.notes {
@@ -155,10 +151,72 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     Ok(exit_of(&solution))
 }
 
+/// What is told of a merge besides its solution.
+pub struct Merging<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The target, if one is judged.
+    pub target_error: Option<f64>,
+    /// All shares, in order.
+    pub shares: &'a [ShareFile],
+    /// Formats of plots; `None`: SVG.
+    pub plots: Option<Plots>,
+    /// Seconds of reading the scene.
+    pub read_s: f64,
+    /// When the process began.
+    pub started: Instant,
+    /// Worker threads.
+    pub threads: usize,
+}
+
+impl Merging<'_> {
+    /// Adds to the solution what is told of its shares, and writes all files.
+    ///
+    /// # Errors
+    ///
+    /// Files that cannot be written.
+    pub fn write(&self, merged: Merged, mut directory: ResultDirectory) -> Result<Merged, Failure> {
+        let Merged { mut solution, more } = merged;
+        let (scene, shares) = (self.scene, self.shares);
+        solution.warnings.extend(interrupted_line(shares));
+        solution.notes.extend(more.map(|more| words_on_more(&more, shares, self.target_error.unwrap_or(0.0))));
+        let compute_s = shares.iter().map(|share| share.header.record.compute_s).sum();
+        let write_started = Instant::now();
+        let context = ReportContext {
+            scene: shares[0].header.scene.clone(),
+            command: commands_again(shares),
+            repeats_digits: shares.iter().all(|share| share.header.stop_reason == StopReason::Chains.name()),
+            unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+            wall_s: compute_s,
+            threads: shares.iter().map(|share| share.header.threads).max().unwrap_or(1),
+        };
+        stage_results(scene, &solution, &context, self.plots, &mut directory)?;
+        let record = RunRecord {
+            scene: context.scene,
+            read_s: self.read_s,
+            write_s: write_started.elapsed().as_secs_f64(),
+            wall_s: self.started.elapsed().as_secs_f64(),
+            threads: self.threads,
+            peak_memory_bytes: peak_bytes(),
+            position_accuracy_m: position_accuracy_m(scene),
+            files: directory.names(),
+            part: PartOfRun::Merged {
+                shares: whole_shares(shares),
+                receivers_parts: parts_of(shares),
+                compute_s,
+                more,
+            },
+        };
+        directory.stage(&summary_file(scene, &solution, &record))?;
+        directory.commit()?;
+        Ok(Merged { solution, more })
+    }
+}
+
 /// Reads the headers of all shares, and puts them in order.
 fn read_shares(directories: &[PathBuf]) -> Result<Vec<ShareFile>, SealedError> {
     let mut shares = directories.iter().map(|directory| read_share(directory)).collect::<Result<Vec<_>, _>>()?;
-    shares.sort_by_key(|share| share.header.share.number);
+    shares.sort_by_key(number_of);
     check_twins(&shares)?;
     let first = &shares[0];
     for share in &shares[1..] {
@@ -168,13 +226,46 @@ fn read_shares(directories: &[PathBuf]) -> Result<Vec<ShareFile>, SealedError> {
     Ok(shares)
 }
 
+/// Number of a share, and of its part of the receivers.
+fn number_of(share: &ShareFile) -> (u32, u32) {
+    (share.header.share.number, share.header.record.part.number)
+}
+
+/// The same with the number of parts: runs that share out receivers otherwise are told from it.
+fn portion_of(share: &ShareFile) -> (u32, ReceiversPart) {
+    (share.header.share.number, share.header.record.part)
+}
+
+/// Parts of the receivers that every share is of.
+fn parts_of(shares: &[ShareFile]) -> u32 {
+    shares[0].header.record.part.of
+}
+
+/// Shares, each of all its parts.
+fn whole_shares(shares: &[ShareFile]) -> usize {
+    shares.len() / parts_of(shares) as usize
+}
+
+fn map_names(share: &ShareFile) -> impl Iterator<Item = String> {
+    share.header.record.maps.iter().map(|map| map.name.clone())
+}
+
+/// Words on a share by its number: `share 2`, `part 3 of the receivers`, or both.
+fn words_on(share: &ShareFile) -> String {
+    let (Share { number, of }, part) = (share.header.share, share.header.record.part);
+    match () {
+        _ if part.of == 1 => format!("share {number}"),
+        _ if of == 1 => format!("part {} of the receivers", part.number),
+        _ => format!("share {number}, part {} of the receivers,", part.number),
+    }
+}
+
 /// Refuses one share that comes twice, under its own number or another: it would weigh as two, and bring no more than one.
 fn check_twins(shares: &[ShareFile]) -> Result<(), SealedError> {
-    let number = |share: &ShareFile| share.header.share.number;
     let mut by_sums: Vec<&ShareFile> = shares.iter().collect();
-    by_sums.sort_by_key(|share| (&share.header.sums_sha256, number(share)));
+    by_sums.sort_by_key(|share| (&share.header.sums_sha256, number_of(share)));
     let in_order = shares.windows(2).map(|pair| (&pair[0], &pair[1]));
-    let same_number = in_order.into_iter().find(|(one, other)| number(one) == number(other));
+    let same_number = in_order.into_iter().find(|(one, other)| portion_of(one) == portion_of(other));
     // Shares without chance have the same sums by right.
     let same_sums = by_sums
         .windows(2)
@@ -183,12 +274,12 @@ fn check_twins(shares: &[ShareFile]) -> Result<(), SealedError> {
     let Some((one, other)) = same_number.or(same_sums) else { return Ok(()) };
     Err(SealedError {
         path: other.path.clone(),
-        what: match number(one) == number(other) {
-            true => format!("share {} comes twice", number(one)),
+        what: match portion_of(one) == portion_of(other) {
+            true => format!("{} comes twice", words_on(one)),
             false => format!(
-                "shares {} and {} are one and the same: their sums are equal to the last bit",
-                number(one),
-                number(other)
+                "{} and {} are one and the same: their sums are equal to the last bit",
+                words_on(one),
+                words_on(other)
             ),
         },
         got: format!("the other in {}", one.path.display()),
@@ -200,7 +291,7 @@ fn check_twins(shares: &[ShareFile]) -> Result<(), SealedError> {
 /// Refuses shares that are not of one run.
 fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), SealedError> {
     let (ours, theirs) = (&first.header, &other.header);
-    let names = [&first.header, &other.header].map(|header| format!("share {}", header.share.number));
+    let names = [first, other].map(words_on);
     let differ = |what: &str, got: String, expected: String| SealedError {
         path: other.path.clone(),
         what: format!("{} and {} are {what}", names[0], names[1]),
@@ -227,30 +318,49 @@ fn check_alike(first: &ShareFile, other: &ShareFile) -> Result<(), SealedError> 
     if ours.method != theirs.method {
         return Err(differ("by different methods", theirs.method.clone(), ours.method.clone()));
     }
+    let parts = |header: &crate::output::ShareHeader| counted(header.record.part.of as usize, "part");
+    if ours.record.part.of != theirs.record.part.of {
+        return Err(differ("of runs that share out receivers differently", parts(theirs), parts(ours)));
+    }
+    // Small sets have points in some parts alone: which are to have which is known once the scene is.
     let (mine, its) = (&ours.record.maps, &theirs.record.maps);
-    if mine.len() != its.len() || !mine.iter().zip(its).all(|(one, other)| one.is_of_same_map(other)) {
+    if ours.record.part.of == 1 && !are_of_same_maps(mine, its) {
         return Err(differ("of different maps", maps(theirs), maps(ours)));
     }
     Ok(())
 }
 
+fn are_of_same_maps(mine: &[MapOfShare], its: &[MapOfShare]) -> bool {
+    let entries = |maps: &[MapOfShare]| maps.iter().map(|map| map.entries).collect::<Vec<_>>();
+    entries(mine) == entries(its) && mine.iter().zip(its).all(|(one, other)| one.is_of_same_map(other))
+}
+
 /// Refuses a set of shares with gaps.
 fn check_numbers(shares: &[ShareFile]) -> Result<(), SealedError> {
     let all = shares.iter().map(|share| share.header.share.of).max().unwrap_or(0);
+    let parts = u64::from(parts_of(shares));
     // They are in order, each once; that there are to be four thousand million of them costs nothing.
-    let there = shares.iter().map(|share| share.header.share.number).filter(|number| (1..=all).contains(number));
-    let missing = u64::from(all) - there.clone().count() as u64;
+    let there = shares.iter().map(number_of).filter(|(number, _)| (1..=all).contains(number));
+    let missing = (u64::from(all) * parts).saturating_sub(there.clone().count() as u64);
     if missing == 0 {
         return Ok(());
     }
-    let first = 1 + there.zip(1..).take_while(|(number, place)| number == place).count();
+    let place = |(number, part): (u32, u32)| u64::from(number - 1) * parts + u64::from(part) - 1;
+    let first = there.zip(0..).take_while(|(number, at)| place(*number) == *at).count() as u64;
+    let share = Share { number: (first / parts) as u32 + 1, of: all };
+    let part = ReceiversPart { number: (first % parts) as u32 + 1, of: parts as u32 };
+    let (by_share, by_part) = (all > 1 || parts == 1, parts > 1);
+    let mut names = Vec::new();
+    names.extend(by_share.then(|| format!("share {} of {all}", share.number)));
+    names.extend(by_part.then(|| format!("part {} of {parts} of the receivers", part.number)));
     let more = if missing > 1 { format!(" and {} more", missing - 1) } else { String::new() };
+    let portion = Portion { share: by_share.then_some(share), part: by_part.then_some(part) };
     Err(SealedError {
         path: shares[0].path.clone(),
-        what: format!("share {first} of {all}{more} is missing"),
-        got: counted(shares.len(), "share"),
-        expected: format!("all {all}, since one of them says that there are as many"),
-        remedy: format!("compute it: {} --share {first}/{all} --out DIR", shares[0].header.command),
+        what: format!("{}{more} is missing", names.join(", ")),
+        got: counted(shares.len(), if by_part { "part" } else { "share" }),
+        expected: format!("all {}, since one of them says that there are as many", u64::from(all) * parts),
+        remedy: format!("compute it: {}{} --out DIR", shares[0].header.command, options_of(portion)),
     })
 }
 
@@ -292,15 +402,26 @@ fn check_out(arguments: &MergeArguments) -> Result<(), Failure> {
 }
 
 /// Refuses a scene that is not the one that was computed.
-fn check_scene(scene: &Scene, path: &Path, share: &ShareFile) -> Result<(), SealedError> {
-    let (header, digest) = (&share.header, scene.digest());
-    let entries = |kind: MapKind| match kind {
-        MapKind::Elements => Some(Elements::of(scene).len()),
-        MapKind::Receivers(set) => scene.receivers.get(set).map(|receivers| receivers.points.len()),
+fn check_scene(scene: &Scene, path: &Path, shares: &[ShareFile]) -> Result<(), SealedError> {
+    let (share, digest) = (&shares[0], scene.digest());
+    let header = &share.header;
+    let elements = Elements::of(scene).len();
+    let entries = |kind: MapKind, part: ReceiversPart| match kind {
+        MapKind::Elements => {
+            if part.of == 1 {
+                elements
+            } else {
+                0
+            }
+        }
+        MapKind::Receivers(set) => scene.receivers.get(set).map_or(0, |receivers| part.points_of(receivers, set)),
     };
-    let fits = header.record.maps.iter().all(|map| entries(map.kind) == Some(map.entries));
-    if digest == header.scene_digest && fits {
-        return Ok(());
+    let fits = |share: &ShareFile| {
+        let record = &share.header.record;
+        record.maps.iter().all(|map| entries(map.kind, record.part) == map.entries)
+    };
+    if digest == header.scene_digest && shares.iter().all(fits) {
+        return check_parts(shares, |kind, part| entries(kind, part) > 0);
     }
     Err(SealedError {
         path: path.to_path_buf(),
@@ -309,6 +430,33 @@ fn check_scene(scene: &Scene, path: &Path, share: &ShareFile) -> Result<(), Seal
         expected: format!("digest {:.16}…, as in {}", header.scene_digest, share.path.display()),
         remedy: "bring back the scene as it was, name it with --scene, or compute the shares again".to_owned(),
     })
+}
+
+/// Refuses parts of the receivers that are of different maps: each is to have those of which it has points.
+fn check_parts(shares: &[ShareFile], has: impl Fn(MapKind, ReceiversPart) -> bool) -> Result<(), SealedError> {
+    let mut all: Vec<&MapOfShare> = Vec::new();
+    for map in shares.iter().flat_map(|share| &share.header.record.maps) {
+        if !all.iter().any(|known| known.kind == map.kind) {
+            all.push(map);
+        }
+    }
+    for share in shares {
+        let record = &share.header.record;
+        let lacks = |map: &&&MapOfShare| match record.map(map.kind) {
+            Some(own) => !own.is_of_same_map(map),
+            None => has(map.kind, record.part),
+        };
+        if let Some(map) = all.iter().find(lacks) {
+            return Err(SealedError {
+                path: share.path.clone(),
+                what: format!("{} is of different maps than the others", words_on(share)),
+                got: map_names(share).collect::<Vec<_>>().join(", "),
+                expected: format!("\"{}\" as well", map.name),
+                remedy: "compute all parts with one choice of maps".to_owned(),
+            });
+        }
+    }
+    Ok(())
 }
 
 fn method_of(share: &ShareFile) -> Result<Method, SealedError> {
@@ -322,9 +470,20 @@ fn method_of(share: &ShareFile) -> Result<Method, SealedError> {
     })
 }
 
-fn opening_line(scene: &str, shares: usize, target_error: Option<f64>) -> String {
+fn opening_line(scene: &str, shares: &[ShareFile], target_error: Option<f64>) -> String {
     let target = target_error.map_or(String::new(), |target| format!(", target {}", percent(target)));
-    format!("luxmc {}: {scene}: {} to merge{target}", env!("CARGO_PKG_VERSION"), counted(shares, "share"))
+    let what = words_on_all(shares);
+    format!("luxmc {}: {scene}: {what} to merge{target}", env!("CARGO_PKG_VERSION"))
+}
+
+/// How many shares there are, of how many parts.
+fn words_on_all(shares: &[ShareFile]) -> String {
+    let (whole, parts) = (whole_shares(shares), parts_of(shares));
+    match (whole, parts) {
+        (_, 1) => counted(whole, "share"),
+        (1, _) => format!("{parts} parts of the receivers"),
+        _ => format!("{whole} shares of {parts} parts of the receivers each"),
+    }
 }
 
 /// Which shares were interrupted: what they had done counts as far as it goes.
@@ -332,39 +491,50 @@ fn interrupted_line(shares: &[ShareFile]) -> Option<String> {
     let cut: Vec<String> = shares
         .iter()
         .filter(|share| share.header.stop_reason == StopReason::Interrupted.name())
-        .map(|share| share.header.share.number.to_string())
+        .map(words_on)
         .collect();
-    let (plural, were) = if cut.len() == 1 { ("", "was") } else { ("s", "were") };
+    let were = if cut.len() == 1 { "was" } else { "were" };
     (!cut.is_empty()).then(|| {
         format!(
-            "share{plural} {} {were} interrupted and had done less than asked for: compute again what is to be whole",
-            cut.join(", ")
+            "{} {were} interrupted and had done less than asked for: compute again what is to be whole",
+            cut.join(", ").trim_end_matches(',')
         )
     })
 }
 
 /// The commands that make the merged result again.
 fn commands_again(shares: &[ShareFile]) -> String {
-    let (count, command) = (shares.len(), &shares[0].header.command);
-    format!(
-        "{command} --share k/{count} --out {SHARES_IN}/k    for each k from 1 to {count}\nluxmc merge {SHARES_IN}/* --out out"
-    )
+    let (count, parts, command) = (whole_shares(shares), parts_of(shares), &shares[0].header.command);
+    let (options, directory, each) = match (count, parts) {
+        (_, 1) => (format!("--share k/{count}"), "k", format!("each k from 1 to {count}")),
+        (1, _) => (format!("--receivers-part p/{parts}"), "p", format!("each p from 1 to {parts}")),
+        _ => (
+            format!("--share k/{count} --receivers-part p/{parts}"),
+            "k-p",
+            format!("each k from 1 to {count} and p from 1 to {parts}"),
+        ),
+    };
+    format!("{command} {options} --out {SHARES_IN}/{directory}    for {each}\nluxmc merge {SHARES_IN}/* --out out")
 }
 
 /// Where the commands of a report put shares.
 const SHARES_IN: &str = "shares";
 
 /// What is missing to the target.
-fn words_on_more(more: &MoreShares, shares: usize, target_error: f64) -> String {
+fn words_on_more(more: &MoreShares, shares: &[ShareFile], target_error: f64) -> String {
     let target = percent(target_error);
+    let with_parts = match parts_of(shares) {
+        1 => String::new(),
+        parts => format!(", each with all {parts} parts of the receivers"),
+    };
     match more {
-        MoreShares::None => format!("{} meet the target of {target}", counted(shares, "share")),
+        MoreShares::None => format!("{} meet the target of {target}", words_on_all(shares)),
         MoreShares::About(Forecast { expected, low, high }) => {
             let count = |number: &f64| format!("{number:.0}");
             let interval = if low < high { format!(" ({} to {})", count(low), count(high)) } else { String::new() };
             let is_one = *expected == 1.0;
             format!(
-                "about {} more {}{interval} of the same size would meet the target of {target}: give {} the next {}, and merge all",
+                "about {} more {}{interval} of the same size would meet the target of {target}: give {} the next {}{with_parts}, and merge all",
                 count(expected),
                 if is_one { "share" } else { "shares" },
                 if is_one { "it" } else { "them" },

@@ -16,6 +16,8 @@ mod memory;
 mod merge;
 mod mesh;
 mod method;
+#[cfg(feature = "mpi")]
+mod mpi;
 mod new;
 mod new_hall;
 mod number_text;
@@ -55,6 +57,9 @@ pub fn run() -> ExitCode {
     let arguments = Arguments::parse();
     survive_file_size_limits();
     let outcome = match &arguments.command {
+        #[cfg(feature = "mpi")]
+        Command::Solve(arguments) => mpi::run(arguments, started).unwrap_or_else(|| solve::run(arguments, started)),
+        #[cfg(not(feature = "mpi"))]
         Command::Solve(arguments) => solve::run(arguments, started),
         Command::Resume(arguments) => resume::run(arguments, started),
         Command::Merge(arguments) => merge::run(arguments, started),

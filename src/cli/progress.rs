@@ -46,7 +46,8 @@ pub fn heed_interruptions() {
     ctrlc::set_handler(handler).ok();
 }
 
-fn is_interrupted() -> bool {
+/// Whether the user has asked for the end of the run.
+pub fn is_interrupted() -> bool {
     INTERRUPTED.get().is_some()
 }
 

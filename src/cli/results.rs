@@ -8,7 +8,7 @@ use super::method::Plots;
 use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
 use crate::maps::{TableKind, TableRow};
-use crate::output::{ReportContext, ResultDirectory, glb_file, plots, report_file, result_files, vtk_file};
+use crate::output::{ReportContext, ResultDirectory, glb_file, plots, report_file, streamed_files, vtk_file};
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
 
@@ -20,8 +20,8 @@ pub fn stage_results(
     formats: Option<Plots>,
     directory: &mut ResultDirectory,
 ) -> Result<(), Failure> {
-    for file in result_files(scene, solution)? {
-        directory.stage(&file)?;
+    for file in streamed_files(scene, solution)? {
+        directory.stage_streamed(&file)?;
     }
     let formats = formats.unwrap_or(Plots { svg: true, png: false });
     let drawn = if formats.any() { plots(scene, solution) } else { Vec::new() };

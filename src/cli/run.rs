@@ -8,16 +8,16 @@ use super::memory::check_memory;
 use super::method::{self, MethodChoice, Plots, method};
 use super::proportions::check_proportions;
 use super::results::stage_results;
-use super::selection::select_maps;
+use super::selection::{maps_of_part, select_maps};
 use super::values;
 use super::verdict_target::{self, Target, target};
 use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
-use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, summary_file};
+use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, StreamedFile, summary_file};
 use crate::radiosity::Radiosity;
-use crate::scene::Scene;
+use crate::scene::{ReceiversPart, Scene};
 use crate::solver::{
-    ElementChoice, GoingOn, MapSums, Method, Observer, Settings, Share, ShareRecord, Solution, StopReason,
+    ElementChoice, GoingOn, MapSums, Method, Observer, Portion, Settings, ShareRecord, Solution, StopReason,
     VerdictLadder, resume, resume_share, solve_share, solve_to_verdicts,
 };
 use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
@@ -53,6 +53,8 @@ pub struct RunOptions {
     pub maps: Option<String>,
     /// Worker threads; `None`: all processors.
     pub threads: Option<usize>,
+    /// The part of the receivers that is computed; `None`: all.
+    pub receivers_part: Option<ReceiversPart>,
 }
 
 impl Default for RunOptions {
@@ -68,6 +70,7 @@ impl Default for RunOptions {
             time_limit_s: None,
             maps: None,
             threads: None,
+            receivers_part: None,
         }
     }
 }
@@ -150,6 +153,8 @@ pub struct SceneRun {
     options: RunOptions,
     settings: Settings,
     pool: rayon::ThreadPool,
+    /// Digest of the scene with all its receivers, where the run has a part of them alone.
+    digest_of_whole: Option<String>,
 }
 
 impl SceneRun {
@@ -161,20 +166,30 @@ impl SceneRun {
     /// resolve, more memory than there is.
     pub fn new(mut scene: Scene, file: &str, options: RunOptions) -> Result<SceneRun, Failure> {
         check_proportions(&mut scene, file)?;
-        let settings = options.settings(&scene)?;
+        let mut settings = options.settings(&scene)?;
         match options.method {
             MethodChoice::Radiosity => Radiosity::check(&scene)?,
             MethodChoice::LightMesh => check_light_mesh(&scene, &settings)?,
             _ => {}
         }
+        let digest_of_whole = options.receivers_part.map(|_| scene.digest());
+        if let Some(part) = options.receivers_part {
+            settings.maps = maps_of_part(part, &settings.maps, &scene)?;
+            scene.keep_part(part);
+        }
         check_memory(&scene, &settings)?;
         let pool = thread_pool(options.threads)?;
-        Ok(SceneRun { scene, options, settings, pool })
+        Ok(SceneRun { scene, options, settings, pool, digest_of_whole })
     }
 
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// The digest of the scene as it was read, with all its receivers.
+    pub fn scene_digest(&self) -> String {
+        self.digest_of_whole.clone().unwrap_or_else(|| self.scene.digest())
     }
 
     /// What the solver is asked for.
@@ -226,17 +241,28 @@ impl SceneRun {
         }
     }
 
-    /// Computes a share of the run, from the beginning or on from where it was kept.
+    /// Computes a share by settings of its own, for a run that goes by rounds.
+    #[cfg(feature = "mpi")]
+    pub(super) fn solve_share_by(
+        &self,
+        settings: &Settings,
+        portion: Portion,
+        observer: &dyn Observer,
+    ) -> (Solution, ShareRecord, Vec<MapSums>) {
+        self.on_its_threads(|| solve_share(&self.scene, settings, portion, observer))
+    }
+
+    /// Computes a portion of the run, from the beginning or on from where it was kept.
     pub(super) fn solve_share(
         &self,
-        share: Share,
+        portion: Portion,
         going_on: Option<GoingOn>,
         observer: &dyn Observer,
     ) -> (Solution, ShareRecord, Vec<MapSums>) {
         let (scene, settings) = (&self.scene, &self.settings);
         self.on_its_threads(|| match going_on {
-            Some(going_on) => resume_share(scene, settings, share, going_on, observer),
-            None => solve_share(scene, settings, share, observer),
+            Some(going_on) => resume_share(scene, settings, portion, going_on, observer),
+            None => solve_share(scene, settings, portion, observer),
         })
     }
 }
@@ -289,7 +315,7 @@ impl RunStory {
         summary_file(scene, solution, &record)
     }
 
-    /// Writes all files of a run into a directory, those of `more` too; they appear together, or not at all. Returns `summary.json`.
+    /// Writes all files of a run into a directory, that of `more` too; they appear together, or not at all. Returns `summary.json`.
     ///
     /// # Errors
     ///
@@ -298,7 +324,7 @@ impl RunStory {
         &self,
         scene: &Scene,
         solution: &Solution,
-        more: impl IntoIterator<Item = ResultFile>,
+        more: Option<StreamedFile>,
         mut directory: ResultDirectory,
     ) -> Result<ResultFile, Failure> {
         let write_started = Instant::now();
@@ -311,8 +337,8 @@ impl RunStory {
             threads: self.threads,
         };
         stage_results(scene, solution, &context, self.plots, &mut directory)?;
-        for file in more {
-            directory.stage(&file)?;
+        if let Some(file) = more {
+            directory.stage_streamed(&file)?;
         }
         let summary = self.summary(scene, solution, directory.names(), write_started.elapsed().as_secs_f64());
         directory.stage(&summary)?;

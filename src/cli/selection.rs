@@ -1,8 +1,9 @@
 //! Which maps `--maps` names in a scene.
 
 use super::exit::Failure;
-use crate::scene::Scene;
-use crate::solver::MapSelection;
+use crate::maps::MapKind;
+use crate::scene::{ReceiversPart, Scene};
+use crate::solver::{MapSelection, map_requests};
 
 /// Turns the option's text into maps of the scene.
 ///
@@ -37,6 +38,40 @@ pub fn select_maps(text: Option<&str>, scene: &Scene) -> Result<MapSelection, Fa
         }
     }
     Ok(MapSelection::Named(selected))
+}
+
+/// The maps of a run that has a part of the receivers: sets of which it has points, of those that were selected.
+///
+/// # Errors
+///
+/// The element map asked for by name, which no run shares out, and a part without any point.
+pub fn maps_of_part(part: ReceiversPart, maps: &MapSelection, scene: &Scene) -> Result<MapSelection, Failure> {
+    let asked = format!("--receivers-part {}/{}", part.number, part.of);
+    let kinds = map_requests(scene, maps).into_iter().map(|(kind, _)| kind);
+    if *maps != MapSelection::Default && kinds.clone().any(|kind| kind == MapKind::Elements) {
+        return Err(Failure::Usage {
+            what: "elements are not shared out: each of them lights the others".to_owned(),
+            got: format!("{asked} with --maps that name the element map"),
+            expected: "receiver sets alone".to_owned(),
+            remedy: "compute the element map by a run of its own, and name receiver sets here, or leave out --maps"
+                .to_owned(),
+        });
+    }
+    let sets = kinds.filter_map(|kind| match kind {
+        MapKind::Receivers(index) => Some((index, &scene.receivers[index])),
+        MapKind::Elements => None,
+    });
+    let with_points = sets.filter(|(index, set)| part.points_of(set, *index) > 0);
+    let names: Vec<String> = with_points.map(|(_, set)| set.name.clone()).collect();
+    if names.is_empty() {
+        return Err(Failure::Usage {
+            what: "this part has no receivers".to_owned(),
+            got: asked,
+            expected: "fewer parts than the sets have points".to_owned(),
+            remedy: "share them out over fewer runs".to_owned(),
+        });
+    }
+    Ok(MapSelection::Named(names))
 }
 
 fn unknown(name: &str, scene: &Scene) -> Failure {

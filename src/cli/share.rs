@@ -1,4 +1,4 @@
-//! Shares of a run: what `--share` asks for, and what it leaves behind.
+//! Portions of a run: what `--share` and `--receivers-part` ask for, and what they leave behind.
 
 use std::path::Path;
 
@@ -7,15 +7,22 @@ use super::method::MethodChoice;
 use crate::maps::MapKind;
 use crate::output::ShareHeader;
 use crate::scene::Scene;
-use crate::solver::{ElementChoice, Settings, Share, ShareRecord, Solution, map_requests};
+use crate::solver::{ElementChoice, Portion, Settings, Share, ShareRecord, Solution, map_requests};
 
-/// Refuses shares that could not be merged.
+/// The options that ask for a portion, as the command line has them.
+pub fn options_of(portion: Portion) -> String {
+    let share = portion.share.map(|share| format!(" --share {}/{}", share.number, share.of));
+    let part = portion.part.map(|part| format!(" --receivers-part {}/{}", part.number, part.of));
+    share.unwrap_or_default() + &part.unwrap_or_default()
+}
+
+/// Refuses portions that could not be merged.
 ///
 /// # Errors
 ///
 /// A method whose shares would all tell the same, elements that would differ from share to share, and a share of no known size.
-pub fn check(share: Share, scene: &Scene, settings: &Settings, method: MethodChoice) -> Result<(), Failure> {
-    let asked = format!("--share {}/{}", share.number, share.of);
+pub fn check(portion: Portion, scene: &Scene, settings: &Settings, method: MethodChoice) -> Result<(), Failure> {
+    let asked = options_of(portion).trim().to_owned();
     let refuse = |what: &str, got: String, expected: &str, remedy: &str| {
         let [what, expected, remedy] = [what, expected, remedy].map(str::to_owned);
         Err(Failure::Usage { what, got, expected, remedy })
@@ -25,10 +32,10 @@ pub fn check(share: Share, scene: &Scene, settings: &Settings, method: MethodCho
             "the error of this method is no matter of chance: every share would have the same",
             format!("{asked} --method {name}"),
             "auto, gather, collision or local",
-            "leave out --share, or name one of those methods",
+            "leave it out, or name one of those methods",
         );
     }
-    if settings.chains.is_none() && settings.time_limit_s.is_none() {
+    if portion.share.is_some() && settings.chains.is_none() && settings.time_limit_s.is_none() {
         return refuse(
             "a share must know how much work it is to do",
             asked,
@@ -50,21 +57,21 @@ pub fn check(share: Share, scene: &Scene, settings: &Settings, method: MethodCho
 
 /// What a share tells of itself; the command and the threads are left to the caller.
 pub fn header(
-    scene: &Scene,
+    scene_digest: String,
     scene_file: &Path,
     settings: &Settings,
     solution: &Solution,
-    share: Share,
+    portion: Portion,
     record: ShareRecord,
 ) -> ShareHeader {
     ShareHeader {
         luxmc: env!("CARGO_PKG_VERSION").to_owned(),
         scene: scene_file.display().to_string(),
         scene_path: std::path::absolute(scene_file).unwrap_or_else(|_| scene_file.to_path_buf()),
-        scene_digest: scene.digest(),
+        scene_digest,
         method: settings.method.name().to_owned(),
         seed: settings.seed,
-        share,
+        share: portion.share.unwrap_or(Share::WHOLE),
         target_error: settings.target_error,
         command: String::new(),
         stop_reason: solution.stop_reason.name().to_owned(),

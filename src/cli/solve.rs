@@ -20,11 +20,11 @@ use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
 use super::run::{RunOptions, RunStory, SceneRun};
 use super::verdict_target::{self, Target, target};
 use super::{Outcome, checkpoint, console, share, values};
-use crate::check::read_scene;
+use crate::check::{MeshCheck, read_scene, skip_checks};
 use crate::maps::MapKind;
 use crate::output::{CheckpointFile, PartOfRun, ResultDirectory, ShareHeader, share_file};
-use crate::scene::{Elements, Scene, allow_large_files};
-use crate::solver::{ElementChoice, Settings, Share, Solution};
+use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
+use crate::solver::{ElementChoice, Portion, Settings, Share, Solution};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,6 +34,7 @@ Examples:
   luxmc solve office.json --out out --time-limit 60s      as good as a minute allows
   luxmc solve office.json --out out --chains 1e6          the same bytes in every run
   luxmc solve office.json --out out/3 --share 3/8 --chains 1e7   one of eight shares, for luxmc merge
+  luxmc solve campus.json --out out/3 --receivers-part 3/8       every eighth receiver, for luxmc merge
   luxmc solve office.json --out out --checkpoint office.ckpt     kept every minute; luxmc resume office.ckpt goes on
   luxmc solve office.json --dry-run                       what targets would take: rays, seconds, memory
   luxmc solve office.json --out out --maps \"work plane\"   one receiver set alone
@@ -47,21 +48,21 @@ Exit code 3: a limit came before the target.";
 #[command(after_help = EXAMPLES)]
 pub struct SolveArguments {
     /// Scene file (JSON)
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Directory for the results; made where missing, other files in it stay
     #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
     pub out: Option<PathBuf>,
     /// Pilots alone: print what a run would take (rays, seconds, memory) by every method that applies, or by --method, to errors
     /// of 3, 1, 0.3 and 0.1%, and to --target-error
     #[arg(long)]
-    dry_run: bool,
+    pub(super) dry_run: bool,
     /// Stop at this stated relative error of every bound map: 1% or 0.01 [default: 1%, where no stop rule is given]
     #[arg(long, value_name = "ERROR", value_parser = values::target_error, allow_hyphen_values = true)]
     pub target_error: Option<f64>,
     /// Go on until every requirement of the scene is met or not, beyond doubt: verdicts. Computes the receiver sets, unless --maps names
     /// others; --target-error then is the least error to go to [default: 0.1%]
     #[arg(long, value_name = "WHAT", value_parser = target)]
-    target: Option<Target>,
+    pub(super) target: Option<Target>,
     /// Stop this long after process start: 60s, 500ms, 5m, 1h; a plain number counts seconds
     #[arg(long, value_name = "TIME", value_parser = values::time_s, allow_hyphen_values = true)]
     time_limit: Option<f64>,
@@ -81,7 +82,7 @@ pub struct SolveArguments {
     /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
     /// light-mesh (planes and luminance without lobes; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
-    method: MethodChoice,
+    pub(super) method: MethodChoice,
     /// Elements of the element map where the target binds it: adaptive (the scene's own, cut and sloped as far as the
     /// target asks, with their discretisation error) or given (the scene's own, as means)
     #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = method::elements)]
@@ -89,7 +90,11 @@ pub struct SolveArguments {
     /// Compute one of many independent shares of a run, such as 3/8, which luxmc merge makes one result of. --chains or --time-limit
     /// say how much work it is; --target-error is what the merged result is judged by
     #[arg(long, value_name = "K/N", value_parser = values::share, allow_hyphen_values = true, conflicts_with = "dry_run")]
-    share: Option<Share>,
+    pub(super) share: Option<Share>,
+    /// Compute one of several parts of the receivers, such as 3/8: every eighth point of each set from the third on. luxmc merge makes one
+    /// result of all parts, and judges the target
+    #[arg(long, value_name = "K/N", value_parser = values::receivers_part, allow_hyphen_values = true, conflicts_with = "dry_run")]
+    pub(super) receivers_part: Option<ReceiversPart>,
     /// Keep the state of the run in this file, from which luxmc resume goes on
     #[arg(long, value_name = "FILE", conflicts_with = "dry_run")]
     #[serde(skip)]
@@ -109,9 +114,22 @@ pub struct SolveArguments {
     /// Read files of any size: above 512 MiB, photometric ones above 64 MiB, they are taken for a slip
     #[arg(long)]
     pub allow_large: bool,
+    /// Leave out checks of meshes, with commas between: faults, overlaps, advice, insides (then points inside of solids count). The
+    /// warnings of the run say which
+    #[arg(long, value_name = "CHECKS", value_delimiter = ',', value_parser = values::mesh_check)]
+    #[serde(default)]
+    pub skip_check: Vec<MeshCheck>,
     /// No progress on standard error; warnings and errors stay
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl SolveArguments {
+    /// What of the run is asked for, if not all of it.
+    fn portion(&self) -> Option<Portion> {
+        let (share, part) = (self.share, self.receivers_part);
+        (share.is_some() || part.is_some()).then_some(Portion { share, part })
+    }
 }
 
 /// A run that goes on.
@@ -141,6 +159,11 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
                 "verdicts are known once shares are merged, and none of them goes on for them",
             ),
             (
+                "--receivers-part",
+                arguments.receivers_part.is_some(),
+                "verdicts are known once parts are merged, and none of them goes on for them",
+            ),
+            (
                 "--checkpoint",
                 arguments.checkpoint.is_some(),
                 "a run for verdicts begins anew for each error, and keeps no checkpoint",
@@ -152,6 +175,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     if arguments.allow_large {
         allow_large_files();
     }
+    skip_checks(&arguments.skip_check);
     let scene_file = resumption.as_ref().map_or(&arguments.scene, |resumption| &resumption.scene);
     let limit_s = resumption.as_ref().map_or(arguments.time_limit, |resumption| resumption.time_limit_s);
     let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file)?)));
@@ -163,13 +187,15 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     let read_s = started.elapsed().as_secs_f64();
     let run = SceneRun::new(scene, &arguments.scene.display().to_string(), options(arguments)?)?;
     let (scene, settings) = (run.scene(), run.settings());
-    if let Some(share) = arguments.share {
-        share::check(share, scene, settings, arguments.method)?;
+    let portion = arguments.portion();
+    if let Some(portion) = portion {
+        share::check(portion, scene, settings, arguments.method)?;
     }
     if let (Some(path), None) = (&arguments.checkpoint, &resumption) {
         checkpoint::check(path, arguments.method)?;
     }
-    let going_on = resumption.as_ref().map(|resumption| checkpoint::take_up(resumption, scene)).transpose()?;
+    let going_on =
+        resumption.as_ref().map(|resumption| checkpoint::take_up(resumption, run.scene_digest())).transpose()?;
     let Some(out) = arguments.out.as_ref().filter(|_| !arguments.dry_run) else {
         dry_run::check(arguments.method)?;
         return run.on_its_threads(|| dry_run(scene, settings, arguments.method, started, arguments.quiet));
@@ -201,16 +227,16 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         tell(&format!("going on from {}", checkpoint::words_on(&resumption.file)));
     }
     let keeper = arguments.checkpoint.as_ref().map(|path| {
-        let header = checkpoint::header(scene, [scene_file, &arguments.scene, out], arguments);
+        let header = checkpoint::header(run.scene_digest(), [scene_file, &arguments.scene, out], arguments);
         CheckpointKeeper::new(path.clone(), arguments.checkpoint_every, started, header)
     });
     let watcher = Watcher::new(started, quiet, keeper);
-    let mut of_share = None;
-    let solve = || match arguments.share {
+    let mut of_portion = None;
+    let solve = || match portion {
         None => run.solve_from(going_on, &watcher),
-        Some(share) => {
-            let (solution, record, sums) = run.solve_share(share, going_on, &watcher);
-            of_share = Some((share, record, sums));
+        Some(portion) => {
+            let (solution, record, sums) = run.solve_share(portion, going_on, &watcher);
+            of_portion = Some((portion, record, sums));
             Ok(solution)
         }
     };
@@ -233,12 +259,12 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         read_s,
         computed_s,
         plots: arguments.plots,
-        part: arguments.share.map_or(PartOfRun::Whole, PartOfRun::Share),
+        part: portion.map_or(PartOfRun::Whole, PartOfRun::Portion),
     };
-    let share = of_share.map(|(share, record, sums)| {
-        let header = share::header(scene, scene_file, settings, &solution, share, record);
+    let share = of_portion.as_ref().map(|(portion, record, sums)| {
+        let header = share::header(run.scene_digest(), scene_file, settings, &solution, *portion, record.clone());
         let command = command_without_output(arguments, &solution);
-        share_file(ShareHeader { command, threads: run.threads(), scene: story.scene.clone(), ..header }, &sums)
+        share_file(ShareHeader { command, threads: run.threads(), scene: story.scene.clone(), ..header }, sums)
     });
     story.write(scene, &solution, share, directory)?;
 
@@ -259,12 +285,12 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
 
 /// The command with which the run can be made again.
 fn command_again(arguments: &SolveArguments, solution: &Solution) -> String {
-    let share = arguments.share.map_or(String::new(), |share| format!(" --share {}/{}", share.number, share.of));
-    format!("{} --out out{share}", command_without_output(arguments, solution))
+    let portion = arguments.portion().map_or(String::new(), share::options_of);
+    format!("{} --out out{portion}", command_without_output(arguments, solution))
 }
 
-/// The same without directory and share.
-fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> String {
+/// The same without directory and portion.
+pub(super) fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> String {
     let mut command = format!("luxmc solve {} --seed {}", quoted(&arguments.scene), arguments.seed);
     if arguments.target.is_some() {
         command += " --target verdicts";
@@ -290,7 +316,7 @@ fn command_without_output(arguments: &SolveArguments, solution: &Solution) -> St
     command
 }
 
-fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
+pub(super) fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
     Ok(RunOptions {
         method: arguments.method,
         elements: arguments.elements,
@@ -302,12 +328,14 @@ fn options(arguments: &SolveArguments) -> Result<RunOptions, Failure> {
         time_limit_s: arguments.time_limit,
         maps: arguments.maps.clone(),
         threads: arguments.threads,
+        receivers_part: arguments.receivers_part,
     })
 }
 
-fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, threads: usize) -> String {
+pub(super) fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: &Settings, threads: usize) -> String {
     let mut rules = Vec::new();
     rules.extend(arguments.share.map(|share| format!("share {} of {}", share.number, share.of)));
+    rules.extend(arguments.receivers_part.map(|part| format!("part {} of {} of the receivers", part.number, part.of)));
     rules.extend(arguments.target.map(|_| "until verdicts are decided".to_owned()));
     rules.extend(settings.target_error.map(|error| format!("target {}", percent(error))));
     rules.extend(settings.chains.map(|chains| counted(chains as usize, "chain")));

@@ -2,6 +2,8 @@
 //!
 //! The errors are texts for clap, which puts the option and its value before them.
 
+use crate::check::MeshCheck;
+use crate::scene::ReceiversPart;
 use crate::solver::Share;
 
 /// Largest number of worker threads.
@@ -25,16 +27,32 @@ pub fn target_error(text: &str) -> Result<f64, String> {
     Err(format!("{}; {REMEDY}", if error >= 1.0 { "100% or more asks for nothing" } else { "no run can reach it" }))
 }
 
+/// A check of meshes by its name.
+pub fn mesh_check(text: &str) -> Result<MeshCheck, String> {
+    let names = MeshCheck::ALL.map(MeshCheck::name).join(", ");
+    let found = MeshCheck::ALL.into_iter().find(|check| check.name() == text.trim());
+    found.ok_or_else(|| format!("no check of meshes; name some of {names}, with commas between"))
+}
+
 /// A share of a run: `3/8`, counted from 1.
 pub fn share(text: &str) -> Result<Share, String> {
-    const REMEDY: &str = "write which share of how many, such as 3/8, counted from 1";
-    let (number, of) = text.split_once('/').ok_or_else(|| format!("no share; {REMEDY}"))?;
-    let count = |part: &str| part.trim().parse::<u32>().map_err(|_| format!("\"{part}\" is no number; {REMEDY}"));
-    let share = Share { number: count(number)?, of: count(of)? };
-    if (1..=share.of).contains(&share.number) {
-        return Ok(share);
-    }
-    Err(format!("there is no such share; {REMEDY}"))
+    let (number, of) = one_of(text, "share")?;
+    Ok(Share { number, of })
+}
+
+/// A part of the receivers: `3/8`, counted from 1.
+pub fn receivers_part(text: &str) -> Result<ReceiversPart, String> {
+    let (number, of) = one_of(text, "part")?;
+    Ok(ReceiversPart { number, of })
+}
+
+/// One of several: `3/8`, counted from 1.
+fn one_of(text: &str, what: &str) -> Result<(u32, u32), String> {
+    let remedy = format!("write which {what} of how many, such as 3/8, counted from 1");
+    let (number, of) = text.split_once('/').ok_or_else(|| format!("no {what}; {remedy}"))?;
+    let count = |part: &str| part.trim().parse::<u32>().map_err(|_| format!("\"{part}\" is no number; {remedy}"));
+    let (number, of) = (count(number)?, count(of)?);
+    if (1..=of).contains(&number) { Ok((number, of)) } else { Err(format!("there is no such {what}; {remedy}")) }
 }
 
 /// Sets of reflectances of ceiling, walls and reference plane, as fractions.

@@ -62,8 +62,8 @@ pub fn settle(settings: &mut Settings, scene: &Scene) -> Result<(), Failure> {
 ///
 /// # Errors
 ///
-/// Shares, checkpoints and dry runs.
-pub fn check(target: Option<Target>, beside: [(&str, bool, &str); 3]) -> Result<(), Failure> {
+/// Shares, parts of the receivers, checkpoints and dry runs.
+pub fn check<const N: usize>(target: Option<Target>, beside: [(&str, bool, &str); N]) -> Result<(), Failure> {
     let refused = beside.into_iter().find(|(_, is_given, _)| target.is_some() && *is_given);
     refused.map_or(Ok(()), |(option, _, why)| {
         let remedy = format!("leave out {option}, or set --target-error in place of --target");

@@ -98,6 +98,17 @@ impl Measured {
     }
 }
 
+/// A map, or a part of its points, that has cells and walks of its own: one of several whose mean is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct MeasuredPart {
+    /// Weight of the map in the mean.
+    pub weight: f64,
+    /// Share of the map's weight that its points have; 1 where they are all.
+    pub area_share: f64,
+    /// What its walks say, where it asks cells.
+    pub measured: Option<Measured>,
+}
+
 impl CellsError {
     /// Of a map whose walks say this, and whose cells are unsure at each entry by this part of their root mean square.
     ///
@@ -120,16 +131,16 @@ impl CellsError {
         self.by_site_lx.iter().map(unsure).collect()
     }
 
-    /// Of the mean of several maps, each with cells and walks of its own: their weights, and what walks say, where they ask cells.
+    /// Of the mean of several maps, each with cells and walks of its own, or of several parts of its points.
     ///
     /// What walks say is pooled, so that it is known better than from one map. What both halves of a map share is taken to be the same
-    /// in all of them, and does not fall; chance does.
-    pub fn of_mean(maps: &[(f64, Option<Measured>)], profile: &[f64]) -> CellsError {
-        let asking = || maps.iter().filter_map(|(weight, measured)| Some((*weight, (*measured)?)));
-        let all_weights = maps.iter().map(|(weight, _)| weight).sum::<f64>().max(f64::MIN_POSITIVE);
-        let weight_sum = asking().map(|(weight, _)| weight).sum::<f64>().max(f64::MIN_POSITIVE);
+    /// in all of them, and does not fall; chance does. Parts of the points of one map stand beside each other: there neither falls.
+    pub fn of_mean(maps: &[MeasuredPart], profile: &[f64]) -> CellsError {
+        let asking = || maps.iter().filter_map(|part| Some((part.weight * part.area_share, part, part.measured?)));
+        let all_weights = maps.iter().map(|part| part.weight * part.area_share).sum::<f64>().max(f64::MIN_POSITIVE);
+        let weight_sum = asking().map(|(weight, ..)| weight).sum::<f64>().max(f64::MIN_POSITIVE);
         let mean = |of: &dyn Fn(&ResidualState) -> f64| {
-            asking().map(|(weight, measured)| weight * of(&measured.state)).sum::<f64>() / weight_sum
+            asking().map(|(weight, _, measured)| weight * of(&measured.state)).sum::<f64>() / weight_sum
         };
         let scales = |of: &dyn Fn(&ResidualState, usize) -> f64| [0, 1].map(|scale| mean(&|state| of(state, scale)));
         let pooled = ResidualState {
@@ -137,20 +148,20 @@ impl CellsError {
             chance: scales(&|state, scale| state.chance[scale]),
             standard_error: [0, 1].map(|scale| {
                 let squares =
-                    asking().map(|(weight, measured)| (weight * measured.state.standard_error[scale]).powi(2));
+                    asking().map(|(weight, _, measured)| (weight * measured.state.standard_error[scale]).powi(2));
                 squares.sum::<f64>().sqrt() / weight_sum
             }),
             ..ResidualState::default()
         };
         let left = [SURE, 0.0].map(|sure| {
             let mut left = Left::default();
-            for (weight, measured) in asking() {
+            for (_, part, measured) in asking() {
                 // Each took off its own shares, and had its own entries without walks.
                 let state = ResidualState { silent_share: measured.state.silent_share, ..pooled };
-                let share = weight / all_weights;
+                let share = part.weight / all_weights;
                 let of_map = Measured { state, ..measured }.left(sure);
-                left.common += share * of_map.common;
-                left.chance += share * share * of_map.chance;
+                left.common += part.area_share * share * of_map.common;
+                left.chance += part.area_share * share * share * of_map.chance;
             }
             left
         });
@@ -480,8 +491,10 @@ mod tests {
     /// tell it from one of 4 lx (the planted fault). Chance falls with their number, the bias does not; one map alone is what it was.
     #[test]
     fn many_maps_know_what_one_does_not_and_their_bias_does_not_fall() {
+        let of =
+            |weight: f64, area_share: f64, measured: Option<Measured>| MeasuredPart { weight, area_share, measured };
         let measured: Vec<_> =
-            (0..40).map(|seed| (2.0, Some(walked(seed, 3.0, 30.0).cells_error().measured))).collect();
+            (0..40).map(|seed| of(2.0, 1.0, Some(walked(seed, 3.0, 30.0).cells_error().measured))).collect();
         let profile = [1.0; 4];
         let all = CellsError::of_mean(&measured, &profile);
         let (found, error) = (all.measured.state.common[1], all.measured.state.standard_error[1]);
@@ -491,7 +504,18 @@ mod tests {
         assert_eq!(2.0 * twice.left.chance, alone.left.chance);
         let expected = |error: &CellsError| error.by_site_lx[0].powi(2) - error.left.chance;
         assert!((expected(&twice) - expected(&alone)).abs() < 1e-9, "{twice:?} {alone:?}");
-        let without = CellsError::of_mean(&[measured[7], (6.0, None)], &profile);
+        let without = CellsError::of_mean(&[measured[7], of(6.0, 1.0, None)], &profile);
         assert!((4.0 * without.left.common / alone.left.common - 1.0).abs() < 1e-12, "a share that asks no cells");
+        // Two halves of the points with the same error have it together, and know it better by the root of two.
+        let halves = CellsError::of_mean(&[of(2.0, 0.5, measured[7].measured); 2], &profile);
+        let by_chance = |map: &&MeasuredPart| CellsError::of_mean(&[**map], &profile).left.chance > 0.0;
+        let map = measured.iter().find(by_chance).expect("some cells are off by chance");
+        let chance = |maps: &[MeasuredPart]| CellsError::of_mean(maps, &profile).left.chance;
+        let of_halves = chance(&[of(2.0, 0.5, map.measured); 2]);
+        assert!((of_halves / chance(&[*map]) - 1.0).abs() < 1e-12, "{of_halves} {map:?}");
+        let sure = |error: &CellsError| error.measured.state.standard_error[1];
+        assert!((sure(&halves) * 2f64.sqrt() / sure(&alone) - 1.0).abs() < 1e-12, "{halves:?} {alone:?}");
+        let other = CellsError::of_mean(&[of(2.0, 0.25, measured[7].measured), of(2.0, 0.75, None)], &profile);
+        assert!((4.0 * other.left.common / alone.left.common - 1.0).abs() < 1e-12, "a part that asks no cells");
     }
 }

@@ -76,6 +76,18 @@ impl Scores {
         }
     }
 
+    /// The same as if every deviation were so many times as large.
+    fn scaled(self, factor: f64) -> Scores {
+        let square = factor * factor;
+        Scores {
+            count: self.count,
+            squares: square * self.squares,
+            fourths: square * square * self.fourths,
+            largest: self.largest.into_iter().map(|deviation| factor * deviation).collect(),
+            floor: factor * self.floor,
+        }
+    }
+
     /// What the scores say of a part of a map with so many samples of every entry, of so many scores in all.
     pub fn evidence(&self, samples: f64, all: f64) -> ScoreEvidence {
         let mut largest = self.largest.clone();
@@ -133,6 +145,11 @@ impl PartScores {
     pub fn merge(&mut self, task: PartScores) {
         self.levelled.merge(task.levelled);
         self.stepped.merge(task.stepped);
+    }
+
+    /// The same as if every deviation were so many times as large.
+    pub fn scaled(self, factor: f64) -> PartScores {
+        PartScores { levelled: self.levelled.scaled(factor), stepped: self.stepped.scaled(factor) }
     }
 
     /// Adds a weighted score that deviates from nothing.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::radiance_grids::GRIDS_INFO;
-use super::{OutputError, ResultFile};
+use super::{OutputError, ResultFile, StreamedFile};
 
 /// Names that luxmc gives to its results; plots of maps and luminaires (`map-….svg`, …) and sensor grids (`grid-….pts`, `grid-….res`) come
 /// on top.
@@ -27,6 +27,8 @@ const OWN_NAMES: &[&str] = &[
     "report.html",
     GRIDS_INFO,
 ];
+/// Bytes that are written at a time.
+const BLOCK: usize = 1 << 20;
 /// The file whose presence says that the others are complete.
 const SUMMARY: &str = "summary.json";
 
@@ -95,6 +97,24 @@ impl ResultDirectory {
         staged.write_all(&file.bytes).and_then(|()| staged.as_file().sync_all()).map_err(|error| {
             OutputError::unwritable(self.path.join(&file.name), "the file cannot be written", &error)
         })?;
+        self.staged.push((file.name.clone(), staged));
+        Ok(())
+    }
+
+    /// Puts a file on the disk under a temporary name while it is made.
+    ///
+    /// # Errors
+    ///
+    /// As [`ResultDirectory::stage`], and a number that no table holds.
+    pub fn stage_streamed(&mut self, file: &StreamedFile) -> Result<(), OutputError> {
+        let mut staged = temporary(&self.path)?;
+        let mut writer = std::io::BufWriter::with_capacity(BLOCK, staged.as_file_mut());
+        let unwritable = |error: &std::io::Error| super::streamed::unwritable(&file.name, error);
+        let written = file.write_to(&mut writer).and_then(|()| writer.flush().map_err(|error| unwritable(&error)));
+        // What is left in the buffer of a file that is not taken is left out of it.
+        drop(writer.into_parts());
+        let synced = written.and_then(|()| staged.as_file().sync_all().map_err(|error| unwritable(&error)));
+        synced.map_err(|error| error.within(&self.path))?;
         self.staged.push((file.name.clone(), staged));
         Ok(())
     }

@@ -34,6 +34,16 @@ pub enum OutputError {
 }
 
 impl OutputError {
+    /// The same of a file that is known by its name in a directory.
+    pub(super) fn within(self, directory: &std::path::Path) -> OutputError {
+        match self {
+            OutputError::Unwritable { path, what, got, remedy } => {
+                OutputError::Unwritable { path: directory.join(path), what, got, remedy }
+            }
+            other => other,
+        }
+    }
+
     pub(super) fn unwritable(path: impl Into<PathBuf>, what: &'static str, error: &std::io::Error) -> OutputError {
         use std::io::ErrorKind;
         let remedy = match error.kind() {

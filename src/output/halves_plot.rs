@@ -29,9 +29,8 @@ pub fn deviations(map: &MapResult) -> Vec<Option<f64>> {
 }
 
 /// The map of the differences of a grid, in units of their standard errors, on a diverging scale.
-pub fn difference_picture(map: &FlatMap, deviations: &[Option<f64>], note: &str) -> Picture {
-    let (layout, mut picture) = Layout::of(map);
-    let mut map = map.clone();
+pub fn difference_picture(mut map: FlatMap, deviations: &[Option<f64>], note: &str) -> Picture {
+    let (layout, mut picture) = Layout::of(&map);
     // Cells stand in the order of the points; what has no error is left blank as the inside of a solid is.
     for (cell, deviation) in map.cells.iter_mut().zip(deviations) {
         cell.illuminance_lx = cell.illuminance_lx.and(*deviation);
@@ -47,7 +46,8 @@ pub fn difference_picture(map: &FlatMap, deviations: &[Option<f64>], note: &str)
         percent(beyond / all)
     );
     picture.words(Words::new(words, [62.0, 65.0], 13.0));
-    draw_cells(&mut picture, &map, &layout, &ink);
+    // Deviations of independent points: their sum has one over the root of their number.
+    draw_cells(&mut picture, &map, &layout, |sum, count| sum / count.sqrt(), &ink);
     draw_axes(&mut picture, &map, &layout);
     draw_legend(&mut picture, &layout);
     let y = picture.height - 10.0;

@@ -145,7 +145,7 @@ pub(super) fn draw_map(
     unit: &str,
 ) -> String {
     let colors = ColorScale::of(map);
-    draw_cells(picture, map, layout, &|value| colors.ink(value));
+    draw_cells(picture, map, layout, mean, &|value| colors.ink(value));
     let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
     let is_even = !levels.is_empty() && map.field.range().is_some_and(|range| is_even(range, map.estimated_error));
     let is_without = map.field.nodes.len() < FEWEST_NODES || is_too_noisy || is_even;
@@ -169,7 +169,7 @@ fn is_even([low, high]: [f64; 2], estimated_error: f64) -> bool {
 pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = Layout::of(map);
     let colors = ColorScale::of(map);
-    draw_cells(&mut picture, map, &layout, &|value| mixed(colors.ink(value), WHITE, 0.72));
+    draw_cells(&mut picture, map, &layout, mean, &|value| mixed(colors.ink(value), WHITE, 0.72));
     draw_axes(&mut picture, map, &layout);
     colors.draw_legend(&mut picture, &layout, &[], "lx");
     let thinning = match draw_values(&mut picture, map, &layout) {
@@ -240,13 +240,29 @@ fn capital(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-pub(super) fn draw_cells(picture: &mut Picture, map: &FlatMap, layout: &Layout, ink: &dyn Fn(f64) -> Ink) {
+/// A map of more cells is drawn by what those of a spot of the page have together.
+const MOST_CELLS: usize = 160_000;
+/// Width of such a spot in units of the page, of which a map has some 600.
+const SPOT: f64 = 2.0;
+
+/// The mean of so many values by their sum.
+pub(super) fn mean(sum: f64, count: f64) -> f64 {
+    sum / count
+}
+
+pub(super) fn draw_cells(
+    picture: &mut Picture,
+    map: &FlatMap,
+    layout: &Layout,
+    pool: fn(f64, f64) -> f64,
+    ink: &dyn Fn(f64) -> Ink,
+) {
     // Cells of one ink make one path.
     let mut by_ink: BTreeMap<Ink, Vec<Vec<PagePoint>>> = BTreeMap::new();
     let mut solid = Vec::new();
-    for cell in &map.cells {
-        let ring = layout.ring(&cell.ring);
-        match cell.illuminance_lx {
+    let spots = map.cells.iter().map(|cell| (layout.ring(&cell.ring), cell.illuminance_lx));
+    for (ring, illuminance_lx) in if map.cells.len() > MOST_CELLS { coarse(spots, pool) } else { spots.collect() } {
+        match illuminance_lx {
             Some(value) => by_ink.entry(ink(value)).or_default().push(ring),
             None => solid.push(ring),
         }
@@ -257,6 +273,33 @@ pub(super) fn draw_cells(picture: &mut Picture, map: &FlatMap, layout: &Layout, 
     for ring in &solid {
         hatch(picture, ring);
     }
+}
+
+/// What is drawn of cells that the eye does not tell apart: rectangles about those of a spot of the page, with what their sum and number
+/// come to.
+fn coarse(
+    cells: impl Iterator<Item = (Vec<PagePoint>, Option<f64>)>,
+    pool: fn(f64, f64) -> f64,
+) -> Vec<(Vec<PagePoint>, Option<f64>)> {
+    /// Corners, sum and count of the cells of a spot.
+    type Spot = ([PagePoint; 2], f64, u32);
+    let mut spots: BTreeMap<([i64; 2], bool), Spot> = BTreeMap::new();
+    for (ring, value) in cells {
+        let corner = |pick: fn(f64, f64) -> f64, from: f64| {
+            ring.iter().fold([from; 2], |corner, spot| [0, 1].map(|axis| pick(corner[axis], spot[axis])))
+        };
+        let (low, high) = (corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY));
+        let place = [0, 1].map(|axis| (0.5 * (low[axis] + high[axis]) / SPOT).floor() as i64);
+        let spot = spots.entry((place, value.is_some())).or_insert(([low, high], 0.0, 0));
+        spot.0 =
+            [[0, 1].map(|axis| spot.0[0][axis].min(low[axis])), [0, 1].map(|axis| spot.0[1][axis].max(high[axis]))];
+        (spot.1, spot.2) = (spot.1 + value.unwrap_or(0.0), spot.2 + 1);
+    }
+    let ring = |[low, high]: [PagePoint; 2]| vec![low, [high[0], low[1]], high, [low[0], high[1]]];
+    let drawn = |(_, is_lit): ([i64; 2], bool), (corners, sum, count): Spot| {
+        (ring(corners), is_lit.then(|| pool(sum, f64::from(count))))
+    };
+    spots.into_iter().map(|(place, spot)| drawn(place, spot)).collect()
 }
 
 /// Grey with strokes to the right: nothing is measured inside of a solid.

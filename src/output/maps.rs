@@ -1,6 +1,7 @@
 //! The tables of a run: elements, receivers, result rows and the judgements of the error.
 
 use std::f64::consts::PI;
+use std::io::Write;
 
 use glam::DVec3;
 
@@ -9,12 +10,17 @@ use super::intensity::intensity_files;
 use super::observers::{maps_of, observer_files};
 use super::radiance_grids::grid_files;
 use super::sheet::{Field, Sheet};
+use super::streamed::StreamedFile;
 use super::verdicts::verdict_file;
 use super::{OutputError, ResultFile};
 use crate::maps::basis::Linear;
 use crate::maps::{MapKind, MapResult, TableRow};
 use crate::scene::{Elements, Emission, Quantity, Scene, Side};
 use crate::solver::{ConvergenceRow, Solution};
+
+/// Files as long as the maps that they tell of.
+const ELEMENTS: &str = "elements.csv";
+const RECEIVERS: &str = "receivers.csv";
 
 const ELEMENT_COLUMNS: &[&str] = &[
     "surface",
@@ -101,32 +107,50 @@ const CONVERGENCE_COLUMNS: &[&str] = &[
 ///
 /// A number that is not finite: no table holds one.
 pub fn result_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
-    let mut files = Vec::new();
+    streamed_files(scene, solution)?.into_iter().map(StreamedFile::made).collect()
+}
+
+/// The same, of which those that are as long as a map are made while they are written.
+///
+/// # Errors
+///
+/// A number that is not finite.
+pub fn streamed_files<'a>(scene: &'a Scene, solution: &'a Solution) -> Result<Vec<StreamedFile<'a>>, OutputError> {
+    let mut files: Vec<StreamedFile> = Vec::new();
     for map in &solution.maps {
         if map.kind == MapKind::Elements {
-            files.push(element_file(scene, &solution.elements, map)?);
+            files.push(StreamedFile::new(ELEMENTS, |writer| write_elements(scene, &solution.elements, map, writer)));
         }
     }
     let planes = maps_of(scene, solution, Quantity::is_illuminance);
     if !planes.is_empty() {
-        files.push(receiver_file(scene, &planes)?);
+        files.push({
+            let planes = planes.clone();
+            StreamedFile::new(RECEIVERS, move |writer| write_receivers(scene, &planes, writer))
+        });
         files.extend(grid_files(scene, &planes));
     }
-    files.extend(daylight_file(scene, solution)?);
+    let made = |made: Vec<ResultFile>| made.into_iter().map(StreamedFile::from);
+    files.extend(daylight_file(scene, solution)?.map(StreamedFile::from));
     files.extend(observer_files(scene, solution)?);
-    files.extend(intensity_files(scene, solution)?);
+    files.extend(made(intensity_files(scene, solution)?));
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
-    files.push(table_file(rows.filter(|row| row.kind.is_illuminance()))?);
-    files.extend(verdict_file(scene, solution)?);
-    files.push(convergence_file(&solution.convergence)?);
+    files.push(table_file(rows.filter(|row| row.kind.is_illuminance()))?.into());
+    files.extend(verdict_file(scene, solution)?.map(StreamedFile::from));
+    files.push(convergence_file(&solution.convergence)?.into());
     Ok(files)
 }
 
-fn element_file(scene: &Scene, elements: &Elements, map: &MapResult) -> Result<ResultFile, OutputError> {
+fn write_elements(
+    scene: &Scene,
+    elements: &Elements,
+    map: &MapResult,
+    writer: &mut dyn Write,
+) -> Result<(), OutputError> {
     let own_emission = OwnEmission::of(scene);
     let adapts = !map.values.slopes_lx.is_empty();
     let columns = [ELEMENT_COLUMNS, if adapts { ADAPTIVE_COLUMNS } else { &[] }].concat();
-    let mut sheet = Sheet::new("elements.csv", &columns);
+    let mut sheet = Sheet::to(ELEMENTS, &columns, writer)?;
 
     // Elements are counted from 0 within their surface; both sides of one share its number.
     let mut next = vec![0u64; scene.surfaces.len()];
@@ -180,7 +204,7 @@ fn element_file(scene: &Scene, elements: &Elements, map: &MapResult) -> Result<R
         }
         sheet.row(&fields)?;
     }
-    Ok(sheet.finish())
+    sheet.end()
 }
 
 /// Gradient in lx/m, along the element, of the linear function with two coefficients of [`crate::maps::basis`].
@@ -240,15 +264,15 @@ fn halves(map: &MapResult, index: usize) -> [Field<'static>; 2] {
     map.values.halves_lx.get(index).map_or([Field::Text(""), Field::Text("")], |halves_lx| halves_lx.map(Field::Number))
 }
 
-fn receiver_file(scene: &Scene, maps: &[(&MapResult, usize)]) -> Result<ResultFile, OutputError> {
+fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn Write) -> Result<(), OutputError> {
     let outside_lx = scene.daylight().map(|(outside_lx, _)| outside_lx);
     let daylight = if outside_lx.is_some() { DAYLIGHT_FACTOR_COLUMNS } else { &[] };
-    let mut sheet = Sheet::new("receivers.csv", &[RECEIVER_COLUMNS, daylight].concat());
+    let mut sheet = Sheet::to(RECEIVERS, &[RECEIVER_COLUMNS, daylight].concat(), writer)?;
     for (map, set) in maps {
         for (index, point) in scene.receivers[*set].points.iter().enumerate() {
             let mut fields = vec![
                 Field::Text(&map.name),
-                Field::Count(index as u64),
+                Field::Count(scene.receivers[*set].index_of(index) as u64),
                 Field::Number(point.position_m.x),
                 Field::Number(point.position_m.y),
                 Field::Number(point.position_m.z),
@@ -269,7 +293,7 @@ fn receiver_file(scene: &Scene, maps: &[(&MapResult, usize)]) -> Result<ResultFi
             sheet.row(&fields)?;
         }
     }
-    Ok(sheet.finish())
+    sheet.end()
 }
 
 fn table_file<'a>(rows: impl Iterator<Item = &'a TableRow>) -> Result<ResultFile, OutputError> {

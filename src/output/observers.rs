@@ -1,11 +1,15 @@
 //! The tables of what observers see: luminances and glare ratings.
 
+use std::io::Write;
+
+use super::OutputError;
 use super::sheet::{Field, Sheet};
-use super::{OutputError, ResultFile};
+use super::streamed::StreamedFile;
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{GlareObserver, Quantity, Scene};
 use crate::solver::Solution;
 
+const LUMINANCES: &str = "luminance.csv";
 const LUMINANCE_COLUMNS: &[&str] =
     &["receiver", "index", "x", "y", "z", "dx", "dy", "dz", "luminance_cd_m2", "standard_error_cd_m2"];
 const UGR_COLUMNS: &[&str] =
@@ -29,28 +33,14 @@ pub(super) fn maps_of<'a>(
 /// # Errors
 ///
 /// A number that is not finite: no table holds one.
-pub(super) fn observer_files(scene: &Scene, solution: &Solution) -> Result<Vec<ResultFile>, OutputError> {
-    let mut files = Vec::new();
+pub(super) fn observer_files<'a>(
+    scene: &'a Scene,
+    solution: &'a Solution,
+) -> Result<Vec<StreamedFile<'a>>, OutputError> {
+    let mut files: Vec<StreamedFile> = Vec::new();
     let luminances = maps_of(scene, solution, |quantity| quantity == Quantity::Luminance);
     if !luminances.is_empty() {
-        let mut sheet = Sheet::new("luminance.csv", LUMINANCE_COLUMNS);
-        for (map, set) in luminances {
-            for (index, point) in scene.receivers[set].points.iter().enumerate() {
-                sheet.row(&[
-                    Field::Text(&map.name),
-                    Field::Count(index as u64),
-                    Field::Number(point.position_m.x),
-                    Field::Number(point.position_m.y),
-                    Field::Number(point.position_m.z),
-                    Field::Number(point.normal.x),
-                    Field::Number(point.normal.y),
-                    Field::Number(point.normal.z),
-                    Field::Number(map.values.illuminance_lx[index]),
-                    Field::Number(map.values.standard_error_lx[index]),
-                ])?;
-            }
-        }
-        files.push(sheet.finish());
+        files.push(StreamedFile::new(LUMINANCES, move |writer| write_luminances(scene, &luminances, writer)));
     }
     if !solution.glare.is_empty() {
         let mut sheet = Sheet::new("ugr.csv", UGR_COLUMNS);
@@ -73,7 +63,29 @@ pub(super) fn observer_files(scene: &Scene, solution: &Solution) -> Result<Vec<R
                 Field::Number(rating.background_cd_m2.value),
             ])?;
         }
-        files.push(sheet.finish());
+        files.push(sheet.finish().into());
     }
     Ok(files)
+}
+
+fn write_luminances(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn Write) -> Result<(), OutputError> {
+    let mut sheet = Sheet::to(LUMINANCES, LUMINANCE_COLUMNS, writer)?;
+    for (map, set) in maps {
+        let set = &scene.receivers[*set];
+        for (index, point) in set.points.iter().enumerate() {
+            sheet.row(&[
+                Field::Text(&map.name),
+                Field::Count(set.index_of(index) as u64),
+                Field::Number(point.position_m.x),
+                Field::Number(point.position_m.y),
+                Field::Number(point.position_m.z),
+                Field::Number(point.normal.x),
+                Field::Number(point.normal.y),
+                Field::Number(point.normal.z),
+                Field::Number(map.values.illuminance_lx[index]),
+                Field::Number(map.values.standard_error_lx[index]),
+            ])?;
+        }
+    }
+    sheet.end()
 }

@@ -217,7 +217,9 @@ impl<'a> Plan<'a> {
                     let what = format!("{}, {columns} × {rows}", set.name);
                     self.label(picture, &mut labels, &ring, what);
                 }
-                ReceiverLayout::Points if set.quantity.is_illuminance() => self.draw_points(picture, &mut labels, set),
+                ReceiverLayout::Points | ReceiverLayout::Part(_) if set.quantity.is_illuminance() => {
+                    self.draw_points(picture, &mut labels, set)
+                }
                 ReceiverLayout::Towards { eye_m } => {
                     self.draw_sights(picture, eye_m, &[]);
                     self.label(picture, &mut labels, &[self.spot(eye_m)], set.name.clone());

@@ -104,7 +104,7 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             let deviations = deviations(map);
             if !has_halves && deviations.iter().any(Option::is_some) {
                 has_halves = true;
-                add(format!("halves-{name}"), PlotKind::Halves, difference_picture(&flat, &deviations, &note));
+                add(format!("halves-{name}"), PlotKind::Halves, difference_picture(flat, &deviations, &note));
                 if let Some(picture) = histogram_picture(&map.name, &deviations) {
                     add(format!("halves-{name}-histogram"), PlotKind::HalvesHistogram, picture);
                 }

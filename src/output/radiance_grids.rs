@@ -4,6 +4,7 @@ use serde_json::json;
 
 use super::plots::Stems;
 use super::sheet::shortest;
+use super::streamed::{StreamedFile, unwritable};
 use super::{ResultFile, file_name_part};
 use crate::maps::MapResult;
 use crate::scene::{ReceiverPoint, Scene};
@@ -14,9 +15,9 @@ pub(super) const GRIDS_INFO: &str = "grids_info.json";
 /// Two files a set, a line a point in the order of `receivers.csv`: `x y z nx ny nz` in m, and the illuminance in lx; and their list.
 ///
 /// Numbers are those of `receivers.csv`, which refuses what is not finite.
-pub(super) fn grid_files(scene: &Scene, maps: &[(&MapResult, usize)]) -> Vec<ResultFile> {
+pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) -> Vec<StreamedFile<'a>> {
     let mut stems = Stems::default();
-    let mut files = Vec::new();
+    let mut files: Vec<StreamedFile> = Vec::new();
     let mut list = Vec::new();
     for (map, set) in maps {
         let points = &scene.receivers[*set].points;
@@ -26,15 +27,22 @@ pub(super) fn grid_files(scene: &Scene, maps: &[(&MapResult, usize)]) -> Vec<Res
                 [point.position_m, point.normal].iter().flat_map(|vector| vector.to_array()).map(shortest).collect();
             numbers.join(" ") + "\n"
         };
-        let places: String = points.iter().map(place).collect();
-        let values: String = map.values.illuminance_lx.iter().map(|lx| shortest(*lx) + "\n").collect();
-        files.push(ResultFile { name: format!("{stem}.pts"), bytes: places.into_bytes() });
-        files.push(ResultFile { name: format!("{stem}.res"), bytes: values.into_bytes() });
+        files.push(lines(format!("{stem}.pts"), move || points.iter().map(place)));
+        let values = &map.values.illuminance_lx;
+        files.push(lines(format!("{stem}.res"), move || values.iter().map(|lx| shortest(*lx) + "\n")));
         list.push(json!({ "name": map.name, "identifier": stem, "count": points.len(), "group": "", "full_id": stem }));
     }
     if !list.is_empty() {
         let list = format!("{:#}\n", serde_json::Value::Array(list));
-        files.push(ResultFile { name: GRIDS_INFO.to_owned(), bytes: list.into_bytes() });
+        files.push(ResultFile { name: GRIDS_INFO.to_owned(), bytes: list.into_bytes() }.into());
     }
     files
+}
+
+/// A file of lines that are made while it is written.
+fn lines<'a, I: Iterator<Item = String>>(name: String, lines: impl Fn() -> I + 'a) -> StreamedFile<'a> {
+    let told = name.clone();
+    StreamedFile::new(name, move |writer| {
+        lines().try_for_each(|line| writer.write_all(line.as_bytes())).map_err(|error| unwritable(&told, &error))
+    })
 }

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::ResultFile;
 use super::sealed::{Format, Sealed, SealedError, hexadecimal};
+use super::streamed::{StreamedFile, unwritable};
 use crate::maps::REPLICAS;
 use crate::solver::{MapOfShare, MapSums, Share, ShareRecord};
 
@@ -74,21 +74,31 @@ const SHARES: Format = Format {
 };
 
 /// The file of a share; the digest of its sums is filled in.
-pub fn share_file(header: ShareHeader, sums: &[MapSums]) -> ResultFile {
-    let slabs = || sums.iter().flat_map(slabs_of);
+pub fn share_file(header: ShareHeader, sums: &[MapSums]) -> StreamedFile<'_> {
     let mut digest = Sha256::new();
-    let mut slab_bytes: Vec<u8> = Vec::new();
-    for slab in slabs() {
-        slab_bytes.clear();
-        slab_bytes.extend(slab.iter().flat_map(|value| value.to_le_bytes()));
-        digest.update(&slab_bytes);
-    }
+    let taken = for_each_slab(sums, |bytes| {
+        digest.update(bytes);
+        Ok(())
+    });
+    taken.expect("a digest takes everything");
     let header = ShareHeader { sums_sha256: hexadecimal(digest), ..header };
     let first = SHARES.lines(&header);
-    let mut bytes = Vec::with_capacity(first.len() + 8 * slabs().map(Vec::len).sum::<usize>());
-    bytes.extend(first.into_bytes());
-    slabs().flatten().for_each(|value| bytes.extend(value.to_le_bytes()));
-    ResultFile { name: SHARE_FILE.to_owned(), bytes }
+    StreamedFile::new(SHARE_FILE, move |writer| {
+        let written =
+            writer.write_all(first.as_bytes()).and_then(|()| for_each_slab(sums, |bytes| writer.write_all(bytes)));
+        written.map_err(|error| unwritable(SHARE_FILE, &error))
+    })
+}
+
+/// Hands on the bytes of all sums, one slab at a time.
+fn for_each_slab(sums: &[MapSums], mut take: impl FnMut(&[u8]) -> std::io::Result<()>) -> std::io::Result<()> {
+    let mut bytes: Vec<u8> = Vec::new();
+    for slab in sums.iter().flat_map(slabs_of) {
+        bytes.clear();
+        bytes.extend(slab.iter().flat_map(|value| value.to_le_bytes()));
+        take(&bytes)?;
+    }
+    Ok(())
 }
 
 fn slabs_of(sums: &MapSums) -> impl Iterator<Item = &Vec<f64>> {
@@ -112,6 +122,10 @@ pub fn read_share(directory: &Path) -> Result<ShareFile, SealedError> {
     let of_maps = record.maps.iter().flat_map(|map| [map.chains, map.rays]);
     if let Some(count) = of_maps.chain([record.chains, record.rays]).find(|count| *count > MOST_COUNTED) {
         return Err(SHARES.damaged(&path, format!("a header that counts {count} chains or rays")));
+    }
+    let part = record.part;
+    if !(1..=part.of).contains(&part.number) {
+        return Err(SHARES.damaged(&path, format!("a header that tells of part {} of {}", part.number, part.of)));
     }
     Ok(ShareFile { path, header, begin })
 }

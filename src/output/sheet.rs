@@ -1,5 +1,8 @@
 //! A table in the making, checked cell by cell.
 
+use std::io::Write;
+
+use super::streamed::unwritable;
 use super::{OutputError, ResultFile};
 
 /// A cell of a table.
@@ -14,11 +17,11 @@ pub(super) enum Field<'a> {
     Flag(bool),
 }
 
-/// A CSV table (RFC 4180 quoting, lines end with a line feed).
-pub(super) struct Sheet {
+/// A CSV table (RFC 4180 quoting, lines end with a line feed), in memory or on its way to a file.
+pub(super) struct Sheet<W: Write = Vec<u8>> {
     name: &'static str,
     columns: Vec<&'static str>,
-    writer: csv::Writer<Vec<u8>>,
+    writer: csv::Writer<W>,
     rows: usize,
 }
 
@@ -26,41 +29,65 @@ pub(super) struct Sheet {
 const IN_MEMORY: &str = "a table in memory takes every row";
 
 impl Sheet {
-    /// A table with its header.
+    /// A table with its header, in memory.
     pub fn new(name: &'static str, columns: &[&'static str]) -> Sheet {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(columns).expect(IN_MEMORY);
-        Sheet { name, columns: columns.to_vec(), writer, rows: 0 }
+        Sheet::to(name, columns, Vec::new()).expect(IN_MEMORY)
+    }
+
+    /// The table as a file.
+    pub fn finish(self) -> ResultFile {
+        ResultFile { name: self.name.to_owned(), bytes: self.writer.into_inner().expect(IN_MEMORY) }
+    }
+}
+
+impl<W: Write> Sheet<W> {
+    /// A table with its header that goes to a writer.
+    ///
+    /// # Errors
+    ///
+    /// What the writer does not take.
+    pub fn to(name: &'static str, columns: &[&'static str], writer: W) -> Result<Sheet<W>, OutputError> {
+        let mut sheet = Sheet { name, columns: columns.to_vec(), writer: csv::Writer::from_writer(writer), rows: 0 };
+        sheet.taken(|writer| writer.write_record(columns))?;
+        Ok(sheet)
+    }
+
+    fn taken(&mut self, write: impl FnOnce(&mut csv::Writer<W>) -> csv::Result<()>) -> Result<(), OutputError> {
+        write(&mut self.writer).map_err(|error| unwritable(self.name, &error.into()))
     }
 
     /// Adds a row with a cell for every column.
     ///
     /// # Errors
     ///
-    /// A number that is not finite.
+    /// A number that is not finite, and what the writer does not take.
     pub fn row(&mut self, fields: &[Field]) -> Result<(), OutputError> {
         debug_assert_eq!(fields.len(), self.columns.len());
         self.rows += 1;
-        for (field, column) in fields.iter().zip(&self.columns) {
+        for (place, field) in fields.iter().enumerate() {
             match field {
-                Field::Text(text) => self.writer.write_field(text).expect(IN_MEMORY),
-                Field::Count(count) => self.writer.write_field(count.to_string()).expect(IN_MEMORY),
-                Field::Flag(flag) => self.writer.write_field(flag.to_string()).expect(IN_MEMORY),
+                Field::Text(text) => self.taken(|writer| writer.write_field(text))?,
+                Field::Count(count) => self.taken(|writer| writer.write_field(count.to_string()))?,
+                Field::Flag(flag) => self.taken(|writer| writer.write_field(flag.to_string()))?,
                 Field::Number(number) if number.is_finite() => {
-                    self.writer.write_field(shortest(*number)).expect(IN_MEMORY);
+                    self.taken(|writer| writer.write_field(shortest(*number)))?;
                 }
                 Field::Number(number) => {
-                    return Err(OutputError::NotFinite { file: self.name, row: self.rows, column, got: *number });
+                    let (file, row, column) = (self.name, self.rows, self.columns[place]);
+                    return Err(OutputError::NotFinite { file, row, column, got: *number });
                 }
             }
         }
-        self.writer.write_record(None::<&[u8]>).expect(IN_MEMORY);
-        Ok(())
+        self.taken(|writer| writer.write_record(None::<&[u8]>))
     }
 
-    /// The table as a file.
-    pub fn finish(self) -> ResultFile {
-        ResultFile { name: self.name.to_owned(), bytes: self.writer.into_inner().expect(IN_MEMORY) }
+    /// Ends a table that goes to a writer.
+    ///
+    /// # Errors
+    ///
+    /// What the writer does not take.
+    pub fn end(mut self) -> Result<(), OutputError> {
+        self.writer.flush().map_err(|error| unwritable(self.name, &error))
     }
 }
 

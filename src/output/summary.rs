@@ -11,7 +11,7 @@ use super::verdicts::verdict_entries;
 use crate::base::position_index::POSITION_INDEX;
 use crate::maps::{MapResult, StatisticalCheck, TableKind};
 use crate::scene::{Background, Luminaire, Quantity, Scene};
-use crate::solver::{Activity, GlareRating, MoreShares, Share, Solution, Spending, worst_of_sets};
+use crate::solver::{Activity, GlareRating, MoreShares, Portion, Solution, Spending, worst_of_sets};
 
 /// Version of the scene file that this program reads.
 const SCENE_FILE_VERSION: u32 = 1;
@@ -44,12 +44,14 @@ pub struct RunRecord {
 pub enum PartOfRun {
     /// They are.
     Whole,
-    /// They are those of one share.
-    Share(Share),
+    /// They are those of one share, or of a part of the receivers.
+    Portion(Portion),
     /// They are merged of so many shares.
     Merged {
         /// Number of shares.
         shares: usize,
+        /// Parts of the receivers that each of them is of.
+        receivers_parts: u32,
         /// Seconds of computing of all of them.
         compute_s: f64,
         /// What is missing to the target, if one is set.
@@ -59,17 +61,27 @@ pub enum PartOfRun {
 
 impl PartOfRun {
     /// What the summary says of it: entries that are null for others.
-    fn entries(self) -> [Value; 2] {
+    fn entries(self) -> [Value; 3] {
         match self {
-            PartOfRun::Whole => [Value::Null, Value::Null],
-            PartOfRun::Share(share) => [json!({ "number": share.number, "of": share.of }), Value::Null],
-            PartOfRun::Merged { shares, compute_s, more } => {
+            PartOfRun::Whole => [Value::Null, Value::Null, Value::Null],
+            PartOfRun::Portion(Portion { share, part }) => {
+                let one_of = |number: u32, of: u32| json!({ "number": number, "of": of });
+                let share = share.map_or(Value::Null, |share| one_of(share.number, share.of));
+                [share, part.map_or(Value::Null, |part| one_of(part.number, part.of)), Value::Null]
+            }
+            PartOfRun::Merged { shares, receivers_parts, compute_s, more } => {
                 let more = match more {
                     Some(MoreShares::None) => json!(0),
                     Some(MoreShares::About(more)) => json!(more.expected),
                     Some(MoreShares::NoNumber) | None => Value::Null,
                 };
-                [Value::Null, json!({ "shares": shares, "compute_s": compute_s, "more_shares_needed": more })]
+                let merged = json!({
+                    "shares": shares,
+                    "receivers_parts": receivers_parts,
+                    "compute_s": compute_s,
+                    "more_shares_needed": more,
+                });
+                [Value::Null, Value::Null, merged]
             }
         }
     }
@@ -93,7 +105,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
             "z_score": check.z_score,
         })
     });
-    let [share, merged] = record.part.entries();
+    let [share, receivers_part, merged] = record.part.entries();
     let warnings: Vec<&String> = scene.warnings.iter().chain(&solution.warnings).collect();
     let intensities = leaving_light(scene, solution);
     let summary = json!({
@@ -101,6 +113,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "title": scene.title,
         "seed": solution.seed,
         "share": share,
+        "receivers_part": receivers_part,
         "merged": merged,
         "method": solution.method,
         "chains": solution.chains,

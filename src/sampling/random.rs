@@ -31,11 +31,18 @@ pub enum Purpose {
     CellFills,
     /// No numbers of its own: the seeds of a run's shares.
     Shares,
+    /// The same of runs that share out receivers.
+    ReceiversParts,
 }
 
 /// Seed of the streams of one share of a run: another for every share, whatever the number of shares.
 pub fn seed_of_share(seed: u64, number: u32) -> u64 {
     key_of(seed, Purpose::Shares, number)
+}
+
+/// Seed of the streams of a run that computes one part of the receivers.
+pub fn seed_of_receivers_part(seed: u64, number: u32) -> u64 {
+    key_of(seed, Purpose::ReceiversParts, number)
 }
 
 /// Two rounds of the mixer keep neighbouring seeds and purposes apart.

@@ -211,6 +211,8 @@ pub enum ReceiverLayout {
     },
     /// Points in no order; directions in the order of a list.
     Points,
+    /// Every n-th point of a set, where runs share them out.
+    Part(super::receivers_part::ReceiversPart),
     /// Directions of view turned evenly about an axis.
     Fan {
         /// Angle of the first direction in degrees.

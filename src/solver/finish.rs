@@ -20,7 +20,7 @@ pub(super) fn finish(
     context: &Context,
     settings: &Settings,
     target_error: Option<f64>,
-    mut jobs: Vec<Job>,
+    jobs: &mut [Job],
     convergence: Vec<ConvergenceRow>,
     spending: Spending,
     stop_reason: StopReason,
@@ -32,11 +32,11 @@ pub(super) fn finish(
     let rays = context.stage.outlook_rays() + jobs.iter().map(Job::all_rays).sum::<u64>();
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     let is_dark = context.stage.emitters.list().is_empty();
-    let ends = ends_of_chains(&jobs, is_dark);
+    let ends = ends_of_chains(jobs, is_dark);
     let flux_balance = ends.map(|ends| flux_balance(context, ends));
-    let map_check = ends_of_chains(&jobs, is_dark).and_then(|ends| map_check(context, &jobs, ends));
+    let map_check = ends_of_chains(jobs, is_dark).and_then(|ends| map_check(context, jobs, ends));
     if let (Ok(check), Some(target)) = (&map_check, target_error) {
-        refuse_without_balance(context, &mut jobs, check, target);
+        refuse_without_balance(context, jobs, check, target);
     }
     let elements_job = jobs.iter().find(|job| job.kind == MapKind::Elements);
     if let Some(lights) = context.stage.near_lights.as_ref().filter(|lights| lights.touch())
@@ -95,7 +95,7 @@ pub(super) fn finish(
     }
     let bound_met = jobs.iter().filter(|job| job.bound).all(is_met);
     let elements = jobs.iter().find(|job| job.kind == MapKind::Elements).map(|job| job.elements.clone());
-    let maps: Vec<MapResult> = jobs.into_iter().map(|job| map_result(context, job, target_error)).collect();
+    let maps: Vec<MapResult> = jobs.iter().map(|job| map_result(context, job, target_error)).collect();
     for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
         warnings.push(format!(
             "no light has reached \"{}\" yet: its mean is below {:.3e} lx; run more chains to see it",
@@ -153,10 +153,10 @@ fn is_met(job: &Job) -> bool {
     (job.met || job.is_exact() || job.judgement.dark) && !is_unlit(job)
 }
 
-fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResult {
+fn map_result(context: &Context, job: &Job, target_error: Option<f64>) -> MapResult {
     let judgement = job.judgement;
     let weight_sum: f64 = job.site_weights().iter().sum();
-    let dark = is_unlit(&job);
+    let dark = is_unlit(job);
     let samples = (job.map.indirect_samples.complete.max(1) * REPLICAS as u64) as f64;
     let error = MapError {
         random: judgement.halves_error,
@@ -178,10 +178,10 @@ fn map_result(context: &Context, job: Job, target_error: Option<f64>) -> MapResu
         bound: job.bound,
         refusals: job.refusals,
         checks: job.checks.clone(),
-        target_met: target_error.map(|_| is_met(&job)),
+        target_met: target_error.map(|_| is_met(job)),
         tables: match job.kind {
-            MapKind::Elements => surface_tables(context, &job),
-            MapKind::Receivers(set) => vec![receiver_table(context.scene, set, &job)],
+            MapKind::Elements => surface_tables(context, job),
+            MapKind::Receivers(set) => vec![receiver_table(context.scene, set, job)],
         },
     }
 }

@@ -1,8 +1,13 @@
-//! Shares of a run made one: sums are added replica by replica, so that everything that is told of a run is told of them alike.
+//! Shares of a run made one, and parts of its receivers: sums are added replica by replica, so that everything that is told of a run is
+//! told of them alike.
 //!
 //! Replica r of the merged map is the mean of replica r of all shares, weighed by samples. The replicas stay independent of each other,
 //! even and odd stay apart, and their spread is the chance of the whole: a run of as many samples would have come to the same.
+//!
+//! Parts of the receivers stand beside each other: each entry has the replicas of its part, brought to the number of samples that parts
+//! have in the mean, and the map is judged as a whole.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use super::finish::finish;
@@ -14,8 +19,8 @@ use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ErrorParts, Settings, Solution, StopReason};
 use crate::chain::Stage;
 use crate::control::{Forecast, USUAL_EXPONENT, deviation_of_work, needed_work};
-use crate::maps::{CellsError, Measured};
-use crate::scene::Scene;
+use crate::maps::{CellsError, MapKind, MeasuredPart};
+use crate::scene::{ReceiversPart, Scene};
 
 /// What came of a merge.
 #[derive(Clone, Debug)]
@@ -37,9 +42,10 @@ pub enum MoreShares {
     NoNumber,
 }
 
-/// Merges shares of one run, in the order of their numbers; `load` gives the sums of one of them.
+/// Merges shares of one run, in the order of their numbers, each with all its parts of the receivers in theirs; `load` gives the sums of one
+/// of them.
 ///
-/// All must have the same maps with as many entries as the scene has.
+/// All must have the same maps with as many entries as the scene has, or as many as their part of it has.
 ///
 /// # Errors
 ///
@@ -63,33 +69,48 @@ pub fn merge<E>(
         time_left: &|| TimeLeft::Enough,
         pace: Pace::of_chains(),
     };
-    let mut maps: Vec<MergedMap> = first_maps(shares).map(|number| MergedMap::new(&context, shares, number)).collect();
+    let mut maps: Vec<MergedMap> =
+        maps_of(shares).into_iter().map(|kind| MergedMap::new(&context, shares, kind)).collect();
+    let whole_shares = whole_shares(shares);
     let (mut convergence, mut spending, mut done) = (Vec::new(), Spending::default(), Done::default());
     let mut judging = std::time::Duration::ZERO;
-    for (index, share) in shares.iter().enumerate() {
-        let sums = load(index)?;
-        for (map, (about, sums)) in maps.iter_mut().zip(share.maps.iter().zip(&sums)) {
-            map.add(about, sums);
+    for parts in &whole_shares {
+        maps.iter_mut().for_each(|map| map.begin(&shares[parts.clone()]));
+        for index in parts.clone() {
+            let (share, sums) = (&shares[index], load(index)?);
+            for (about, sums) in share.maps.iter().zip(&sums) {
+                let map = maps.iter_mut().find(|map| map.job.kind == about.kind);
+                map.into_iter().for_each(|map| map.add(share.part, about, sums));
+            }
+            done.add(share);
+            spending += share.spending;
         }
+        maps.iter_mut().for_each(MergedMap::end);
         let judged = Instant::now();
         maps.iter_mut().for_each(|map| map.job.judge_merged(&context, map.chains));
         judging += judged.elapsed();
-        done.add(share);
-        spending += share.spending;
         convergence.push(row(&maps, settings.target_error, &done));
     }
     spending.add(Activity::Judging, 0, judging);
     maps.iter_mut().for_each(|map| map.job.settle_merged(settings.target_error));
-    let looks = (settings.target_error, shares.len());
-    let needed = |target: f64| needed_of_all(&maps, target, looks.1);
-    let needed = looks.0.map(needed);
+    let needed = settings.target_error.map(|target| needed_of_all(&maps, target, whole_shares.len()));
     let told: Vec<(u64, String)> = maps.iter().map(|map| (map.chains, map.methods())).collect();
-    let jobs: Vec<Job> = maps.into_iter().map(|map| map.job).collect();
+    let mut jobs: Vec<Job> = maps.into_iter().map(|map| map.job).collect();
     let stop_reason = if jobs.iter().all(Job::is_exact) { StopReason::Exact } else { StopReason::Shares };
     let compute_s = started.elapsed().as_secs_f64() - build_s;
     let target_error = settings.target_error;
-    let mut solution =
-        finish(&context, settings, target_error, jobs, convergence, spending, stop_reason, 0.0, build_s, compute_s);
+    let mut solution = finish(
+        &context,
+        settings,
+        target_error,
+        &mut jobs,
+        convergence,
+        spending,
+        stop_reason,
+        0.0,
+        build_s,
+        compute_s,
+    );
     for (map, (chains, methods)) in solution.maps.iter_mut().zip(told) {
         (map.chains, map.method) = (chains, methods);
         map.method_reason = "that of the shares".to_owned();
@@ -103,9 +124,22 @@ pub fn merge<E>(
     Ok(Merged { solution, more })
 }
 
-/// Numbers of the maps that shares have.
-fn first_maps(shares: &[ShareRecord]) -> std::ops::Range<usize> {
-    0..shares.first().map_or(0, |share| share.maps.len())
+/// The maps that shares have: elements first, then receivers in file order.
+fn maps_of(shares: &[ShareRecord]) -> Vec<MapKind> {
+    let mut kinds: Vec<MapKind> = shares.iter().flat_map(|share| &share.maps).map(|map| map.kind).collect();
+    kinds.sort_by_key(|kind| match kind {
+        MapKind::Elements => 0,
+        MapKind::Receivers(set) => 1 + set,
+    });
+    kinds.dedup();
+    kinds
+}
+
+/// Which records make a whole share each: a share's parts of the receivers follow each other.
+fn whole_shares(shares: &[ShareRecord]) -> Vec<Range<usize>> {
+    let starts: Vec<usize> = (0..shares.len()).filter(|index| shares[*index].part.number == 1).collect();
+    let ends = starts.iter().skip(1).copied().chain([shares.len()]);
+    starts.iter().copied().zip(ends).map(|(start, end)| start..end).collect()
 }
 
 /// What the shares so far have taken.
@@ -135,40 +169,56 @@ struct MergedMap {
     /// Flux of all luminaires, by which counts of packets are told in lx.
     luminous_flux_lm: f64,
     cells: CellsOfShares,
+    /// Weights of direct and of indirect light of the share at hand, all its parts alike.
+    weights: [u64; 2],
 }
 
 impl MergedMap {
-    fn new(context: &Context, shares: &[ShareRecord], number: usize) -> MergedMap {
-        let first = &shares[0].maps[number];
-        let is_alike = shares.iter().all(|share| share.maps[number].is_like(first));
-        let mut methods: Vec<String> = shares.iter().map(|share| share.maps[number].method.clone()).collect();
+    fn new(context: &Context, shares: &[ShareRecord], kind: MapKind) -> MergedMap {
+        let all: Vec<&MapOfShare> = shares.iter().filter_map(|share| share.map(kind)).collect();
+        let first = all[0];
+        let is_alike = all.iter().all(|map| map.is_like(first));
+        let mut methods: Vec<String> = all.iter().map(|map| map.method.clone()).collect();
         methods.sort();
         methods.dedup();
         let engine =
             Engine::named(is_alike.then_some(first.method.as_str()), context.scene, first.kind, context.method);
         let mut job = Job::to_merge(context, first.kind, first.bound, engine, is_alike && first.counts_packets);
-        job.map.cells_error = shares
-            .iter()
-            .any(|share| share.maps[number].cells_error.is_some())
-            .then(|| CellsError { by_site_lx: vec![0.0; first.entries], ..CellsError::default() });
-        let cells = CellsOfShares { profile: vec![0.0; first.entries], ..CellsOfShares::default() };
+        let entries = job.map.len();
+        let asks = all.iter().any(|map| map.cells_error.is_some());
+        job.map.cells_error = asks.then(|| CellsError { by_site_lx: vec![0.0; entries], ..CellsError::default() });
+        let cells = CellsOfShares {
+            profile: vec![0.0; if asks { entries } else { 0 }],
+            weights: vec![0.0; if asks { entries } else { 0 }],
+            measured: Vec::new(),
+        };
         let luminous_flux_lm = context.stage.emitters.luminous_flux_lm();
-        MergedMap { job, is_alike, chains: 0, methods, luminous_flux_lm, cells }
+        MergedMap { job, is_alike, chains: 0, methods, luminous_flux_lm, cells, weights: [0; 2] }
     }
 
     fn methods(&self) -> String {
         self.methods.join(", ")
     }
 
-    /// Adds the sums of a share, as means times its weight.
-    fn add(&mut self, share: &MapOfShare, sums: &MapSums) {
-        let weights = match self.is_alike {
-            true => [share.direct_samples.complete, share.indirect_samples.complete],
-            false => [share.rays.max(1); 2],
+    /// Begins with a share, of which these are the parts: it weighs as much as they have samples in the mean.
+    fn begin(&mut self, parts: &[ShareRecord]) {
+        let maps: Vec<&MapOfShare> = parts.iter().filter_map(|part| part.map(self.job.kind)).collect();
+        let mean = |of: fn(&MapOfShare) -> u64| {
+            let sum: u64 = maps.iter().map(|map| of(map)).sum();
+            sum / (maps.len() as u64).max(1)
         };
-        let [direct, indirect] = weights.map(|weight| weight as f64);
+        self.weights = match self.is_alike {
+            true => [mean(|map| map.direct_samples.complete), mean(|map| map.indirect_samples.complete)],
+            false => [mean(|map| map.rays).max(1); 2],
+        };
+    }
+
+    /// Adds the sums of a share, or of a part of it, as means times its weight.
+    fn add(&mut self, part: ReceiversPart, share: &MapOfShare, sums: &MapSums) {
+        let [direct, indirect] = self.weights.map(|weight| weight as f64);
+        let places = self.places(part, share.entries);
         let in_lx = |entry: usize| match share.counts_packets && !self.is_alike {
-            true => self.luminous_flux_lm / self.job.weights[entry].max(f64::MIN_POSITIVE),
+            true => self.luminous_flux_lm / self.job.weights[places.of(entry)].max(f64::MIN_POSITIVE),
             false => 1.0,
         };
         // A sweep that a limit ended in its middle leaves some entries one sample more: their means count like the others.
@@ -178,18 +228,23 @@ impl MergedMap {
             .map(|entry| in_lx(entry) * indirect / share.indirect_samples.of(entry).max(1) as f64)
             .collect();
         let map = &mut self.job.map;
-        add_slabs(&mut map.direct, &sums.direct, &of_direct);
-        add_slabs(&mut map.indirect, &sums.indirect, &of_indirect);
-        map.direct_samples.complete += weights[0];
-        map.indirect_samples.complete += weights[1];
+        add_slabs(&mut map.direct, &sums.direct, &of_direct, places);
+        add_slabs(&mut map.indirect, &sums.indirect, &of_indirect, places);
         if self.is_alike {
-            for (part, scores) in map.scores.iter_mut().zip(&share.scores) {
-                part.merge(scores.clone());
+            // Deviations are held against the samples of the whole.
+            let samples = [share.direct_samples, share.indirect_samples].map(|tally| tally.complete.max(1) as f64);
+            let factors = [direct / samples[0], indirect / samples[1]];
+            for ((all, scores), factor) in map.scores.iter_mut().zip(&share.scores).zip(factors) {
+                all.merge(if part == ReceiversPart::WHOLE { scores.clone() } else { scores.clone().scaled(factor) });
             }
         }
-        if let Some(error) = &mut map.cells_error {
-            self.cells.add(indirect, share, sums);
-            *error = self.cells.error();
+        if map.cells_error.is_some() {
+            let area =
+                |entries: &mut dyn Iterator<Item = usize>| entries.map(|entry| self.job.weights[entry]).sum::<f64>();
+            let of_part = area(&mut (0..share.entries).map(|entry| places.of(entry)));
+            let of_all = area(&mut (0..self.job.weights.len()));
+            let area_share = if of_all > 0.0 { of_part / of_all } else { 1.0 };
+            self.cells.add(indirect, area_share, share, sums, places);
         }
         for (all, ends) in self.job.ends.iter_mut().zip(share.ends) {
             *all += ends;
@@ -197,38 +252,69 @@ impl MergedMap {
         self.job.rays += share.rays;
         self.chains += share.chains;
     }
+
+    /// Ends with a share, of which all parts are there.
+    fn end(&mut self) {
+        let map = &mut self.job.map;
+        map.direct_samples.complete += self.weights[0];
+        map.indirect_samples.complete += self.weights[1];
+        if let Some(error) = &mut map.cells_error {
+            *error = self.cells.error(&self.job.weights);
+        }
+    }
+
+    /// Where the entries of a part are.
+    fn places(&self, part: ReceiversPart, entries: usize) -> Places {
+        let is_whole = entries == self.job.map.len();
+        Places(if is_whole { ReceiversPart::WHOLE } else { part })
+    }
 }
 
-fn add_slabs(all: &mut [Vec<f64>], slabs: &[Vec<f64>], factors: &[f64]) {
+/// Where the entries of a part are in a map of all of them.
+#[derive(Clone, Copy)]
+struct Places(ReceiversPart);
+
+impl Places {
+    fn of(self, entry: usize) -> usize {
+        self.0.nth(entry)
+    }
+}
+
+fn add_slabs(all: &mut [Vec<f64>], slabs: &[Vec<f64>], factors: &[f64], places: Places) {
     for (all, slab) in all.iter_mut().zip(slabs) {
-        for ((sum, value), factor) in all.iter_mut().zip(slab).zip(factors) {
-            *sum += value * factor;
+        for (entry, (value, factor)) in slab.iter().zip(factors).enumerate() {
+            all[places.of(entry)] += value * factor;
         }
     }
 }
 
 /// What walks in shares say of their cells, each of which has cells of its own.
-#[derive(Default)]
 struct CellsOfShares {
-    /// Weight of every share, and what its walks say.
-    measured: Vec<(f64, Option<Measured>)>,
-    /// Weighted sums of how unsure cells are at every element or point, and of the weights.
+    /// Every share, or part of one, and what its walks say.
+    measured: Vec<MeasuredPart>,
+    /// At every element or point, weighted sums of how unsure cells are, and of the weights.
     profile: Vec<f64>,
-    weight: f64,
+    weights: Vec<f64>,
 }
 
 impl CellsOfShares {
-    fn add(&mut self, weight: f64, share: &MapOfShare, sums: &MapSums) {
-        self.measured.push((weight, share.cells_error));
-        for (all, unsure) in self.profile.iter_mut().zip(&sums.cells_profile) {
-            *all += weight * unsure;
+    fn add(&mut self, weight: f64, area_share: f64, share: &MapOfShare, sums: &MapSums, places: Places) {
+        self.measured.push(MeasuredPart { weight, area_share, measured: share.cells_error });
+        for (entry, unsure) in sums.cells_profile.iter().enumerate() {
+            self.profile[places.of(entry)] += weight * unsure;
+            self.weights[places.of(entry)] += weight;
         }
-        self.weight += if share.cells_error.is_some() { weight } else { 0.0 };
     }
 
-    fn error(&self) -> CellsError {
-        let weight = self.weight.max(f64::MIN_POSITIVE);
-        let profile: Vec<f64> = self.profile.iter().map(|sum| sum / weight).collect();
+    /// What is left of the cells' error; entries weigh as much in the map.
+    fn error(&self, areas: &[f64]) -> CellsError {
+        let all: f64 = areas.iter().sum();
+        let of_asking: f64 =
+            areas.iter().zip(&self.weights).filter(|(_, weight)| **weight > 0.0).map(|(area, _)| area).sum();
+        // Where some parts ask and others do not, those that do have all the error.
+        let spread = if of_asking > 0.0 { (all / of_asking).sqrt() } else { 1.0 };
+        let unsure = |(sum, weight): (&f64, &f64)| spread * sum / weight.max(f64::MIN_POSITIVE);
+        let profile: Vec<f64> = self.profile.iter().zip(&self.weights).map(unsure).collect();
         CellsError::of_mean(&self.measured, &profile)
     }
 }

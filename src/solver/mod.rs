@@ -31,7 +31,7 @@ pub use run::{
     DEFAULT_TARGET_ERROR, Expectation, GoingOn, Keeper, KeptRun, Observer, Progress, RunState, Silent, SlowestMap,
     expectations, map_requests, resume, solve,
 };
-pub use share::{MapOfShare, MapSums, Share, ShareRecord, resume_share, solve_share};
+pub use share::{MapOfShare, MapSums, Portion, Share, ShareRecord, resume_share, solve_share};
 pub use solution::*;
 pub use spending::{Activity, Spending};
 pub use until_decided::{VerdictLadder, solve_to_verdicts};

@@ -22,7 +22,7 @@ use super::choice;
 use super::finish::finish;
 use super::job::{Context, Engine, Job, Refinement};
 use super::pace::{Pace, TimeLeft};
-use super::share::{MapOfShare, MapSums, Share, sums_of};
+use super::share::{MapOfShare, MapSums, Portion, sums_of};
 use super::sparse::fill_sparse_elements;
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ElementChoice, MapSelection, Method, Settings, Solution, StopReason};
@@ -60,11 +60,11 @@ pub fn solve(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Sol
     solve_as(scene, settings, None, None, observer).0
 }
 
-/// Solves a scene as a whole, or as a share of it, which leaves its sums; from the beginning, or on from where a run was kept.
+/// Solves a scene as a whole, or a portion of the run, which leaves its sums; from the beginning, or on from where a run was kept.
 pub(super) fn solve_as(
     scene: &Scene,
     settings: &Settings,
-    share: Option<Share>,
+    portion: Option<Portion>,
     going_on: Option<GoingOn>,
     observer: &dyn Observer,
 ) -> (Solution, Vec<(MapOfShare, MapSums)>) {
@@ -81,10 +81,10 @@ pub(super) fn solve_as(
     let settings = &Settings { time_limit_s, ..settings.clone() };
     let target_error = settings
         .target_error
-        .filter(|_| share.is_none())
+        .filter(|_| portion.is_none_or(|portion| portion.share.is_none()))
         .or_else(|| (settings.chains.is_none() && settings.time_limit_s.is_none()).then_some(DEFAULT_TARGET_ERROR));
     let adapt_to = adapts(settings, &stage).then(|| target_error.unwrap_or(DEFAULT_TARGET_ERROR));
-    let (seed, method) = (share.map_or(settings.seed, |share| share.seed(settings.seed)), settings.method);
+    let (seed, method) = (portion.map_or(settings.seed, |portion| portion.seed(settings.seed)), settings.method);
     let planned_error = settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
     let is_later_than = |share: f64| settings.time_limit_s.is_some_and(|limit_s| observer.wall_s() > share * limit_s);
     // What is kept of a run is kept of whole slices: the user waits for the one at hand.
@@ -140,17 +140,16 @@ pub(super) fn solve_as(
     let left_out = run.leave_out();
     run.judge_all(in_haste);
     let compute_s = kept_s + started.elapsed().as_secs_f64() - build_s;
-    let Run { jobs, convergence, mut spending, clock, .. } = run;
+    let Run { mut jobs, convergence, mut spending, clock, .. } = run;
     for job in &jobs {
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
-    let sums = if share.is_some() { jobs.iter().map(sums_of).collect() } else { Vec::new() };
     let mut solution = finish(
         &context,
         settings,
         target_error,
-        jobs,
+        &mut jobs,
         convergence,
         spending,
         stop_reason,
@@ -168,6 +167,7 @@ pub(super) fn solve_as(
     solution.warnings.extend(left_out.iter().map(|(name, _)| {
         format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
     }));
+    let sums = if portion.is_some() { jobs.into_iter().map(sums_of).collect() } else { Vec::new() };
     (solution, sums)
 }
 

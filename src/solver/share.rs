@@ -1,4 +1,4 @@
-//! Shares of a run: each has streams of its own, and leaves behind what a merge needs.
+//! Shares of a run, and runs that share out its receivers: each has streams of its own, and leaves behind what a merge needs.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,8 +7,8 @@ use super::run::{GoingOn, Observer, solve_as};
 use super::spending::Spending;
 use super::{Settings, Solution};
 use crate::maps::{CellsError, MapKind, Measured, PartScores, REPLICAS, Tally, Unit};
-use crate::sampling::random::seed_of_share;
-use crate::scene::Scene;
+use crate::sampling::random::{seed_of_receivers_part, seed_of_share};
+use crate::scene::{ReceiversPart, Scene};
 
 /// One of many independent shares of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,9 +20,41 @@ pub struct Share {
 }
 
 impl Share {
-    /// Seed of its streams in a run with this seed.
+    /// A run as a whole.
+    pub const WHOLE: Share = Share { number: 1, of: 1 };
+}
+
+/// What of a run is computed by itself: a share of the work, a part of the receivers, or a share of the work on a part of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Portion {
+    /// Which share of the work; without one, all that the stop rule asks for.
+    pub share: Option<Share>,
+    /// Which part of the receivers; without one, all of them.
+    pub part: Option<ReceiversPart>,
+}
+
+impl Portion {
+    /// Seed of its streams in a run with this seed. A part without a share is that of the first one, so that others can join.
     pub fn seed(self, seed: u64) -> u64 {
-        seed_of_share(seed, self.number)
+        match (self.share, self.part) {
+            (None, None) => seed,
+            (Some(share), None) => seed_of_share(seed, share.number),
+            (share, Some(part)) => {
+                seed_of_receivers_part(seed_of_share(seed, share.unwrap_or(Share::WHOLE).number), part.number)
+            }
+        }
+    }
+}
+
+impl From<Share> for Portion {
+    fn from(share: Share) -> Portion {
+        Portion { share: Some(share), part: None }
+    }
+}
+
+impl From<ReceiversPart> for Portion {
+    fn from(part: ReceiversPart) -> Portion {
+        Portion { share: None, part: Some(part) }
     }
 }
 
@@ -39,6 +71,9 @@ pub struct ShareRecord {
     pub spending: Spending,
     /// Whether chance has no part in its maps, so that all shares tell the same.
     pub is_exact: bool,
+    /// Which receivers it has.
+    #[serde(default)]
+    pub part: ReceiversPart,
     /// Its maps: elements first, then receivers in file order.
     pub maps: Vec<MapOfShare>,
 }
@@ -103,21 +138,27 @@ impl MapOfShare {
             && self.counts_direct == other.counts_direct
     }
 
-    /// Whether both are of one map, whatever estimated it.
+    /// Whether both are of one map, or of parts of its points, whatever estimated them.
     pub fn is_of_same_map(&self, other: &MapOfShare) -> bool {
-        (&self.name, self.kind, self.bound, self.entries) == (&other.name, other.kind, other.bound, other.entries)
+        (&self.name, self.kind, self.bound) == (&other.name, other.kind, other.bound)
     }
 }
 
 impl ShareRecord {
+    /// Its map of this kind, if it has one.
+    pub fn map(&self, kind: MapKind) -> Option<&MapOfShare> {
+        self.maps.iter().find(|map| map.kind == kind)
+    }
+
     /// Of a share that has ended.
-    fn of(solution: &Solution, maps: Vec<MapOfShare>, is_exact: bool) -> ShareRecord {
+    fn of(solution: &Solution, portion: Portion, maps: Vec<MapOfShare>, is_exact: bool) -> ShareRecord {
         ShareRecord {
             chains: solution.chains,
             rays: solution.rays,
             compute_s: solution.compute_s,
             spending: solution.spending,
             is_exact,
+            part: portion.part.unwrap_or(ReceiversPart::WHOLE),
             maps,
         }
     }
@@ -125,36 +166,41 @@ impl ShareRecord {
 
 /// Solves one of many independent shares of a run, and tells what a merge needs: what it did, and the sums of its maps.
 ///
-/// Chains or a time limit say how much of the work it is; the target is that of the merged maps, for which it plans.
+/// Chains or a time limit say how much of the work a share is; the target is that of the merged maps, for which it plans. A part of the
+/// receivers that is no share goes on to the target, as a run of its own. The scene has no others than those of the part.
 pub fn solve_share(
     scene: &Scene,
     settings: &Settings,
-    share: Share,
+    portion: impl Into<Portion>,
     observer: &dyn Observer,
 ) -> (Solution, ShareRecord, Vec<MapSums>) {
-    told(solve_as(scene, settings, Some(share), None, observer))
+    let portion = portion.into();
+    told(portion, solve_as(scene, settings, Some(portion), None, observer))
 }
 
 /// Goes on with a share from where it was kept.
 pub fn resume_share(
     scene: &Scene,
     settings: &Settings,
-    share: Share,
+    portion: Portion,
     going_on: GoingOn,
     observer: &dyn Observer,
 ) -> (Solution, ShareRecord, Vec<MapSums>) {
-    told(solve_as(scene, settings, Some(share), Some(going_on), observer))
+    told(portion, solve_as(scene, settings, Some(portion), Some(going_on), observer))
 }
 
 /// What a share tells once it has ended.
-fn told((solution, maps): (Solution, Vec<(MapOfShare, MapSums)>)) -> (Solution, ShareRecord, Vec<MapSums>) {
+fn told(
+    portion: Portion,
+    (solution, maps): (Solution, Vec<(MapOfShare, MapSums)>),
+) -> (Solution, ShareRecord, Vec<MapSums>) {
     let (maps, sums): (Vec<MapOfShare>, Vec<MapSums>) = maps.into_iter().unzip();
-    let record = ShareRecord::of(&solution, maps, sums.iter().all(MapSums::are_without_chance));
+    let record = ShareRecord::of(&solution, portion, maps, sums.iter().all(MapSums::are_without_chance));
     (solution, record, sums)
 }
 
 /// What a finished job leaves for a merge.
-pub(super) fn sums_of(job: &Job) -> (MapOfShare, MapSums) {
+pub(super) fn sums_of(job: Job) -> (MapOfShare, MapSums) {
     let map = &job.map;
     let counts_packets = matches!(map.indirect_unit_lx, Unit::Packets { .. });
     let about = MapOfShare {
@@ -175,5 +221,5 @@ pub(super) fn sums_of(job: &Job) -> (MapOfShare, MapSums) {
         ends: job.ends,
     };
     let cells_profile = map.cells_error.as_ref().map_or_else(Vec::new, CellsError::profile);
-    (about, MapSums { direct: map.direct.clone(), indirect: map.indirect.clone(), cells_profile })
+    (about, MapSums { direct: job.map.direct, indirect: job.map.indirect, cells_profile })
 }

@@ -1,0 +1,60 @@
+//! Checks of meshes that may be left out, where a scene of many millions of triangles is known to be sound.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+/// A check of the scene's meshes that may be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MeshCheck {
+    /// Open edges, edges of many triangles, doubled, flipped and overlapping ones: warnings.
+    Faults,
+    /// Solids that stand in one another: warnings.
+    Overlaps,
+    /// What to mend in a scene that gives poor results: warnings.
+    Advice,
+    /// Which receiver points lie inside of solids. Without it all count in tables and errors.
+    Insides,
+}
+
+impl MeshCheck {
+    /// All of them.
+    pub const ALL: [MeshCheck; 4] = [MeshCheck::Faults, MeshCheck::Overlaps, MeshCheck::Advice, MeshCheck::Insides];
+
+    /// Name as the command line has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            MeshCheck::Faults => "faults",
+            MeshCheck::Overlaps => "overlaps",
+            MeshCheck::Advice => "advice",
+            MeshCheck::Insides => "insides",
+        }
+    }
+
+    /// Whether the check is left out.
+    pub(super) fn is_skipped(self) -> bool {
+        SKIPPED.load(Ordering::Relaxed) & self.bit() != 0
+    }
+
+    fn bit(self) -> u8 {
+        1 << self as u8
+    }
+}
+
+/// Checks that are left out, a bit each.
+static SKIPPED: AtomicU8 = AtomicU8::new(0);
+
+/// Leaves these checks out wherever scenes are read from now on.
+pub fn skip_checks(checks: &[MeshCheck]) {
+    SKIPPED.fetch_or(checks.iter().fold(0, |bits, check| bits | check.bit()), Ordering::Relaxed);
+}
+
+/// The warning of what was left out.
+pub(super) fn words_on_skipped() -> Option<String> {
+    let names: Vec<&str> = MeshCheck::ALL.into_iter().filter(|check| check.is_skipped()).map(MeshCheck::name).collect();
+    let counts =
+        if MeshCheck::Insides.is_skipped() { "; points inside of solids count in tables and errors" } else { "" };
+    (!names.is_empty())
+        .then(|| format!("meshes were not checked for all: --skip-check left out {}{counts}", names.join(", ")))
+}

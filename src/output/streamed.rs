@@ -1,0 +1,58 @@
+//! Files that are as long as a map: written row by row, so that no copy of the map lies in memory.
+
+use std::io::Write;
+
+use super::{OutputError, ResultFile};
+
+/// What writes a file.
+type Writing<'a> = Box<dyn Fn(&mut dyn Write) -> Result<(), OutputError> + 'a>;
+
+/// A result file that is made while it is written.
+pub struct StreamedFile<'a> {
+    /// Plain file name.
+    pub name: String,
+    writing: Writing<'a>,
+}
+
+impl<'a> StreamedFile<'a> {
+    /// A file of this name, and what writes it.
+    pub fn new(
+        name: impl Into<String>,
+        writing: impl Fn(&mut dyn Write) -> Result<(), OutputError> + 'a,
+    ) -> StreamedFile<'a> {
+        StreamedFile { name: name.into(), writing: Box::new(writing) }
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    ///
+    /// What the writer does not take, under the file's name, and a number that no table holds.
+    pub fn write_to(&self, writer: &mut dyn Write) -> Result<(), OutputError> {
+        (self.writing)(writer)
+    }
+
+    /// The file in memory.
+    ///
+    /// # Errors
+    ///
+    /// A number that no table holds.
+    pub fn made(self) -> Result<ResultFile, OutputError> {
+        let mut bytes = Vec::new();
+        self.write_to(&mut bytes)?;
+        Ok(ResultFile { name: self.name, bytes })
+    }
+}
+
+impl From<ResultFile> for StreamedFile<'_> {
+    fn from(file: ResultFile) -> Self {
+        let ResultFile { name, bytes } = file;
+        let told = name.clone();
+        StreamedFile::new(name, move |writer| writer.write_all(&bytes).map_err(|error| unwritable(&told, &error)))
+    }
+}
+
+/// A file that the disk does not take; who opened it knows in which directory it lies.
+pub(super) fn unwritable(name: &str, error: &std::io::Error) -> OutputError {
+    OutputError::unwritable(name, "the file cannot be written", error)
+}
