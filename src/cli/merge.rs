@@ -20,7 +20,7 @@ use crate::control::Forecast;
 use crate::geometry::position_accuracy_m;
 use crate::maps::MapKind;
 use crate::output::{
-    PartOfRun, ReportContext, ResultDirectory, RunRecord, SealedError, ShareFile, read_share, summary_file,
+    Language, PartOfRun, ReportContext, ResultDirectory, RunRecord, SealedError, ShareFile, read_share, summary_file,
 };
 use crate::scene::{Elements, Scene, allow_large_files};
 use crate::solver::{
@@ -57,6 +57,9 @@ pub struct MergeArguments {
     /// Plots: svg, png, both with a comma between, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     plots: Option<Plots>,
+    /// Language of report, plots and the table on the terminal: en or de
+    #[arg(long, value_name = "CODE", default_value = "en", value_parser = Language::of_code)]
+    language: Language,
     /// Worker threads; results do not depend on them [default: all processors]
     #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
@@ -131,6 +134,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
         unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
         wall_s: compute_s,
         threads: shares.iter().map(|share| share.header.threads).max().unwrap_or(1),
+        language: arguments.language,
     };
     stage_results(&scene, &solution, &context, arguments.plots, &mut directory)?;
     let record = RunRecord {
@@ -147,7 +151,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     directory.stage(&summary_file(&scene, &solution, &record))?;
     directory.commit()?;
 
-    tell_results(&scene, &solution, tell)?;
+    tell_results(&scene, &solution, arguments.language, tell)?;
     for note in &solution.notes {
         tell(&format!("note: {note}"));
     }

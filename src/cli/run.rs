@@ -13,7 +13,7 @@ use super::values;
 use super::verdict_target::{self, Target, target};
 use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
-use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, summary_file};
+use crate::output::{Language, PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, summary_file};
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
 use crate::solver::{
@@ -268,6 +268,8 @@ pub struct RunStory {
     pub computed_s: f64,
     /// Formats of plots; `None`: SVG.
     pub plots: Option<Plots>,
+    /// Language of report and plots.
+    pub language: Language,
     /// Whether it is a whole run.
     pub part: PartOfRun,
 }
@@ -309,6 +311,7 @@ impl RunStory {
             unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
             wall_s: self.computed_s,
             threads: self.threads,
+            language: self.language,
         };
         stage_results(scene, solution, &context, self.plots, &mut directory)?;
         for file in more {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::texts::words;
 use crate::scene::{Emission, Luminaire, Scene};
 
 /// Kinds that have a row each; luminaires of all further ones share the last row.
@@ -48,7 +49,7 @@ impl Schedule {
                 None => rows.push(ScheduleRow {
                     letter: letters(rows.len()),
                     members: vec![index],
-                    kind: if rows.len() < MOST_KINDS { kind(&luminaire.emission) } else { "of further kinds" },
+                    kind: if rows.len() < MOST_KINDS { kind(&luminaire.emission) } else { words!("of further kinds") },
                     is_one_kind: rows.len() < MOST_KINDS,
                 }),
             }
@@ -82,13 +83,13 @@ fn letters(index: usize) -> String {
 
 fn kind(emission: &Emission) -> &'static str {
     match emission {
-        Emission::Isotropic { .. } => "point, equal in all directions",
-        Emission::Lambertian { .. } => "point, cosine distribution",
-        Emission::Photometric { .. } => "measured distribution",
-        Emission::Area { .. } => "luminous surface, diffuse",
-        Emission::Sphere { .. } => "luminous sphere",
-        Emission::Sky { .. } => "sky",
-        Emission::Sun { .. } => "sun",
+        Emission::Isotropic { .. } => words!("point, equal in all directions"),
+        Emission::Lambertian { .. } => words!("point, cosine distribution"),
+        Emission::Photometric { .. } => words!("measured distribution"),
+        Emission::Area { .. } => words!("luminous surface, diffuse"),
+        Emission::Sphere { .. } => words!("luminous sphere"),
+        Emission::Sky { .. } => words!("sky"),
+        Emission::Sun { .. } => words!("sun"),
     }
 }
 
