@@ -10,6 +10,7 @@ mod daylight;
 mod daylight_factors;
 mod daylight_plot;
 mod directory;
+mod energy;
 mod error;
 mod flat;
 pub mod font;

@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
+use super::energy::energy_entry;
 use super::leaving_light::{LeavingLight, leaving_light};
 use super::schedule::{Power, floor_area_m2};
 use super::verdicts::verdict_entries;
@@ -131,6 +132,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "position_accuracy_m": record.position_accuracy_m,
         "luminous_flux_lm": scene.luminous_flux_lm(),
         "electric_power": power_entry(scene, solution),
+        "energy": energy_entry(scene),
         "luminaires": null,
         "paths_not_found": solution.paths_not_found,
         "warnings": warnings,

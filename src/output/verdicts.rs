@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::html::{HtmlTable, with_error};
-use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, uncertainty};
+use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, significant, uncertainty};
 use super::picture::escaped;
 use super::sheet::{Field, Sheet};
 use super::texts::{decimal, said, say};
@@ -166,8 +166,13 @@ pub fn requirement_words(requirement: &Requirement) -> String {
         Measure::MaximumLx => ("Emax", " lx"),
         Measure::UniformityU0 => ("U0", ""),
         Measure::UniformityUd => ("Ud", ""),
+        Measure::DirectMinimumLx => (say!("direct Emin"), " lx"),
+        Measure::DirectUniformityUd => (say!("direct Emin:Emax"), ""),
         Measure::Ugr => ("UGR", ""),
     };
+    if requirement.measure == Measure::DirectUniformityUd && requirement.entry.is_some() {
+        return format!("{symbol} ≥ 1:{}", (1.0 / requirement.limit).round());
+    }
     let sign = if requirement.measure.is_at_least() { '≥' } else { '≤' };
     format!("{symbol} {sign} {}{unit}", decimal(requirement.limit.to_string()))
 }
@@ -181,10 +186,12 @@ pub fn finding_words(verdict: &Verdict) -> [String; 4] {
             let number = |value: f64| match verdict.requirement.measure {
                 Measure::Ugr => decimal(format!("{value:.1}")),
                 measure if measure.is_illuminance() => lux(value),
+                Measure::DirectUniformityUd => decimal(significant(value, 2)),
                 _ => ratio(value),
             };
             let error = match verdict.requirement.measure {
-                measure if measure.is_illuminance() || measure == Measure::Ugr => uncertainty(standard_error),
+                Measure::DirectUniformityUd | Measure::Ugr => uncertainty(standard_error),
+                measure if measure.is_illuminance() => uncertainty(standard_error),
                 _ => ratio_uncertainty(standard_error),
             };
             // A value under its own error is told by its interval alone.

@@ -4,6 +4,7 @@ mod arrays;
 mod digest;
 pub mod elements;
 mod emission;
+mod energy;
 mod error;
 mod evaluation_grid;
 mod file;
@@ -55,6 +56,7 @@ mod vectors;
 mod weld;
 
 pub use elements::{Cell, Elements, Side};
+pub use energy::Energy;
 pub use error::{Refusal, SceneError, TextPlace};
 pub use evaluation_grid::{EvaluationGrid, GridPart, evaluation_grid};
 pub(crate) use file::{WrittenGeometry, from_json_with, read_with};

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::energy::Energy;
 use super::project::Project;
 use super::standard::Requirement;
 use crate::base::pane::pane_shares;
@@ -24,6 +25,8 @@ pub struct Scene {
     pub title: String,
     /// Whose work it is.
     pub project: Project,
+    /// What a year's energy is computed from, where that is asked for.
+    pub energy: Option<Energy>,
     /// The scene file, where there is one.
     pub path: Option<PathBuf>,
     /// All materials that the file names.

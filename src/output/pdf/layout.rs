@@ -22,6 +22,8 @@ const LOW: f64 = 0.72;
 const LINE: f64 = 1.42;
 /// Room below a heading without which it goes to the next page.
 const COMPANY: f64 = 90.0;
+/// Room in which a section that begins a page may begin on the page before.
+const ROOM_TO_GO_ON: f64 = 260.0;
 /// Greatest heights of pictures: alone, side by side, and such as may fill a page.
 const ALONE: f64 = 330.0;
 const BESIDE: f64 = 205.0;
@@ -30,7 +32,7 @@ const TALL: f64 = 500.0;
 const GAP: f64 = 9.0;
 const GUTTER: f64 = 16.0;
 /// Points for a pixel of a picture that is shown as large as it was drawn.
-const POINTS: f64 = 0.86;
+const POINTS: f64 = 0.75;
 /// Smallest type of a table that is too wide.
 const LEAST_TYPE: f64 = 6.0;
 
@@ -89,7 +91,9 @@ impl Layout {
         for (index, block) in blocks.iter().enumerate() {
             match block {
                 Block::Heading(level, runs, is_page) => {
-                    if *is_page && self.y > TOP {
+                    // Pages are not left half empty, but before pictures.
+                    let is_picture = matches!(blocks.get(index + 1), Some(Block::Figures(..)));
+                    if *is_page && self.y > TOP && (is_picture || END - self.y < ROOM_TO_GO_ON) {
                         self.turn();
                     }
                     let company = match blocks.get(index + 1) {
@@ -104,6 +108,7 @@ impl Layout {
                 Block::Typed(text) => self.typed(text),
                 Block::Terms(terms) => self.terms(terms),
                 Block::Table(table) => self.table(table),
+                Block::Signatures(lines) => self.signatures(lines),
                 Block::Figures(figures, tall) => self.figures(figures, *tall),
             }
         }
@@ -160,28 +165,43 @@ impl Layout {
     }
 
     fn typed(&mut self, text: &str) {
-        let run = Run { text: text.replace(' ', "\u{a0}\u{200b}"), small: true, ..Run::default() };
-        let broken = Run { text: run.text.replace("\u{a0}\u{200b}", " "), ..run };
-        self.words(&[broken], BODY, 10.0);
+        for line in text.lines() {
+            self.words(&[Run { text: line.to_owned(), small: true, ..Run::default() }], BODY, 10.0);
+        }
+    }
+
+    /// Lines to sign on, side by side.
+    fn signatures(&mut self, lines: &[Vec<Run>]) {
+        const ROOM: f64 = 44.0;
+        self.need(ROOM + BODY * LINE);
+        self.y += ROOM;
+        let column = (WIDTH - GUTTER) / lines.len().max(1) as f64;
+        for (place, runs) in lines.iter().enumerate() {
+            let x = SIDE + place as f64 * (column + GUTTER);
+            let rule = (vec![[x, self.y], [x + column - GUTTER, self.y]], false);
+            self.paper.draw(self.page, &[rule], None, Some(Stroke { ink: SOFT, width: 0.7, opacity: 1.0, dash: None }));
+            self.line(&words(runs, SMALL * BODY), x, self.y + 1.1 * BODY);
+        }
+        self.y += BODY * LINE;
     }
 
     fn terms(&mut self, terms: &[(Vec<Run>, Vec<Run>)]) {
         let term = |runs: &[Run]| -> Vec<Run> { runs.iter().map(|run| Run { bold: true, ..run.clone() }).collect() };
-        let all = terms.iter().map(|(name, _)| width(&words(&term(name), BODY)));
+        let all = terms.iter().map(|(name, _)| width(&words(&term(name), TABLE)));
         let left = all.fold(0.0, f64::max).min(0.3 * WIDTH) + GAP;
         for (name, meaning) in terms {
-            let name = lines(&words(&term(name), BODY), left - GAP);
-            let meaning = lines(&words(meaning, BODY), WIDTH - left);
-            let height = name.len().max(meaning.len()) as f64 * BODY * LINE;
+            let name = lines(&words(&term(name), TABLE), left - GAP);
+            let meaning = lines(&words(meaning, TABLE), WIDTH - left);
+            let height = name.len().max(meaning.len()) as f64 * TABLE * LINE;
             self.need(height);
             for (lines, x) in [(&name, SIDE), (&meaning, SIDE + left)] {
                 for (number, line) in lines.iter().enumerate() {
-                    self.line(line, x, self.y + (number + 1) as f64 * BODY * LINE - 0.4 * BODY);
+                    self.line(line, x, self.y + (number + 1) as f64 * TABLE * LINE - 0.4 * TABLE);
                 }
             }
             self.y += height + 1.5;
         }
-        self.y += 0.4 * BODY;
+        self.y += 0.4 * TABLE;
     }
 
     fn table(&mut self, table: &Table) {
@@ -333,7 +353,9 @@ fn words(runs: &[Run], size: f64) -> Vec<Word> {
             continue;
         }
         let mut is_first = true;
-        for piece in run.text.split(' ') {
+        // A verdict stands on one line.
+        let text = if run.verdict.is_empty() { run.text.clone() } else { run.text.replace(' ', "\u{a0}") };
+        for piece in text.split(' ') {
             is_apart |= !is_first;
             is_first = false;
             if piece.is_empty() {

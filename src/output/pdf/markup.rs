@@ -59,6 +59,8 @@ pub enum Block<'a, 'b> {
     Typed(String),
     /// Terms and what they say.
     Terms(Vec<(Vec<Run>, Vec<Run>)>),
+    /// Lines to sign on, with what stands below each.
+    Signatures(Vec<Vec<Run>>),
     /// A table.
     Table(Table),
     /// Pictures side by side, at most two a line; high ones may fill a page.
@@ -83,6 +85,7 @@ pub fn blocks<'a, 'b>(element: Node<'a, 'b>) -> Vec<Block<'a, 'b>> {
             ("div", "tall") => {
                 found.extend(of_name(child, "figure").filter_map(figure).map(|one| Block::Figures(vec![one], true)))
             }
+            ("div", "signatures") => found.push(Block::Signatures(of_name(child, "p").map(runs).collect())),
             ("div", "row") => found.push(Block::Figures(of_name(child, "figure").filter_map(figure).collect(), false)),
             ("div", "pair") => found.push(Block::Figures(of_name(child, "figure").filter_map(figure).collect(), false)),
             ("div" | "header" | "ul", _) => found.extend(blocks(child)),

@@ -69,7 +69,12 @@ impl Report<'_> {
                 &figure(&small_map(&flat), say!("Colours show every point's own value; lines join equal illuminance."));
             page += "</div>\n";
         }
-        page + "</div>\n"
+        page += "</div>\n";
+        page + &format!(
+            "<div class=\"signatures\">\n<p class=\"soft small\">{}</p>\n<p class=\"soft small\">{}</p>\n</div>\n",
+            say!("Place, date"),
+            say!("Signature")
+        )
     }
 
     /// Client, author, date and notes; without a project the day of the computation.

@@ -2,6 +2,7 @@
 
 use super::Report;
 use crate::maps::TableKind;
+use crate::output::energy::energy_words;
 use crate::output::html::{HtmlTable, figure};
 use crate::output::numbers::{UNKNOWN, amount, ratio};
 use crate::output::picture::escaped;
@@ -52,8 +53,12 @@ impl Report<'_> {
         (total[1], total[3]) = (say!("Together").to_owned(), self.scene.luminaires.len().to_string());
         total[8] = amount(self.scene.luminous_flux_lm());
         table.total(total);
-        let mut page =
-            format!("<h2 class=\"page\">{}</h2>\n{}{}", say!("Luminaire schedule"), table.markup(), self.power_words());
+        let mut page = format!(
+            "<h2 class=\"page\">{}</h2>\n{}{}",
+            say!("Luminaire schedule"),
+            table.markup(),
+            self.power_words() + &energy_words(self.scene)
+        );
         let polar: Vec<&Plot> = self.plots.iter().filter(|plot| plot.kind == PlotKind::Luminaire).collect();
         if !polar.is_empty() {
             page.push_str("<div class=\"row\">\n");
