@@ -54,7 +54,7 @@ impl Default for Energy {
 impl Energy {
     /// LENI in kWh a year for each m², by the quick method of EN 15193: installed power in W, area in m².
     ///
-    /// Source: equation (30).
+    /// Source: docs/methods.md (30).
     pub fn leni_kwh_m2(&self, installed_w: f64, area_m2: f64) -> f64 {
         let hours = self.day_hours * self.daylight_factor + self.night_hours;
         let lighting_kwh = installed_w * self.constant_illuminance_factor * self.occupancy_factor * hours / 1000.0;

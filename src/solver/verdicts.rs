@@ -131,6 +131,9 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
     found(map, requirement, estimate, bias, &places, [0.0, greatest])
 }
 
+/// Relative differences of sums that are rounding alone.
+const ROUNDING: f64 = 1e-12;
+
 /// Least direct light, or that over the greatest: of light that has met nothing on its way, with the share of the flux that counts.
 fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requirement) -> Finding {
     let (values, errors_lx) = (&map.values.direct_lx, &map.values.direct_standard_error_lx);
@@ -141,7 +144,11 @@ fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requi
     let points: Vec<Estimate> = counted
         .map(|(index, _)| Estimate {
             value: requirement.flux_factor * values[index],
-            standard_error: requirement.flux_factor * errors_lx[index],
+            // Replicas that agree but for rounding agree.
+            standard_error: match errors_lx[index] > ROUNDING * values[index] {
+                true => requirement.flux_factor * errors_lx[index],
+                false => 0.0,
+            },
         })
         .collect();
     let by_value = |one: &&Estimate, other: &&Estimate| one.value.total_cmp(&other.value);

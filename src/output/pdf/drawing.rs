@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::ink::{Paper, Stroke, Type};
+use super::ink::{Paper, PaperStroke, Type, drawable};
 use crate::output::color::{BLACK, Ink};
 use crate::output::font::text_width;
 
@@ -24,7 +24,7 @@ pub fn draw(paper: &mut Paper, page: usize, svg: Node, corner: [f64; 2], scale: 
                     .map(|(line, closed)| (line.into_iter().map(place).collect(), closed))
                     .collect();
                 let fill = item.attribute("fill").and_then(ink).map(|ink| (ink, of("fill-opacity", 1.0)));
-                let stroke = item.attribute("stroke").and_then(ink).map(|ink| Stroke {
+                let stroke = item.attribute("stroke").and_then(ink).map(|ink| PaperStroke {
                     ink,
                     width: scale * of("stroke-width", 1.0),
                     opacity: of("stroke-opacity", 1.0),
@@ -34,7 +34,7 @@ pub fn draw(paper: &mut Paper, page: usize, svg: Node, corner: [f64; 2], scale: 
             }
             // The rim of a text is a text of its own, below it.
             "text" => {
-                let words = super::layout::drawable(item.text().unwrap_or_default());
+                let words = drawable(item.text().unwrap_or_default());
                 let (size, bold) = (of("font-size", 12.0), item.attribute("font-weight") == Some("bold"));
                 let width = text_width(&words, size, bold);
                 let before = match item.attribute("text-anchor") {

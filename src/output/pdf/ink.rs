@@ -16,7 +16,7 @@ const POSTSCRIPT: [&str; 2] = ["LUXMCR+Arimo-Regular", "LUXMCB+Arimo-Bold"];
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug)]
-pub struct Stroke {
+pub struct PaperStroke {
     /// Its ink and how much of it covers what lies below.
     pub ink: Ink,
     /// Width in points.
@@ -87,7 +87,7 @@ impl Paper {
         page: usize,
         lines: &[(Vec<[f64; 2]>, bool)],
         fill: Option<(Ink, f64)>,
-        stroke: Option<Stroke>,
+        stroke: Option<PaperStroke>,
     ) {
         let opacity = fill.map(|(_, opacity)| opacity).or(stroke.map(|stroke| stroke.opacity)).unwrap_or(1.0);
         let percent = (100.0 * opacity).round().clamp(0.0, 100.0) as u8;
@@ -259,6 +259,19 @@ impl Letters {
         let bytes = packed(&bytes);
         pdf.stream(file, &bytes).filter(Filter::FlateDecode).pair(Name(b"Length1"), length);
     }
+}
+
+/// What the font has no glyph for by what it has.
+pub fn drawable(text: &str) -> String {
+    let regular = face(false);
+    let unknown = glyph_number(&regular, '\u{10ffff}');
+    let drawn = |letter: char| match letter {
+        '✓' => '√',
+        '✗' => '×',
+        letter if letter != '?' && glyph_number(&regular, letter) == unknown => '?',
+        letter => letter,
+    };
+    text.chars().map(drawn).collect()
 }
 
 fn shares(ink: Ink) -> [f32; 3] {

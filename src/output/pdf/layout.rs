@@ -1,10 +1,10 @@
 //! Lays blocks out on A4: nothing is cut, tables go on under their headings, and every page has its number.
 
 use super::drawing;
-use super::ink::{A4, Paper, Stroke, Type};
-use super::markup::{Block, Cell, Figure, Run, Table};
+use super::ink::{A4, Paper, PaperStroke, Type, drawable};
+use super::markup::{Block, Figure, PaperTable, TextCell, TextRun};
 use crate::output::color::{BLACK, BLUE, FAINT, Ink, SOFT};
-use crate::output::font::{face, glyph_number, text_width};
+use crate::output::font::text_width;
 
 /// Margins in points: left and right, above, below.
 const SIDE: f64 = 46.0;
@@ -36,23 +36,10 @@ const POINTS: f64 = 0.75;
 /// Smallest type of a table that is too wide.
 const LEAST_TYPE: f64 = 6.0;
 
-/// What the font has no glyph for by what it has.
-pub fn drawable(text: &str) -> String {
-    let regular = face(false);
-    let unknown = glyph_number(&regular, '\u{10ffff}');
-    let drawn = |letter: char| match letter {
-        '✓' => '√',
-        '✗' => '×',
-        letter if letter != '?' && glyph_number(&regular, letter) == unknown => '?',
-        letter => letter,
-    };
-    text.chars().map(drawn).collect()
-}
-
 /// A word of a line: a piece without a space in it.
 #[derive(Clone, Debug)]
 struct Word {
-    run: Run,
+    run: TextRun,
     size: f64,
     width: f64,
     /// A space stands before it.
@@ -130,9 +117,9 @@ impl Layout {
         self.paper.finish(title, author, language, unix_time_s)
     }
 
-    fn heading(&mut self, level: u8, runs: &[Run], company: f64) {
+    fn heading(&mut self, level: u8, runs: &[TextRun], company: f64) {
         let size = HEADINGS[usize::from(level.clamp(1, 3)) - 1];
-        let bold: Vec<Run> = runs.iter().map(|run| Run { bold: true, ..run.clone() }).collect();
+        let bold: Vec<TextRun> = runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
         let lines = lines(&words(&bold, size), WIDTH);
         let before = if self.y > TOP { 0.9 * size } else { 0.0 };
         let height = before + lines.len() as f64 * size * 1.25 + 0.35 * size;
@@ -147,7 +134,7 @@ impl Layout {
         self.y += 0.35 * size;
     }
 
-    fn words(&mut self, runs: &[Run], size: f64, indent: f64) {
+    fn words(&mut self, runs: &[TextRun], size: f64, indent: f64) {
         for line in lines(&words(runs, size), WIDTH - indent) {
             let height = size * LINE;
             self.need(height);
@@ -157,7 +144,7 @@ impl Layout {
         self.y += 0.45 * size;
     }
 
-    fn item(&mut self, runs: &[Run]) {
+    fn item(&mut self, runs: &[TextRun]) {
         self.need(BODY * LINE);
         let how = Type { size: BODY, bold: false, ink: BLACK, turn_deg: 0.0, rim: 0.0 };
         self.paper.set(self.page, "·", [SIDE + 3.0, self.y + BODY * LINE - 0.4 * BODY], &how);
@@ -166,12 +153,12 @@ impl Layout {
 
     fn typed(&mut self, text: &str) {
         for line in text.lines() {
-            self.words(&[Run { text: line.to_owned(), small: true, ..Run::default() }], BODY, 10.0);
+            self.words(&[TextRun { text: line.to_owned(), small: true, ..TextRun::default() }], BODY, 10.0);
         }
     }
 
     /// Lines to sign on, side by side.
-    fn signatures(&mut self, lines: &[Vec<Run>]) {
+    fn signatures(&mut self, lines: &[Vec<TextRun>]) {
         const ROOM: f64 = 44.0;
         self.need(ROOM + BODY * LINE);
         self.y += ROOM;
@@ -179,14 +166,21 @@ impl Layout {
         for (place, runs) in lines.iter().enumerate() {
             let x = SIDE + place as f64 * (column + GUTTER);
             let rule = (vec![[x, self.y], [x + column - GUTTER, self.y]], false);
-            self.paper.draw(self.page, &[rule], None, Some(Stroke { ink: SOFT, width: 0.7, opacity: 1.0, dash: None }));
+            self.paper.draw(
+                self.page,
+                &[rule],
+                None,
+                Some(PaperStroke { ink: SOFT, width: 0.7, opacity: 1.0, dash: None }),
+            );
             self.line(&words(runs, SMALL * BODY), x, self.y + 1.1 * BODY);
         }
         self.y += BODY * LINE;
     }
 
-    fn terms(&mut self, terms: &[(Vec<Run>, Vec<Run>)]) {
-        let term = |runs: &[Run]| -> Vec<Run> { runs.iter().map(|run| Run { bold: true, ..run.clone() }).collect() };
+    fn terms(&mut self, terms: &[(Vec<TextRun>, Vec<TextRun>)]) {
+        let term = |runs: &[TextRun]| -> Vec<TextRun> {
+            runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect()
+        };
         let all = terms.iter().map(|(name, _)| width(&words(&term(name), TABLE)));
         let left = all.fold(0.0, f64::max).min(0.3 * WIDTH) + GAP;
         for (name, meaning) in terms {
@@ -204,12 +198,12 @@ impl Layout {
         self.y += 0.4 * TABLE;
     }
 
-    fn table(&mut self, table: &Table) {
+    fn table(&mut self, table: &PaperTable) {
         let (size, widths) = column_widths(table);
         self.y += 3.0;
         if !table.caption.is_empty() {
             self.need(COMPANY);
-            let caption: Vec<Run> = table.caption.iter().map(|run| Run { bold: true, ..run.clone() }).collect();
+            let caption: Vec<TextRun> = table.caption.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
             self.words(&caption, size, 0.0);
         }
         let head = laid_out(&table.head, &widths, size);
@@ -218,8 +212,10 @@ impl Layout {
             .rows
             .iter()
             .map(|(cells, is_total)| {
-                let bold = |cell: &Cell| cell.iter().map(|run| Run { bold: true, ..run.clone() }).collect::<Cell>();
-                let cells: Vec<Cell> = if *is_total { cells.iter().map(bold).collect() } else { cells.clone() };
+                let bold = |cell: &TextCell| {
+                    cell.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect::<TextCell>()
+                };
+                let cells: Vec<TextCell> = if *is_total { cells.iter().map(bold).collect() } else { cells.clone() };
                 (laid_out(&cells, &widths, size), *is_total)
             })
             .collect();
@@ -239,7 +235,7 @@ impl Layout {
         self.y += 6.0;
     }
 
-    fn row(&mut self, cells: &[Vec<Vec<Word>>], table: &Table, widths: &[f64], size: f64, is_head: bool) {
+    fn row(&mut self, cells: &[Vec<Vec<Word>>], table: &PaperTable, widths: &[f64], size: f64, is_head: bool) {
         let height = row_lines(cells) * size * if is_head { 1.3 } else { 1.34 };
         let mut x = SIDE;
         for (column, lines) in cells.iter().enumerate() {
@@ -261,7 +257,7 @@ impl Layout {
 
     fn rule(&mut self, ink: Ink, width: f64) {
         let line = (vec![[SIDE, self.y], [SIDE + WIDTH, self.y]], false);
-        self.paper.draw(self.page, &[line], None, Some(Stroke { ink, width, opacity: 1.0, dash: None }));
+        self.paper.draw(self.page, &[line], None, Some(PaperStroke { ink, width, opacity: 1.0, dash: None }));
     }
 
     fn figures(&mut self, figures: &[Figure], tall: bool) {
@@ -282,7 +278,7 @@ impl Layout {
     /// Draws a figure from a corner on; returns where it ends.
     fn figure(&mut self, figure: &Figure, [x, top]: [f64; 2], column: f64, is_alone: bool, tall: bool) -> f64 {
         let mut y = top;
-        let title: Vec<Run> = figure.title.iter().map(|run| Run { bold: true, ..run.clone() }).collect();
+        let title: Vec<TextRun> = figure.title.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
         for line in lines(&words(&title, HEADINGS[2]), column) {
             y += HEADINGS[2] * LINE;
             self.line(&line, x, y - 0.4 * HEADINGS[2]);
@@ -340,7 +336,7 @@ fn space(word: &Word) -> f64 {
 }
 
 /// Words of runs; a run that does not begin with a space goes on with the word before it.
-fn words(runs: &[Run], size: f64) -> Vec<Word> {
+fn words(runs: &[TextRun], size: f64) -> Vec<Word> {
     let mut found: Vec<Word> = Vec::new();
     let mut is_apart = false;
     for run in runs {
@@ -363,7 +359,7 @@ fn words(runs: &[Run], size: f64) -> Vec<Word> {
             }
             let text = drawable(piece);
             let width = text_width(&text, type_size, run.bold);
-            found.push(Word { run: Run { text, ..run.clone() }, size: type_size, width, is_apart });
+            found.push(Word { run: TextRun { text, ..run.clone() }, size: type_size, width, is_apart });
             is_apart = false;
         }
     }
@@ -405,7 +401,7 @@ fn lines(words: &[Word], column: f64) -> Vec<Vec<Word>> {
     found
 }
 
-fn laid_out(cells: &[Cell], widths: &[f64], size: f64) -> Vec<Vec<Vec<Word>>> {
+fn laid_out(cells: &[TextCell], widths: &[f64], size: f64) -> Vec<Vec<Vec<Word>>> {
     let column = |index: usize| widths.get(index).copied().unwrap_or(0.0);
     cells.iter().enumerate().map(|(index, cell)| lines(&words(cell, size), column(index) + 0.01)).collect()
 }
@@ -415,13 +411,14 @@ fn row_lines(cells: &[Vec<Vec<Word>>]) -> f64 {
 }
 
 /// Size of a table's type and widths of its columns: those that hold words give way, then the type does.
-fn column_widths(table: &Table) -> (f64, Vec<f64>) {
+fn column_widths(table: &PaperTable) -> (f64, Vec<f64>) {
     let columns = table.head.len();
     let cells = |column: usize| {
         std::iter::once(&table.head[column]).chain(table.rows.iter().filter_map(move |(cells, _)| cells.get(column)))
     };
     let widest = |size: f64, column: usize, limit: f64| {
-        let of_cell = |cell: &Cell| lines(&words(cell, size), limit).iter().map(|line| width(line)).fold(0.0, f64::max);
+        let of_cell =
+            |cell: &TextCell| lines(&words(cell, size), limit).iter().map(|line| width(line)).fold(0.0, f64::max);
         cells(column).map(of_cell).fold(0.0, f64::max)
     };
     let mut size = TABLE;

@@ -4,7 +4,7 @@ use roxmltree::Node;
 
 /// A piece of text of one look.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Run {
+pub struct TextRun {
     /// What it says; `\n` ends a line.
     pub text: String,
     /// Bold.
@@ -20,49 +20,49 @@ pub struct Run {
 }
 
 /// A cell of a table.
-pub type Cell = Vec<Run>;
+pub type TextCell = Vec<TextRun>;
 
 /// A table.
 #[derive(Clone, Debug, Default)]
-pub struct Table {
+pub struct PaperTable {
     /// Words above it.
-    pub caption: Vec<Run>,
+    pub caption: Vec<TextRun>,
     /// Headings, which are told again on every page.
-    pub head: Vec<Cell>,
+    pub head: Vec<TextCell>,
     /// Columns that hold words, flush left.
     pub is_text: Vec<bool>,
     /// Rows, and whether they sum up.
-    pub rows: Vec<(Vec<Cell>, bool)>,
+    pub rows: Vec<(Vec<TextCell>, bool)>,
 }
 
 /// A picture with what stands above and below it.
 #[derive(Clone, Debug)]
 pub struct Figure<'a, 'b> {
     /// Words above it.
-    pub title: Vec<Run>,
+    pub title: Vec<TextRun>,
     /// The `svg` element.
     pub svg: Node<'a, 'b>,
     /// Words below it.
-    pub caption: Vec<Run>,
+    pub caption: Vec<TextRun>,
 }
 
 /// What stands on a page from the left edge to the right.
 #[derive(Clone, Debug)]
 pub enum Block<'a, 'b> {
     /// A heading of a level, which begins a page or not.
-    Heading(u8, Vec<Run>, bool),
+    Heading(u8, Vec<TextRun>, bool),
     /// A paragraph.
-    Words(Vec<Run>),
+    Words(Vec<TextRun>),
     /// An item of a list.
-    Item(Vec<Run>),
+    Item(Vec<TextRun>),
     /// Letters as typed.
     Typed(String),
     /// Terms and what they say.
-    Terms(Vec<(Vec<Run>, Vec<Run>)>),
+    Terms(Vec<(Vec<TextRun>, Vec<TextRun>)>),
     /// Lines to sign on, with what stands below each.
-    Signatures(Vec<Vec<Run>>),
+    Signatures(Vec<Vec<TextRun>>),
     /// A table.
-    Table(Table),
+    Table(PaperTable),
     /// Pictures side by side, at most two a line; high ones may fill a page.
     Figures(Vec<Figure<'a, 'b>>, bool),
 }
@@ -109,20 +109,22 @@ fn figure<'a, 'b>(element: Node<'a, 'b>) -> Option<Figure<'a, 'b>> {
     })
 }
 
-fn terms(list: Node) -> Vec<(Vec<Run>, Vec<Run>)> {
+fn terms(list: Node) -> Vec<(Vec<TextRun>, Vec<TextRun>)> {
     let meanings = of_name(list, "dd");
     of_name(list, "dt").zip(meanings).map(|(term, meaning)| (runs(term), runs(meaning))).collect()
 }
 
-fn table(element: Node) -> Table {
-    let mut table =
-        Table { caption: of_name(element, "caption").next().map(runs).unwrap_or_default(), ..Table::default() };
+fn table(element: Node) -> PaperTable {
+    let mut table = PaperTable {
+        caption: of_name(element, "caption").next().map(runs).unwrap_or_default(),
+        ..PaperTable::default()
+    };
     for heading in of_name(element, "th") {
         table.is_text.push(heading.attribute("class") == Some("text"));
         table.head.push(heading_runs(heading));
     }
     for row in of_name(element, "tr") {
-        let cells: Vec<Cell> = of_name(row, "td").map(runs).collect();
+        let cells: Vec<TextCell> = of_name(row, "td").map(runs).collect();
         if !cells.is_empty() {
             table.rows.push((cells, row.attribute("class") == Some("total")));
         }
@@ -131,11 +133,11 @@ fn table(element: Node) -> Table {
 }
 
 /// Small words of a heading stand on a line of their own.
-fn heading_runs(heading: Node) -> Vec<Run> {
+fn heading_runs(heading: Node) -> Vec<TextRun> {
     let mut found = Vec::new();
     for mut run in runs(heading) {
-        if run.small && !run.low && found.last().is_some_and(|before: &Run| !before.small && before.text != "\n") {
-            found.push(Run { text: "\n".to_owned(), ..Run::default() });
+        if run.small && !run.low && found.last().is_some_and(|before: &TextRun| !before.small && before.text != "\n") {
+            found.push(TextRun { text: "\n".to_owned(), ..TextRun::default() });
         }
         run.bold = !run.small;
         run.soft = run.small;
@@ -150,23 +152,23 @@ fn text(element: Node) -> String {
 }
 
 /// Text of an element by its looks.
-pub fn runs(element: Node) -> Vec<Run> {
+pub fn runs(element: Node) -> Vec<TextRun> {
     let class = element.attribute("class").unwrap_or_default();
-    let look = Run {
+    let look = TextRun {
         soft: class.contains("soft") || class == "kicker" || element.tag_name().name() == "figcaption",
         small: class.contains("small") || class == "kicker",
-        ..Run::default()
+        ..TextRun::default()
     };
     let mut found = Vec::new();
     gather(element, &look, &mut found);
     found
 }
 
-fn gather(element: Node, look: &Run, found: &mut Vec<Run>) {
+fn gather(element: Node, look: &TextRun, found: &mut Vec<TextRun>) {
     for child in element.children() {
         if let Some(text) = child.text().filter(|_| child.is_text()) {
             let text = text.replace('\n', " ");
-            found.push(Run { text, ..look.clone() });
+            found.push(TextRun { text, ..look.clone() });
             continue;
         }
         let class = child.attribute("class").unwrap_or_default();
@@ -175,7 +177,7 @@ fn gather(element: Node, look: &Run, found: &mut Vec<Run>) {
             "b" => inner.bold = true,
             "small" => inner.small = true,
             "sub" => inner.low = true,
-            "br" => found.push(Run { text: "\n".to_owned(), ..Run::default() }),
+            "br" => found.push(TextRun { text: "\n".to_owned(), ..TextRun::default() }),
             _ => {}
         }
         inner.soft |= class.contains("soft") || class == "pm";
