@@ -85,6 +85,7 @@ impl Layout {
                     }
                     let company = match blocks.get(index + 1) {
                         Some(Block::Figures(figures, tall)) => row_height(&figures[..figures.len().min(2)], *tall),
+                        Some(Block::Terms(terms)) => terms_height(terms) + BODY * LINE,
                         Some(Block::Heading(..)) => COMPANY + 20.0,
                         _ => COMPANY,
                     };
@@ -178,17 +179,11 @@ impl Layout {
     }
 
     fn terms(&mut self, terms: &[(Vec<TextRun>, Vec<TextRun>)]) {
-        let term = |runs: &[TextRun]| -> Vec<TextRun> {
-            runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect()
-        };
-        let all = terms.iter().map(|(name, _)| width(&words(&term(name), TABLE)));
-        let left = all.fold(0.0, f64::max).min(0.3 * WIDTH) + GAP;
-        for (name, meaning) in terms {
-            let name = lines(&words(&term(name), TABLE), left - GAP);
-            let meaning = lines(&words(meaning, TABLE), WIDTH - left);
+        let (left, rows) = terms_laid_out(terms);
+        for [name, meaning] in &rows {
             let height = name.len().max(meaning.len()) as f64 * TABLE * LINE;
             self.need(height);
-            for (lines, x) in [(&name, SIDE), (&meaning, SIDE + left)] {
+            for (lines, x) in [(name, SIDE), (meaning, SIDE + left)] {
                 for (number, line) in lines.iter().enumerate() {
                     self.line(line, x, self.y + (number + 1) as f64 * TABLE * LINE - 0.4 * TABLE);
                 }
@@ -399,6 +394,24 @@ fn lines(words: &[Word], column: f64) -> Vec<Vec<Word>> {
         found.push(line);
     }
     found
+}
+
+/// Where meanings begin, and the lines of each term and its meaning.
+fn terms_laid_out(terms: &[(Vec<TextRun>, Vec<TextRun>)]) -> (f64, Vec<[Vec<Vec<Word>>; 2]>) {
+    let bold =
+        |runs: &[TextRun]| -> Vec<TextRun> { runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect() };
+    let all = terms.iter().map(|(name, _)| width(&words(&bold(name), TABLE)));
+    let left = all.fold(0.0, f64::max).min(0.3 * WIDTH) + GAP;
+    let row = |(name, meaning): &(Vec<TextRun>, Vec<TextRun>)| {
+        [lines(&words(&bold(name), TABLE), left - GAP), lines(&words(meaning, TABLE), WIDTH - left)]
+    };
+    (left, terms.iter().map(row).collect())
+}
+
+/// Height of terms and what they say.
+fn terms_height(terms: &[(Vec<TextRun>, Vec<TextRun>)]) -> f64 {
+    let (_, rows) = terms_laid_out(terms);
+    rows.iter().map(|[name, meaning]| name.len().max(meaning.len()) as f64 * TABLE * LINE + 1.5).sum()
 }
 
 fn laid_out(cells: &[TextCell], widths: &[f64], size: f64) -> Vec<Vec<Vec<Word>>> {
