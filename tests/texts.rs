@@ -138,8 +138,8 @@ const ROOM: &str = r#"{ "version": 1, "title": "X9", "energy": { "day_hours": 20
       "requirements": { "en_1838": "open area", "flux_factor": 0.2 } },
     { "name": "u1", "type": "ugr", "position": [0.5,2.5,1.2], "view_direction": [1,0,0], "requirements": { "ugr": 19 } } ] }"#;
 
-/// English words that would be on the page, were anything left of it.
-const ENGLISH: [&str; 40] = [
+/// English words that would be on the page, were anything left of it; parts of surfaces are named as in scene files, `r1/floor`.
+const ENGLISH: [&str; 39] = [
     "the",
     "of",
     "and",
@@ -156,7 +156,6 @@ const ENGLISH: [&str; 40] = [
     "illuminance",
     "luminaire",
     "luminaires",
-    "floor",
     "surface",
     "surfaces",
     "power",

@@ -108,7 +108,8 @@ fn read_entry(fields: &Fields, quantity: Quantity) -> Result<Option<&'static Sta
     }
     let Some((key, standard, node)) = named.into_iter().next() else { return Ok(None) };
     let is_plane = quantity == Quantity::Perpendicular;
-    if !is_plane && !(matches!(quantity, Quantity::Glare(_)) && standard == Standard::WorkPlaces) {
+    let is_rated = matches!(quantity, Quantity::Glare(_)) && standard == Standard::WorkPlaces;
+    if !is_plane && !is_rated {
         return Err(node.refuse(
             format!("entries ask for the illuminance of a plane, and this receiver for a {} one", quantity.name()),
             format!(
