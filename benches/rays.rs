@@ -297,6 +297,7 @@ impl Mesh {
             receivers: vec![],
             warnings: vec![],
             project: Default::default(),
+            energy: None,
             unreported: Default::default(),
         }
     }

@@ -39,7 +39,7 @@ fn assert_well_formed(name: &str, text: &str) {
 #[test]
 fn every_template_reads_without_a_warning_of_its_own_and_solves_as_it_is() {
     for (kind, maps) in [
-        ("office", "task area"),
+        ("office", "desks"),
         ("corridor", "floor"),
         ("classroom", "desks"),
         ("gym", "playing area"),
@@ -153,14 +153,18 @@ fn the_report_tells_the_numbers_of_the_tables_and_stands_by_itself() {
     let column = |name: &str| header.iter().position(|column| column == name).expect("a column");
     for row in rows.iter().filter(|row| row[column("kind")] == "grid") {
         let average: f64 = row[column("average_lx")].parse().expect("a number");
-        assert!(report.contains(&format!("<td class=\"text\">{}</td><td>{average:.0} <span", row[0])), "{row:?}");
+        let quantity = if row[0] == "faces" { " (cylindrical)" } else { "" };
+        assert!(
+            report.contains(&format!("<td class=\"text\">{}{quantity}</td><td>{average:.0} <span", row[0])),
+            "{row:?}"
+        );
     }
     for words in [
         "maintenance factor 0.80",
-        "target of 5.0",
+        "is at most 5.0",
         "--target-error 0.05",
-        "troffer 1 … troffer 6",
-        "Electric power 195 W",
+        "troffer 1 … troffer 12",
+        "Electric power 384 W",
         "W/m² for every 100 lx",
     ] {
         assert!(report.contains(words), "{words}");
@@ -169,6 +173,37 @@ fn the_report_tells_the_numbers_of_the_tables_and_stands_by_itself() {
     for link in ["src=", "href=", "url(", "@import"] {
         assert!(!report.contains(link), "{link}");
     }
+}
+
+/// What is asked for in German is told in German; numbers for programs stay as they are.
+#[test]
+fn a_language_changes_pages_and_no_numbers_for_programs() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let project = home.path().join("p");
+    assert_eq!(code(&run(&["new", "corridor", "--out", text(&project)])), 0);
+    let scene = project.join("corridor.json");
+    let solve = |language: &str| {
+        let out = home.path().join(language);
+        let solved =
+            run(&["solve", text(&scene), "--out", text(&out), "--chains", "3000", "--quiet", "--language", language]);
+        assert_eq!(code(&solved), 0, "{}", errors(&solved));
+        (results(&solved), out)
+    };
+    let ((told, english), (erzaehlt, german)) = (solve("en"), solve("de"));
+    assert!(
+        told.contains("required") && erzaehlt.contains("gefordert") && !erzaehlt.contains("required"),
+        "{erzaehlt}"
+    );
+    assert!(read(&english.join("report.html")).contains("<h2>Verdicts</h2>"));
+    assert!(read(&german.join("report.html")).contains("<h2>Urteile</h2>"));
+    for name in ["receivers.csv", "tables.csv", "verdicts.csv", "ugr.csv"] {
+        assert_eq!(read(&english.join(name)), read(&german.join(name)), "{name}");
+    }
+    for out in [&english, &german] {
+        let pdf = std::fs::read(out.join("report.pdf")).expect("written");
+        assert!(pdf.starts_with(b"%PDF-1.7") && pdf.ends_with(b"%%EOF"));
+    }
+    assert_eq!(code(&run(&["solve", text(&scene), "--out", text(&english), "--language", "xx"])), 2);
 }
 
 /// A classroom from the first command to its page: what a client reads first stands first, housings and what is kept out of reports
@@ -263,13 +298,13 @@ fn inspect_draws_luminaires_and_plans() {
     let project = home.path().join("p");
     assert_eq!(code(&run(&["new", "office", "--out", text(&project)])), 0);
     let plots = home.path().join("plots");
-    let file = project.join("luminaires/downlight.ldt");
+    let file = project.join("luminaires/troffer.ies");
     let output = run(&["inspect", text(&file), "--plots", text(&plots)]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    assert_eq!(listing(&plots), ["luminaire-downlight.svg"]);
+    assert_eq!(listing(&plots), ["luminaire-troffer.svg"]);
     let scene = project.join("office.json");
     assert_eq!(code(&run(&["inspect", text(&scene), "--plots", text(&plots)])), 0);
-    assert_eq!(listing(&plots), ["luminaire-downlight-1.svg", "luminaire-downlight.svg", "plan.svg"]);
+    assert_eq!(listing(&plots), ["luminaire-troffer-1.svg", "luminaire-troffer.svg", "plan.svg"]);
     assert_well_formed("plan.svg", &read(&plots.join("plan.svg")));
 }
 

@@ -242,7 +242,8 @@ fn only_the_maps_asked_for_are_written() {
     std::fs::write(out.join("notes.txt"), "foreign").expect("written");
     let elements_alone = ["--chains", "500", "--maps", "elements", "--plots", "none", "--quiet"];
     assert_eq!(code(&solve("room.json", &out, &elements_alone)), 0);
-    let mut expected = ["convergence.csv", "elements.csv", "notes.txt", "report.html", "scene.glb"].to_vec();
+    let mut expected =
+        ["convergence.csv", "elements.csv", "notes.txt", "report.html", "report.pdf", "scene.glb"].to_vec();
     expected.extend(["scene.vtp", "summary.json", "tables.csv"]);
     assert_eq!(listing(&out), expected);
 }

@@ -34,6 +34,7 @@ fn page_of(scene: &Scene, solution: &Solution) -> String {
         unix_time_s: 0,
         wall_s: 1.0,
         threads: 1,
+        language: luxmc::output::Language::ENGLISH,
     };
     let file = report_file(scene, solution, &plots(scene, solution), &context);
     String::from_utf8(file.bytes).expect("text")
@@ -244,6 +245,7 @@ fn the_page_stands_by_itself_and_names_cannot_end_its_scripts() {
                 unix_time_s: 0,
                 wall_s: 0.0,
                 threads: 1,
+                language: luxmc::output::Language::ENGLISH,
             },
         )
         .bytes,

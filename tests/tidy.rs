@@ -332,9 +332,10 @@ fn only_the_command_line_prints() {
 #[test]
 fn only_the_geometry_works_in_f32_or_knows_obvhs() {
     let broken = complaints(|path, text| {
-        // Fonts, pixels and glTF come in f32, and no result goes through them.
-        let draws_pixels =
-            ["output/font.rs", "output/raster.rs", "output/glb.rs"].iter().any(|drawing| path.ends_with(drawing));
+        // Fonts, pixels, glTF and PDF come in f32, and no result goes through them.
+        let draws_pixels = ["output/font.rs", "output/raster.rs", "output/glb.rs", "output/pdf/ink.rs"]
+            .iter()
+            .any(|drawing| path.ends_with(drawing));
         if draws_pixels || room_of(path).is_some_and(|room| room == "geometry") {
             return Vec::new();
         }

@@ -60,6 +60,7 @@ pub fn solve(
         read_s: scene.read_s,
         computed_s: watched.elapsed_s(),
         plots: None,
+        language: luxmc::output::Language::ENGLISH,
         part: luxmc::output::PartOfRun::Whole,
     };
     Ok(Solution::new(run, solution, story))

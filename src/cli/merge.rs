@@ -21,7 +21,7 @@ use crate::control::Forecast;
 use crate::geometry::position_accuracy_m;
 use crate::maps::MapKind;
 use crate::output::{
-    PartOfRun, ReportContext, ResultDirectory, RunRecord, SealedError, ShareFile, read_share, summary_file,
+    Language, PartOfRun, ReportContext, ResultDirectory, RunRecord, SealedError, ShareFile, read_share, summary_file,
 };
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
 use crate::solver::{
@@ -62,6 +62,9 @@ pub struct MergeArguments {
     /// Plots: svg, png, both with a comma between, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     plots: Option<Plots>,
+    /// Language of report, plots and the table on the terminal: en or de
+    #[arg(long, value_name = "CODE", default_value = "en", value_parser = Language::of_code)]
+    language: Language,
     /// Worker threads; results do not depend on them [default: all processors]
     #[arg(long, value_name = "T", value_parser = values::threads, allow_hyphen_values = true)]
     threads: Option<usize>,
@@ -136,6 +139,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
         target_error,
         shares: &shares,
         plots: arguments.plots,
+        language: arguments.language,
         read_s,
         started,
         threads: pool.current_num_threads(),
@@ -143,7 +147,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     let Merged { solution, .. } = merging.write(merged, directory)?;
     let compute_s = records.iter().map(|record| record.compute_s).sum();
 
-    tell_results(&scene, &solution, tell)?;
+    tell_results(&scene, &solution, arguments.language, tell)?;
     for note in &solution.notes {
         tell(&format!("note: {note}"));
     }
@@ -161,6 +165,8 @@ pub struct Merging<'a> {
     pub shares: &'a [ShareFile],
     /// Formats of plots; `None`: SVG.
     pub plots: Option<Plots>,
+    /// Language of pages and plots.
+    pub language: Language,
     /// Seconds of reading the scene.
     pub read_s: f64,
     /// When the process began.
@@ -189,6 +195,7 @@ impl Merging<'_> {
             unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
             wall_s: compute_s,
             threads: shares.iter().map(|share| share.header.threads).max().unwrap_or(1),
+            language: self.language,
         };
         stage_results(scene, &solution, &context, self.plots, &mut directory)?;
         let record = RunRecord {

@@ -216,7 +216,7 @@ impl Rank<'_> {
                     self.dismiss(&others);
                     // Who still sends would wait for ever.
                     let left = self.collect(&collected.late, Vec::new(), Instant::now());
-                    tell_results(self.run.scene(), &solution, tell)?;
+                    tell_results(self.run.scene(), &solution, self.arguments.language, tell)?;
                     solution.notes.iter().for_each(|note| tell(&format!("note: {note}")));
                     tell(&closing_lines(&solution, &out.display().to_string(), self.started.elapsed().as_secs_f64()));
                     let exit = if is_interrupted() { Exit::Interrupted } else { exit_of(&solution) };
@@ -294,6 +294,7 @@ impl Rank<'_> {
             target_error: settings.target_error,
             shares,
             plots: self.arguments.plots,
+            language: self.arguments.language,
             read_s: self.read_s,
             started: self.started,
             threads: self.run.threads(),

@@ -41,9 +41,9 @@ pub struct NewArguments {
 /// The projects that there are.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Project {
-    /// An open-plan office with desks, a partition, six troffers and two downlights
+    /// An open-plan office with desks, a partition, twelve troffers and what the standard requires
     Office,
-    /// A corridor with a glass door, a polished floor and four wall washers
+    /// A corridor with a glass door, a polished floor, four wall washers and what the standard requires
     Corridor,
     /// A classroom with a board, desks and what the standard requires
     Classroom,
@@ -59,13 +59,13 @@ enum Project {
 type Template = (&'static str, &'static str);
 
 const OFFICE: &[Template] = &[
-    ("office.json", include_str!("../../scenes/office.json")),
+    ("office.json", include_str!("projects/office.json")),
     ("desks.obj", include_str!("../../scenes/desks.obj")),
-    ("luminaires/downlight.ldt", include_str!("../../scenes/luminaires/downlight.ldt")),
+    ("luminaires/troffer.ies", include_str!("../../scenes/luminaires/troffer.ies")),
     ("README.txt", include_str!("projects/office.txt")),
 ];
 const CORRIDOR: &[Template] = &[
-    ("corridor.json", include_str!("../../scenes/corridor.json")),
+    ("corridor.json", include_str!("projects/corridor.json")),
     ("luminaires/wall_washer.ldt", include_str!("../../scenes/luminaires/wall_washer.ldt")),
     ("README.txt", include_str!("projects/corridor.txt")),
 ];

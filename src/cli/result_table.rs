@@ -4,19 +4,43 @@ use super::number_text::significant;
 use super::text_table::text_table;
 use crate::base::glare::rating_text;
 use crate::maps::{Estimate, TableKind, TableRow};
+use crate::output::texts::{decimal, said, say, words};
 use crate::output::{daylight_factors, finding_words, leaving_light, observer_words, requirement_words};
 use crate::scene::Scene;
 use crate::solver::{Solution, verdicts, worst_of_sets};
 
-const HEADER: &[&str] =
-    &["name", "side", "Ē/lx", "±/lx", "Emin/lx", "±/lx", "Emax/lx", "±/lx", "U0", "±", "Ud", "±", "error/%"];
+const HEADER: &[&str] = &[
+    words!("name"),
+    words!("side"),
+    "Ē/lx",
+    "±/lx",
+    "Emin/lx",
+    "±/lx",
+    "Emax/lx",
+    "±/lx",
+    "U0",
+    "±",
+    "Ud",
+    "±",
+    words!("error/%"),
+];
 
-const LUMINANCE_HEADER: &[&str] = &["name", "mean L/(cd/m²)", "±", "Lmin/(cd/m²)", "Lmax/(cd/m²)", "error/%"];
-const INTENSITY_HEADER: &[&str] = &["name", "Φ/lm", "±", "of lamps/%", "Imax/cd", "±", "C/°", "γ/°", "error/%"];
-const GLARE_HEADER: &[&str] = &["name", "UGR", "±", "Lb/(cd/m²)", "±"];
-const GRID_GLARE_HEADER: [&str; 6] = ["name", "UGR", "±", "Lb/(cd/m²)", "±", "observer"];
+const LUMINANCE_HEADER: &[&str] =
+    &[words!("name"), words!("mean L/(cd/m²)"), "±", "Lmin/(cd/m²)", "Lmax/(cd/m²)", words!("error/%")];
+const INTENSITY_HEADER: &[&str] =
+    &[words!("name"), "Φ/lm", "±", words!("of lamps/%"), "Imax/cd", "±", "C/°", "γ/°", words!("error/%")];
+const GLARE_HEADER: &[&str] = &[words!("name"), "UGR", "±", "Lb/(cd/m²)", "±"];
+const GRID_GLARE_HEADER: [&str; 6] = [words!("name"), "UGR", "±", "Lb/(cd/m²)", "±", words!("observer")];
 
-const VERDICT_HEADER: &[&str] = &["name", "required", "found", "±", "95 % interval", "probability", "verdict"];
+const VERDICT_HEADER: &[&str] = &[
+    words!("name"),
+    words!("required"),
+    words!("found"),
+    "±",
+    words!("95 % interval"),
+    words!("probability"),
+    words!("verdict"),
+];
 
 /// One row a surface side or receiver set: average, minimum, maximum and uniformities, with standard errors. What
 /// observers see follows in tables of its own, and then the verdicts on what the scene requires.
@@ -33,47 +57,49 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
         let rows = rows_of(|kind| kind == TableKind::Luminance).map(|row| {
             vec![
                 row.name.clone(),
-                significant(row.average_lx.value, 4),
-                significant(row.average_lx.standard_error, 2),
-                significant(row.minimum_lx.value, 4),
-                significant(row.maximum_lx.value, 4),
-                significant(100.0 * row.estimated_error, 3),
+                number(row.average_lx.value, 4),
+                number(row.average_lx.standard_error, 2),
+                number(row.minimum_lx.value, 4),
+                number(row.maximum_lx.value, 4),
+                number(100.0 * row.estimated_error, 3),
             ]
         });
-        tables.push(text_table(LUMINANCE_HEADER, &[0], rows));
+        tables.push(table_of(LUMINANCE_HEADER, &[0], rows));
     }
     let intensities = leaving_light(scene, solution);
     if !intensities.is_empty() {
         let rows = intensities.iter().map(|light| {
             let mut cells = vec![light.map.name.clone()];
             cells.extend(told(light.luminous_flux_lm));
-            cells.push(significant(100.0 * light.light_output_ratio, 4));
+            cells.push(number(100.0 * light.light_output_ratio, 4));
             cells.extend(told(light.maximum_cd));
             cells.extend(light.maximum_at_deg.map(|angle_deg| angle_deg.to_string()));
-            cells.push(significant(100.0 * light.map.error.estimated, 3));
+            cells.push(number(100.0 * light.map.error.estimated, 3));
             cells
         });
-        tables.push(text_table(INTENSITY_HEADER, &[0], rows));
+        tables.push(table_of(INTENSITY_HEADER, &[0], rows));
     }
     let factors = daylight_factors(scene, solution);
     if let Some(first) = factors.first() {
-        let [target, least] = first.targets_percent.map(|percent| format!("A ≥ {}%", significant(percent, 2)));
-        let header = ["name", "D̄/%", "±", "Dmin/%", "±", "median/%", "±", &target, "±", &least, "±"];
+        let [target, least] = first.targets_percent.map(|percent| format!("A ≥ {}%", number(percent, 2)));
+        let header = [say!("name"), "D̄/%", "±", "Dmin/%", "±", say!("median/%"), "±", &target, "±", &least, "±"];
         let rows = factors.iter().map(|factors| {
             let [average, minimum, median] =
                 [&factors.average_percent, &factors.minimum_percent, &factors.median_percent];
             let mut cells = vec![factors.name.clone()];
             [average, minimum, median].into_iter().for_each(|percent| cells.extend(told(*percent)));
             for share in factors.shares_above {
-                let [value, error] = [share.value, share.standard_error].map(|share| format!("{:.1}%", 100.0 * share));
+                let [value, error] =
+                    [share.value, share.standard_error].map(|share| decimal(format!("{:.1}%", 100.0 * share)));
                 cells.extend([value, error]);
             }
             cells
         });
-        let outside = significant(first.outside_lx, 5);
+        let outside = number(first.outside_lx, 5);
         let table = text_table(&header, &[0], rows);
-        tables
-            .push(format!("Daylight factors, {outside} lx on an open horizontal plane; A: share of the area\n{table}"));
+        tables.push(
+            say!("Daylight factors, {} lx on an open horizontal plane; A: share of the area", outside) + "\n" + &table,
+        );
     }
     if !solution.glare.is_empty() {
         let worst = worst_of_sets(&solution.glare);
@@ -81,27 +107,27 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
         let rows = worst.into_iter().map(|(rating, observers)| {
             let [ugr, error] = match rating.ugr {
                 _ if rating.is_low() => [rating_text(None), UNKNOWN.to_owned()],
-                Some(ugr) => [format!("{:.2}", ugr.value), significant(ugr.standard_error, 2)],
+                Some(ugr) => [decimal(format!("{:.2}", ugr.value)), number(ugr.standard_error, 2)],
                 None => [UNKNOWN.to_owned(), UNKNOWN.to_owned()],
             };
             let background = rating.background_cd_m2;
-            let [value, spread] = [significant(background.value, 4), significant(background.standard_error, 2)];
+            let [value, spread] = [number(background.value, 4), number(background.standard_error, 2)];
             let set = &scene.receivers[rating.set];
             let mut cells = vec![set.name.clone(), ugr, error, value, spread];
             if has_grids {
                 let place = observer_words(&set.observers[rating.observer]);
-                cells.push(if set.observers.len() > 1 { format!("worst of {observers}, {place}") } else { place });
+                cells.push(if set.observers.len() > 1 { say!("worst of {}, {}", observers, place) } else { place });
             }
             cells
         });
         let header = if has_grids { &GRID_GLARE_HEADER[..] } else { GLARE_HEADER };
-        tables.push(text_table(header, &[0, 5], rows));
+        tables.push(table_of(header, &[0, 5], rows));
     }
     let verdicts = verdicts(scene, solution);
     if !verdicts.is_empty() {
         let rows = verdicts.iter().map(|verdict| {
             let [value, error, interval, probability] = finding_words(verdict);
-            let doubt = verdict.doubt().map_or(String::new(), |reason| format!(", {reason}"));
+            let doubt = verdict.doubt().map_or(String::new(), |reason| format!(", {}", said(reason)));
             vec![
                 scene.receivers[verdict.set].name.clone(),
                 requirement_words(&verdict.requirement),
@@ -109,12 +135,23 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
                 error,
                 interval,
                 probability,
-                format!("{}{doubt}", verdict.ruling().name()),
+                format!("{}{doubt}", said(verdict.ruling().name())),
             ]
         });
-        tables.push(text_table(VERDICT_HEADER, &[0, 1, 6], rows));
+        tables.push(table_of(VERDICT_HEADER, &[0, 1, 6], rows));
     }
     tables.join("\n")
+}
+
+/// A table with its headings in the language spoken.
+fn table_of(header: &[&'static str], left: &[usize], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let header: Vec<&str> = header.iter().map(|heading| said(heading)).collect();
+    text_table(&header, left, rows)
+}
+
+/// A number with so many significant digits, with the decimal sign of the language spoken.
+fn number(value: f64, digits: usize) -> String {
+    decimal(significant(value, digits))
 }
 
 /// What stands for a number that is not known.
@@ -123,8 +160,8 @@ const UNKNOWN: &str = "–";
 /// An estimate and its error; one that lies under its own error is told by what the truth is below.
 fn told(estimate: Estimate) -> [String; 2] {
     match estimate.is_known() {
-        true => [significant(estimate.value, 4), significant(estimate.standard_error, 2)],
-        false => [format!("< {}", significant(estimate.upper_bound(), 2)), UNKNOWN.to_owned()],
+        true => [number(estimate.value, 4), number(estimate.standard_error, 2)],
+        false => [format!("< {}", number(estimate.upper_bound(), 2)), UNKNOWN.to_owned()],
     }
 }
 
@@ -133,14 +170,14 @@ fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
         let unknown = || [UNKNOWN.to_owned(), UNKNOWN.to_owned()];
         let extreme = |extreme: Estimate| if row.knows_extremes() { told(extreme) } else { unknown() };
         let uniformity = |ratio: Estimate| match row.knows_ratios() {
-            true => [significant(ratio.value, 3), significant(ratio.standard_error, 2)],
+            true => [number(ratio.value, 3), number(ratio.standard_error, 2)],
             false => unknown(),
         };
         let [average, average_error] = told(row.average_lx);
         let ([minimum, minimum_error], [maximum, maximum_error]) = (extreme(row.minimum_lx), extreme(row.maximum_lx));
         let ([u0, u0_error], [ud, ud_error]) = (uniformity(row.uniformity_u0), uniformity(row.uniformity_ud));
         let error = match row.average_lx.is_known() {
-            true => significant(100.0 * row.estimated_error, 3),
+            true => number(100.0 * row.estimated_error, 3),
             false => UNKNOWN.to_owned(),
         };
         vec![
@@ -159,7 +196,7 @@ fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
             error,
         ]
     });
-    text_table(HEADER, &[0, 1], rows)
+    table_of(HEADER, &[0, 1], rows)
 }
 
 #[cfg(test)]

@@ -8,7 +8,10 @@ use super::method::Plots;
 use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
 use crate::maps::{TableKind, TableRow};
-use crate::output::{ReportContext, ResultDirectory, glb_file, plots, report_file, streamed_files, vtk_file};
+use crate::output::{
+    Language, ReportContext, ResultDirectory, glb_file, in_language, plots, report_file, report_pdf_file,
+    streamed_files, vtk_file,
+};
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
 
@@ -24,7 +27,10 @@ pub fn stage_results(
         directory.stage_streamed(&file)?;
     }
     let formats = formats.unwrap_or(Plots { svg: true, png: false });
-    let drawn = if formats.any() { plots(scene, solution) } else { Vec::new() };
+    let drawn = match formats.any() {
+        true => in_language(context.language, || plots(scene, solution)),
+        false => Vec::new(),
+    };
     for plot in &drawn {
         if formats.svg {
             directory.stage(&plot.svg_file())?;
@@ -34,15 +40,21 @@ pub fn stage_results(
         }
     }
     directory.stage(&report_file(scene, solution, &drawn, context))?;
+    directory.stage(&report_pdf_file(scene, solution, &drawn, context))?;
     for file in [vtk_file(scene, solution), glb_file(scene, solution)].into_iter().flatten() {
         directory.stage(&file)?;
     }
     Ok(())
 }
 
-/// Prints the table, what surfaces are covered, and the warnings.
-pub fn tell_results(scene: &Scene, solution: &Solution, tell: impl Fn(&str)) -> Result<(), Failure> {
-    console::result(&result_table(scene, solution))?;
+/// Prints the table in a language, what surfaces are covered, and the warnings.
+pub fn tell_results(
+    scene: &Scene,
+    solution: &Solution,
+    language: Language,
+    tell: impl Fn(&str),
+) -> Result<(), Failure> {
+    console::result(&in_language(language, || result_table(scene, solution)))?;
     if let Some(line) = covered_line(solution) {
         tell(&line);
     }

@@ -13,7 +13,9 @@ use super::values;
 use super::verdict_target::{self, Target, target};
 use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
-use crate::output::{PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, StreamedFile, summary_file};
+use crate::output::{
+    Language, PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, StreamedFile, summary_file,
+};
 use crate::radiosity::Radiosity;
 use crate::scene::{ReceiversPart, Scene};
 use crate::solver::{
@@ -294,6 +296,8 @@ pub struct RunStory {
     pub computed_s: f64,
     /// Formats of plots; `None`: SVG.
     pub plots: Option<Plots>,
+    /// Language of report and plots.
+    pub language: Language,
     /// Whether it is a whole run.
     pub part: PartOfRun,
 }
@@ -335,6 +339,7 @@ impl RunStory {
             unix_time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
             wall_s: self.computed_s,
             threads: self.threads,
+            language: self.language,
         };
         stage_results(scene, solution, &context, self.plots, &mut directory)?;
         if let Some(file) = more {

@@ -22,7 +22,7 @@ use super::verdict_target::{self, Target, target};
 use super::{Outcome, checkpoint, console, share, values};
 use crate::check::{MeshCheck, read_scene, skip_checks};
 use crate::maps::MapKind;
-use crate::output::{CheckpointFile, PartOfRun, ResultDirectory, ShareHeader, share_file};
+use crate::output::{CheckpointFile, Language, PartOfRun, ResultDirectory, ShareHeader, share_file};
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
 use crate::solver::{ElementChoice, Portion, Settings, Share, Solution};
 
@@ -108,6 +108,10 @@ pub struct SolveArguments {
     /// Plots: svg, png, both with a comma between, or none [default: svg]
     #[arg(long, value_name = "FORMATS", value_parser = method::plots)]
     pub plots: Option<Plots>,
+    /// Language of report, plots and the table on the terminal: en or de
+    #[arg(long, value_name = "CODE", default_value = "en", value_parser = Language::of_code)]
+    #[serde(default)]
+    pub language: Language,
     /// Memory that the run may take: 2GB, 512MiB [default: what the machine has left]
     #[arg(long, value_name = "MEMORY", value_parser = values::bytes, allow_hyphen_values = true)]
     pub memory_limit: Option<u64>,
@@ -259,6 +263,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         read_s,
         computed_s,
         plots: arguments.plots,
+        language: arguments.language,
         part: portion.map_or(PartOfRun::Whole, PartOfRun::Portion),
     };
     let share = of_portion.as_ref().map(|(portion, record, sums)| {
@@ -268,7 +273,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     });
     story.write(scene, &solution, share, directory)?;
 
-    tell_results(scene, &solution, tell)?;
+    tell_results(scene, &solution, arguments.language, tell)?;
     let adapts = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
     if arguments.elements == ElementChoice::Given && !adapts {
         tell("note: --elements given changes nothing here, since the target does not bind the element map");

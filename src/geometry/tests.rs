@@ -29,6 +29,7 @@ fn scene_of(vertices_m: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Scene {
         receivers: vec![],
         warnings: vec![],
         project: Default::default(),
+        energy: None,
         unreported: Default::default(),
     }
 }

@@ -341,6 +341,9 @@ impl ReplicaMap {
                 && self.indirect_samples.complete > 0
                 && self.indirect_sum(entry) == 0.0;
             let bound_lx = if unseen { 3.0 * self.indirect_scale(entry) / REPLICAS as f64 } else { 0.0 };
+            let direct_scale = self.direct_samples.inverse(self.site_of(entry));
+            let of_replica_lx = |replica: usize| direct_scale * self.direct[replica][entry];
+            values.direct_standard_error_lx.push(standard_error(of_replica_lx));
             values.direct_lx.push(direct_lx);
             values.indirect_lx.push(indirect_lx);
             values.illuminance_lx.push(direct_lx + indirect_lx);

@@ -66,6 +66,8 @@ pub struct MapValues {
     pub direct_lx: Vec<f64>,
     /// The rest, in lx.
     pub indirect_lx: Vec<f64>,
+    /// Standard error of the direct part in lx; empty where a method does not tell it.
+    pub direct_standard_error_lx: Vec<f64>,
     /// Adaptive elements: coefficients in lx of the two linear polynomials of [`super::basis`]. Else empty.
     pub slopes_lx: Vec<[f64; 2]>,
     /// Adaptive elements: estimated root mean square in lx of what the element cannot show. Else empty.

@@ -4,6 +4,7 @@ use super::axes::{Frame, Scale, TYPE};
 use super::color::{BLACK, BLUE, FAINT, GREEN, Ink, PURPLE, SKY, SOFT, VERMILION};
 use super::numbers::{count_tick, duration, percent, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
+use super::texts::{decimal, said, say, words};
 use crate::control::Forecast;
 use crate::solver::{ConvergenceRow, ErrorParts, Solution};
 
@@ -29,9 +30,14 @@ struct Spending {
 }
 
 const SPENDINGS: [Spending; 2] = [
-    Spending { name: "rays", spent: |row, _| row.rays as f64, forecast: |row, _| row.forecast_rays, show: count_tick },
     Spending {
-        name: "time of computing / s",
+        name: words!("rays"),
+        spent: |row, _| row.rays as f64,
+        forecast: |row, _| row.forecast_rays,
+        show: count_tick,
+    },
+    Spending {
+        name: words!("time of computing / s"),
         spent: |row, begun_s| row.wall_s - begun_s,
         forecast: |row, begun_s| {
             let since = |wall_s: f64| wall_s - begun_s;
@@ -50,9 +56,9 @@ struct Part {
 }
 
 const PARTS: [Part; 3] = [
-    Part { name: "random", of: |error| error.random, ink: SKY },
-    Part { name: "bias", of: |error| error.bias, ink: PURPLE },
-    Part { name: "discretisation", of: |error| error.discretisation, ink: GREEN },
+    Part { name: words!("random"), of: |error| error.random, ink: SKY },
+    Part { name: words!("bias"), of: |error| error.bias, ink: PURPLE },
+    Part { name: words!("discretisation"), of: |error| error.discretisation, ink: GREEN },
 ];
 
 /// A forecast as it stood when so much of the run was done.
@@ -67,23 +73,25 @@ struct Stood<'a> {
 /// In the spirit of figure 1 of Volobuev et al. on the accuracy of Monte Carlo illuminance: straight lines of slope −1/2 are what
 /// independent chains give.
 pub fn convergence_picture(solution: &Solution) -> Picture {
-    let mut picture = Picture::new(WIDTH, HEIGHT, "Error against rays and time, with forecasts");
-    picture.words(Words::new("How the error fell, and what was forecast", [62.0, 26.0], 17.0).bold());
+    let mut picture = Picture::new(WIDTH, HEIGHT, say!("Error against rays and time, with forecasts"));
+    picture.words(Words::new(say!("How the error fell, and what was forecast"), [62.0, 26.0], 17.0).bold());
     let begun_s = solution.begun_wall_s;
     let is_drawable =
         |row: &&ConvergenceRow| row.error.estimated > 0.0 && row.error.estimated.is_finite() && row.wall_s > begun_s;
     let rows: Vec<ConvergenceRow> = solution.convergence.iter().filter(is_drawable).copied().collect();
     let Some(last) = rows.last() else {
-        let why = "The error was not judged while it was above 0: there is no curve to draw.";
+        let why = say!("The error was not judged while it was above 0: there is no curve to draw.");
         picture.words(Words::new(why, [62.0, 52.0], 13.0).ink(SOFT));
         return picture;
     };
     let target = solution.target_error.filter(|target| *target > 0.0);
-    let aim = target.map_or(String::new(), |target| format!(", target {}", percent(target)));
-    let rays = if last.rays == 0 { String::new() } else { format!("{} rays in ", count(last.rays)) };
-    let line = format!(
-        "Stated error {}{aim}, after {rays}{} of computing; starting, reading and building took {} before that",
+    let aim = target.map_or(String::new(), |target| say!(", target {}", percent(target)));
+    let rays = if last.rays == 0 { String::new() } else { say!("{} rays in ", count(last.rays)) };
+    let line = say!(
+        "Stated error {}{}, after {}{} of computing; starting, reading and building took {} before that",
         percent(solution.estimated_error),
+        aim,
+        rays,
         duration(last.wall_s - begun_s),
         duration(begun_s)
     );
@@ -129,11 +137,14 @@ fn as_they_stood(rows: &[ConvergenceRow]) -> Vec<Stood<'_>> {
     let first_share = done(first) / done(last);
     let mut stood = Vec::new();
     if SHARES[0] < first_share && first_share < 1.0 {
-        stood.push(Stood { label: format!("at {:.0} %", (100.0 * first_share).max(1.0)), row: first });
+        stood.push(Stood {
+            label: say!("at {} %", decimal(format!("{:.0}", (100.0 * first_share).max(1.0)))),
+            row: first,
+        });
     }
     for share in SHARES.into_iter().filter(|share| *share > first_share) {
         if let Some(row) = rows.iter().rfind(|row| done(row) <= share * done(last)) {
-            stood.push(Stood { label: format!("at {:.0} %", 100.0 * share), row });
+            stood.push(Stood { label: say!("at {} %", decimal(format!("{:.0}", 100.0 * share))), row });
         }
     }
     stood
@@ -190,7 +201,7 @@ impl Panel<'_> {
             }
         }
         let as_percent = |fraction: f64| format!("{} %", tick(((100.0 * fraction) * 1e9).round() / 1e9));
-        frame.draw_upper(picture, "stated error", &as_percent);
+        frame.draw_upper(picture, say!("stated error"), &as_percent);
         if let Some(target) = self.target {
             for stood in self.stood {
                 let from = frame.spot(self.spent(stood.row), stood.row.error.estimated);
@@ -223,7 +234,7 @@ impl Panel<'_> {
         let [top, height] = FORECASTS;
         let lines = self.stood.len().max(1);
         let frame = Frame { left, top, width: COLUMN, height, x, y: Scale::linear(lines as f64, 0.0) };
-        frame.draw_lower(picture, self.spending.name, &self.spending.show);
+        frame.draw_lower(picture, said(self.spending.name), &self.spending.show);
         let ends = [0.0, lines as f64].map(|y| frame.spot(self.end(), y));
         picture.line(ends.to_vec(), Pen::new(VERMILION, 1.6));
         for (line, stood) in self.stood.iter().enumerate() {
@@ -255,23 +266,23 @@ fn draw_key(picture: &mut Picture, parts: &[&Part], has_target: bool, has_pilot:
     };
     let line =
         |pen: Pen| move |picture: &mut Picture, [x, y]: PagePoint| picture.line(vec![[x, y], [x + 24.0, y]], pen);
-    entry(picture, "stated error", &|picture, [x, y]| {
+    entry(picture, say!("stated error"), &|picture, [x, y]| {
         line(Pen::new(BLUE, 1.8))(picture, [x, y]);
         picture.disk([x + 12.0, y], 2.6, BLUE);
     });
     if has_pilot {
-        entry(picture, "expected by the pilot", &|picture, [x, y]| {
+        entry(picture, say!("expected by the pilot"), &|picture, [x, y]| {
             line(Pen::new(BLUE, 1.8))(picture, [x, y]);
             picture.circle([x + 12.0, y], 3.0, Pen::new(BLUE, 1.2));
         });
     }
     for part in parts {
-        entry(picture, part.name, &line(Pen::new(part.ink, 1.4)));
+        entry(picture, said(part.name), &line(Pen::new(part.ink, 1.4)));
     }
     if has_target {
-        entry(picture, "target", &line(Pen::new(VERMILION, 1.6).dashed(7.0, 4.0)));
+        entry(picture, say!("target"), &line(Pen::new(VERMILION, 1.6).dashed(7.0, 4.0)));
     }
-    entry(picture, "end of the run", &|picture, [x, y]| {
+    entry(picture, say!("end of the run"), &|picture, [x, y]| {
         picture.line(vec![[x + 12.0, y - 7.0], [x + 12.0, y + 7.0]], Pen::new(VERMILION, 1.6));
     });
     at = [92.0, HEIGHT - 18.0];
@@ -280,16 +291,16 @@ fn draw_key(picture: &mut Picture, parts: &[&Part], has_target: bool, has_pilot:
         picture.words(Words::new(words, [at[0] + 30.0, at[1]], TYPE));
         at[0] += 30.0 + super::font::text_width(words, TYPE, false) + 18.0;
     };
-    entry(picture, "forecast of the whole run as it stood then, with the interval that holds 90 % of runs", &|picture,
-                                                                                                              [
-        x,
-        y,
-    ]| {
-        line(Pen::new(SOFT, 1.4))(picture, [x, y]);
-        picture.area(diamond([x + 12.0, y]), BLACK, 1.0);
-    });
+    entry(
+        picture,
+        say!("forecast of the whole run as it stood then, with the interval that holds 90 % of runs"),
+        &|picture, [x, y]| {
+            line(Pen::new(SOFT, 1.4))(picture, [x, y]);
+            picture.area(diamond([x + 12.0, y]), BLACK, 1.0);
+        },
+    );
     if has_target {
-        entry(picture, "law fitted by then", &line(Pen::new(SOFT, 1.0).dashed(2.0, 3.0)));
+        entry(picture, say!("law fitted by then"), &line(Pen::new(SOFT, 1.0).dashed(2.0, 3.0)));
     }
 }
 

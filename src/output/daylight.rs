@@ -5,6 +5,7 @@ use super::html::{HtmlTable, with_error};
 use super::numbers::{lux, percent, uncertainty};
 use super::picture::escaped;
 use super::sheet::{Field, Sheet};
+use super::texts::say;
 use super::verdicts::probability_words;
 use super::{OutputError, ResultFile};
 use crate::maps::{Estimate, SHARES_WANTED};
@@ -69,14 +70,14 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
     let Some(first) = factors.first() else {
         return String::new();
     };
-    let [target, least] = first.targets_percent.map(|percent| format!("Area above {}%", lux(percent)));
+    let [target, least] = first.targets_percent.map(|percent| say!("Area above {}%", lux(percent)));
     let mut table = HtmlTable::new(
         "",
         &[
-            ("Receivers", true),
-            ("Mean<small>%</small>", false),
-            ("Least<small>%</small>", false),
-            ("Median<small>%</small>", false),
+            (say!("Receivers"), true),
+            (say!("Mean<small>%</small>"), false),
+            (say!("Least<small>%</small>"), false),
+            (say!("Median<small>%</small>"), false),
             (&target, false),
             (&least, false),
         ],
@@ -86,7 +87,11 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
         let share = |which: usize| {
             let wanted = percent(SHARES_WANTED[which]);
             let certainty = probability_words(set.certainties[which], set.shares_above[which].standard_error > 0.0);
-            format!("{}<br><small>≥ {wanted}: {certainty} certain</small>", percent(set.shares_above[which].value))
+            format!(
+                "{}<br><small>{}</small>",
+                percent(set.shares_above[which].value),
+                say!("≥ {}: {} certain", wanted, certainty)
+            )
         };
         table.row(vec![
             escaped(&set.name),
@@ -98,8 +103,12 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
         ]);
     }
     format!(
-        "<h2>Daylight factors</h2>\n<p>Illuminance over the {} lx of an open horizontal plane under the same sky. Targets after EN 17037.</p>\n{}",
-        lux(first.outside_lx),
+        "<h2>{}</h2>\n<p>{}</p>\n{}",
+        say!("Daylight factors"),
+        say!(
+            "Illuminance over the {} lx of an open horizontal plane under the same sky. Targets after EN 17037.",
+            lux(first.outside_lx)
+        ),
         table.markup()
     )
 }

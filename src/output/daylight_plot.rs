@@ -4,6 +4,7 @@ use super::flat::FlatMap;
 use super::map_plot::{GAP, Layout, ROOM, draw_map, foot, head, plus_minus};
 use super::numbers::{lux, lux_with_error, percent};
 use super::picture::{Picture, Words};
+use super::texts::say;
 use crate::maps::{DaylightFactors, Estimate};
 
 /// Daylight factors in % along which lines run.
@@ -17,8 +18,8 @@ pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &
     shown.field.values.iter_mut().for_each(|value| *value = in_percent(*value));
     let (layout, mut picture) = Layout::of(&shown);
     let above = percent(factors.shares_above[0].value);
-    let remark = format!("; {above} of the area above {} %", lux(factors.targets_percent[0]));
-    head(&mut picture, &shown, "Daylight factor", &remark);
+    let remark = say!("; {} of the area above {} %", above, lux(factors.targets_percent[0]));
+    head(&mut picture, &shown, say!("Daylight factor"), &remark);
     let told = |name: &str, estimate: Estimate| format!("{name} = {} %{GAP}", lux_with_error(estimate, plus_minus));
     let numbers = told("Dmean", factors.average_percent)
         + &told("Dmin", factors.minimum_percent)
@@ -26,7 +27,7 @@ pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &
     picture.words(Words::new(numbers.trim_end().to_owned(), [ROOM.left, 65.0], 13.0));
     let range = shown.field.range().unwrap_or_default();
     let levels = LEVELS_PERCENT.into_iter().filter(|level| (range[0]..range[1]).contains(level)).collect();
-    let remark = draw_map(&mut picture, &shown, &layout, (levels, "lines"), "%");
+    let remark = draw_map(&mut picture, &shown, &layout, (levels, say!("lines")), "%");
     foot(&mut picture, &shown, &format!("{remark}{note}"));
     picture
 }

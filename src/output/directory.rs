@@ -25,6 +25,7 @@ const OWN_NAMES: &[&str] = &[
     "scene.glb",
     "share.luxmc",
     "report.html",
+    "report.pdf",
     GRIDS_INFO,
 ];
 /// Bytes that are written at a time.

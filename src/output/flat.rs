@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::contour::Field;
 use super::picture::PagePoint;
+use super::texts::{say, separator, words};
 use crate::maps::{MapKind, MapResult, TableKind, TableRow};
 use crate::scene::elements::part_corners;
 use crate::scene::{Elements, Quantity, ReceiverLayout, ReceiverSet, Scene, Side, SurfaceId};
@@ -59,23 +60,23 @@ impl Plane {
         let first_m = corners_m.first().copied().unwrap_or(DVec3::ZERO);
         if normal.z.abs() > 1.0 - ALONG_AXIS {
             let axes = ["x", "y"].map(|name| PlaneAxis { label: format!("{name} / m"), sign: 1.0, offset_m: 0.0 });
-            let looks = if normal.z > 0.0 { "upward" } else { "downward" };
-            let view = format!("horizontal, facing {looks}, z = {} m; seen from above", trim(first_m.z));
+            let looks = if normal.z > 0.0 { say!("upward") } else { say!("downward") };
+            let view = say!("horizontal, facing {}, z = {} m; seen from above", looks, trim(first_m.z));
             return Plane { right: DVec3::X, up: DVec3::Y, axes, view };
         }
         let right = DVec3::Z.cross(normal).normalize();
         let up = normal.cross(right);
-        let axes = [named_axis(right, "along", &corners_m), named_axis(up, "upward", &corners_m)];
+        let axes = [named_axis(right, say!("along"), &corners_m), named_axis(up, say!("upward"), &corners_m)];
         let place = if normal.z.abs() > ALONG_AXIS {
-            "inclined".to_owned()
+            say!("inclined").to_owned()
         } else if (normal.x.abs() - 1.0).abs() < ALONG_AXIS {
-            format!("upright, x = {} m", trim(first_m.x))
+            say!("upright, x = {} m", trim(first_m.x))
         } else if (normal.y.abs() - 1.0).abs() < ALONG_AXIS {
-            format!("upright, y = {} m", trim(first_m.y))
+            say!("upright, y = {} m", trim(first_m.y))
         } else {
-            "upright".to_owned()
+            say!("upright").to_owned()
         };
-        Plane { right, up, axes, view: format!("{place}; seen from its lit side") }
+        Plane { right, up, axes, view: say!("{}; seen from its lit side", place) }
     }
 
     /// Coordinates of a point in m.
@@ -157,12 +158,12 @@ impl FlatMap<'_> {
 /// What a receiver asks for, in words.
 pub fn quantity_words(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Perpendicular => "Illuminance",
-        Quantity::Cylindrical => "Cylindrical illuminance",
-        Quantity::SemiCylindrical { .. } => "Semi-cylindrical illuminance",
-        Quantity::Luminance => "Luminance",
-        Quantity::Glare(_) => "Indirect illuminance of the eye",
-        Quantity::Intensity { .. } => "Luminous intensity",
+        Quantity::Perpendicular => words!("Illuminance"),
+        Quantity::Cylindrical => words!("Cylindrical illuminance"),
+        Quantity::SemiCylindrical { .. } => words!("Semi-cylindrical illuminance"),
+        Quantity::Luminance => words!("Luminance"),
+        Quantity::Glare(_) => words!("Indirect illuminance of the eye"),
+        Quantity::Intensity { .. } => words!("Luminous intensity"),
     }
 }
 
@@ -178,17 +179,17 @@ fn receiving_words(set: &ReceiverSet, normal: DVec3) -> Option<String> {
             ("−z", -DVec3::Z),
         ];
         let along = named.iter().find(|(_, axis)| direction.dot(*axis) > 1.0 - ALONG_AXIS);
-        let numbers = || format!("({}, {}, {})", trim(direction.x), trim(direction.y), trim(direction.z));
+        let numbers = || format!("({})", direction.to_array().map(trim).join(separator()));
         along.map_or_else(numbers, |(name, _)| (*name).to_owned())
     };
     match set.quantity {
-        Quantity::Cylindrical => Some("small upright cylinders".to_owned()),
+        Quantity::Cylindrical => Some(say!("small upright cylinders").to_owned()),
         Quantity::SemiCylindrical { direction } => {
-            Some(format!("small upright half cylinders that look towards {}", towards(direction)))
+            Some(say!("small upright half cylinders that look towards {}", towards(direction)))
         }
         Quantity::Perpendicular => {
             let own = set.points.first().map(|point| point.normal)?;
-            (own.dot(normal) < 1.0 - ALONG_AXIS).then(|| format!("planes that look towards {}", towards(own)))
+            (own.dot(normal) < 1.0 - ALONG_AXIS).then(|| say!("planes that look towards {}", towards(own)))
         }
         Quantity::Luminance | Quantity::Glare(_) | Quantity::Intensity { .. } => None,
     }
@@ -206,8 +207,8 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
         let at = set.points.first().map_or(0.0, |point| point.position_m.z);
         let is_level = normal.z.abs() > 1.0 - ALONG_AXIS;
         plane.view = match is_level {
-            true => format!("on {receiving}, z = {} m; seen from above", trim(at)),
-            false => format!("on {receiving}; {}", plane.view),
+            true => say!("on {}, z = {} m; seen from above", receiving, trim(at)),
+            false => say!("on {}; {}", receiving, plane.view),
         };
     }
 
@@ -234,7 +235,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
         cells: cells.collect(),
         points: points.collect(),
         field: grid_field(&plane, map, set, columns, rows),
-        count: format!("{columns} × {rows} points"),
+        count: say!("{} × {} points", columns, rows),
         estimated_error: map.error.estimated,
         plane,
     })
@@ -335,7 +336,7 @@ fn side_map<'a>(
         row,
         quantity: quantity_words(Quantity::Perpendicular),
         field: element_field(&cells, &areas_m2),
-        count: format!("{count} elements"),
+        count: say!("{} elements", count),
         estimated_error: row.estimated_error,
         points: Vec::new(),
         cells,

@@ -14,8 +14,19 @@ pub const FAMILIES: &str = "Helvetica, Arial, 'Liberation Sans', Arimo, sans-ser
 /// Height of capitals over the size of the type.
 pub const CAPITALS: f64 = 0.72;
 
-fn face(bold: bool) -> Face<'static> {
-    Face::parse(if bold { BOLD } else { REGULAR }, 0).expect("the font that comes with the program is sound")
+/// The font's file.
+pub fn font_file(bold: bool) -> &'static [u8] {
+    if bold { BOLD } else { REGULAR }
+}
+
+/// Number of a letter's glyph in the file.
+pub fn glyph_number(face: &Face, letter: char) -> u16 {
+    glyph(face, letter).0
+}
+
+/// The font for asking.
+pub fn face(bold: bool) -> Face<'static> {
+    Face::parse(font_file(bold), 0).expect("the font that comes with the program is sound")
 }
 
 fn glyph(face: &Face, letter: char) -> GlyphId {

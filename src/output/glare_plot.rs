@@ -4,6 +4,7 @@ use super::axes::TYPE;
 use super::color::{AMBER, BLACK, GREY, Ink, perceptual};
 use super::picture::{PagePoint, Pen, Picture, Words};
 use super::plan::{Plan, middle_m};
+use super::texts::say;
 use crate::scene::Scene;
 use crate::solver::GlareRating;
 
@@ -32,7 +33,7 @@ const LEGEND: f64 = 34.0;
 pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
     let set = &scene.receivers[rating.set];
     let observer = &set.observers[rating.observer];
-    let (plan, mut picture) = Plan::begin(scene, format!("What every luminaire adds to the glare of {}", set.name));
+    let (plan, mut picture) = Plan::begin(scene, say!("What every luminaire adds to the glare of {}", set.name));
     for (luminaire, _) in &rating.outside {
         let [x, y] = plan.spot(middle_m(scene, &scene.luminaires[*luminaire].emission));
         for (i, j) in [(CROSS, CROSS), (CROSS, -CROSS)] {
@@ -57,7 +58,7 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
 /// The scene from above with the observers of a grid: a wedge for each along the line of sight, the darker the worse.
 pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Option<Picture> {
     let set = &scene.receivers[ratings.first()?.set];
-    let (plan, mut picture) = Plan::begin(scene, format!("Glare ratings of {}", set.name));
+    let (plan, mut picture) = Plan::begin(scene, say!("Glare ratings of {}", set.name));
     let seen = |rating: &GlareRating| &set.observers[rating.observer];
     let spots: Vec<PagePoint> = ratings.iter().map(|rating| plan.spot(seen(rating).eye_m)).collect();
     let length = wedge_length(&spots);
@@ -74,8 +75,8 @@ pub(super) fn glare_grid_picture(scene: &Scene, ratings: &[GlareRating]) -> Opti
     for (class, place) in CLASS_INKS.iter().enumerate() {
         let name = match class {
             0 => format!("UGR < {}", CLASSES[0]),
-            4 => format!("{} or more", CLASSES[3]),
-            _ => format!("{} to {}", CLASSES[class - 1], CLASSES[class]),
+            4 => say!("{} or more", CLASSES[3]),
+            _ => say!("{} to {}", CLASSES[class - 1], CLASSES[class]),
         };
         let square = vec![
             [left, bottom - 10.0],

@@ -6,6 +6,7 @@ use super::axes::{Frame, Scale, TYPE};
 use super::color::{BLACK, BLUE, Ink, SOFT, perceptual};
 use super::numbers::{lux, percent, tick};
 use super::picture::{Pen, Picture, TextAnchor, Words};
+use super::texts::say;
 use crate::maps::MapResult;
 use crate::scene::{ReceiverLayout, ReceiverSet};
 
@@ -40,12 +41,13 @@ pub(super) fn luminance_picture(set: &ReceiverSet, map: &MapResult, note: &str) 
 }
 
 fn head(picture: &mut Picture, set: &ReceiverSet, map: &MapResult, what: &str) {
-    picture.words(Words::new(format!("Luminance: {}", set.name), [LEFT, 24.0], 17.0).bold());
+    picture.words(Words::new(say!("Luminance: {}", set.name), [LEFT, 24.0], 17.0).bold());
     let values = &map.values.illuminance_lx;
     let brightest = values.iter().fold(0.0, |most: f64, value| most.max(*value));
     let mean = map.tables.first().map_or(0.0, |row| row.average_lx.value);
-    let line = format!(
-        "{what}; mean {} cd/m², brightest {} cd/m²; stated error {}",
+    let line = say!(
+        "{}; mean {} cd/m², brightest {} cd/m²; stated error {}",
+        what,
         lux(mean),
         lux(brightest),
         percent(map.error.estimated)
@@ -66,8 +68,8 @@ fn view_picture(
     let (width, height) = (size[0] * scale, size[1] * scale);
     let page_width = (LEFT + width + RIGHT).max(560.0);
     let page_height = TOP + height.max(120.0) + BOTTOM;
-    let mut picture = Picture::new(page_width, page_height, format!("Luminance picture {}", set.name));
-    let what = format!("{columns} × {rows} directions, {}° × {}°", tick(field_deg[0]), tick(field_deg[1]));
+    let mut picture = Picture::new(page_width, page_height, say!("Luminance picture {}", set.name));
+    let what = say!("{} × {} directions, {}° × {}°", columns, rows, tick(field_deg[0]), tick(field_deg[1]));
     head(&mut picture, set, map, &what);
     let scale = log_scale(&map.values.illuminance_lx);
     let mut by_ink: BTreeMap<usize, Vec<Vec<[f64; 2]>>> = BTreeMap::new();
@@ -129,9 +131,8 @@ fn draw_legend(picture: &mut Picture, [left, top]: [f64; 2], height: f64, scale:
 fn fan_picture(set: &ReceiverSet, map: &MapResult, [from_deg, to_deg]: [f64; 2], note: &str) -> Picture {
     const WIDTH: f64 = 720.0;
     const HEIGHT: f64 = 380.0;
-    let mut picture =
-        Picture::new(LEFT + 50.0 + WIDTH + 30.0, TOP + HEIGHT + 84.0, format!("Luminance fan {}", set.name));
-    head(&mut picture, set, map, &format!("{} directions", set.points.len()));
+    let mut picture = Picture::new(LEFT + 50.0 + WIDTH + 30.0, TOP + HEIGHT + 84.0, say!("Luminance fan {}", set.name));
+    head(&mut picture, set, map, &say!("{} directions", set.points.len()));
     let (values, errors) = (&map.values.illuminance_lx, &map.values.standard_error_lx);
     let (low, high) = values
         .iter()
@@ -150,7 +151,7 @@ fn fan_picture(set: &ReceiverSet, map: &MapResult, [from_deg, to_deg]: [f64; 2],
         x: Scale::linear(from_deg.min(to_deg), from_deg.max(to_deg)),
         y,
     };
-    frame.draw_plain(&mut picture, ["angle / °", "luminance / cd/m²"]);
+    frame.draw_plain(&mut picture, [say!("angle / °"), say!("luminance / cd/m²")]);
     let angle = |index: usize| from_deg + (to_deg - from_deg) * index as f64 / (values.len() - 1) as f64;
     let bottom = |value: f64| value.max(frame.y.low);
     for (index, (value, error)) in values.iter().zip(errors).enumerate() {
@@ -161,7 +162,7 @@ fn fan_picture(set: &ReceiverSet, map: &MapResult, [from_deg, to_deg]: [f64; 2],
     picture.line(line, Pen::new(BLUE, 1.6));
     let note_spot = [LEFT, TOP + HEIGHT + 68.0];
     picture.words(
-        Words::new(format!("Bars: one standard error. {note}"), note_spot, TYPE).ink(SOFT).anchored(TextAnchor::Start),
+        Words::new(say!("Bars: one standard error. {}", note), note_spot, TYPE).ink(SOFT).anchored(TextAnchor::Start),
     );
     picture
 }

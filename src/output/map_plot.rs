@@ -9,6 +9,7 @@ use super::flat::FlatMap;
 use super::font::text_width;
 use super::numbers::{UNKNOWN, lux, lux_with_error, percent, round_step, round_ticks, tick, uniformity_with_error};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
+use super::texts::{said, say};
 use crate::maps::{Estimate, TableRow};
 
 /// Largest width and height of the drawing itself.
@@ -78,7 +79,7 @@ impl Layout {
         let page_width = (room.left + width + room.right).max(least_width);
         let left = room.left + 0.5 * (page_width - room.left - width - room.right);
         let layout = Layout { low_m, scale, left, top: room.top, width, height };
-        let description = format!("Illuminance map of {}", map.row.name);
+        let description = say!("Illuminance map of {}", map.row.name);
         (layout, Picture::new(page_width, room.top + height + room.bottom, description))
     }
 
@@ -108,9 +109,9 @@ impl Layout {
 /// points of a grid (bilinear), or between the corners of a surface's elements.
 pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = Layout::of(map);
-    head(&mut picture, map, map.quantity, "");
+    head(&mut picture, map, said(map.quantity), "");
     numbers_of(&mut picture, map.row);
-    let remark = draw_map(&mut picture, map, &layout, (isolux_of(map), "isolux lines"), unit_of(map));
+    let remark = draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_of(map));
     foot(&mut picture, map, &format!("{remark}{note}"));
     picture
 }
@@ -118,7 +119,7 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
 /// Colours, isolux lines, axes and legend alone, so small that two pictures stand side by side.
 pub fn small_map(map: &FlatMap) -> Picture {
     let (layout, mut picture) = Layout::within(map, SMALLEST, &SMALL_ROOM, 0.0);
-    draw_map(&mut picture, map, &layout, (isolux_of(map), "isolux lines"), unit_of(map));
+    draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_of(map));
     picture
 }
 
@@ -130,8 +131,8 @@ fn isolux_of(map: &FlatMap) -> Vec<f64> {
 /// Unit of a map's values, as its legend tells it.
 fn unit_of(map: &FlatMap) -> &'static str {
     match map.quantity {
-        "Cylindrical illuminance" => "lx, cylindrical",
-        "Semi-cylindrical illuminance" => "lx, semi-cylindrical",
+        "Cylindrical illuminance" => say!("lx, cylindrical"),
+        "Semi-cylindrical illuminance" => say!("lx, semi-cylindrical"),
         _ => "lx",
     }
 }
@@ -154,8 +155,8 @@ pub(super) fn draw_map(
     draw_axes(picture, map, layout);
     colors.draw_legend(picture, layout, &drawn, unit);
     match (is_too_noisy, is_even) {
-        (true, _) => format!("No {lines}: with this error they would show noise. "),
-        (false, true) => format!("No {lines}: the values differ by little more than their error. "),
+        (true, _) => say!("No {}: with this error they would show noise. ", lines),
+        (false, true) => say!("No {}: the values differ by little more than their error. ", lines),
         (false, false) => String::new(),
     }
 }
@@ -174,12 +175,12 @@ pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
     colors.draw_legend(&mut picture, &layout, &[], "lx");
     let thinning = match draw_values(&mut picture, map, &layout) {
         [1, 1] => String::new(),
-        [across, 1] => format!("; every {} column shown", ordinal(across)),
-        [1, up] => format!("; every {} row shown", ordinal(up)),
-        [across, up] => format!("; every {} column and {} row shown", ordinal(across), ordinal(up)),
+        [across, 1] => say!("; every {} column shown", ordinal(across)),
+        [1, up] => say!("; every {} row shown", ordinal(up)),
+        [across, up] => say!("; every {} column and {} row shown", ordinal(across), ordinal(up)),
     };
-    let title = format!("{}, values in lx", map.quantity);
-    head(&mut picture, map, &title, &format!("{thinning}; minimum and maximum framed"));
+    let title = say!("{}, values in lx", said(map.quantity));
+    head(&mut picture, map, &title, &say!("{}; minimum and maximum framed", thinning));
     numbers_of(&mut picture, map.row);
     foot(&mut picture, map, note);
     picture
@@ -187,9 +188,9 @@ pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
 
 fn ordinal(count: u32) -> String {
     match count {
-        2 => "2nd".to_owned(),
-        3 => "3rd".to_owned(),
-        n => format!("{n}th"),
+        2 => say!("2nd").to_owned(),
+        3 => say!("3rd").to_owned(),
+        n => say!("{}th", n),
     }
 }
 
@@ -199,7 +200,7 @@ pub(super) fn plus_minus(number: &str, error: &str) -> String {
 
 pub(super) fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark: &str) {
     let row = map.row;
-    let side = if row.side == "back" { ", back" } else { "" };
+    let side = if row.side == "back" { say!(", back") } else { "" };
     picture.words(Words::new(format!("{quantity}: {}{side}", row.name), [ROOM.left, 24.0], 17.0).bold());
     let view = format!("{}; {}{remark}", map.plane.view, map.count);
     picture.words(Words::new(capital(&view), [ROOM.left, 43.0], TYPE).ink(SOFT));
@@ -226,7 +227,7 @@ fn numbers_of(picture: &mut Picture, row: &TableRow) {
 }
 
 pub(super) fn foot(picture: &mut Picture, map: &FlatMap, note: &str) {
-    let error = format!(
+    let error = say!(
         "Stated error of this map {} (relative RMS of its values); ± is one standard error.",
         percent(map.estimated_error)
     );
@@ -558,7 +559,7 @@ impl ColorScale {
             picture.words(Words::new(tick(rounded(number)), [left + width + 8.0, at + 4.0], TYPE));
         }
         let title = match unit.split(',').next() {
-            Some(unit) if self.is_cut => format!("{unit} (top: and more)"),
+            Some(unit) if self.is_cut => say!("{} (top: and more)", unit),
             _ => unit.to_owned(),
         };
         let anchor = if title.len() <= 2 { TextAnchor::Start } else { TextAnchor::Middle };

@@ -1,22 +1,23 @@
 //! Numbers as a lighting report prints them: as many digits as they are worth to a reader.
 
+use super::texts::{decimal, say};
 use crate::maps::{Estimate, TableRow};
 
 /// An illuminance for reading: no decimals from 10 lx on, below that two digits.
 pub fn lux(illuminance_lx: f64) -> String {
-    grouped(&rounded(illuminance_lx, 2))
+    decimal(grouped(&rounded(illuminance_lx, 2)))
 }
 
 /// An amount such as a flux, an area or a power: three digits, all digits before the point.
 pub fn amount(number: f64) -> String {
-    grouped(&rounded(number, 3))
+    decimal(grouped(&rounded(number, 3)))
 }
 
 /// A standard error: one digit, two where the first is 1.
 pub fn uncertainty(number: f64) -> String {
     let two = rounded(number, 2);
     let leading = two.chars().find(|letter| ('1'..='9').contains(letter));
-    grouped(&if leading == Some('1') { two } else { rounded(number, 1) })
+    decimal(grouped(&if leading == Some('1') { two } else { rounded(number, 1) }))
 }
 
 /// What stands for a number that is not known.
@@ -26,7 +27,7 @@ pub const UNKNOWN: &str = "–";
 pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -> String {
     match estimate.is_known() {
         true => join(&lux(estimate.value), &uncertainty(estimate.standard_error)),
-        false => format!("< {}", rounded(estimate.upper_bound(), 2)),
+        false => decimal(format!("< {}", rounded(estimate.upper_bound(), 2))),
     }
 }
 
@@ -40,7 +41,7 @@ pub fn uniformity_with_error(row: &TableRow, uniformity: Estimate, join: impl Fn
 
 /// The standard error of a ratio: two decimals.
 pub fn ratio_uncertainty(number: f64) -> String {
-    if number > 0.0 && number < 0.005 { "0.01".to_owned() } else { ratio(number) }
+    if number > 0.0 && number < 0.005 { decimal("0.01") } else { ratio(number) }
 }
 
 /// A large count: `150 k`, `2 M`.
@@ -55,21 +56,21 @@ pub fn count_tick(number: f64) -> String {
 
 /// A ratio such as U0: two decimals.
 pub fn ratio(number: f64) -> String {
-    format!("{number:.2}")
+    decimal(format!("{number:.2}"))
 }
 
 /// A fraction as percent with two digits: `1.9 %`.
 pub fn percent(fraction: f64) -> String {
     if !fraction.is_finite() {
-        return "unknown".to_owned();
+        return say!("unknown").to_owned();
     }
-    format!("{}\u{a0}%", rounded(100.0 * fraction, 2))
+    decimal(format!("{}\u{a0}%", rounded(100.0 * fraction, 2)))
 }
 
 /// A time for reading: `0.52 s`, `48 s`, `3 min 20 s`.
 pub fn duration(seconds: f64) -> String {
     match seconds.max(0.0) {
-        s if s < 99.5 => format!("{} s", rounded(s, 2)),
+        s if s < 99.5 => decimal(format!("{} s", rounded(s, 2))),
         s if s < 3600.0 => format!("{} min {} s", (s / 60.0).floor(), (s % 60.0).floor()),
         s => format!("{} h {} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
     }
@@ -87,7 +88,7 @@ pub fn tick(number: f64) -> String {
         let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
         if digits == "1" { format!("10{}", superscript(power)) } else { format!("{digits}·10{}", superscript(power)) }
     };
-    text.replace('-', "−")
+    decimal(text.replace('-', "−"))
 }
 
 /// A number with so many significant digits as a plain decimal, and never fewer digits than those before the point.

@@ -9,6 +9,7 @@ use super::axes::{Frame, Scale, TYPE};
 use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::schedule::Schedule;
+use super::texts::say;
 use crate::scene::{Emission, ReceiverLayout, ReceiverSet, Scene};
 
 /// Largest width and height of the drawing itself.
@@ -33,7 +34,7 @@ const EDGES: Ink = [120, 120, 120];
 
 /// The scene from above: x to the right, y up, in metres.
 pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
-    let (plan, mut picture) = Plan::begin(scene, "Plan of the scene from above");
+    let (plan, mut picture) = Plan::begin(scene, say!("Plan of the scene from above"));
     plan.draw_luminaires(&mut picture, schedule);
     plan.draw_receivers(&mut picture);
     picture
@@ -41,7 +42,7 @@ pub fn plan_picture(scene: &Scene, schedule: &Schedule) -> Picture {
 
 /// The same so small that two pictures stand side by side.
 pub fn small_plan(scene: &Scene, schedule: &Schedule) -> Picture {
-    let (plan, mut picture) = Plan::within(scene, "Plan of the scene from above", SMALL);
+    let (plan, mut picture) = Plan::within(scene, say!("Plan of the scene from above"), SMALL);
     plan.draw_luminaires(&mut picture, schedule);
     plan.draw_receivers(&mut picture);
     picture

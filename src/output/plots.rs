@@ -17,6 +17,7 @@ use super::picture::Picture;
 use super::plan::plan_picture;
 use super::polar_plot::{INITIAL, LEAVING, polar_picture};
 use super::schedule::Schedule;
+use super::texts::say;
 use super::{ResultFile, file_name_part, raster};
 use crate::maps::MapKind;
 use crate::scene::photometry::IntensityWeb;
@@ -128,7 +129,8 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
     // A map that lies under its own error, or nearly so, is no picture of anything.
     let is_shown = |flat: &FlatMap| flat.row.average_lx.is_known() && flat.estimated_error <= MOST_ERROR_SHOWN;
     let is_bound = solution.maps.iter().any(|map| map.kind == MapKind::Elements && map.bound);
-    let unbound = if is_bound || solution.target_error.is_none() { "" } else { "The target does not bind this map. " };
+    let unbound =
+        if is_bound || solution.target_error.is_none() { "" } else { say!("The target does not bind this map. ") };
     let surface_note = format!("{unbound}{note}");
     for flat in flat_surfaces(scene, solution).into_iter().filter(is_shown) {
         let back = if flat.row.side == "back" { "-back" } else { "" };
@@ -215,19 +217,19 @@ pub fn maintenance_note(scene: &Scene) -> String {
     };
     let (low, high) = span(&|index| scene.luminaires[index].maintenance_factor);
     let maintenance = if low == 1.0 {
-        "Values of a new installation: maintenance factor 1.00".to_owned()
+        say!("Values of a new installation: maintenance factor 1.00").to_owned()
     } else if low == high {
-        format!("Maintained values: maintenance factor {}", ratio(low))
+        say!("Maintained values: maintenance factor {}", ratio(low))
     } else {
-        format!("Maintained values: maintenance factors from {} to {}", ratio(low), ratio(high))
+        say!("Maintained values: maintenance factors from {} to {}", ratio(low), ratio(high))
     };
     let (low, high) = span(&|index| scene.luminaires[index].dimming);
     let dimming = if low == 1.0 {
-        "undimmed".to_owned()
+        say!("undimmed").to_owned()
     } else if low == high {
-        format!("dimmed to {}", percent(low))
+        say!("dimmed to {}", percent(low))
     } else {
-        format!("dimmed to between {} and {}", percent(low), percent(high))
+        say!("dimmed to between {} and {}", percent(low), percent(high))
     };
     format!("{maintenance}, {dimming}.")
 }

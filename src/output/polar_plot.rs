@@ -4,6 +4,7 @@ use super::axes::TYPE;
 use super::color::{BLACK, BLUE, FAINT, SOFT, VERMILION};
 use super::numbers::{amount, round_step, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
+use super::texts::{said, say, words};
 use crate::scene::photometry::IntensityWeb;
 
 const WIDTH: f64 = 560.0;
@@ -15,20 +16,24 @@ const MOST_RINGS: usize = 5;
 const STEP_DEG: f64 = 0.5;
 
 /// Of a photometric file.
-pub const INITIAL: &str = "initial values, undimmed";
+pub const INITIAL: &str = words!("initial values, undimmed");
 /// Of what leaves a scene.
-pub const LEAVING: &str = "all that leaves the scene, maintained values";
+pub const LEAVING: &str = words!("all that leaves the scene, maintained values");
 
 /// Intensity in the planes C0–C180 and C90–C270, γ = 0 downward, as the distribution gives it, with a word on what values these are.
-pub fn polar_picture(name: &str, web: &IntensityWeb, values: &str) -> Picture {
-    let mut picture = Picture::new(WIDTH, 590.0, format!("Luminous intensity of {name}"));
-    picture.words(Words::new(format!("Luminous intensity: {name}"), [24.0, 26.0], 17.0).bold());
+pub fn polar_picture(name: &str, web: &IntensityWeb, values: &'static str) -> Picture {
+    let mut picture = Picture::new(WIDTH, 590.0, say!("Luminous intensity of {}", name));
+    picture.words(Words::new(say!("Luminous intensity: {}", name), [24.0, 26.0], 17.0).bold());
     let flux_lm = web.luminous_flux_lm();
-    let facts =
-        format!("Φ = {} lm, greatest intensity {} cd; {values}", amount(flux_lm), amount(web.maximum_intensity_cd()));
+    let facts = say!(
+        "Φ = {} lm, greatest intensity {} cd; {}",
+        amount(flux_lm),
+        amount(web.maximum_intensity_cd()),
+        said(values)
+    );
     picture.words(Words::new(facts, [24.0, 46.0], 13.0).ink(SOFT));
     if flux_lm > 0.0 {
-        let per_klm = format!("For cd per 1000 lm of the luminaire, divide by {}.", tick_short(flux_lm / 1000.0));
+        let per_klm = say!("For cd per 1000 lm of the luminaire, divide by {}.", tick_short(flux_lm / 1000.0));
         picture.words(Words::new(per_klm, [24.0, 576.0], TYPE).ink(SOFT));
     }
 

@@ -9,11 +9,13 @@ use std::collections::HashMap;
 use super::daylight::daylight_table;
 use super::html::{HtmlTable, figure, terms, with_error};
 use super::numbers::{UNKNOWN, lux_with_error, percent, ratio, uniformity_with_error};
+use super::pdf::{About, pdf};
 use super::picture::escaped;
 use super::plots::{Plot, PlotKind, maintenance_note};
 use super::report_observers::observer_tables;
 use super::report_words::explanations;
 use super::schedule::Schedule;
+use super::texts::{Language, in_language, said, say};
 use super::view::view_section;
 use super::{ResultFile, date::utc_date};
 use crate::check::{InspectedSurface, inspect_surfaces};
@@ -46,12 +48,28 @@ pub struct ReportContext {
     pub wall_s: f64,
     /// Worker threads.
     pub threads: usize,
+    /// Language of the page; plots are in the one that they were [drawn in](in_language).
+    pub language: Language,
 }
 
 /// The report of a run: what is lit how, by what, how exact that is, and how to compute it again.
 pub fn report_file(scene: &Scene, solution: &Solution, plots: &[Plot], context: &ReportContext) -> ResultFile {
     let report = Report { scene, solution, plots, context, schedule: Schedule::of(scene) };
-    ResultFile { name: "report.html".to_owned(), bytes: report.page().into_bytes() }
+    let page = in_language(context.language, || report.page());
+    ResultFile { name: "report.html".to_owned(), bytes: page.into_bytes() }
+}
+
+/// The same as a PDF on A4 pages.
+pub fn report_pdf_file(scene: &Scene, solution: &Solution, plots: &[Plot], context: &ReportContext) -> ResultFile {
+    let report = Report { scene, solution, plots, context, schedule: Schedule::of(scene) };
+    let about = About {
+        title: report.title(),
+        author: &scene.project.author,
+        language: context.language.code(),
+        unix_time_s: context.unix_time_s,
+    };
+    let bytes = in_language(context.language, || pdf(&report.body(""), &about));
+    ResultFile { name: "report.pdf".to_owned(), bytes }
 }
 
 struct Report<'a> {
@@ -63,26 +81,33 @@ struct Report<'a> {
 }
 
 impl Report<'_> {
+    /// The page for browsers.
     fn page(&self) -> String {
+        let view = || if self.plots.is_empty() { String::new() } else { view_section(self.scene, self.solution) };
+        format!("{}<body>\n{}</body>\n</html>\n", self.head(), self.body(&view()))
+    }
+
+    /// What stands on it, with what only a browser shows.
+    fn body(&self, view: &str) -> String {
         let mut page = self.first_page();
         page += &self.luminaires();
         page += &self.warnings();
         page += &self.results();
-        if !self.plots.is_empty() {
-            page += &view_section(self.scene, self.solution);
-        }
+        page += view;
         page += &self.map_figures();
         page += &self.surfaces();
         page += &self.method();
         page += &self.evidence();
         page += &format!(
-            "<div class=\"together\">\n<h2>What the words mean</h2>\n{}</div>\n",
+            "<div class=\"together\">\n<h2>{}</h2>\n{}</div>\n",
+            say!("What the words mean"),
             terms("words", &explanations())
         );
         page += &format!(
-            "<footer>luxmc {}; {}. All lengths in metres.</footer>\n</body>\n</html>\n",
+            "<footer>luxmc {}; {}. {}</footer>\n",
             env!("CARGO_PKG_VERSION"),
-            utc_date(self.context.unix_time_s)
+            utc_date(self.context.unix_time_s),
+            say!("All lengths in metres.")
         );
         page
     }
@@ -93,11 +118,11 @@ impl Report<'_> {
 
     fn warnings(&self) -> String {
         let warnings = self.scene.warnings.iter().chain(&self.solution.warnings);
-        let items: String = warnings.map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
+        let items: String = warnings.map(|line| format!("<li lang=\"en\">{}</li>\n", escaped(line))).collect();
         if items.is_empty() {
             return items;
         }
-        format!("<div class=\"warning\">\n<p><b>Please note</b></p>\n<ul>\n{items}</ul>\n</div>\n")
+        format!("<div class=\"warning\">\n<p><b>{}</b></p>\n<ul>\n{items}</ul>\n</div>\n", say!("Please note"))
     }
 
     fn results(&self) -> String {
@@ -111,14 +136,18 @@ impl Report<'_> {
         for row in rows {
             let kind = match quantities.get(row.name.as_str()).copied() {
                 None | Some(Quantity::Perpendicular) => String::new(),
-                Some(quantity) => format!(" ({})", quantity.name()),
+                Some(quantity) => format!(" ({})", said(quantity.name())),
             };
             table.row(result_cells(row, format!("{}{kind}", escaped(&row.name))));
         }
         format!(
-            "<h2>Results</h2>\n{}<p class=\"soft small\">Behind each ± stands one standard error: the exact value lies within \
-             it in two cases of three, within twice of it in nineteen of twenty. {}</p>\n",
+            "<h2>{}</h2>\n{}<p class=\"soft small\">{} {}</p>\n",
+            say!("Results"),
             table.markup(),
+            say!(
+                "Behind each ± stands one standard error: the exact value lies within it in two cases of three, within twice of it in \
+                 nineteen of twenty."
+            ),
             escaped(&maintenance_note(self.scene))
         ) + &self.observers()
     }
@@ -134,23 +163,29 @@ impl Report<'_> {
             match plot.kind {
                 PlotKind::Grid => {
                     page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
-                    page +=
-                        &figure(&plot.picture, "Colours show every point's own value; lines join equal illuminance.");
+                    page += &figure(
+                        &plot.picture,
+                        say!("Colours show every point's own value; lines join equal illuminance."),
+                    );
                 }
                 PlotKind::Luminance => {
                     page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
-                    page += &figure(&plot.picture, "What an eye sees there, in cd/m² on a logarithmic scale.");
+                    page += &figure(&plot.picture, say!("What an eye sees there, in cd/m² on a logarithmic scale."));
                 }
                 PlotKind::Intensity => {
                     page += &format!("<h2 class=\"page\">{}</h2>\n", escaped(&plot.subject));
                     page += &figure(
                         &plot.picture,
-                        "Luminous intensity of all light that leaves the scene, as seen from afar; the IES and LDT files beside this page hold the same.",
+                        say!(
+                            "Luminous intensity of all light that leaves the scene, as seen from afar; the IES and LDT files beside this page hold the same."
+                        ),
                     );
                 }
                 PlotKind::Values => page += &figure(&plot.picture, ""),
                 PlotKind::Daylight => {
-                    let words = "Illuminance over that of an open horizontal plane under the same sky; lines at 0.5, 1, 2, 3, 5 and 10 %.";
+                    let words = say!(
+                        "Illuminance over that of an open horizontal plane under the same sky; lines at 0.5, 1, 2, 3, 5 and 10 %."
+                    );
                     page += &figure(&plot.picture, words);
                 }
                 _ => {}
@@ -178,14 +213,18 @@ impl Report<'_> {
             }
             listed
         });
-        let mut head =
-            vec![("Surface", true), ("Material", true), ("Reflec-<br>tance", false), ("Area<small>m²</small>", false)];
+        let mut head = vec![
+            (say!("Surface"), true),
+            (say!("Material"), true),
+            (say!("Reflec-<br>tance"), false),
+            (say!("Area<small>m²</small>"), false),
+        ];
         let light = [
             ("Ē<small>lx</small>", false),
             ("E<sub>min</sub><small>lx</small>", false),
             ("E<sub>max</sub><small>lx</small>", false),
             ("U<sub>0</sub>", false),
-            ("Stated<br>error", false),
+            (say!("Stated<br>error"), false),
         ];
         if !rows.is_empty() {
             head.extend(light);
@@ -193,7 +232,7 @@ impl Report<'_> {
         let mut table = HtmlTable::new("", &head);
         for surface in surfaces.iter().filter(|surface| is_listed(surface)) {
             let facts = |side: &str| {
-                let back = if side == "back" { ", back" } else { "" };
+                let back = if side == "back" { say!(", back") } else { "" };
                 vec![
                     format!("{}{back}", escaped(&surface.name)),
                     escaped(&surface.material),
@@ -224,10 +263,11 @@ impl Report<'_> {
         let rest = match hidden {
             0 => String::new(),
             n => format!(
-                "<p class=\"soft small\">Not listed: {n} that are small, of luminaires or kept out of reports.</p>\n"
+                "<p class=\"soft small\">{}</p>\n",
+                say!("Not listed: {} that are small, of luminaires or kept out of reports.", n)
             ),
         };
-        let mut page = format!("<h2 class=\"page\">Surfaces</h2>\n{}{rest}", table.markup());
+        let mut page = format!("<h2 class=\"page\">{}</h2>\n{}{rest}", say!("Surfaces"), table.markup());
 
         let mut shown: Vec<&Plot> = self
             .plots
@@ -251,13 +291,13 @@ fn result_table() -> HtmlTable {
     HtmlTable::new(
         "",
         &[
-            ("Where", true),
-            ("Average Ē<small>lx</small>", false),
-            ("Minimum E<sub>min</sub><small>lx</small>", false),
-            ("Maximum E<sub>max</sub><small>lx</small>", false),
+            (say!("Where"), true),
+            (say!("Average Ē<small>lx</small>"), false),
+            (say!("Minimum E<sub>min</sub><small>lx</small>"), false),
+            (say!("Maximum E<sub>max</sub><small>lx</small>"), false),
             ("U<sub>0</sub><small>E<sub>min</sub>/Ē</small>", false),
             ("U<sub>d</sub><small>E<sub>min</sub>/E<sub>max</sub></small>", false),
-            ("Stated<br>error", false),
+            (say!("Stated<br>error"), false),
         ],
     )
 }

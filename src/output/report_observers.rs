@@ -7,6 +7,7 @@ use super::html::{HtmlTable, figure, with_error};
 use super::leaving_light::leaving_light;
 use super::numbers::{amount, lux, percent, uncertainty};
 use super::picture::escaped;
+use super::texts::{decimal, said, say, separator};
 use crate::base::glare::rating_text;
 use crate::base::position_index::{Outside, POSITION_INDEX};
 use crate::maps::TableKind;
@@ -28,11 +29,11 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
         let mut table = HtmlTable::new(
             "",
             &[
-                ("Observer", true),
-                ("Mean<small>cd/m²</small>", false),
-                ("Darkest<small>cd/m²</small>", false),
-                ("Brightest<small>cd/m²</small>", false),
-                ("Error", false),
+                (say!("Observer"), true),
+                (say!("Mean<small>cd/m²</small>"), false),
+                (say!("Darkest<small>cd/m²</small>"), false),
+                (say!("Brightest<small>cd/m²</small>"), false),
+                (say!("Error"), false),
             ],
         );
         for row in rows() {
@@ -44,7 +45,7 @@ pub(super) fn observer_tables(scene: &Scene, solution: &Solution) -> String {
                 percent(row.estimated_error),
             ]);
         }
-        page += &format!("<h2>Luminance</h2>\n{}", table.markup());
+        page += &format!("<h2>{}</h2>\n{}", say!("Luminance"), table.markup());
     }
     page += &intensity_section(scene, solution);
     if !solution.glare.is_empty() {
@@ -62,12 +63,12 @@ fn intensity_section(scene: &Scene, solution: &Solution) -> String {
     let mut table = HtmlTable::new(
         "",
         &[
-            ("Distribution", true),
-            ("Flux that leaves<small>lm</small>", false),
-            ("of the luminaires’", false),
-            ("Greatest intensity<small>cd</small>", false),
-            ("at C, γ", false),
-            ("Error", false),
+            (say!("Distribution"), true),
+            (say!("Flux that leaves<small>lm</small>"), false),
+            (say!("of the luminaires’"), false),
+            (say!("Greatest intensity<small>cd</small>"), false),
+            (say!("at C, γ"), false),
+            (say!("Error"), false),
         ],
     );
     for light in &all {
@@ -81,19 +82,19 @@ fn intensity_section(scene: &Scene, solution: &Solution) -> String {
             percent(light.map.error.estimated),
         ]);
     }
-    format!("<h2>Luminous intensity</h2>\n{}", table.markup())
+    format!("<h2>{}</h2>\n{}", say!("Luminous intensity"), table.markup())
 }
 
 fn glare_section(scene: &Scene, solution: &Solution) -> String {
     let mut table = HtmlTable::new(
         "",
         &[
-            ("Observer", true),
+            (say!("Observer"), true),
             ("UGR", false),
-            ("Background luminance<small>cd/m²</small>", false),
-            ("taken", true),
-            ("Luminaires<br>that count", false),
-            ("in sight, but<br>not in the table", false),
+            (say!("Background luminance<small>cd/m²</small>"), false),
+            (say!("taken"), true),
+            (say!("Luminaires<br>that count"), false),
+            (say!("in sight, but<br>not in the table"), false),
         ],
     );
     let worst = worst_of_sets(&solution.glare);
@@ -101,13 +102,13 @@ fn glare_section(scene: &Scene, solution: &Solution) -> String {
         let background = rating.background_cd_m2;
         let set = &scene.receivers[rating.set];
         let taken = match set.quantity {
-            Quantity::Glare(Background::Tabular) => "on the walls, mean",
-            _ => "at the eye",
+            Quantity::Glare(Background::Tabular) => say!("on the walls, mean"),
+            _ => say!("at the eye"),
         };
         let ugr = match rating.ugr {
             _ if rating.is_low() => escaped(&rating_text(None)),
             None => "–".to_owned(),
-            Some(ugr) => with_error(&format!("{:.1}", ugr.value), &uncertainty(ugr.standard_error)),
+            Some(ugr) => with_error(&decimal(format!("{:.1}", ugr.value)), &uncertainty(ugr.standard_error)),
         };
         table.row(vec![
             escaped(&set.name) + &place_of_worst(scene, rating, *observers),
@@ -119,18 +120,23 @@ fn glare_section(scene: &Scene, solution: &Solution) -> String {
         ]);
     }
     let mut section = format!(
-        "<h2>Glare</h2>\n{}<p class=\"soft small\">Unified glare rating after CIE 117; position index: {}. Its error is \
-         that of the background luminance and of partly hidden luminaires.</p>\n",
+        "<h2>{}</h2>\n{}<p class=\"soft small\">{}</p>\n",
+        say!("Glare"),
         table.markup(),
-        escaped(POSITION_INDEX)
+        say!(
+            "Unified glare rating after CIE 117; position index: {}. Its error is that of the background luminance and of partly hidden \
+             luminaires.",
+            escaped(said(POSITION_INDEX))
+        )
     );
     for (number, (rating, observers)) in worst.iter().enumerate() {
         if number < MOST_PICTURES && *observers > 1 {
             let of_set: Vec<GlareRating> =
                 solution.glare.iter().filter(|other| other.set == rating.set).cloned().collect();
-            let words = format!(
-                "{}: {observers} observers, each a wedge along the line of sight; the darker, the more glare.",
-                scene.receivers[rating.set].name
+            let words = say!(
+                "{}: {} observers, each a wedge along the line of sight; the darker, the more glare.",
+                scene.receivers[rating.set].name,
+                observers
             );
             section += &glare_grid_picture(scene, &of_set).map_or(String::new(), |picture| figure(&picture, &words));
         }
@@ -157,8 +163,9 @@ fn glare_figure(scene: &Scene, rating: &GlareRating) -> String {
         1 => set.name.clone(),
         _ => format!("{}, {}", set.name, observer_words(&set.observers[rating.observer])),
     };
-    let caption = format!(
-        "{who}: every luminaire's share of the glare, as a disk of its size ({}). Crosses: in sight, but without a position index.",
+    let caption = say!(
+        "{}: every luminaire's share of the glare, as a disk of its size ({}). Crosses: in sight, but without a position index.",
+        who,
         strongest.join(", ")
     );
     figure(&glare_picture(scene, rating), &caption)
@@ -174,17 +181,18 @@ fn outside_words(scene: &Scene, rating: &GlareRating) -> String {
         let names: Vec<&str> = members.map(|(index, _)| scene.luminaires[*index].name.as_str()).collect();
         let rest = match names.len().saturating_sub(MOST_OUTSIDE) {
             0 => String::new(),
-            more => format!(" and {more} more, see summary.json"),
+            more => say!(" and {} more, see summary.json", more),
         };
         let listed = names[..names.len().min(MOST_OUTSIDE)].join(", ");
-        format!("<li>{}: {}</li>\n", escaped(reason.says()), escaped(&(listed + &rest)))
+        format!("<li>{}: {}</li>\n", escaped(said(reason.says())), escaped(&(listed + &rest)))
     });
     let items: String = items.collect();
     if items.is_empty() {
         return items;
     }
     let name = escaped(&scene.receivers[rating.set].name);
-    format!("<p class=\"small\">{name}: in sight, but not counted:</p>\n<ul class=\"small\">\n{items}</ul>\n")
+    let words = say!("{}: in sight, but not counted:", name);
+    format!("<p class=\"small\">{words}</p>\n<ul class=\"small\">\n{items}</ul>\n")
 }
 
 /// Where the worst of several observers sits and looks, as markup.
@@ -193,13 +201,16 @@ fn place_of_worst(scene: &Scene, rating: &GlareRating, observers: usize) -> Stri
     if all.len() < 2 {
         return String::new();
     }
-    format!("<small>, the worst of {observers}: {}</small>", escaped(&observer_words(&all[rating.observer])))
+    format!(
+        "<small>{}</small>",
+        say!(", the worst of {}: {}", observers, escaped(&observer_words(&all[rating.observer])))
+    )
 }
 
 /// Where an observer sits and looks: `at (2, 3, 1.2) m, towards (1, 0, 0)`.
 pub fn observer_words(observer: &GlareObserver) -> String {
     let rounded = |vector: DVec3, scale: f64| {
-        vector.to_array().map(|x| ((scale * x).round() / scale + 0.0).to_string()).join(", ")
+        vector.to_array().map(|x| decimal(((scale * x).round() / scale + 0.0).to_string())).join(separator())
     };
-    format!("at ({}) m, towards ({})", rounded(observer.eye_m, 1000.0), rounded(observer.view, 100.0))
+    say!("at ({}) m, towards ({})", rounded(observer.eye_m, 1000.0), rounded(observer.view, 100.0))
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::texts::words;
 use crate::scene::{Emission, Luminaire, Scene};
 
 /// Kinds that have a row each; luminaires of all further ones share the last row.
@@ -48,7 +49,7 @@ impl Schedule {
                 None => rows.push(ScheduleRow {
                     letter: letters(rows.len()),
                     members: vec![index],
-                    kind: if rows.len() < MOST_KINDS { luminaire.emission.words() } else { "of further kinds" },
+                    kind: if rows.len() < MOST_KINDS { luminaire.emission.words() } else { words!("of further kinds") },
                     is_one_kind: rows.len() < MOST_KINDS,
                 }),
             }

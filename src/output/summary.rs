@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
+use super::energy::energy_entry;
 use super::leaving_light::{LeavingLight, leaving_light};
 use super::schedule::{Power, floor_area_m2};
 use super::verdicts::verdict_entries;
@@ -108,7 +109,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
     let [share, receivers_part, merged] = record.part.entries();
     let warnings: Vec<&String> = scene.warnings.iter().chain(&solution.warnings).collect();
     let intensities = leaving_light(scene, solution);
-    let summary = json!({
+    let run = json!({
         "scene": record.scene,
         "title": scene.title,
         "seed": solution.seed,
@@ -134,6 +135,8 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "estimated_error": solution.estimated_error,
         "target_met": solution.target_met,
         "stop_reason": solution.stop_reason.name(),
+    });
+    let found = json!({
         "maps": solution.maps.iter().map(|map| map_entry(map, &intensities)).collect::<Vec<Value>>(),
         "glare": worst_of_sets(&solution.glare).into_iter().map(|worst| glare_entry(scene, worst)).collect::<Vec<Value>>(),
         "verdicts": verdict_entries(scene, solution),
@@ -144,6 +147,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "position_accuracy_m": record.position_accuracy_m,
         "luminous_flux_lm": scene.luminous_flux_lm(),
         "electric_power": power_entry(scene, solution),
+        "energy": energy_entry(scene),
         "luminaires": null,
         "paths_not_found": solution.paths_not_found,
         "warnings": warnings,
@@ -151,7 +155,9 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "files": record.files,
         "versions": versions(),
     });
-    let summary = Summary { rest: summary.as_object(), luminaires: &scene.luminaires };
+    let entries = [run, found].into_iter().flat_map(|part| part.as_object().cloned().unwrap_or_default());
+    let entries = entries.collect::<serde_json::Map<String, Value>>();
+    let summary = Summary { rest: Some(&entries), luminaires: &scene.luminaires };
     let mut bytes = serde_json::to_vec_pretty(&summary).expect("a JSON value has text keys alone");
     bytes.push(b'\n');
     ResultFile { name: "summary.json".to_owned(), bytes }

@@ -3,9 +3,10 @@
 use serde_json::{Value, json};
 
 use super::html::{HtmlTable, with_error};
-use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, uncertainty};
+use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, significant, uncertainty};
 use super::picture::escaped;
 use super::sheet::{Field, Sheet};
+use super::texts::{decimal, said, say};
 use super::{OutputError, ResultFile};
 use crate::base::glare::rating_text;
 use crate::control::Ruling;
@@ -98,29 +99,28 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
     let mut table = HtmlTable::new(
         "",
         &[
-            ("Where", true),
-            ("Verdict", true),
-            ("Required", true),
-            ("Found", false),
-            ("95 % interval", false),
-            ("Probability<br>that it is met", false),
+            (say!("Where"), true),
+            (say!("Verdict"), true),
+            (say!("Required"), true),
+            (say!("Found"), false),
+            (say!("95 % interval"), false),
+            (say!("Probability<br>that it is met"), false),
         ],
     );
     for verdict in &verdicts {
         let [found, error, interval, probability] = finding_words(verdict);
-        let doubt = verdict.doubt().map_or(String::new(), |reason| format!("<small>, {reason}</small>"));
+        let doubt = verdict.doubt().map_or(String::new(), |reason| format!("<small>, {}</small>", said(reason)));
         let (class, sign) = match verdict.ruling() {
             Ruling::Met => ("met", "✓"),
             Ruling::NotMet => ("not-met", "✗"),
             Ruling::Undecided => ("undecided", "?"),
         };
-        let asked_by = verdict
-            .requirement
-            .entry
-            .map_or(String::new(), |entry| format!(" <small class=\"soft\">{}: {}</small>", entry.name(), entry.task));
+        let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
+            format!(" <small class=\"soft\">{}: {}</small>", entry.name(), said(entry.task))
+        });
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
-            format!("<span class=\"verdict {class}\">{sign} {}</span>{doubt}", verdict.ruling().name()),
+            format!("<span class=\"verdict {class}\">{sign} {}</span>{doubt}", said(verdict.ruling().name())),
             with_indices(&escaped(&requirement_words(&verdict.requirement))) + &asked_by,
             if error == UNKNOWN { escaped(&found) } else { with_error(&found, &error) },
             interval,
@@ -128,10 +128,14 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         ]);
     }
     format!(
-        "<h2>Verdicts</h2>\n{}<p class=\"soft small\"><b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in \
-         95 cases of 100, lies on one side of the limit. <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance alone. The standards \
-         themselves are the authority for what they ask.</p>\n",
-        table.markup()
+        "<h2>{}</h2>\n{}<p class=\"soft small\">{}</p>\n",
+        say!("Verdicts"),
+        table.markup(),
+        say!(
+            "<b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in 95 cases of 100, lies on one side of the limit. \
+             <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance \
+             alone. The standards themselves are the authority for what they ask."
+        )
     )
 }
 
@@ -147,10 +151,10 @@ pub(super) fn verdict_sentence(verdicts: &[Verdict]) -> String {
     let count = |ruling: Ruling| verdicts.iter().filter(|verdict| verdict.ruling() == ruling).count();
     let [met, not_met, undecided] = [Ruling::Met, Ruling::NotMet, Ruling::Undecided].map(count);
     match (verdicts.len(), not_met, undecided) {
-        (1, 0, 0) => "The requirement is met.".to_owned(),
-        (all, 0, 0) => format!("All {all} requirements are met."),
-        (all, _, 0) => format!("{met} of {all} requirements are met, {not_met} not."),
-        (all, _, _) => format!("{met} of {all} requirements are met, {not_met} not, {undecided} undecided."),
+        (1, 0, 0) => say!("The requirement is met.").to_owned(),
+        (all, 0, 0) => say!("All {} requirements are met.", all),
+        (all, _, 0) => say!("{} of {} requirements are met, {} not.", met, all, not_met),
+        (all, _, _) => say!("{} of {} requirements are met, {} not, {} undecided.", met, all, not_met, undecided),
     }
 }
 
@@ -162,10 +166,15 @@ pub fn requirement_words(requirement: &Requirement) -> String {
         Measure::MaximumLx => ("Emax", " lx"),
         Measure::UniformityU0 => ("U0", ""),
         Measure::UniformityUd => ("Ud", ""),
+        Measure::DirectMinimumLx => (say!("direct Emin"), " lx"),
+        Measure::DirectUniformityUd => (say!("direct Emin:Emax"), ""),
         Measure::Ugr => ("UGR", ""),
     };
+    if requirement.measure == Measure::DirectUniformityUd && requirement.entry.is_some() {
+        return format!("{symbol} ≥ 1:{}", (1.0 / requirement.limit).round());
+    }
     let sign = if requirement.measure.is_at_least() { '≥' } else { '≤' };
-    format!("{symbol} {sign} {}{unit}", requirement.limit)
+    format!("{symbol} {sign} {}{unit}", decimal(requirement.limit.to_string()))
 }
 
 /// Value, standard error, interval and probability for reading.
@@ -175,12 +184,14 @@ pub fn finding_words(verdict: &Verdict) -> [String; 4] {
         Finding::Value { estimate, certainty, .. } => {
             let Estimate { value, standard_error } = *estimate;
             let number = |value: f64| match verdict.requirement.measure {
-                Measure::Ugr => format!("{value:.1}"),
+                Measure::Ugr => decimal(format!("{value:.1}")),
                 measure if measure.is_illuminance() => lux(value),
+                Measure::DirectUniformityUd => decimal(significant(value, 2)),
                 _ => ratio(value),
             };
             let error = match verdict.requirement.measure {
-                measure if measure.is_illuminance() || measure == Measure::Ugr => uncertainty(standard_error),
+                Measure::DirectUniformityUd | Measure::Ugr => uncertainty(standard_error),
+                measure if measure.is_illuminance() => uncertainty(standard_error),
                 _ => ratio_uncertainty(standard_error),
             };
             // A value under its own error is told by its interval alone.
@@ -201,9 +212,9 @@ pub fn finding_words(verdict: &Verdict) -> [String; 4] {
 /// A probability, which is never told as certain where chance has a part.
 pub(super) fn probability_words(probability: f64, has_chance: bool) -> String {
     match probability {
-        p if has_chance && p < 0.001 => "< 0.1 %".to_owned(),
-        p if has_chance && p > 0.999 => "> 99.9 %".to_owned(),
-        p => format!("{:.1} %", 100.0 * p),
+        p if has_chance && p < 0.001 => decimal("< 0.1 %"),
+        p if has_chance && p > 0.999 => decimal("> 99.9 %"),
+        p => decimal(format!("{:.1} %", 100.0 * p)),
     }
 }
 

@@ -12,6 +12,7 @@ use super::numbers::{grouped, percent};
 use super::picture::escaped;
 use super::plan::{SMOOTH_COSINE, edges_with_triangles};
 use super::scale::end_of_scale_lx;
+use super::texts::{said, say, words};
 use super::view_columns::{Columns, LuxCode, PlaceCode, SPAN};
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, ReceiverLayout, ReceiverSet, Scene, Side};
@@ -30,7 +31,7 @@ const MOST_LINES: usize = 20_000;
 /// Luminaires that are marked.
 const MOST_LUMINAIRES: usize = 2_000;
 /// What stands for the name of a surface that the report does not tell of.
-const UNNAMED: &str = "not in the tables";
+const UNNAMED: &str = words!("not in the tables");
 /// Names that fit into a column.
 const MOST_PARTS: usize = 65_535;
 /// Size of a luminaire's mark, and of a receiver point that has no cell, as shares of the scene's size.
@@ -50,8 +51,18 @@ pub fn view_section(scene: &Scene, solution: &Solution) -> String {
         "<style>\n{STYLE}</style>\n{}\
          <script type=\"application/json\" id=\"view-about\">{about}</script>\n\
          <script type=\"text/plain\" id=\"view-data\">{data}</script>\n<script>\n{SCRIPT}</script>\n",
-        MARKUP.replace("LEFT_OUT", &left_out)
+        markup().replace("LEFT_OUT", &left_out)
     )
+}
+
+/// The markup with its words, which stand in double brackets, in the language spoken.
+fn markup() -> String {
+    let mut pieces = MARKUP.split("[[");
+    let before = pieces.next().unwrap_or_default().to_owned();
+    pieces.fold(before, |markup, piece| {
+        let (words, behind) = piece.split_once("]]").unwrap_or(("", piece));
+        markup + said(words) + behind
+    })
 }
 
 /// What a triangle of the view shows.
@@ -149,7 +160,7 @@ impl View {
         shown.truncate(MOST_FACETS);
         shown.sort_unstable();
         let shown_m2: f64 = shown.iter().map(own_m2).sum();
-        self.left_out.push(format!(
+        self.left_out.push(say!(
             "Of {} triangles {} are shown, the largest ones of the scene and {} of its area.",
             grouped(&count.to_string()),
             grouped(&MOST_FACETS.to_string()),
@@ -169,8 +180,7 @@ impl View {
             }
             if set.points.len() > room {
                 let count = grouped(&set.points.len().to_string());
-                self.left_out
-                    .push(format!("Receiver set “{}” is left out: its {count} points are too many.", set.name));
+                self.left_out.push(say!("Receiver set “{}” is left out: its {} points are too many.", set.name, count));
                 continue;
             }
             room -= set.points.len();
@@ -278,16 +288,16 @@ impl View {
 /// Names of receiver sets, then of the two sides of every surface; of more than a column can number the rest have one name. What the
 /// report does not tell of is seen, and not named.
 fn part_names(scene: &Scene) -> Vec<String> {
-    let name = |name: &str| if scene.is_reported(name) { name.to_owned() } else { UNNAMED.to_owned() };
+    let name = |name: &str| if scene.is_reported(name) { name.to_owned() } else { said(UNNAMED).to_owned() };
     let sides = scene
         .surfaces
         .iter()
         .map(|surface| name(&surface.name))
-        .flat_map(|name| [name.clone(), format!("{name}, back")]);
+        .flat_map(|name| [name.clone(), say!("{}, back", name)]);
     let sets = scene.receivers.iter().map(|set| set.name.clone());
     let mut names: Vec<String> = sets.chain(sides).take(MOST_PARTS).collect();
     if names.len() == MOST_PARTS {
-        names.push("one of very many surfaces".to_owned());
+        names.push(say!("one of very many surfaces").to_owned());
     }
     names
 }

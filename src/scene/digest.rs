@@ -38,6 +38,7 @@ impl Scene {
         let Scene {
             title: _,
             project: _,
+            energy: _,
             unreported: _,
             path: _,
             warnings: _,

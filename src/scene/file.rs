@@ -9,11 +9,11 @@ use super::reader::{Node, Source};
 use super::reported::unreported;
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
-use super::{daylight, luminaires, materials, parse, project, receivers, surfaces};
+use super::{daylight, energy, luminaires, materials, parse, project, receivers, surfaces};
 
 /// Keys of the file.
-pub(super) const KEYS: [&str; 8] =
-    ["version", "title", "project", "length_unit", "materials", "geometry", "luminaires", "receivers"];
+pub(super) const KEYS: [&str; 9] =
+    ["version", "title", "project", "energy", "length_unit", "materials", "geometry", "luminaires", "receivers"];
 
 /// The version of the file format that this program reads.
 pub(super) const VERSION: f64 = 1.0;
@@ -72,6 +72,7 @@ pub(crate) fn from_json_with(
     fields.only(&KEYS)?;
     let title = fields.get("title").map_or(Ok(""), |node| node.text())?.to_string();
     let project = fields.get("project").map_or(Ok(Project::default()), |node| project::read(&node))?;
+    let energy = fields.get("energy").map(|node| energy::read(&node)).transpose()?;
     let unit = LengthUnit::of(fields.get("length_unit").map_or(Ok(0), |node| node.choice(&UNIT_NAMES))?);
 
     let mut warnings = Vec::new();
@@ -93,6 +94,7 @@ pub(crate) fn from_json_with(
     let mut scene = Scene {
         title,
         project,
+        energy,
         unreported: unreported(&surfaces.surfaces, &surfaces.reporting, &luminaires),
         path: path.map(Path::to_path_buf),
         materials,

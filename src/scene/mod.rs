@@ -5,6 +5,7 @@ mod daylight;
 mod digest;
 pub mod elements;
 mod emission;
+mod energy;
 mod error;
 mod evaluation_grid;
 mod file;
@@ -62,6 +63,7 @@ mod weld;
 
 pub use elements::{Cell, Elements, Side};
 pub use emission::Emission;
+pub use energy::Energy;
 pub use error::{Refusal, SceneError, TextPlace};
 pub use evaluation_grid::{EvaluationGrid, GridPart, evaluation_grid};
 pub(crate) use file::{WrittenGeometry, from_json_with, read_with};

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::emission::Emission;
+use super::energy::Energy;
 use super::materials::Material;
 use super::photometric_luminaire::Product;
 use super::project::Project;
@@ -27,6 +28,8 @@ pub struct Scene {
     pub title: String,
     /// Whose work it is.
     pub project: Project,
+    /// What a year's energy is computed from, where that is asked for.
+    pub energy: Option<Energy>,
     /// The scene file, where there is one.
     pub path: Option<PathBuf>,
     /// All materials that the file names.

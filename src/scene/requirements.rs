@@ -4,7 +4,7 @@ use super::error::SceneError;
 use super::model::Quantity;
 use super::names::{listed, nearest};
 use super::reader::{Fields, Node};
-use super::standard::{ENTRIES, KEYS, Measure, Requirement, STANDARD, StandardEntry};
+use super::standard::{ENTRIES, FLUX_FACTOR, KEYS, Measure, Requirement, STANDARDS, Standard, StandardEntry};
 
 /// What a receiver that asks for a quantity is to keep. Numbers that stand beside an entry take the place of its own.
 pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirement>, SceneError> {
@@ -12,19 +12,21 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
     let fields = node.fields("the requirements of a receiver")?;
     fields.only(&KEYS)?;
     let is_glare = matches!(quantity, Quantity::Glare(_));
-    let entry = fields.get(STANDARD).map(|node| read_entry(&node, quantity)).transpose()?;
+    let entry = read_entry(&fields, quantity)?;
+    let flux_factor = read_flux_factor(&fields, entry)?;
     let mut requirements = Vec::new();
     for measure in Measure::ALL {
         let is_of_glare = measure == Measure::Ugr;
+        let flux_factor = if measure.is_direct() { flux_factor } else { 1.0 };
         if let Some(node) = fields.get(measure.key()) {
             if is_of_glare != is_glare {
                 return Err(refuse_measure(&node, measure));
             }
-            requirements.push(Requirement { measure, limit: read_limit(&node, measure)?, entry: None });
+            requirements.push(Requirement { measure, limit: read_limit(&node, measure)?, entry: None, flux_factor });
         } else if let Some(entry) = entry.filter(|_| is_of_glare == is_glare)
             && let Some(limit) = entry.limit(measure)
         {
-            requirements.push(Requirement { measure, limit, entry: Some(entry) });
+            requirements.push(Requirement { measure, limit, entry: Some(entry), flux_factor });
         }
     }
     if requirements.is_empty() {
@@ -56,7 +58,7 @@ fn refuse_measure(node: &Node, measure: Measure) -> SceneError {
 
 fn read_limit(node: &Node, measure: Measure) -> Result<f64, SceneError> {
     match measure {
-        Measure::UniformityU0 | Measure::UniformityUd => {
+        Measure::UniformityU0 | Measure::UniformityUd | Measure::DirectUniformityUd => {
             node.above_zero("the least uniformity")?;
             node.fraction("the least uniformity")
         }
@@ -70,27 +72,67 @@ fn read_limit(node: &Node, measure: Measure) -> Result<f64, SceneError> {
             }
             Ok(limit)
         }
-        Measure::AverageLx | Measure::MinimumLx | Measure::MaximumLx => node.above_zero("the illuminance required"),
+        Measure::AverageLx | Measure::MinimumLx | Measure::MaximumLx | Measure::DirectMinimumLx => {
+            node.above_zero("the illuminance required")
+        }
     }
 }
 
-fn read_entry(node: &Node, quantity: Quantity) -> Result<&'static StandardEntry, SceneError> {
-    if !matches!(quantity, Quantity::Perpendicular | Quantity::Glare(_)) {
+/// What is left of the flux on batteries, where something is asked of direct light.
+fn read_flux_factor(fields: &Fields, entry: Option<&StandardEntry>) -> Result<f64, SceneError> {
+    let Some(node) = fields.get(FLUX_FACTOR) else { return Ok(1.0) };
+    let is_asked = |measure: &Measure| {
+        fields.get(measure.key()).is_some() || entry.is_some_and(|entry| entry.limit(*measure).is_some())
+    };
+    if !Measure::ALL.iter().filter(|measure| measure.is_direct()).any(is_asked) {
+        return Err(node.refuse(
+            "a share of the flux counts for direct light alone, and nothing is asked of that",
+            "\"flux_factor\" beside \"en_1838\", \"direct_minimum_lx\" or \"direct_uniformity_ud\"",
+            "leave it out; \"dimming\" of a luminaire holds for all light",
+        ));
+    }
+    node.above_zero("the share of the flux")?;
+    node.fraction("the share of the flux")
+}
+
+/// The entry of a standard that requirements name, one at most.
+fn read_entry(fields: &Fields, quantity: Quantity) -> Result<Option<&'static StandardEntry>, SceneError> {
+    let named: Vec<(&str, Standard, Node)> =
+        STANDARDS.iter().filter_map(|(key, standard)| Some((*key, *standard, fields.get(key)?))).collect();
+    if let [_, (key, _, node), ..] = &named[..] {
+        return Err(node.refuse(
+            format!("\"{key}\" is the second standard that these requirements name"),
+            "one standard",
+            "give the numbers of the other beside it",
+        ));
+    }
+    let Some((key, standard, node)) = named.into_iter().next() else { return Ok(None) };
+    let is_plane = quantity == Quantity::Perpendicular;
+    let is_rated = matches!(quantity, Quantity::Glare(_)) && standard == Standard::WorkPlaces;
+    if !is_plane && !is_rated {
         return Err(node.refuse(
             format!("entries ask for the illuminance of a plane, and this receiver for a {} one", quantity.name()),
-            "\"en_12464_1\" beside \"quantity\": \"perpendicular\", \"horizontal\" or \"vertical\", or of an observer",
+            format!(
+                "\"{key}\" beside \"quantity\": \"perpendicular\", \"horizontal\" or \"vertical\", or of an observer"
+            ),
             "give the number required by \"average_lx\"",
         ));
     }
     let reference = node.name()?;
-    ENTRIES.iter().find(|entry| entry.reference == reference).ok_or_else(|| {
-        let near = match nearest(reference, ENTRIES.iter().map(|entry| entry.reference)) {
+    let entries = || ENTRIES.iter().filter(|entry| entry.standard == standard);
+    entries().find(|entry| entry.reference == reference).map(Some).ok_or_else(|| {
+        let near = match nearest(reference, entries().map(|entry| entry.reference)) {
             Some(near) => format!("if \"{near}\" is meant, write that; else "),
             None => String::new(),
         };
+        let what = match standard {
+            Standard::WorkPlaces => "no entry of EN 12464-1 that this program knows",
+            Standard::Sports => "no class of EN 12193",
+            Standard::Emergency => "no kind of emergency lighting that this program knows of EN 1838",
+        };
         node.refuse(
-            "no entry of EN 12464-1 that this program knows",
-            format!("one of {}", ENTRIES.iter().map(|entry| entry.reference).collect::<Vec<_>>().join(", ")),
+            what,
+            format!("one of {}", entries().map(|entry| entry.reference).collect::<Vec<_>>().join(", ")),
             format!("{near}give the numbers themselves: \"average_lx\", \"uniformity\", \"ugr\""),
         )
     })

@@ -75,6 +75,7 @@ pub fn verdicts(scene: &Scene, solution: &Solution) -> Vec<Verdict> {
             let finding = match (map, requirement.measure) {
                 (None, _) => Finding::Nothing("not computed"),
                 (Some(map), Measure::Ugr) => of_rating(solution, rating, map, requirement),
+                (Some(map), measure) if measure.is_direct() => of_direct_light(receivers, map, requirement),
                 (Some(map), _) => of_illuminance(receivers, map, requirement),
             };
             verdicts.push(Verdict { set, requirement: *requirement, finding });
@@ -115,7 +116,10 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
         map.counted(&receivers.points).map(place).collect()
     };
     let (estimate, places) = match measure {
-        Measure::AverageLx | Measure::Ugr => (row.average_lx, Vec::new()),
+        // Direct light has tables of its own: see `of_direct_light`.
+        Measure::AverageLx | Measure::Ugr | Measure::DirectMinimumLx | Measure::DirectUniformityUd => {
+            (row.average_lx, Vec::new())
+        }
         Measure::MinimumLx => (row.minimum_lx, places(1.0)),
         Measure::MaximumLx => (row.maximum_lx, places(1.0)),
         Measure::UniformityU0 => (row.uniformity_u0, places(row.average_lx.value)),
@@ -125,6 +129,47 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
     let bias = if row.replica_averages_lx.is_empty() { 0.0 } else { map.error.bias * estimate.value.abs() };
     let greatest = if measure.is_illuminance() { f64::INFINITY } else { 1.0 };
     found(map, requirement, estimate, bias, &places, [0.0, greatest])
+}
+
+/// Relative differences of sums that are rounding alone.
+const ROUNDING: f64 = 1e-12;
+
+/// Least direct light, or that over the greatest: of light that has met nothing on its way, with the share of the flux that counts.
+fn of_direct_light(receivers: &ReceiverSet, map: &MapResult, requirement: &Requirement) -> Finding {
+    let (values, errors_lx) = (&map.values.direct_lx, &map.values.direct_standard_error_lx);
+    if errors_lx.len() != values.len() {
+        return Finding::Nothing("this method tells no error of direct light");
+    }
+    let counted = receivers.points.iter().enumerate().filter(|(_, point)| !point.inside && point.weight > 0.0);
+    let points: Vec<Estimate> = counted
+        .map(|(index, _)| Estimate {
+            value: requirement.flux_factor * values[index],
+            // Replicas that agree but for rounding agree.
+            standard_error: match errors_lx[index] > ROUNDING * values[index] {
+                true => requirement.flux_factor * errors_lx[index],
+                false => 0.0,
+            },
+        })
+        .collect();
+    let by_value = |one: &&Estimate, other: &&Estimate| one.value.total_cmp(&other.value);
+    let (Some(least), Some(greatest)) = (points.iter().min_by(by_value), points.iter().max_by(by_value)) else {
+        return Finding::Nothing("no point counts");
+    };
+    if requirement.measure == Measure::DirectMinimumLx {
+        return found(map, requirement, *least, 0.0, &points, [0.0, f64::INFINITY]);
+    }
+    if greatest.value <= 0.0 {
+        return Finding::Nothing("no light was found");
+    }
+    let over_greatest = |point: &Estimate| Estimate {
+        value: point.value / greatest.value,
+        standard_error: point.standard_error / greatest.value,
+    };
+    let places: Vec<Estimate> = points.iter().map(over_greatest).collect();
+    let ratio = over_greatest(least);
+    let of_greatest = ratio.value * greatest.standard_error / greatest.value;
+    let told = Estimate { standard_error: ratio.standard_error.hypot(of_greatest), ..ratio };
+    found(map, requirement, told, 0.0, &places, [0.0, 1.0])
 }
 
 /// Judges a value by its error, and by the places that it is the least or greatest of; for a mean there are none.

@@ -12,6 +12,7 @@ use crate::output::picture::escaped;
 use crate::output::plan::small_plan;
 use crate::output::plots::{PlotKind, maintenance_note};
 use crate::output::schedule::{Power, floor_area_m2};
+use crate::output::texts::say;
 use crate::output::verdicts::{requirement_words, verdict_section, verdict_sentence};
 use crate::solver::{Verdict, verdicts};
 
@@ -21,17 +22,31 @@ const MOST_NAMED: usize = 4;
 const MOST_AVERAGES: usize = 4;
 
 impl Report<'_> {
-    /// The head of the page and what a client reads first.
+    /// What the report is called: the scene's title, or the name of its file.
+    pub(super) fn title(&self) -> &str {
+        if self.scene.title.is_empty() { &self.context.scene } else { &self.scene.title }
+    }
+
+    /// What a browser reads before the page.
+    pub(super) fn head(&self) -> String {
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{} – {}</title>\n<style>\n{}</style>\n</head>\n",
+            self.context.language.code(),
+            escaped(self.title()),
+            say!("Lighting report"),
+            super::STYLE,
+        )
+    }
+
+    /// What a client reads first.
     pub(super) fn first_page(&self) -> String {
-        let title = if self.scene.title.is_empty() { &self.context.scene } else { &self.scene.title };
         let verdicts = verdicts(self.scene, self.solution);
         let mut page = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{0} – lighting report</title>\n<style>\n{1}</style>\n</head>\n<body>\n\
-             <header>\n<p class=\"kicker\">Lighting report</p>\n<h1>{0}</h1>\n",
-            escaped(title),
-            super::STYLE,
+            "<header>\n<p class=\"kicker\">{}</p>\n<h1>{}</h1>\n",
+            say!("Lighting report"),
+            escaped(self.title())
         );
         page += &self.project();
         page += "</header>\n";
@@ -40,25 +55,33 @@ impl Report<'_> {
             page += &self.facts();
         }
         page += &verdict_section(self.scene, self.solution);
-        page += "<div class=\"pair\">\n<div>\n<h3>Plan</h3>\n";
+        page += &format!("<div class=\"pair\">\n<div>\n<h3>{}</h3>\n", say!("Plan"));
         page += &figure(
             &small_plan(self.scene, &self.schedule),
-            "Seen from above, to scale. Amber: luminaires, with the letters of the schedule. Blue: where light is computed.",
+            say!(
+                "Seen from above, to scale. Amber: luminaires, with the letters of the schedule. Blue: where light is computed."
+            ),
         );
         page += "</div>\n";
         if let Some((map, flat)) = self.main_map().and_then(|map| Some((map, grid_map(self.scene, map)?))) {
-            page += &format!("<div>\n<h3>Illuminance: {}</h3>\n", escaped(&map.name));
-            page += &figure(&small_map(&flat), "Colours show every point's own value; lines join equal illuminance.");
+            page += &format!("<div>\n<h3>{}</h3>\n", say!("Illuminance: {}", escaped(&map.name)));
+            page +=
+                &figure(&small_map(&flat), say!("Colours show every point's own value; lines join equal illuminance."));
             page += "</div>\n";
         }
-        page + "</div>\n"
+        page += "</div>\n";
+        page + &format!(
+            "<div class=\"signatures\">\n<p class=\"soft small\">{}</p>\n<p class=\"soft small\">{}</p>\n</div>\n",
+            say!("Place, date"),
+            say!("Signature")
+        )
     }
 
     /// Client, author, date and notes; without a project the day of the computation.
     fn project(&self) -> String {
         let project = &self.scene.project;
         let day = if project.date.is_empty() { utc_date(self.context.unix_time_s) } else { project.date.clone() };
-        let told = [("Client", &project.client), ("Author", &project.author), ("Date", &day)];
+        let told = [(say!("Client"), &project.client), (say!("Author"), &project.author), (say!("Date"), &day)];
         let data: Vec<(String, String)> = told
             .into_iter()
             .filter(|(_, text)| !text.is_empty())
@@ -90,34 +113,36 @@ impl Report<'_> {
         let mut sentences = Vec::new();
         if !verdicts.is_empty() {
             sentences.push(format!("<b>{}</b>", escaped(&verdict_sentence(verdicts))));
-            for (ruling, words) in [(Ruling::NotMet, "Not met"), (Ruling::Undecided, "Undecided")] {
-                sentences.extend(self.named(verdicts, ruling).map(|names| format!("{words}: {names}.")));
+            for (ruling, words) in [(Ruling::NotMet, say!("Not met")), (Ruling::Undecided, say!("Undecided"))] {
+                sentences.extend(self.named(verdicts, ruling).map(|names| say!("{}: {}.", words, names)));
             }
         }
         let main = self.main_map().map(|map| map.name.as_str());
         let rows = self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points));
         let row = rows.iter().find(|row| Some(row.name.as_str()) == main).or(rows.first());
         if let Some(row) = row.filter(|row| row.average_lx.is_known()) {
-            sentences.push(format!("On {} the average illuminance is {}.", escaped(&row.name), light_words(row)));
+            sentences.push(say!("On {} the average illuminance is {}.", escaped(&row.name), light_words(row)));
         }
         let count = self.scene.luminaires.len();
         sentences.push(match self.scene.daylight() {
             Some((outside_lx, _)) => {
-                format!("All light is the sky's, which gives an open horizontal plane {} lx.", amount(outside_lx))
+                say!("All light is the sky's, which gives an open horizontal plane {} lx.", amount(outside_lx))
             }
-            None => format!(
-                "{} {} {} lm in all{}.",
-                if count == 1 { "One luminaire".to_owned() } else { format!("{count} luminaires") },
-                if count == 1 { "gives" } else { "give" },
-                amount(self.scene.luminous_flux_lm()),
-                self.power()
-                    .map_or(String::new(), |[power, specific]| format!(" for {power} W, {specific} W/m² of floor"))
-            ),
+            None => {
+                let all_lm = amount(self.scene.luminous_flux_lm());
+                let power = self
+                    .power()
+                    .map_or(String::new(), |[power, specific]| say!(" for {} W, {} W/m² of floor", power, specific));
+                match count {
+                    1 => say!("One luminaire gives {} lm in all{}.", all_lm, power),
+                    _ => say!("{} luminaires give {} lm in all{}.", count, all_lm, power),
+                }
+            }
         });
         let warnings = self.scene.warnings.len() + self.solution.warnings.len();
         sentences.push(escaped(&maintenance_note(self.scene)));
         if warnings > 0 {
-            sentences.push("Remarks of the computation stand under “Please note”.".to_owned());
+            sentences.push(say!("Remarks of the computation stand under “Please note”.").to_owned());
         }
         sentences.join(" ")
     }
@@ -137,7 +162,7 @@ impl Report<'_> {
             format!("{} ({})", escaped(&requirement_words(&verdict.requirement)), escaped(name))
         };
         let names: Vec<String> = of.iter().take(MOST_NAMED).map(name).collect();
-        let more = if of.len() > MOST_NAMED { format!(" and {} more", of.len() - MOST_NAMED) } else { String::new() };
+        let more = if of.len() > MOST_NAMED { say!(" and {} more", of.len() - MOST_NAMED) } else { String::new() };
         (!of.is_empty()).then(|| names.join(", ") + &more)
     }
 
@@ -146,37 +171,53 @@ impl Report<'_> {
         let mut facts: Vec<(String, String)> = Vec::new();
         let rows = self.rows(|kind| matches!(kind, TableKind::Grid | TableKind::Points));
         for row in rows.into_iter().take(MOST_AVERAGES) {
-            let uniformity = format!(
+            let uniformity = say!(
                 "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
                 super::extreme_markup(row, row.minimum_lx, super::alone),
                 super::extreme_markup(row, row.maximum_lx, super::alone),
                 uniformity_with_error(row, row.uniformity_u0, super::alone)
             );
             facts.push((
-                format!("Average on {}", escaped(&row.name)),
+                say!("Average on {}", escaped(&row.name)),
                 format!("{} lx{uniformity}", super::lux_markup(row.average_lx, super::alone)),
             ));
         }
         let count = self.scene.luminaires.len();
-        let plural = if count == 1 { "luminaire" } else { "luminaires" };
         facts.push(match self.scene.daylight() {
             Some((outside_lx, _)) => (
-                "Outside".to_owned(),
-                format!("{} lx<small>on an open horizontal plane, from the sky</small>", amount(outside_lx)),
+                say!("Outside").to_owned(),
+                say!("{} lx<small>on an open horizontal plane, from the sky</small>", amount(outside_lx)),
             ),
             None => (
-                "Light in the room".to_owned(),
-                format!("{} lm<small>maintained, from {count} {plural}</small>", amount(self.scene.luminous_flux_lm())),
+                say!("Light in the room").to_owned(),
+                match count {
+                    1 => say!(
+                        "{} lm<small>maintained, from one luminaire</small>",
+                        amount(self.scene.luminous_flux_lm())
+                    ),
+                    _ => say!(
+                        "{} lm<small>maintained, from {} luminaires</small>",
+                        amount(self.scene.luminous_flux_lm()),
+                        count
+                    ),
+                },
             ),
         });
         if let Some([power, specific]) = self.power() {
-            facts.push(("Electric power".to_owned(), format!("{power} W<small>{specific} W/m² of floor</small>")));
+            facts.push((
+                say!("Electric power").to_owned(),
+                say!("{} W<small>{} W/m² of floor</small>", power, specific),
+            ));
         }
         let target = self.solution.target_error.map_or(String::new(), |target| {
-            let met = if self.solution.target_met == Some(false) { "not met" } else { "met" };
-            format!("<small>target of {} {met}</small>", percent(target))
+            let target = percent(target);
+            let words = match self.solution.target_met {
+                Some(false) => say!("target of {} not met", target),
+                _ => say!("target of {} met", target),
+            };
+            format!("<small>{words}</small>")
         });
-        facts.push(("Stated error".to_owned(), format!("{}{target}", percent(self.solution.estimated_error))));
+        facts.push((say!("Stated error").to_owned(), format!("{}{target}", percent(self.solution.estimated_error))));
         terms("facts", &facts)
     }
 }
@@ -187,8 +228,9 @@ fn light_words(row: &TableRow) -> String {
     if !row.knows_extremes() {
         return format!("{average} lx");
     }
-    format!(
-        "{average} lx, from {} to {} lx, with a uniformity U<sub>0</sub> of {}",
+    say!(
+        "{} lx, from {} to {} lx, with a uniformity U<sub>0</sub> of {}",
+        average,
         super::extreme_markup(row, row.minimum_lx, super::alone),
         super::extreme_markup(row, row.maximum_lx, super::alone),
         uniformity_with_error(row, row.uniformity_u0, super::alone)

@@ -2,26 +2,28 @@
 
 use super::Report;
 use crate::maps::TableKind;
+use crate::output::energy::energy_words;
 use crate::output::html::{HtmlTable, figure};
 use crate::output::numbers::{UNKNOWN, amount, ratio};
 use crate::output::picture::escaped;
 use crate::output::plots::{Plot, PlotKind};
 use crate::output::schedule::{Power, floor_area_m2};
+use crate::output::texts::{said, say};
 use crate::scene::Luminaire;
 use crate::scene::photometry::Opening;
 
 impl Report<'_> {
     pub(super) fn luminaires(&self) -> String {
         let head = [
-            ("Type", true),
-            ("Luminaires", true),
-            ("Light", true),
-            ("Pieces", false),
-            ("Flux each<small>lm, maintained</small>", false),
-            ("Maintenance<br>factor", false),
-            ("Dimmed<br>to", false),
-            ("Power each<small>W</small>", false),
-            ("Flux of all<small>lm</small>", false),
+            (say!("Type"), true),
+            (say!("Luminaires"), true),
+            (say!("Light"), true),
+            (say!("Pieces"), false),
+            (say!("Flux each<small>lm, maintained</small>"), false),
+            (say!("Maintenance<br>factor"), false),
+            (say!("Dimmed<br>to"), false),
+            (say!("Power each<small>W</small>"), false),
+            (say!("Flux of all<small>lm</small>"), false),
         ];
         let mut table = HtmlTable::new("", &head);
         for row in &self.schedule.rows {
@@ -36,22 +38,27 @@ impl Report<'_> {
                 format!("<b>{}</b>", row.letter),
                 self.names(&row.members),
                 match row.is_one_kind {
-                    true => format!("{}{}{}", row.kind, product_markup(luminaire), self.mounting(&row.members)),
-                    false => row.kind.to_owned(),
+                    true => format!("{}{}{}", said(row.kind), product_markup(luminaire), self.mounting(&row.members)),
+                    false => said(row.kind).to_owned(),
                 },
                 count.to_string(),
                 of_each(amount(luminaire.luminous_flux_lm)),
                 of_each(ratio(luminaire.maintenance_factor)),
                 of_each(percent_whole(luminaire.dimming)),
-                of_each(luminaire.power_w.map_or("unknown".to_owned(), amount)),
+                of_each(luminaire.power_w.map_or(say!("unknown").to_owned(), amount)),
                 amount(all_lm),
             ]);
         }
         let mut total = vec![String::new(); head.len()];
-        (total[1], total[3]) = ("Together".to_owned(), self.scene.luminaires.len().to_string());
+        (total[1], total[3]) = (say!("Together").to_owned(), self.scene.luminaires.len().to_string());
         total[8] = amount(self.scene.luminous_flux_lm());
         table.total(total);
-        let mut page = format!("<h2 class=\"page\">Luminaire schedule</h2>\n{}{}", table.markup(), self.power_words());
+        let mut page = format!(
+            "<h2 class=\"page\">{}</h2>\n{}{}",
+            say!("Luminaire schedule"),
+            table.markup(),
+            self.power_words() + &energy_words(self.scene)
+        );
         let polar: Vec<&Plot> = self.plots.iter().filter(|plot| plot.kind == PlotKind::Luminaire).collect();
         if !polar.is_empty() {
             page.push_str("<div class=\"row\">\n");
@@ -80,8 +87,8 @@ impl Report<'_> {
             heights_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z_m| (low.min(z_m), high.max(z_m)));
         let height = match () {
             () if low_m > high_m => String::new(),
-            () if high_m - low_m < 0.005 => format!("at z = {} m", ratio(low_m)),
-            () => format!("at z = {} to {} m", ratio(low_m), ratio(high_m)),
+            () if high_m - low_m < 0.005 => say!("at z = {} m", ratio(low_m)),
+            () => say!("at z = {} to {} m", ratio(low_m), ratio(high_m)),
         };
         let opening = self.scene.luminaires[members[0]].emission.opening();
         let size = opening.map_or(String::new(), |opening| opening_words(&opening));
@@ -96,9 +103,11 @@ impl Report<'_> {
             return String::new();
         }
         if power.known_w == 0.0 || floor_m2 <= 0.0 {
-            return "<p class=\"soft small\">The electric power of the luminaires is unknown, so that no specific power can be given: \
-                    the scene's luminaires take \"power_w\".</p>\n"
-                .to_owned();
+            let words = say!(
+                "The electric power of the luminaires is unknown, so that no specific power can be given: the scene's luminaires take \
+                 \"power_w\"."
+            );
+            return format!("<p class=\"soft small\">{words}</p>\n");
         }
         let per_m2 = power.known_w / floor_m2;
         let grids = self.rows(|kind| kind == TableKind::Grid);
@@ -107,23 +116,26 @@ impl Report<'_> {
             .filter(|row| row.average_lx.value > 0.0)
             .map(|row| {
                 let specific = per_m2 * 100.0 / row.average_lx.value;
-                format!("{} W/m² for every 100 lx on {}", ratio(specific), escaped(&row.name))
+                say!("{} W/m² for every 100 lx on {}", ratio(specific), escaped(&row.name))
             })
             .collect();
         let unknown = match power.unknown {
             0 => String::new(),
-            n => format!(
-                " The power of {n} of the {} luminaires is unknown and missing in these numbers.",
+            n => say!(
+                " The power of {} of the {} luminaires is unknown and missing in these numbers.",
+                n,
                 self.scene.luminaires.len()
             ),
         };
         let by_light = if per_100_lx.is_empty() { String::new() } else { format!(", {}", per_100_lx.join(", ")) };
-        format!(
-            "<p>Electric power {} W (not dimmed) on {} m² of floor: {} W/m²{by_light}.{unknown}</p>\n",
+        let words = say!(
+            "Electric power {} W (not dimmed) on {} m² of floor: {} W/m²{}.",
             amount(power.known_w),
             ratio(floor_m2),
-            ratio(per_m2)
-        )
+            ratio(per_m2),
+            by_light
+        );
+        format!("<p>{words}{unknown}</p>\n")
     }
 }
 
@@ -136,11 +148,11 @@ fn product_markup(luminaire: &Luminaire) -> String {
 /// Size of a luminous opening: along C0, along C90, and its height where it has one.
 fn opening_words(opening: &Opening) -> String {
     match *opening {
-        Opening::Rectangle { c0_m, c90_m } => format!("opening {} × {} m", ratio(c0_m), ratio(c90_m)),
+        Opening::Rectangle { c0_m, c90_m } => say!("opening {} × {} m", ratio(c0_m), ratio(c90_m)),
         Opening::Box { c0_m, c90_m, height_m } => {
-            format!("opening {} × {} × {} m", ratio(c0_m), ratio(c90_m), ratio(height_m))
+            say!("opening {} × {} × {} m", ratio(c0_m), ratio(c90_m), ratio(height_m))
         }
-        Opening::Disk { diameter_m } => format!("opening {} m across", ratio(diameter_m)),
+        Opening::Disk { diameter_m } => say!("opening {} m across", ratio(diameter_m)),
         _ => String::new(),
     }
 }

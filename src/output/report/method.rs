@@ -6,46 +6,56 @@ use crate::output::numbers::{amount, count_tick, duration};
 use crate::output::picture::escaped;
 use crate::output::plots::PlotKind;
 use crate::output::report_words::{method_words, stop_words, target_words};
+use crate::output::texts::{said, say, words};
 use crate::solver::{Activity, Spending};
 
-const HALVES: &str = "Two halves of the computation know nothing of each other: where they differ by chance alone, colours are scattered without \
-                      a pattern and pale; a pattern would be an error that the bars do not tell.";
-const HISTOGRAM: &str = "Bars as wide as the curve: the halves differ by what is stated. Narrower ones: the stated errors also hold what both \
-                         halves have wrong alike, or state too much. Wider ones: they state too little.";
+const HALVES: &str = words!(
+    "Two halves of the computation know nothing of each other: where they differ by chance alone, colours are scattered without \
+                      a pattern and pale; a pattern would be an error that the bars do not tell."
+);
+const HISTOGRAM: &str = words!(
+    "Bars as wide as the curve: the halves differ by what is stated. Narrower ones: the stated errors also hold what both \
+                         halves have wrong alike, or state too much. Wider ones: they state too little."
+);
 
 impl Report<'_> {
     pub(super) fn method(&self) -> String {
         let solution = self.solution;
-        let mut page = String::from("<h2 class=\"page\">How this was computed, and how certain it is</h2>\n");
+        let mut page = format!("<h2 class=\"page\">{}</h2>\n", say!("How this was computed, and how certain it is"));
         page += &format!("<p>{}</p>\n", method_words(solution));
         page += &format!("<p>{}</p>\n<p>{}</p>\n", escaped(&target_words(solution)), escaped(&stop_words(solution)));
-        page += &format!(
-            "<p>Computed in {} with {} {}: {} light paths (chains), {} rays, seed {}.</p>\n",
+        let work = say!(
+            "Computed in {} with {} {}: {} light paths (chains), {} rays, seed {}.",
             duration(self.context.wall_s),
             self.context.threads,
-            if self.context.threads == 1 { "thread" } else { "threads" },
+            if self.context.threads == 1 { say!("thread") } else { say!("threads") },
             solution.chains,
             count_tick(round_count(solution.rays)),
             solution.seed
         );
+        page += &format!("<p>{work}</p>\n");
         if let Ok(balance) = &solution.flux_balance {
-            page += &format!(
-                "<p>Of {} lm sent out, surfaces absorbed {} lm, {} lm left the scene, {} lm fell on the backs of one-sided \
-                 surfaces and {} lm were cut off by choice.</p>\n",
+            let balance = say!(
+                "Of {} lm sent out, surfaces absorbed {} lm, {} lm left the scene, {} lm fell on the backs of one-sided surfaces and {} lm \
+                 were cut off by choice.",
                 amount(balance.emitted_lm),
                 amount(balance.absorbed_lm),
                 amount(balance.escaped_lm),
                 amount(balance.back_face_lm),
                 amount(balance.truncated_lm)
             );
+            page += &format!("<p>{balance}</p>\n");
         }
         page += &format!(
-            "<h3>The same again</h3>\n<p>With luxmc {} and the scene file, {}:</p>\n<pre>{}</pre>\n",
-            env!("CARGO_PKG_VERSION"),
+            "<h3>{}</h3>\n<p>{} {}:</p>\n<pre>{}</pre>\n",
+            say!("The same again"),
+            say!("With luxmc {} and the scene file,", env!("CARGO_PKG_VERSION")),
             if self.context.repeats_digits {
-                "this gives every digit again, on any number of threads"
+                say!("this gives every digit again, on any number of threads")
             } else {
-                "this gives results of the same quality again (every digit, where <code>--chains</code> fixes the light paths)"
+                say!(
+                    "this gives results of the same quality again (every digit, where <code>--chains</code> fixes the light paths)"
+                )
             },
             escaped(&self.context.command)
         );
@@ -54,13 +64,13 @@ impl Report<'_> {
 
     /// What bears the statements on certainty out: how the error fell, by how much the halves differ, what the time went for.
     pub(super) fn evidence(&self) -> String {
-        let mut page = String::from("<h2 class=\"page\">Evidence</h2>\n");
+        let mut page = format!("<h2 class=\"page\">{}</h2>\n", say!("Evidence"));
         let of = |kind: PlotKind| self.plots.iter().filter(move |plot| plot.kind == kind);
         for plot in of(PlotKind::Halves) {
-            page += &figure(&plot.picture, HALVES);
+            page += &figure(&plot.picture, said(HALVES));
         }
         for plot in of(PlotKind::HalvesHistogram) {
-            page += &figure(&plot.picture, HISTOGRAM);
+            page += &figure(&plot.picture, said(HISTOGRAM));
         }
         for plot in of(PlotKind::Convergence) {
             page += &format!("<div class=\"tall\">\n{}</div>\n", figure(&plot.picture, ""));
@@ -70,11 +80,15 @@ impl Report<'_> {
 
     /// How the results came about, where there is something to tell.
     fn notes(&self) -> String {
-        let items: String = self.solution.notes.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
+        let items: String =
+            self.solution.notes.iter().map(|line| format!("<li lang=\"en\">{}</li>\n", escaped(line))).collect();
         if items.is_empty() {
             return items;
         }
-        format!("<div class=\"notes\">\n<p><b>How these results came about</b></p>\n<ul>\n{items}</ul>\n</div>\n")
+        format!(
+            "<div class=\"notes\">\n<p><b>{}</b></p>\n<ul>\n{items}</ul>\n</div>\n",
+            say!("How these results came about")
+        )
     }
 }
 
@@ -89,8 +103,8 @@ fn round_count(count: u64) -> f64 {
 
 /// Rays and computing time by what they were for.
 fn spending_table(spending: &Spending) -> String {
-    let caption = "What the rays and the computing time were for";
-    let mut table = HtmlTable::new(caption, &[("", true), ("Rays", false), ("Time", false)]);
+    let caption = say!("What the rays and the computing time were for");
+    let mut table = HtmlTable::new(caption, &[("", true), (say!("Rays"), false), (say!("Time"), false)]);
     if *spending == Spending::default() {
         return String::new();
     }
@@ -100,7 +114,7 @@ fn spending_table(spending: &Spending) -> String {
             0 => "–".to_owned(),
             rays => count_tick(round_count(rays)),
         };
-        table.row(vec![activity.words().to_owned(), rays, duration(spending.seconds(activity))]);
+        table.row(vec![said(activity.words()).to_owned(), rays, duration(spending.seconds(activity))]);
     }
     table.markup()
 }

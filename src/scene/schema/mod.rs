@@ -63,6 +63,8 @@ struct SceneFile {
     title: Option<String>,
     /// Whose work it is, for the report's first page.
     project: Option<ProjectFile>,
+    /// What the energy of a year's lighting is computed from, by the quick method of EN 15193.
+    energy: Option<EnergyFile>,
     /// Unit of all lengths, OBJ and points files included.
     length_unit: Option<LengthUnitName>,
     /// Materials by name.
@@ -90,6 +92,34 @@ struct ProjectFile {
     date: Option<String>,
     /// What else the client is to read.
     notes: Option<String>,
+}
+
+/// What LENI is computed from besides the luminaires' power.
+#[derive(JsonSchema)]
+#[schemars(rename = "Energy", deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct EnergyFile {
+    /// Hours of use in a year by daylight; 2250, typical of offices, by default.
+    #[schemars(range(min = 0.0, max = 8784.0))]
+    day_hours: Option<f64>,
+    /// Hours of use in a year without daylight; 250, typical of offices, by default.
+    #[schemars(range(min = 0.0, max = 8784.0))]
+    night_hours: Option<f64>,
+    /// What control for constant illuminance leaves of the power; 1 by default.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    constant_illuminance_factor: Option<f64>,
+    /// What control by presence leaves of the hours; 1 by default.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    occupancy_factor: Option<f64>,
+    /// What control by daylight leaves of the hours by day; 1 by default.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    daylight_factor: Option<f64>,
+    /// What controls on standby and the charging of batteries take in a year, in kWh for each m²; 0 by default.
+    #[schemars(range(min = 0.0))]
+    standby_kwh_m2: Option<f64>,
+    /// Area in m² that counts; the floor's by default.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    area_m2: Option<f64>,
 }
 
 /// Length unit.
@@ -203,11 +233,24 @@ struct Requirements {
     /// Ud, minimum over maximum, at least.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
     uniformity_ud: Option<f64>,
+    /// Least direct illuminance at least, in lx, times `flux_factor`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    direct_minimum_lx: Option<f64>,
+    /// Least over greatest direct illuminance, at least.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
+    direct_uniformity_ud: Option<f64>,
     /// Glare rating of the worst observer, at most.
     #[schemars(range(min = 10.0, max = 40.0))]
     ugr: Option<f64>,
     /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011).
     en_12464_1: Option<String>,
+    /// Class of EN 12193 of ball games in halls: "I", "II" or "III".
+    en_12193: Option<String>,
+    /// Emergency lighting by EN 1838: "escape route" or "open area"; of direct light alone.
+    en_1838: Option<String>,
+    /// What is left of the luminous flux on batteries, for what is asked of direct light; 1 by default.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
+    flux_factor: Option<f64>,
 }
 
 /// Receivers.
@@ -414,6 +457,7 @@ mod tests {
         for (pointer, keys) in [
             ("/properties", &crate::scene::file::KEYS[..]),
             ("/$defs/Project/properties", &crate::scene::project::KEYS),
+            ("/$defs/Energy/properties", &crate::scene::energy::KEYS),
             ("/$defs/Transform/properties", &crate::scene::placing::KEYS),
             ("/$defs/BoxMaterials/properties", &crate::scene::surfaces::BOX_MATERIALS),
             ("/$defs/Fan/properties", &crate::scene::observers::FAN_KEYS),

@@ -1,0 +1,482 @@
+//! Lays blocks out on A4: nothing is cut, tables go on under their headings, and every page has its number.
+
+use super::drawing;
+use super::ink::{A4, Paper, PaperStroke, Type, drawable};
+use super::markup::{Block, Figure, PaperTable, TextCell, TextRun};
+use crate::output::color::{BLACK, BLUE, FAINT, Ink, SOFT};
+use crate::output::font::text_width;
+
+/// Margins in points: left and right, above, below.
+const SIDE: f64 = 46.0;
+const TOP: f64 = 48.0;
+const BOTTOM: f64 = 52.0;
+const WIDTH: f64 = A4[0] - 2.0 * SIDE;
+const END: f64 = A4[1] - BOTTOM;
+/// Sizes of type in points.
+const BODY: f64 = 9.6;
+const HEADINGS: [f64; 3] = [20.0, 13.0, 10.6];
+const TABLE: f64 = 8.6;
+const SMALL: f64 = 0.87;
+const LOW: f64 = 0.72;
+/// Height of a line over its type.
+const LINE: f64 = 1.42;
+/// Room below a heading without which it goes to the next page.
+const COMPANY: f64 = 90.0;
+/// Room in which a section that begins a page may begin on the page before.
+const ROOM_TO_GO_ON: f64 = 260.0;
+/// Greatest heights of pictures: alone, side by side, and such as may fill a page.
+const ALONE: f64 = 330.0;
+const BESIDE: f64 = 205.0;
+const TALL: f64 = 500.0;
+/// Between columns of a table, and of pictures.
+const GAP: f64 = 9.0;
+const GUTTER: f64 = 16.0;
+/// Points for a pixel of a picture that is shown as large as it was drawn.
+const POINTS: f64 = 0.75;
+/// Smallest type of a table that is too wide.
+const LEAST_TYPE: f64 = 6.0;
+
+/// A word of a line: a piece without a space in it.
+#[derive(Clone, Debug)]
+struct Word {
+    run: TextRun,
+    size: f64,
+    width: f64,
+    /// A space stands before it.
+    is_apart: bool,
+}
+
+/// Where the next block goes.
+pub struct Layout {
+    paper: Paper,
+    page: usize,
+    y: f64,
+}
+
+impl Layout {
+    /// An empty first page.
+    pub fn new() -> Layout {
+        let mut paper = Paper::new();
+        paper.turn_page();
+        Layout { paper, page: 0, y: TOP }
+    }
+
+    fn turn(&mut self) {
+        self.paper.turn_page();
+        (self.page, self.y) = (self.paper.pages() - 1, TOP);
+    }
+
+    /// Goes to the next page where so much has no room on this one.
+    fn need(&mut self, height: f64) {
+        if self.y + height > END && self.y > TOP {
+            self.turn();
+        }
+    }
+
+    /// Places blocks one below the other.
+    pub fn place(&mut self, blocks: &[Block]) {
+        for (index, block) in blocks.iter().enumerate() {
+            match block {
+                Block::Heading(level, runs, is_page) => {
+                    // Pages are not left half empty, but before pictures.
+                    let is_picture = matches!(blocks.get(index + 1), Some(Block::Figures(..)));
+                    if *is_page && self.y > TOP && (is_picture || END - self.y < ROOM_TO_GO_ON) {
+                        self.turn();
+                    }
+                    let company = match blocks.get(index + 1) {
+                        Some(Block::Figures(figures, tall)) => row_height(&figures[..figures.len().min(2)], *tall),
+                        Some(Block::Terms(terms)) => terms_height(terms) + BODY * LINE,
+                        Some(Block::Heading(..)) => COMPANY + 20.0,
+                        _ => COMPANY,
+                    };
+                    self.heading(*level, runs, company);
+                }
+                Block::Words(runs) => self.words(runs, BODY, 0.0),
+                Block::Item(runs) => self.item(runs),
+                Block::Typed(text) => self.typed(text),
+                Block::Terms(terms) => self.terms(terms),
+                Block::Table(table) => self.table(table),
+                Block::Signatures(lines) => self.signatures(lines),
+                Block::Figures(figures, tall) => self.figures(figures, *tall),
+            }
+        }
+    }
+
+    /// The file, with page numbers.
+    pub fn finish(mut self, title: &str, author: &str, language: &str, unix_time_s: u64) -> Vec<u8> {
+        let pages = self.paper.pages();
+        let how = Type { size: 8.0, bold: false, ink: SOFT, turn_deg: 0.0, rim: 0.0 };
+        let named = drawable(title);
+        for page in 0..pages {
+            let number = format!("{} / {pages}", page + 1);
+            let x = A4[0] - SIDE - text_width(&number, how.size, false);
+            self.paper.set(page, &number, [x, A4[1] - 28.0], &how);
+            if page > 0 {
+                self.paper.set(page, &named, [SIDE, A4[1] - 28.0], &how);
+            }
+        }
+        self.paper.finish(title, author, language, unix_time_s)
+    }
+
+    fn heading(&mut self, level: u8, runs: &[TextRun], company: f64) {
+        let size = HEADINGS[usize::from(level.clamp(1, 3)) - 1];
+        let bold: Vec<TextRun> = runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
+        let lines = lines(&words(&bold, size), WIDTH);
+        let before = if self.y > TOP { 0.9 * size } else { 0.0 };
+        let height = before + lines.len() as f64 * size * 1.25 + 0.35 * size;
+        if self.y > TOP {
+            self.need(height + company);
+        }
+        self.y += if self.y > TOP { before } else { 0.0 };
+        for line in &lines {
+            self.y += size * 1.25;
+            self.line(line, SIDE, self.y - 0.3 * size);
+        }
+        self.y += 0.35 * size;
+    }
+
+    fn words(&mut self, runs: &[TextRun], size: f64, indent: f64) {
+        for line in lines(&words(runs, size), WIDTH - indent) {
+            let height = size * LINE;
+            self.need(height);
+            self.y += height;
+            self.line(&line, SIDE + indent, self.y - 0.4 * size);
+        }
+        self.y += 0.45 * size;
+    }
+
+    fn item(&mut self, runs: &[TextRun]) {
+        self.need(BODY * LINE);
+        let how = Type { size: BODY, bold: false, ink: BLACK, turn_deg: 0.0, rim: 0.0 };
+        self.paper.set(self.page, "·", [SIDE + 3.0, self.y + BODY * LINE - 0.4 * BODY], &how);
+        self.words(runs, BODY * 0.95, 10.0);
+    }
+
+    fn typed(&mut self, text: &str) {
+        for line in text.lines() {
+            self.words(&[TextRun { text: line.to_owned(), small: true, ..TextRun::default() }], BODY, 10.0);
+        }
+    }
+
+    /// Lines to sign on, side by side.
+    fn signatures(&mut self, lines: &[Vec<TextRun>]) {
+        const ROOM: f64 = 44.0;
+        self.need(ROOM + BODY * LINE);
+        self.y += ROOM;
+        let column = (WIDTH - GUTTER) / lines.len().max(1) as f64;
+        for (place, runs) in lines.iter().enumerate() {
+            let x = SIDE + place as f64 * (column + GUTTER);
+            let rule = (vec![[x, self.y], [x + column - GUTTER, self.y]], false);
+            self.paper.draw(
+                self.page,
+                &[rule],
+                None,
+                Some(PaperStroke { ink: SOFT, width: 0.7, opacity: 1.0, dash: None }),
+            );
+            self.line(&words(runs, SMALL * BODY), x, self.y + 1.1 * BODY);
+        }
+        self.y += BODY * LINE;
+    }
+
+    fn terms(&mut self, terms: &[(Vec<TextRun>, Vec<TextRun>)]) {
+        let (left, rows) = terms_laid_out(terms);
+        for [name, meaning] in &rows {
+            let height = name.len().max(meaning.len()) as f64 * TABLE * LINE;
+            self.need(height);
+            for (lines, x) in [(name, SIDE), (meaning, SIDE + left)] {
+                for (number, line) in lines.iter().enumerate() {
+                    self.line(line, x, self.y + (number + 1) as f64 * TABLE * LINE - 0.4 * TABLE);
+                }
+            }
+            self.y += height + 1.5;
+        }
+        self.y += 0.4 * TABLE;
+    }
+
+    fn table(&mut self, table: &PaperTable) {
+        let (size, widths) = column_widths(table);
+        self.y += 3.0;
+        if !table.caption.is_empty() {
+            self.need(COMPANY);
+            let caption: Vec<TextRun> = table.caption.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
+            self.words(&caption, size, 0.0);
+        }
+        let head = laid_out(&table.head, &widths, size);
+        let head_height = row_lines(&head) * size * 1.3 + 4.0;
+        let rows: Vec<(Vec<Vec<Vec<Word>>>, bool)> = table
+            .rows
+            .iter()
+            .map(|(cells, is_total)| {
+                let bold = |cell: &TextCell| {
+                    cell.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect::<TextCell>()
+                };
+                let cells: Vec<TextCell> = if *is_total { cells.iter().map(bold).collect() } else { cells.clone() };
+                (laid_out(&cells, &widths, size), *is_total)
+            })
+            .collect();
+        let height_of = |cells: &[Vec<Vec<Word>>]| row_lines(cells) * size * 1.34 + 4.0;
+        self.need(head_height + rows.first().map_or(0.0, |(cells, _)| height_of(cells)));
+        self.row(&head, table, &widths, size, true);
+        for (cells, is_total) in &rows {
+            if self.y + height_of(cells) > END && self.y > TOP {
+                self.turn();
+                self.row(&head, table, &widths, size, true);
+            }
+            if *is_total {
+                self.rule(BLACK, 0.9);
+            }
+            self.row(cells, table, &widths, size, false);
+        }
+        self.y += 6.0;
+    }
+
+    fn row(&mut self, cells: &[Vec<Vec<Word>>], table: &PaperTable, widths: &[f64], size: f64, is_head: bool) {
+        let height = row_lines(cells) * size * if is_head { 1.3 } else { 1.34 };
+        let mut x = SIDE;
+        for (column, lines) in cells.iter().enumerate() {
+            let column_width = widths.get(column).copied().unwrap_or(0.0);
+            let is_text = table.is_text.get(column).copied().unwrap_or(true);
+            // Headings stand at the bottom of their row.
+            let drop = if is_head { height - lines.len() as f64 * size * 1.3 } else { 0.0 };
+            for (number, line) in lines.iter().enumerate() {
+                let step = size * if is_head { 1.3 } else { 1.34 };
+                let y = self.y + 2.0 + drop + (number + 1) as f64 * step - 0.34 * size;
+                let begin = if is_text { x } else { x + column_width - width(line) };
+                self.line(line, begin, y);
+            }
+            x += column_width + GAP;
+        }
+        self.y += height + 4.0;
+        self.rule(if is_head { BLACK } else { FAINT }, if is_head { 0.9 } else { 0.6 });
+    }
+
+    fn rule(&mut self, ink: Ink, width: f64) {
+        let line = (vec![[SIDE, self.y], [SIDE + WIDTH, self.y]], false);
+        self.paper.draw(self.page, &[line], None, Some(PaperStroke { ink, width, opacity: 1.0, dash: None }));
+    }
+
+    fn figures(&mut self, figures: &[Figure], tall: bool) {
+        for pair in figures.chunks(2) {
+            let is_alone = figures.len() == 1;
+            self.need(row_height(if is_alone { figures } else { pair }, tall) + 8.0);
+            self.y += 4.0;
+            let (begin, mut end) = (self.y, self.y);
+            for (place, figure) in pair.iter().enumerate() {
+                let column = if is_alone { WIDTH } else { 0.5 * (WIDTH - GUTTER) };
+                let x = SIDE + place as f64 * (column + GUTTER);
+                end = end.max(self.figure(figure, [x, begin], column, is_alone, tall));
+            }
+            self.y = end + 6.0;
+        }
+    }
+
+    /// Draws a figure from a corner on; returns where it ends.
+    fn figure(&mut self, figure: &Figure, [x, top]: [f64; 2], column: f64, is_alone: bool, tall: bool) -> f64 {
+        let mut y = top;
+        let title: Vec<TextRun> = figure.title.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
+        for line in lines(&words(&title, HEADINGS[2]), column) {
+            y += HEADINGS[2] * LINE;
+            self.line(&line, x, y - 0.4 * HEADINGS[2]);
+        }
+        let scale = scale_of(figure, column, is_alone, tall);
+        drawing::draw(&mut self.paper, self.page, figure.svg, [x, y], scale);
+        y += drawing::size(figure.svg)[1] * scale + 2.0;
+        for line in lines(&words(&figure.caption, SMALL * BODY), column) {
+            y += SMALL * BODY * LINE;
+            self.line(&line, x, y - 0.4 * BODY);
+        }
+        y
+    }
+
+    /// Sets a line; a verdict has a bar before it.
+    fn line(&mut self, line: &[Word], x: f64, y: f64) {
+        let mut at = x;
+        for (index, word) in line.iter().enumerate() {
+            at += if word.is_apart && index > 0 { space(word) } else { 0.0 };
+            let run = &word.run;
+            if !run.verdict.is_empty() && (index == 0 || line[index - 1].run.verdict.is_empty()) {
+                let (left, high) = (at, y - 0.85 * word.size);
+                let bar = vec![
+                    [left, high],
+                    [left + 2.4, high],
+                    [left + 2.4, y + 0.25 * word.size],
+                    [left, y + 0.25 * word.size],
+                ];
+                self.paper.draw(self.page, &[(bar, true)], Some((verdict_ink(run.verdict), 1.0)), None);
+                at += VERDICT_BAR;
+            }
+            let ink = if run.soft { SOFT } else { BLACK };
+            let drop = if run.low { 0.22 * word.size } else { 0.0 };
+            let how = Type { size: word.size, bold: run.bold, ink, turn_deg: 0.0, rim: 0.0 };
+            self.paper.set(self.page, &run.text, [at, y + drop], &how);
+            at += word.width;
+        }
+    }
+}
+
+/// Room that a verdict's bar takes.
+const VERDICT_BAR: f64 = 6.0;
+
+fn verdict_ink(verdict: &str) -> Ink {
+    match verdict {
+        "met" => [0, 122, 77],
+        "not-met" => [213, 94, 0],
+        "undecided" => [138, 138, 138],
+        _ => BLUE,
+    }
+}
+
+fn space(word: &Word) -> f64 {
+    text_width(" ", word.size, word.run.bold)
+}
+
+/// Words of runs; a run that does not begin with a space goes on with the word before it.
+fn words(runs: &[TextRun], size: f64) -> Vec<Word> {
+    let mut found: Vec<Word> = Vec::new();
+    let mut is_apart = false;
+    for run in runs {
+        let mut type_size = size;
+        type_size *= if run.small { SMALL } else { 1.0 };
+        type_size *= if run.low { LOW } else { 1.0 };
+        if run.text == "\n" {
+            found.push(Word { run: run.clone(), size: type_size, width: 0.0, is_apart: true });
+            is_apart = false;
+            continue;
+        }
+        let mut is_first = true;
+        // A verdict stands on one line.
+        let text = if run.verdict.is_empty() { run.text.clone() } else { run.text.replace(' ', "\u{a0}") };
+        for piece in text.split(' ') {
+            is_apart |= !is_first;
+            is_first = false;
+            if piece.is_empty() {
+                continue;
+            }
+            let text = drawable(piece);
+            let width = text_width(&text, type_size, run.bold);
+            found.push(Word { run: TextRun { text, ..run.clone() }, size: type_size, width, is_apart });
+            is_apart = false;
+        }
+    }
+    found
+}
+
+/// Width of words on one line.
+fn width(line: &[Word]) -> f64 {
+    let apart = |(index, word): (usize, &Word)| if word.is_apart && index > 0 { space(word) } else { 0.0 };
+    let bar = if line.iter().any(|word| !word.run.verdict.is_empty()) { VERDICT_BAR } else { 0.0 };
+    bar + line.iter().map(|word| word.width).sum::<f64>() + line.iter().enumerate().map(apart).sum::<f64>()
+}
+
+/// Breaks words into lines no wider than a column; words that stick together stay so.
+fn lines(words: &[Word], column: f64) -> Vec<Vec<Word>> {
+    let mut found: Vec<Vec<Word>> = Vec::new();
+    let mut line: Vec<Word> = Vec::new();
+    let mut index = 0;
+    while index < words.len() {
+        if words[index].run.text == "\n" {
+            found.push(std::mem::take(&mut line));
+            index += 1;
+            continue;
+        }
+        let sticking = 1 + words[index + 1..].iter().take_while(|word| !word.is_apart).count();
+        let piece = &words[index..index + sticking];
+        let with: Vec<Word> = line.iter().chain(piece).cloned().collect();
+        if !line.is_empty() && width(&with) > column + 0.01 {
+            found.push(std::mem::take(&mut line));
+            line = piece.to_vec();
+        } else {
+            line = with;
+        }
+        index += sticking;
+    }
+    if !line.is_empty() {
+        found.push(line);
+    }
+    found
+}
+
+/// Where meanings begin, and the lines of each term and its meaning.
+fn terms_laid_out(terms: &[(Vec<TextRun>, Vec<TextRun>)]) -> (f64, Vec<[Vec<Vec<Word>>; 2]>) {
+    let bold =
+        |runs: &[TextRun]| -> Vec<TextRun> { runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect() };
+    let all = terms.iter().map(|(name, _)| width(&words(&bold(name), TABLE)));
+    let left = all.fold(0.0, f64::max).min(0.3 * WIDTH) + GAP;
+    let row = |(name, meaning): &(Vec<TextRun>, Vec<TextRun>)| {
+        [lines(&words(&bold(name), TABLE), left - GAP), lines(&words(meaning, TABLE), WIDTH - left)]
+    };
+    (left, terms.iter().map(row).collect())
+}
+
+/// Height of terms and what they say.
+fn terms_height(terms: &[(Vec<TextRun>, Vec<TextRun>)]) -> f64 {
+    let (_, rows) = terms_laid_out(terms);
+    rows.iter().map(|[name, meaning]| name.len().max(meaning.len()) as f64 * TABLE * LINE + 1.5).sum()
+}
+
+fn laid_out(cells: &[TextCell], widths: &[f64], size: f64) -> Vec<Vec<Vec<Word>>> {
+    let column = |index: usize| widths.get(index).copied().unwrap_or(0.0);
+    cells.iter().enumerate().map(|(index, cell)| lines(&words(cell, size), column(index) + 0.01)).collect()
+}
+
+fn row_lines(cells: &[Vec<Vec<Word>>]) -> f64 {
+    cells.iter().map(Vec::len).max().unwrap_or(0).max(1) as f64
+}
+
+/// Size of a table's type and widths of its columns: those that hold words give way, then the type does.
+fn column_widths(table: &PaperTable) -> (f64, Vec<f64>) {
+    let columns = table.head.len();
+    let cells = |column: usize| {
+        std::iter::once(&table.head[column]).chain(table.rows.iter().filter_map(move |(cells, _)| cells.get(column)))
+    };
+    let widest = |size: f64, column: usize, limit: f64| {
+        let of_cell =
+            |cell: &TextCell| lines(&words(cell, size), limit).iter().map(|line| width(line)).fold(0.0, f64::max);
+        cells(column).map(of_cell).fold(0.0, f64::max)
+    };
+    let mut size = TABLE;
+    loop {
+        let room = WIDTH - GAP * columns.saturating_sub(1) as f64;
+        let natural: Vec<f64> = (0..columns).map(|column| widest(size, column, f64::INFINITY)).collect();
+        let least: Vec<f64> = (0..columns)
+            .map(|column| if table.is_text[column] { widest(size, column, 0.0) } else { natural[column] })
+            .collect();
+        let (all, tight): (f64, f64) = (natural.iter().sum(), least.iter().sum());
+        if all <= room {
+            // What is left over goes to the words.
+            let words = table.is_text.iter().filter(|is_text| **is_text).count().max(1) as f64;
+            let spare = |column: usize| if table.is_text[column] { (room - all) / words } else { 0.0 };
+            return (size, (0..columns).map(|column| natural[column] + spare(column)).collect());
+        }
+        if tight <= room || size <= LEAST_TYPE {
+            let share = ((room - tight) / (all - tight).max(1e-9)).clamp(0.0, 1.0);
+            return (
+                size,
+                natural.iter().zip(&least).map(|(natural, least)| least + share * (natural - least)).collect(),
+            );
+        }
+        size -= 0.2;
+    }
+}
+
+fn scale_of(figure: &Figure, column: f64, is_alone: bool, tall: bool) -> f64 {
+    let [width, height] = drawing::size(figure.svg);
+    let highest = match (tall, is_alone) {
+        (true, _) => TALL,
+        (false, true) => ALONE,
+        (false, false) => BESIDE,
+    };
+    (column / width).min(highest / height).min(POINTS)
+}
+
+/// Height of figures side by side, with their words.
+fn row_height(figures: &[Figure], tall: bool) -> f64 {
+    let is_alone = figures.len() == 1;
+    let column = if is_alone { WIDTH } else { 0.5 * (WIDTH - GUTTER) };
+    let height = |figure: &Figure| {
+        let title = lines(&words(&figure.title, HEADINGS[2]), column).len() as f64 * HEADINGS[2] * LINE;
+        let caption = lines(&words(&figure.caption, SMALL * BODY), column).len() as f64 * SMALL * BODY * LINE;
+        title + caption + drawing::size(figure.svg)[1] * scale_of(figure, column, is_alone, tall) + 6.0
+    };
+    figures.iter().map(height).fold(0.0, f64::max)
+}

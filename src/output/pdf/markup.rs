@@ -1,0 +1,190 @@
+//! The report's own markup as blocks to be laid out on paper. It is well-formed, and holds no more than these elements.
+
+use roxmltree::Node;
+
+/// A piece of text of one look.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextRun {
+    /// What it says; `\n` ends a line.
+    pub text: String,
+    /// Bold.
+    pub bold: bool,
+    /// Smaller.
+    pub small: bool,
+    /// In soft ink.
+    pub soft: bool,
+    /// An index, set low.
+    pub low: bool,
+    /// Verdict that it tells: `met`, `not-met`, `undecided`; else empty.
+    pub verdict: &'static str,
+}
+
+/// A cell of a table.
+pub type TextCell = Vec<TextRun>;
+
+/// A table.
+#[derive(Clone, Debug, Default)]
+pub struct PaperTable {
+    /// Words above it.
+    pub caption: Vec<TextRun>,
+    /// Headings, which are told again on every page.
+    pub head: Vec<TextCell>,
+    /// Columns that hold words, flush left.
+    pub is_text: Vec<bool>,
+    /// Rows, and whether they sum up.
+    pub rows: Vec<(Vec<TextCell>, bool)>,
+}
+
+/// A picture with what stands above and below it.
+#[derive(Clone, Debug)]
+pub struct Figure<'a, 'b> {
+    /// Words above it.
+    pub title: Vec<TextRun>,
+    /// The `svg` element.
+    pub svg: Node<'a, 'b>,
+    /// Words below it.
+    pub caption: Vec<TextRun>,
+}
+
+/// What stands on a page from the left edge to the right.
+#[derive(Clone, Debug)]
+pub enum Block<'a, 'b> {
+    /// A heading of a level, which begins a page or not.
+    Heading(u8, Vec<TextRun>, bool),
+    /// A paragraph.
+    Words(Vec<TextRun>),
+    /// An item of a list.
+    Item(Vec<TextRun>),
+    /// Letters as typed.
+    Typed(String),
+    /// Terms and what they say.
+    Terms(Vec<(Vec<TextRun>, Vec<TextRun>)>),
+    /// Lines to sign on, with what stands below each.
+    Signatures(Vec<Vec<TextRun>>),
+    /// A table.
+    Table(PaperTable),
+    /// Pictures side by side, at most two a line; high ones may fill a page.
+    Figures(Vec<Figure<'a, 'b>>, bool),
+}
+
+/// Blocks of an element, in order.
+pub fn blocks<'a, 'b>(element: Node<'a, 'b>) -> Vec<Block<'a, 'b>> {
+    let mut found = Vec::new();
+    for child in element.children().filter(Node::is_element) {
+        let class = child.attribute("class").unwrap_or_default();
+        match (child.tag_name().name(), class) {
+            ("h1", _) => found.push(Block::Heading(1, runs(child), false)),
+            ("h2", class) => found.push(Block::Heading(2, runs(child), class == "page")),
+            ("h3", _) => found.push(Block::Heading(3, runs(child), false)),
+            ("p" | "footer", _) => found.push(Block::Words(runs(child))),
+            ("li", _) => found.push(Block::Item(runs(child))),
+            ("pre", _) => found.push(Block::Typed(text(child))),
+            ("dl", _) => found.push(Block::Terms(terms(child))),
+            ("table", _) => found.push(Block::Table(table(child))),
+            ("figure", _) => found.extend(figure(child).map(|figure| Block::Figures(vec![figure], false))),
+            ("div", "tall") => {
+                found.extend(of_name(child, "figure").filter_map(figure).map(|one| Block::Figures(vec![one], true)))
+            }
+            ("div", "signatures") => found.push(Block::Signatures(of_name(child, "p").map(runs).collect())),
+            ("div", "row") => found.push(Block::Figures(of_name(child, "figure").filter_map(figure).collect(), false)),
+            ("div", "pair") => found.push(Block::Figures(of_name(child, "figure").filter_map(figure).collect(), false)),
+            ("div" | "header" | "ul", _) => found.extend(blocks(child)),
+            _ => {}
+        }
+    }
+    found
+}
+
+fn of_name<'a, 'b>(element: Node<'a, 'b>, name: &'static str) -> impl Iterator<Item = Node<'a, 'b>> {
+    element.descendants().filter(move |node| node.tag_name().name() == name)
+}
+
+fn figure<'a, 'b>(element: Node<'a, 'b>) -> Option<Figure<'a, 'b>> {
+    let heading = element.prev_sibling_element().filter(|before| before.tag_name().name() == "h3");
+    let is_in_pair = element.ancestors().any(|node| node.attribute("class") == Some("pair"));
+    Some(Figure {
+        title: heading.filter(|_| is_in_pair).map(runs).unwrap_or_default(),
+        svg: of_name(element, "svg").next()?,
+        caption: of_name(element, "figcaption").next().map(runs).unwrap_or_default(),
+    })
+}
+
+fn terms(list: Node) -> Vec<(Vec<TextRun>, Vec<TextRun>)> {
+    let meanings = of_name(list, "dd");
+    of_name(list, "dt").zip(meanings).map(|(term, meaning)| (runs(term), runs(meaning))).collect()
+}
+
+fn table(element: Node) -> PaperTable {
+    let mut table = PaperTable {
+        caption: of_name(element, "caption").next().map(runs).unwrap_or_default(),
+        ..PaperTable::default()
+    };
+    for heading in of_name(element, "th") {
+        table.is_text.push(heading.attribute("class") == Some("text"));
+        table.head.push(heading_runs(heading));
+    }
+    for row in of_name(element, "tr") {
+        let cells: Vec<TextCell> = of_name(row, "td").map(runs).collect();
+        if !cells.is_empty() {
+            table.rows.push((cells, row.attribute("class") == Some("total")));
+        }
+    }
+    table
+}
+
+/// Small words of a heading stand on a line of their own.
+fn heading_runs(heading: Node) -> Vec<TextRun> {
+    let mut found = Vec::new();
+    for mut run in runs(heading) {
+        if run.small && !run.low && found.last().is_some_and(|before: &TextRun| !before.small && before.text != "\n") {
+            found.push(TextRun { text: "\n".to_owned(), ..TextRun::default() });
+        }
+        run.bold = !run.small;
+        run.soft = run.small;
+        found.push(run);
+    }
+    found
+}
+
+/// All text of an element.
+fn text(element: Node) -> String {
+    element.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect()
+}
+
+/// Text of an element by its looks.
+pub fn runs(element: Node) -> Vec<TextRun> {
+    let class = element.attribute("class").unwrap_or_default();
+    let look = TextRun {
+        soft: class.contains("soft") || class == "kicker" || element.tag_name().name() == "figcaption",
+        small: class.contains("small") || class == "kicker",
+        ..TextRun::default()
+    };
+    let mut found = Vec::new();
+    gather(element, &look, &mut found);
+    found
+}
+
+fn gather(element: Node, look: &TextRun, found: &mut Vec<TextRun>) {
+    for child in element.children() {
+        if let Some(text) = child.text().filter(|_| child.is_text()) {
+            let text = text.replace('\n', " ");
+            found.push(TextRun { text, ..look.clone() });
+            continue;
+        }
+        let class = child.attribute("class").unwrap_or_default();
+        let mut inner = look.clone();
+        match child.tag_name().name() {
+            "b" => inner.bold = true,
+            "small" => inner.small = true,
+            "sub" => inner.low = true,
+            "br" => found.push(TextRun { text: "\n".to_owned(), ..TextRun::default() }),
+            _ => {}
+        }
+        inner.soft |= class.contains("soft") || class == "pm";
+        if let Some(verdict) = class.strip_prefix("verdict ") {
+            inner.bold = true;
+            inner.verdict = ["met", "not-met", "undecided"].into_iter().find(|name| *name == verdict).unwrap_or("");
+        }
+        gather(child, &inner, found);
+    }
+}

@@ -1,0 +1,112 @@
+//! Reads `energy`: how long and how much of the installed power a year's lighting takes, as far as its user knows.
+
+use super::error::SceneError;
+use super::reader::Node;
+
+/// What LENI is computed from besides the luminaires' power; see docs/methods.md, section 29.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Energy {
+    /// Hours of use in a year by daylight and without it.
+    pub day_hours: f64,
+    /// The same without daylight.
+    pub night_hours: f64,
+    /// F_C: what control for constant illuminance leaves of the power, mean over the years.
+    pub constant_illuminance_factor: f64,
+    /// F_O: what control by presence leaves of the hours.
+    pub occupancy_factor: f64,
+    /// F_D: what control by daylight leaves of the hours by day.
+    pub daylight_factor: f64,
+    /// What controls on standby and the charging of batteries take in a year, in kWh for each m².
+    pub standby_kwh_m2: f64,
+    /// Area in m² that counts; `None`: the floor's.
+    pub area_m2: Option<f64>,
+}
+
+/// Keys of `energy`.
+pub(super) const KEYS: [&str; 7] = [
+    "day_hours",
+    "night_hours",
+    "constant_illuminance_factor",
+    "occupancy_factor",
+    "daylight_factor",
+    "standby_kwh_m2",
+    "area_m2",
+];
+
+/// Hours in a year.
+const YEAR_HOURS: f64 = 8784.0;
+
+impl Default for Energy {
+    /// Hours that are typical of offices, no saving by controls, no standby.
+    fn default() -> Energy {
+        Energy {
+            day_hours: 2250.0,
+            night_hours: 250.0,
+            constant_illuminance_factor: 1.0,
+            occupancy_factor: 1.0,
+            daylight_factor: 1.0,
+            standby_kwh_m2: 0.0,
+            area_m2: None,
+        }
+    }
+}
+
+impl Energy {
+    /// LENI in kWh a year for each m², by the quick method of EN 15193: installed power in W, area in m².
+    ///
+    /// Source: docs/methods.md (30).
+    pub fn leni_kwh_m2(&self, installed_w: f64, area_m2: f64) -> f64 {
+        let hours = self.day_hours * self.daylight_factor + self.night_hours;
+        let lighting_kwh = installed_w * self.constant_illuminance_factor * self.occupancy_factor * hours / 1000.0;
+        lighting_kwh / area_m2 + self.standby_kwh_m2 // (30)
+    }
+}
+
+pub(super) fn read(node: &Node) -> Result<Energy, SceneError> {
+    let fields = node.fields("what the energy of lighting follows from")?;
+    fields.only(&KEYS)?;
+    let usual = Energy::default();
+    let hours = |key: &str, usual: f64| match fields.get(key) {
+        None => Ok(usual),
+        Some(node) => {
+            let hours = node.at_least_zero("the hours of use in a year")?;
+            if hours > YEAR_HOURS {
+                return Err(node.refuse("a year has no more than 8784 hours", "0 to 8784", "write 2250, say"));
+            }
+            Ok(hours)
+        }
+    };
+    let factor = |key: &str, what: &str| fields.get(key).map_or(Ok(1.0), |node| node.fraction(what));
+    Ok(Energy {
+        day_hours: hours("day_hours", usual.day_hours)?,
+        night_hours: hours("night_hours", usual.night_hours)?,
+        constant_illuminance_factor: factor("constant_illuminance_factor", "the factor of constant illuminance")?,
+        occupancy_factor: factor("occupancy_factor", "the factor of occupancy")?,
+        daylight_factor: factor("daylight_factor", "the factor of daylight")?,
+        standby_kwh_m2: fields
+            .get("standby_kwh_m2")
+            .map_or(Ok(0.0), |node| node.at_least_zero("the energy on standby"))?,
+        area_m2: fields.get("area_m2").map(|node| node.above_zero("the area")).transpose()?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Energy;
+
+    /// By hand: 500 W for (2000·0.7 + 500)·0.9·0.8 h are 684 kWh, on 40 m² 17.1 kWh/m², and 1.5 on standby.
+    #[test]
+    fn leni_is_what_is_worked_out_by_hand() {
+        let energy = Energy {
+            day_hours: 2000.0,
+            night_hours: 500.0,
+            constant_illuminance_factor: 0.9,
+            occupancy_factor: 0.8,
+            daylight_factor: 0.7,
+            standby_kwh_m2: 1.5,
+            area_m2: None,
+        };
+        assert!((energy.leni_kwh_m2(500.0, 40.0) - 18.6).abs() < 1e-12);
+        assert!((Energy::default().leni_kwh_m2(400.0, 40.0) - 25.0).abs() < 1e-12);
+    }
+}
