@@ -295,7 +295,8 @@ impl Mesh {
             }],
             luminaires: vec![],
             receivers: vec![],
-            warnings: vec![],
+            bodies: vec![],
+        warnings: vec![],
             project: Default::default(),
             unreported: Default::default(),
         }

@@ -10,9 +10,10 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::arrays;
+use super::bodies::body_of;
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
-use super::model::{Emission, Luminaire, Product};
+use super::model::{Emission, Luminaire, Product, SurfaceId};
 use super::photometry::{IntensityWeb, Opening, read_photometric_file};
 use super::reader::{Fields, Node};
 use super::sky;
@@ -227,7 +228,15 @@ fn read_sphere(fields: &Fields, unit: LengthUnit, maintained: f64) -> Result<(f6
 }
 
 fn read_area(fields: &Fields, surfaces: &Surfaces, maintained: f64) -> Result<(f64, Emission), SceneError> {
-    let emitting = surfaces.named(&fields.need("surface", "\"panel\"")?)?;
+    let node = fields.need("surface", "\"panel\"")?;
+    let emitting = surfaces.named(&node)?;
+    let is_body = |id: &SurfaceId| {
+        body_of(&surfaces.bodies, surfaces.surfaces[*id as usize].triangles.start).is_some()
+    };
+    if emitting.iter().any(is_body) {
+        let expected = "a surface of flat triangles, or a luminaire of type sphere";
+        return Err(node.refuse("a body of spherical harmonics cannot emit", expected, "take a mesh for what shines"));
+    }
     let side = fields.get("side").map_or(Ok(0), |node| node.choice(&SIDES))?;
     let (front, back) = (SIDES[side] != "back", SIDES[side] != "front");
     let one_side_m2: f64 = emitting.iter().map(|id| surfaces.area_m2(*id)).sum();

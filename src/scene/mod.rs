@@ -1,6 +1,7 @@
 //! From the scene file as written to one always-valid [`Scene`] in SI units.
 
 mod arrays;
+mod bodies;
 mod digest;
 pub mod elements;
 mod emission;
@@ -41,6 +42,7 @@ mod receivers;
 mod reported;
 mod requirements;
 mod schema;
+mod series;
 mod shapes;
 mod sky;
 mod standard;
@@ -54,6 +56,8 @@ mod units;
 mod vectors;
 mod weld;
 
+pub use bodies::{Body, body_of};
+pub use series::series_file;
 pub use elements::{Cell, Elements, Side};
 pub use error::{Refusal, SceneError, TextPlace};
 pub use evaluation_grid::{EvaluationGrid, GridPart, evaluation_grid};
