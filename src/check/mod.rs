@@ -10,6 +10,7 @@ mod box_tree;
 mod coplanar;
 mod faults;
 mod fitted_openings;
+mod harmonic_fit;
 mod insides;
 mod inspect;
 mod mesh_faults;
@@ -31,6 +32,7 @@ mod work_tests;
 
 pub(crate) use advice_openings::luminaires_behind_surfaces;
 pub use faults::{Faults, Hole, MeshFaults};
+pub use harmonic_fit::{HarmonicFit, NoFit, fit_harmonics};
 pub use insides::all_luminaires_are_shut_in;
 pub use inspect::{
     InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,

@@ -18,6 +18,7 @@ mod mesh;
 mod method;
 mod new;
 mod new_hall;
+mod new_harmonics;
 mod number_text;
 mod patience;
 mod progress;
