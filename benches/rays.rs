@@ -296,7 +296,7 @@ impl Mesh {
             luminaires: vec![],
             receivers: vec![],
             bodies: vec![],
-        warnings: vec![],
+            warnings: vec![],
             project: Default::default(),
             unreported: Default::default(),
         }

@@ -83,7 +83,8 @@ fn a_closed_lumpy_body_holds_its_light_and_leaks_none() {
 
 #[test]
 fn white_bodies_change_nothing_in_an_isothermal_room_whatever_the_method() {
-    let materials = r#""grey": { "type": "diffuse", "reflectance": 0.5 }, "white": { "type": "diffuse", "reflectance": 1 }"#;
+    let materials =
+        r#""grey": { "type": "diffuse", "reflectance": 0.5 }, "white": { "type": "diffuse", "reflectance": 1 }"#;
     let geometry = format!(
         r#"{{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "grey" }},
         {{ "name": "body", "type": "spherical_harmonics", "coefficients": [{}], "material": "white",
@@ -94,9 +95,7 @@ fn white_bodies_change_nothing_in_an_isothermal_room_whatever_the_method() {
     let plane = r#"{ "name": "plane", "type": "grid", "origin": [0.5,0.5,0.2], "u": [3,0,0], "v": [0,3,0], "columns": 3, "rows": 3 }"#;
     let scene = scene_of(materials, &geometry, walls, plane);
     let expected_lx = 100.0 * PI;
-    for (method, chains) in
-        [(Method::Collision, 200_000), (Method::Local, 20_000), (Method::Gather, 20_000)]
-    {
+    for (method, chains) in [(Method::Collision, 200_000), (Method::Local, 20_000), (Method::Gather, 20_000)] {
         let solution = solved(&scene, method, chains, MapSelection::All);
         for map in &solution.maps {
             // A share of 5 σ, for the largest of some thousand elements 6.
@@ -168,7 +167,8 @@ fn ellipsoid_obj(rows: usize) -> String {
     let corner = |row: usize, column: usize| 3 + (row - 1) * columns + column % columns;
     for column in 0..columns {
         writeln!(text, "f 1 {} {}", corner(1, column), corner(1, column + 1)).expect("texts take everything");
-        writeln!(text, "f 2 {} {}", corner(rows - 1, column + 1), corner(rows - 1, column)).expect("texts take everything");
+        writeln!(text, "f 2 {} {}", corner(rows - 1, column + 1), corner(rows - 1, column))
+            .expect("texts take everything");
         for row in 1..rows - 1 {
             let [a, b] = [corner(row, column), corner(row, column + 1)];
             let [c, d] = [corner(row + 1, column + 1), corner(row + 1, column)];

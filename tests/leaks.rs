@@ -323,7 +323,7 @@ impl Mesh {
             luminaires: vec![],
             receivers: vec![],
             bodies: vec![],
-        warnings: vec![],
+            warnings: vec![],
             project: Default::default(),
             unreported: Default::default(),
         }

@@ -11,6 +11,9 @@ pub const LARGEST_DEGREE: usize = 31;
 /// radius by more than 9%.
 const STEP_BY_DEGREE: f64 = 0.4;
 
+/// Bounds are as much wider than what is found, over the largest value: far above the rounding of sums.
+const ROUNDING: f64 = 1e-9;
+
 /// One harmonic pair of order m and what leads to the next degree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Term {
@@ -159,10 +162,9 @@ impl Harmonics {
                 .sum()
         };
         let degree = self.degree as f64;
-        let derivatives = [
-            (degree * half_range).min(by_degrees(1)),
-            (degree * degree * half_range).min(by_degrees(2)),
-        ];
+        let derivatives = [(degree * half_range).min(by_degrees(1)), (degree * degree * half_range).min(by_degrees(2))];
+        // What is summed is rounded.
+        let beyond = beyond + ROUNDING * high.abs();
         RadialBounds { low: low - beyond, high: high + beyond, derivatives }
     }
 }
@@ -185,8 +187,7 @@ pub fn harmonics_at(degree: usize, direction: DVec3) -> Vec<f64> {
             if m > 0 {
                 values[place_of(l, -(m as i64))] = value * power[1];
             }
-            let next =
-                ((2 * l + 1) as f64 * direction.z * legendre - (l + m) as f64 * last) / (l + 1 - m) as f64;
+            let next = ((2 * l + 1) as f64 * direction.z * legendre - (l + m) as f64 * last) / (l + 1 - m) as f64;
             (last, legendre) = (legendre, next);
         }
         power = [direction.x * power[0] - direction.y * power[1], direction.x * power[1] + direction.y * power[0]];

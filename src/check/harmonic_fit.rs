@@ -37,7 +37,9 @@ pub struct HarmonicFit {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NoFit {
     /// From the centre a direction meets the mesh not once.
-    #[error("the mesh is not star-shaped: from {center_m} m in the direction {direction:.3} it is met {crossings} times")]
+    #[error(
+        "the mesh is not star-shaped: from {center_m} m in the direction {direction:.3} it is met {crossings} times"
+    )]
     NotStarShaped {
         /// The mesh's centre of volume in m.
         center_m: DVec3,

@@ -13,6 +13,7 @@ mod fitted_openings;
 mod harmonic_fit;
 mod insides;
 mod inspect;
+mod inspect_bodies;
 mod mesh_faults;
 mod open_rooms;
 mod overlaps;
@@ -38,6 +39,7 @@ pub use inspect::{
     InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,
     Inspection, inspect, inspect_surfaces,
 };
+pub use inspect_bodies::InspectedBody;
 pub use proportions::{Proportions, Trust};
 pub use read::{read_scene, scene_from_json};
 pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};

@@ -163,7 +163,8 @@ impl Element {
     /// The same at a point.
     pub fn look_twice_at(&self, at: [f64; 2], stage: &Stage, pass: &mut DirectPass, stream: &mut Stream) -> TwoLooks {
         let origin = self.origin(stage, at);
-        let receiver = Receiver { point_m: self.point_m(stage, at), normal: self.normal_at(stage, at), origin: &origin };
+        let receiver =
+            Receiver { point_m: self.point_m(stage, at), normal: self.normal_at(stage, at), origin: &origin };
         let (looks_lx, rays) = pass.twice(stage, self.spot(), &receiver, stream);
         TwoLooks { at, looks_lx, rays }
     }

@@ -80,8 +80,7 @@ impl LocalBody {
         let (from, to) = (self.beside(from), self.beside(to));
         let along = to.point_m - from.point_m;
         let distance_m = along.length();
-        distance_m > 0.0
-            && self.body.cross(from.point_m, along / distance_m, from.outside, distance_m).is_some()
+        distance_m > 0.0 && self.body.cross(from.point_m, along / distance_m, from.outside, distance_m).is_some()
     }
 }
 

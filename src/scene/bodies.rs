@@ -133,7 +133,8 @@ impl Body {
         let (areas_m2, densest_m2_sr) = (Vec::new(), Vec::new());
         let mut body = Body { series, bounds, center_m, turn, inward, triangles, areas_m2, densest_m2_sr };
         let all = body.triangles.clone();
-        body.areas_m2 = all.clone().map(|triangle| body.part_area_m2(triangle, [[0.0; 2], [1.0, 0.0], [0.0, 1.0]])).collect();
+        body.areas_m2 =
+            all.clone().map(|triangle| body.part_area_m2(triangle, [[0.0; 2], [1.0, 0.0], [0.0, 1.0]])).collect();
         body.densest_m2_sr = all.map(|triangle| body.find_densest_m2_sr(triangle)).collect();
         body
     }
@@ -225,7 +226,8 @@ impl Body {
         let rows: Vec<Vec<f64>> = (0..=LOOKS).map(row).collect();
         let largest = rows.iter().flatten().copied().fold(0.0, f64::max);
         // Between looks it is larger by no more than what neighbours differ by, where it varies slowly.
-        let change = rows.iter().flat_map(|row| row.windows(2).map(|pair| (pair[1] - pair[0]).abs())).fold(0.0, f64::max);
+        let change =
+            rows.iter().flat_map(|row| row.windows(2).map(|pair| (pair[1] - pair[0]).abs())).fold(0.0, f64::max);
         largest + change
     }
 
@@ -266,7 +268,13 @@ mod tests {
     use super::*;
 
     fn body(coefficients: Vec<f64>, inward: bool) -> Body {
-        Body::new(Harmonics::new(coefficients), DVec3::ZERO, DMat3::IDENTITY, inward, 10..10 + 2 * (COLUMNS * RINGS) as u32)
+        Body::new(
+            Harmonics::new(coefficients),
+            DVec3::ZERO,
+            DMat3::IDENTITY,
+            inward,
+            10..10 + 2 * (COLUMNS * RINGS) as u32,
+        )
     }
 
     #[test]

@@ -6,8 +6,8 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-pub use super::leaves::MOST_CUTS;
 use super::bodies::body_of;
+pub use super::leaves::MOST_CUTS;
 use super::leaves::{Leaves, WHOLE, corners_of, cuts_of};
 use super::{Scene, SurfaceId};
 

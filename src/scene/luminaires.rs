@@ -230,9 +230,7 @@ fn read_sphere(fields: &Fields, unit: LengthUnit, maintained: f64) -> Result<(f6
 fn read_area(fields: &Fields, surfaces: &Surfaces, maintained: f64) -> Result<(f64, Emission), SceneError> {
     let node = fields.need("surface", "\"panel\"")?;
     let emitting = surfaces.named(&node)?;
-    let is_body = |id: &SurfaceId| {
-        body_of(&surfaces.bodies, surfaces.surfaces[*id as usize].triangles.start).is_some()
-    };
+    let is_body = |id: &SurfaceId| body_of(&surfaces.bodies, surfaces.surfaces[*id as usize].triangles.start).is_some();
     if emitting.iter().any(is_body) {
         let expected = "a surface of flat triangles, or a luminaire of type sphere";
         return Err(node.refuse("a body of spherical harmonics cannot emit", expected, "take a mesh for what shines"));

@@ -57,7 +57,6 @@ mod vectors;
 mod weld;
 
 pub use bodies::{Body, body_of};
-pub use series::series_file;
 pub use elements::{Cell, Elements, Side};
 pub use error::{Refusal, SceneError, TextPlace};
 pub use evaluation_grid::{EvaluationGrid, GridPart, evaluation_grid};
@@ -73,6 +72,7 @@ pub use proposal::propose_scene;
 pub use proposed::{Proposal, ProposedMaterial};
 pub(crate) use reader::Node;
 pub use schema::scene_schema;
+pub use series::series_file;
 #[cfg(test)]
 pub(crate) use shapes::icosphere;
 pub use standard::{Measure, Requirement, StandardEntry};

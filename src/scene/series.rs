@@ -123,7 +123,14 @@ fn of_file(node: &Node, base_dir: &Path) -> Result<Harmonics, SceneError> {
             start += line.len();
             let line = line.trim().trim_start_matches('\u{feff}');
             let refuse = |expected: String| {
-                source.refuse(place.clone(), "", "no term of a series", format!("{line:?}"), expected, "correct the line")
+                source.refuse(
+                    place.clone(),
+                    "",
+                    "no term of a series",
+                    format!("{line:?}"),
+                    expected,
+                    "correct the line",
+                )
             };
             if number == 0 {
                 if line != HEADER {

@@ -23,8 +23,8 @@ use crate::estimators::element::{Element, TwoLooks};
 use crate::maps::basis::{Linear, SLOPES, bends_at, slopes_at};
 use crate::maps::{Detail, DirectDetail, ReplicaMap, Variation};
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::{Elements, body_of};
 use crate::scene::elements::MOST_CUTS;
+use crate::scene::{Elements, body_of};
 
 /// Share of the squared target that direct light's variation within elements may take before the run.
 const DIRECT_SHARE: f64 = 0.15;
@@ -184,7 +184,11 @@ pub(super) fn cuts_of(
             area_m2: elements.area_m2(context.scene, cell),
             lost_lx2: lost_lx2.max(0.0),
             // Leaves of smooth bodies stay as they are.
-            cuts_left: if body_of(&context.scene.bodies, cell.triangle).is_some() { 0 } else { MOST_CUTS - cell.cuts() },
+            cuts_left: if body_of(&context.scene.bodies, cell.triangle).is_some() {
+                0
+            } else {
+                MOST_CUTS - cell.cuts()
+            },
         }
     };
     let losses: Vec<ElementLoss> = lost_lx2.enumerate().map(loss).collect();
