@@ -29,9 +29,9 @@ struct Term {
 /// Y_l0 = N_l0 P_l(cos θ), Y_lm = √2 N_lm P_l^m(cos θ) cos mφ, Y_l,−m = √2 N_lm P_l^m(cos θ) sin mφ for m > 0, N_lm² =
 /// (2l+1)/4π (l−m)!/(l+m)!, without the sign (−1)^m. Written in x, y and z, so that poles are places like others.
 ///
-/// Source: equation (30) of docs/methods.md.
+/// Source: docs/methods.md (30).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Harmonics {
+pub struct HarmonicSeries {
     degree: usize,
     coefficients: Vec<f64>,
     terms: Vec<Term>,
@@ -61,13 +61,13 @@ fn norm(degree: usize, order: usize) -> f64 {
     pair * ((2 * degree + 1) as f64 / (4.0 * PI) / factorials).sqrt() * double_factorial
 }
 
-impl Harmonics {
+impl HarmonicSeries {
     /// A series with the coefficients c_lm at l² + l + m.
     ///
     /// # Panics
     ///
     /// If their number is no (L + 1)², or L is above [`LARGEST_DEGREE`].
-    pub fn new(coefficients: Vec<f64>) -> Harmonics {
+    pub fn new(coefficients: Vec<f64>) -> HarmonicSeries {
         let degree = (coefficients.len() as f64).sqrt().round() as usize - 1;
         assert!((degree + 1).pow(2) == coefficients.len() && degree <= LARGEST_DEGREE);
         let mut terms = Vec::with_capacity((degree + 1) * (degree + 2) / 2);
@@ -84,7 +84,7 @@ impl Harmonics {
                 });
             }
         }
-        Harmonics { degree, coefficients, terms }
+        HarmonicSeries { degree, coefficients, terms }
     }
 
     /// Largest degree L.
@@ -228,7 +228,7 @@ mod tests {
     fn slopes_are_those_of_the_values_and_bounds_hold() {
         let coefficients: Vec<f64> =
             (0..64).map(|k| if k == 0 { 4.0 } else { 0.2 * f64::sin(7.3 * k as f64) / f64::from(k).sqrt() }).collect();
-        let series = Harmonics::new(coefficients.clone());
+        let series = HarmonicSeries::new(coefficients.clone());
         let bounds = series.bounds();
         for k in 0..2000 {
             let d = direction(1.0 - (k as f64 + 0.5) / 1000.0, 2.4 * k as f64);
@@ -255,7 +255,7 @@ mod tests {
         let mut coefficients = vec![0.0; 1024];
         coefficients[place_of(31, -17)] = 1.0;
         let d = DVec3::new(0.6, -0.48, 0.64);
-        let value = Harmonics::new(coefficients).value_and_slope(d).0;
+        let value = HarmonicSeries::new(coefficients).value_and_slope(d).0;
         assert!((value - harmonics_at(31, d)[place_of(31, -17)]).abs() < 1e-13 && value.abs() < 3.0);
     }
 }

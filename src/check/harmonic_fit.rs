@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::base::harmonics::{Harmonics, direction, harmonics_at};
+use crate::base::harmonics::{HarmonicSeries, direction, harmonics_at};
 use crate::base::quadrature::GaussLegendre;
 use crate::geometry::Tracer;
 use crate::scene::{Scene, Side};
@@ -18,7 +18,7 @@ const ROWS_A_DEGREE: usize = 6;
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicFit {
     /// Its radius in m by direction.
-    pub series: Harmonics,
+    pub series: HarmonicSeries,
     /// From where the radius is counted, in m: the mesh's centre of volume.
     pub center_m: DVec3,
     /// Mean radius over all directions in m.
@@ -84,7 +84,7 @@ pub fn fit_harmonics(scene: &Scene, degree: usize) -> Result<HarmonicFit, NoFit>
             met.push((weight / (4.0 * PI), towards, only.distance_m, outward));
         }
     }
-    let series = Harmonics::new(coefficients);
+    let series = HarmonicSeries::new(coefficients);
     let (mut square_m2, mut largest_error_m, mut square_rad2, mut mean_radius_m) = (0.0, 0.0f64, 0.0, 0.0);
     for (weight, towards, distance_m, outward) in &met {
         let (radius_m, slope_m) = series.value_and_slope(*towards);

@@ -1,8 +1,8 @@
 //! Where a ray meets a smooth body, in f64 and without a mesh.
 //!
 //! A line and the body's centre span a plane, in which the body is r = R(ψ), ψ the angle from the line's foot, and the line
-//! r = p / cos ψ. So they cross where H(ψ) = R(ψ) cos ψ − p is 0: equation (33). |H″| stays below a constant that the bounds of the
-//! series tell, so that a parabola bounds H from here on, and its root is a step that passes no crossing: equation (34). Near a crossing
+//! r = p / cos ψ. So they cross where H(ψ) = R(ψ) cos ψ − p is 0, docs/methods.md (33). |H″| stays below a constant that the bounds of the
+//! series tell, so that a parabola bounds H from here on, and its root is a step that passes no crossing, docs/methods.md (34). Near a crossing
 //! that is Newton's step. Inside and outside are states that a ray has, not answers of rounding: one that leaves the outside of a
 //! body stays outside until it crosses.
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use crate::base::harmonics::{Harmonics, RadialBounds, direction};
+use crate::base::harmonics::{HarmonicSeries, RadialBounds, direction};
 use crate::base::quadrature::GaussLegendre;
 
 /// Rings of corners between the poles, and leaves around.
@@ -24,7 +24,7 @@ const COLUMN: f64 = 2.0 * PI / COLUMNS as f64;
 const LEAF_SR: f64 = 0.5 * BAND * COLUMN;
 
 /// Angle in rad, times the degree, that a triangle of the quadrature spans at most.
-const QUADRATURE_STEP: f64 = 0.5;
+const QUADRATURE_STEP: f64 = 1.5;
 /// Cuts of a leaf along an edge where the largest density is looked for.
 const LOOKS: u32 = 12;
 
@@ -32,7 +32,7 @@ const LOOKS: u32 = 12;
 #[derive(Clone, Debug)]
 pub struct Body {
     /// The radius in m by directions of the body's own axes.
-    pub series: Harmonics,
+    pub series: HarmonicSeries,
     /// Bounds of the radius in m.
     pub bounds: RadialBounds,
     /// Centre in m.
@@ -128,7 +128,7 @@ fn leaf_in(d: DVec3) -> (usize, [f64; 2]) {
 
 impl Body {
     /// The body of a series whose leaves are these triangles of a scene.
-    pub fn new(series: Harmonics, center_m: DVec3, turn: DMat3, inward: bool, triangles: Range<u32>) -> Body {
+    pub fn new(series: HarmonicSeries, center_m: DVec3, turn: DMat3, inward: bool, triangles: Range<u32>) -> Body {
         let bounds = series.bounds();
         let (areas_m2, densest_m2_sr) = (Vec::new(), Vec::new());
         let mut body = Body { series, bounds, center_m, turn, inward, triangles, areas_m2, densest_m2_sr };
@@ -160,7 +160,7 @@ impl Body {
 
     /// The place in m in a direction of the body's own axes, and the unit normal of its outside.
     ///
-    /// Source: equations (30) and (31).
+    /// Source: docs/methods.md (30), (31).
     #[inline]
     pub fn place_in(&self, direction: DVec3) -> (DVec3, DVec3) {
         let (radius_m, slope_m) = self.series.value_and_slope(direction);
@@ -177,7 +177,7 @@ impl Body {
 
     /// Area over solid angle at a place on a leaf, in m²/sr: r √(r² + |∇r|²).
     ///
-    /// Source: equation (32).
+    /// Source: docs/methods.md (32).
     #[inline]
     pub fn density_m2_sr(&self, triangle: u32, at: [f64; 2]) -> f64 {
         density_m2_sr(&self.series, self.direction(triangle, at))
@@ -201,7 +201,7 @@ impl Body {
         // Leaves are widest between cap and first band, where they span √(2 BAND).
         let span = share.sqrt() * (2.0 * BAND).sqrt();
         let cuts = (span * self.series.degree().max(1) as f64 / QUADRATURE_STEP).ceil().max(2.0) as usize;
-        let rule = GaussLegendre::new(3);
+        let rule = GaussLegendre::new(4);
         let step = 1.0 / cuts as f64;
         let mut sum = 0.0;
         // Collapsed squares: the first corner is where lines of equal weight meet, as meridians do at a pole.
@@ -252,7 +252,7 @@ impl Body {
     }
 }
 
-fn density_m2_sr(series: &Harmonics, direction: DVec3) -> f64 {
+fn density_m2_sr(series: &HarmonicSeries, direction: DVec3) -> f64 {
     let (radius_m, slope_m) = series.value_and_slope(direction);
     radius_m * (radius_m * radius_m + slope_m.length_squared()).sqrt()
 }
@@ -269,7 +269,7 @@ mod tests {
 
     fn body(coefficients: Vec<f64>, inward: bool) -> Body {
         Body::new(
-            Harmonics::new(coefficients),
+            HarmonicSeries::new(coefficients),
             DVec3::ZERO,
             DMat3::IDENTITY,
             inward,

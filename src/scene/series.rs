@@ -12,7 +12,7 @@ use super::plain_file::read_plain_file;
 use super::reader::{Fields, Node, Source};
 use super::shapes::{GeometryShape, ShapePart};
 use super::units::LengthUnit;
-use crate::base::harmonics::{Harmonics, LARGEST_DEGREE, place_of};
+use crate::base::harmonics::{HarmonicSeries, LARGEST_DEGREE, place_of};
 
 /// Keys of the geometry.
 pub(super) const KEYS: &[&str] = &[
@@ -35,7 +35,7 @@ const MOST_BYTES: u64 = 1 << 20;
 
 /// A body as the file has it, in its unit.
 pub(super) struct WrittenBody {
-    series: Harmonics,
+    series: HarmonicSeries,
     center: DVec3,
     inward: bool,
 }
@@ -44,7 +44,7 @@ impl WrittenBody {
     /// The body in its place, with its leaves among a scene's triangles from a number on.
     pub fn placed(&self, placing: &Placing, unit: LengthUnit, first_triangle: u32) -> Arc<Body> {
         let longer = unit.length_m(placing.scale);
-        let series = Harmonics::new(self.series.coefficients().iter().map(|c| c * longer).collect());
+        let series = HarmonicSeries::new(self.series.coefficients().iter().map(|c| c * longer).collect());
         let center_m = unit.point_m(placing.apply(self.center));
         let end = first_triangle + leaves(self.inward).len() as u32;
         Arc::new(Body::new(series, center_m, placing.turn(), self.inward, first_triangle..end))
@@ -84,7 +84,7 @@ fn expected() -> String {
 }
 
 /// The series of terms, or the number of the first one that was given before.
-fn series_of(terms: &[(usize, i64, f64)]) -> Result<Harmonics, usize> {
+fn series_of(terms: &[(usize, i64, f64)]) -> Result<HarmonicSeries, usize> {
     let degree = terms.iter().map(|(l, ..)| *l).max().unwrap_or(0);
     let mut coefficients = vec![None; (degree + 1) * (degree + 1)];
     for (number, (l, m, value)) in terms.iter().enumerate() {
@@ -92,10 +92,10 @@ fn series_of(terms: &[(usize, i64, f64)]) -> Result<Harmonics, usize> {
             return Err(number);
         }
     }
-    Ok(Harmonics::new(coefficients.into_iter().map(Option::unwrap_or_default).collect()))
+    Ok(HarmonicSeries::new(coefficients.into_iter().map(Option::unwrap_or_default).collect()))
 }
 
-fn of_list(node: &Node) -> Result<Harmonics, SceneError> {
+fn of_list(node: &Node) -> Result<HarmonicSeries, SceneError> {
     let items = node.items("coefficients")?;
     let refuse = |item: &Node| item.refuse("no term of a series", expected(), "write [l, m, coefficient]");
     let mut terms = Vec::with_capacity(items.len());
@@ -106,9 +106,9 @@ fn of_list(node: &Node) -> Result<Harmonics, SceneError> {
     series_of(&terms).map_err(|number| refuse(&items[number]))
 }
 
-fn of_file(node: &Node, base_dir: &Path) -> Result<Harmonics, SceneError> {
+fn of_file(node: &Node, base_dir: &Path) -> Result<HarmonicSeries, SceneError> {
     let path = base_dir.join(node.name()?);
-    let read = || -> Result<Harmonics, SceneError> {
+    let read = || -> Result<HarmonicSeries, SceneError> {
         let bytes = read_plain_file(&path, MOST_BYTES).map_err(|error| {
             let what = format!("cannot read {}", path.display());
             SceneError::of_file(&path, what, error.to_string(), "a file of coefficients", "check the name")
@@ -155,7 +155,7 @@ fn of_file(node: &Node, base_dir: &Path) -> Result<Harmonics, SceneError> {
 }
 
 /// A series as a file of coefficients: one line a term, in the order of l and m.
-pub fn series_file(series: &Harmonics) -> String {
+pub fn series_file(series: &HarmonicSeries) -> String {
     let mut text = format!("{HEADER}\n");
     for l in 0..=series.degree() {
         for m in -(l as i64)..=l as i64 {
