@@ -137,10 +137,10 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::base::harmonics::{Harmonics, direction};
+    use crate::base::harmonics::{HarmonicSeries, direction};
 
     fn body(coefficients: Vec<f64>) -> Body {
-        Body::new(Harmonics::new(coefficients), DVec3::ZERO, DMat3::IDENTITY, false, 0..768)
+        Body::new(HarmonicSeries::new(coefficients), DVec3::ZERO, DMat3::IDENTITY, false, 0..768)
     }
 
     #[test]
