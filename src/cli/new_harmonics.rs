@@ -70,7 +70,7 @@ fn told(fit: &HarmonicFit, faces: usize) -> String {
         ("angle to the mesh's normals, rms", format!("{:.3}°", fit.rms_normal_error_deg)),
         ("directions", fit.directions.to_string()),
     ];
-    text_table(&["what", "value"], &[0, 1], rows.map(|(what, value)| vec![what.to_owned(), value]).into_iter())
+    text_table(&["what", "value"], &[0, 1], rows.map(|(what, value)| vec![what.to_owned(), value]))
 }
 
 /// The body above a floor, under a lamp.
