@@ -295,6 +295,7 @@ impl Mesh {
             }],
             luminaires: vec![],
             receivers: vec![],
+            bodies: vec![],
             warnings: vec![],
             project: Default::default(),
             energy: None,

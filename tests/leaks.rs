@@ -322,6 +322,7 @@ impl Mesh {
             }],
             luminaires: vec![],
             receivers: vec![],
+            bodies: vec![],
             warnings: vec![],
             project: Default::default(),
             energy: None,

@@ -3,6 +3,7 @@
 pub mod ball;
 pub mod form_factors;
 pub mod glare;
+pub mod harmonics;
 pub mod memory;
 pub mod pane;
 pub mod pareto;

@@ -4,7 +4,7 @@ use super::TriangleOptics;
 use crate::sampling::beam::Facet;
 use crate::sampling::emitter::{Emitters, PointEmitters};
 use crate::sampling::reflection::Law;
-use crate::scene::{Scene, Side};
+use crate::scene::{Scene, Side, body_of};
 
 /// Flat facets that images are looked for in, at most: a look asks all of them.
 const MOST_FACETS: usize = 128;
@@ -75,7 +75,8 @@ pub(super) fn mirrors_of(
     let mut left_out = Vec::new();
     for (count, id) in surfaces {
         let surface = &scene.surfaces[id];
-        if facets.len() + count > MOST_FACETS {
+        let is_smooth = body_of(&scene.bodies, surface.triangles.start).is_some();
+        if is_smooth || facets.len() + count > MOST_FACETS {
             left_out.push(format!("{} ({count} facets)", surface.name));
             continue;
         }

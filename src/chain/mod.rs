@@ -8,7 +8,7 @@ mod patience;
 mod sight_map;
 mod unlit;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -22,7 +22,7 @@ use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitted, Emitters, Place};
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Way};
-use crate::scene::{Elements, Scene, Side};
+use crate::scene::{Body, Elements, Scene, Side, body_of};
 
 /// A scene made ready for packets: tracer, elements, emitters, and per triangle what a packet needs on arrival.
 pub struct Stage {
@@ -45,6 +45,7 @@ pub struct Stage {
     /// How long paths may go on.
     pub patience: Patience,
     triangles: Vec<TriangleOptics>,
+    bodies: Vec<Arc<Body>>,
     laws: Vec<Law>,
     has_panes: bool,
 }
@@ -122,6 +123,7 @@ impl Stage {
             paths_not_found: mirrors::not_found(&left_out),
             patience: Patience::default(),
             triangles,
+            bodies: scene.bodies.clone(),
             laws,
             has_panes,
         };
@@ -165,11 +167,32 @@ impl Stage {
         side == Side::Front || self.triangles[triangle as usize].two_sided
     }
 
-    /// Unit normal of a side of a triangle.
+    /// Unit normal of a side of a triangle; of a leaf that of the flat one between its corners.
     #[inline]
     pub fn normal(&self, triangle: u32, side: Side) -> DVec3 {
         let front = self.triangles[triangle as usize].normal;
         if side == Side::Front { front } else { -front }
+    }
+
+    /// Unit normal of the side that a ray has met, where it has met it: on a smooth body that changes within a triangle.
+    #[inline]
+    pub fn normal_at(&self, hit: &SurfaceHit) -> DVec3 {
+        self.normal_on(hit.triangle, hit.barycentric, hit.side)
+    }
+
+    /// Unit normal of a side of a triangle at a place on it.
+    #[inline]
+    pub fn normal_on(&self, triangle: u32, barycentric: [f64; 2], side: Side) -> DVec3 {
+        let Some(body) = body_of(&self.bodies, triangle) else {
+            return self.normal(triangle, side);
+        };
+        let front = body.place(triangle, barycentric).1;
+        if side == Side::Front { front } else { -front }
+    }
+
+    /// Smooth bodies, whose leaves are among the triangles.
+    pub fn bodies(&self) -> &[Arc<Body>] {
+        &self.bodies
     }
 
     /// Whether it is known that no luminaire can light a side of a triangle: all are behind its plane or shine away from it.
@@ -236,7 +259,7 @@ impl Stage {
             let Law::Glass(glass) = self.law(hit.triangle) else {
                 return (0.0, rays);
             };
-            product *= glass.shares(self.normal(hit.triangle, hit.side).dot(direction))[1];
+            product *= glass.shares(self.normal_at(&hit).dot(direction))[1];
             here = self.leave(&hit, Way::Passed);
         }
         (0.0, MOST_PANES as u64)
@@ -309,7 +332,7 @@ impl Stage {
         let mark = stream.mark();
         for branch in 0..branches {
             stream.branch(&mark, first_index + u64::from(branch), branch);
-            let scattered = self.law(hit.triangle).sample(direction, self.normal(hit.triangle, hit.side), stream);
+            let scattered = self.law(hit.triangle).sample(direction, self.normal_at(&hit), stream);
             if let Some(scattered) = scattered {
                 let bounces = u32::from(scattered.way != Way::Passed);
                 let origin = self.leave(&hit, scattered.way);
@@ -350,7 +373,7 @@ impl Stage {
             }
             arrive(&Arrival { hit, direction, bounces });
             let law = self.law(hit.triangle);
-            let Some(scattered) = law.sample(direction, self.normal(hit.triangle, hit.side), stream) else {
+            let Some(scattered) = law.sample(direction, self.normal_at(&hit), stream) else {
                 return (if matches!(law, Law::Glass(_)) { End::Pane } else { End::Absorbed }, rays);
             };
             direction = scattered.direction;
@@ -406,7 +429,7 @@ impl Stage {
             if hit.distance_m > distance_m {
                 return 0.0;
             }
-            product *= glass.shares(self.normal(hit.triangle, hit.side).dot(direction))[1];
+            product *= glass.shares(self.normal_at(&hit).dot(direction))[1];
             here = self.leave(&hit, Way::Passed);
             if !self.tracer.is_occluded(&here, to) {
                 return product;

@@ -79,7 +79,7 @@ impl NearLights {
             let law = stage.law(hit.triangle);
             if stage.receives(hit.triangle, hit.side) && matches!(law, Law::Diffuse(_) | Law::Translucent(_)) {
                 let point_m = stage.tracer.position_m(&stage.leave(&hit, Way::Spread));
-                let lx = emitters[index as usize].unshadowed_lx(point_m, stage.normal(hit.triangle, hit.side));
+                let lx = emitters[index as usize].unshadowed_lx(point_m, stage.normal_at(&hit));
                 found.push((index, lx / emitters[index as usize].luminous_flux_lm));
             }
         }
@@ -168,7 +168,7 @@ impl NearLights {
             if !stage.receives(hit.triangle, hit.side) || stage.is_touched(&origin, &hit) {
                 return (0.0, rays);
             }
-            let normal = stage.normal(hit.triangle, hit.side);
+            let normal = stage.normal_at(&hit);
             let law = stage.law(hit.triangle);
             let (leaving, way) = match law {
                 Law::Diffuse(law) => (law.reflectance, Way::Spread),

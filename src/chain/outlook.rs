@@ -239,8 +239,9 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
         let aim = (index % points) as f64 + stream.unit();
         let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
         let (triangle, side) = spots[place.min(spots.len() - 1)];
-        let origin = stage.tracer.surface_origin(triangle, uniform_triangle(stream.pair()), side);
-        let place = [stage.tracer.position_m(&origin), stage.normal(triangle, side)];
+        let at = uniform_triangle(stream.pair());
+        let origin = stage.tracer.surface_origin(triangle, at, side);
+        let place = [stage.tracer.position_m(&origin), stage.normal_on(triangle, at, side)];
         stage.look_around(&origin, place, &mut stream, show, enough)
     };
 

@@ -243,7 +243,7 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<Meeting>, u64) {
             let hit = &arrival.hit;
             if stage.law(hit.triangle).scatters() {
                 let origin = stage.leave(hit, Way::Spread);
-                let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal(hit.triangle, hit.side));
+                let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal_at(hit));
                 met.push(Meeting { cell: 0, point_m, normal, origin });
             }
         };

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Stage;
 use crate::sampling::emitter::Reach;
-use crate::scene::{Scene, Side};
+use crate::scene::{Scene, Side, body_of};
 
 /// Sides times emitters up to which every side is held against every emitter: a second's work.
 const MOST_TESTS: usize = 200_000_000;
@@ -22,6 +22,9 @@ pub(super) fn mark_unlit(scene: &Scene, stage: &mut Stage) {
     stage.triangles.par_iter_mut().enumerate().for_each_init(
         || 0,
         |latest, (triangle, optics)| {
+            if body_of(&scene.bodies, triangle as u32).is_some() {
+                return;
+            }
             let corners_m = scene.corners_m(triangle as u32);
             // Nobody looks from the backs of one-sided surfaces.
             let sides = if optics.two_sided { &[Side::Front, Side::Back][..] } else { &[Side::Front] };

@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::faults::MeshFaults;
 use super::insides::Enclosures;
+use super::inspect_bodies::{InspectedBody, bodies_of};
 use super::mesh_faults::mesh_faults;
 use super::shells::{bounds_m, one_vertex_a_place, shells_over};
 use crate::scene::{Elements, Side};
@@ -33,6 +34,8 @@ pub struct Inspection {
     pub mesh: MeshFaults,
     /// All surfaces.
     pub surfaces: Vec<InspectedSurface>,
+    /// Smooth bodies of spherical harmonics.
+    pub bodies: Vec<InspectedBody>,
     /// All luminaires.
     pub luminaires: Vec<InspectedLuminaire>,
     /// All sets of receivers.
@@ -218,6 +221,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
             receiver_points: scene.receivers.iter().map(|set| set.points.len()).sum(),
         },
         surfaces,
+        bodies: bodies_of(scene),
         luminaires: scene.luminaires.iter().map(|luminaire| inspect_luminaire(scene, luminaire)).collect(),
         receivers: scene.receivers.iter().map(inspect_receivers).collect(),
         warnings: scene.warnings.clone(),

@@ -10,8 +10,10 @@ mod box_tree;
 mod coplanar;
 mod faults;
 mod fitted_openings;
+mod harmonic_fit;
 mod insides;
 mod inspect;
+mod inspect_bodies;
 mod mesh_faults;
 mod open_rooms;
 mod overlaps;
@@ -32,11 +34,13 @@ mod work_tests;
 
 pub(crate) use advice_openings::luminaires_behind_surfaces;
 pub use faults::{Faults, Hole, MeshFaults};
+pub use harmonic_fit::{HarmonicFit, NoFit, fit_harmonics};
 pub use insides::all_luminaires_are_shut_in;
 pub use inspect::{
     InspectedLuminaire, InspectedReceivers, InspectedShell, InspectedSurface, InspectedTotals, InspectedUnits,
     Inspection, inspect, inspect_surfaces,
 };
+pub use inspect_bodies::InspectedBody;
 pub use proportions::{Proportions, Trust};
 pub use read::{read_scene, scene_from_json};
 pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};

@@ -13,8 +13,8 @@ use super::proportions::warn_of_proportions;
 use super::text_table::text_table;
 use super::{Outcome, console, values};
 use crate::check::{
-    InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshCheck, MeshFaults, inspect, read_scene,
-    skip_checks,
+    InspectedBody, InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshCheck, MeshFaults,
+    inspect, read_scene, skip_checks,
 };
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
@@ -120,6 +120,10 @@ fn scene_text(inspection: &Inspection, memory_bytes: u64) -> String {
 
     text += &format!("\nSurfaces: {}, {} m²\n", totals.surfaces, plain(totals.area_m2, 4));
     text += &surface_table(&inspection.surfaces);
+    if !inspection.bodies.is_empty() {
+        text += &format!("\nSmooth bodies: {}\n", inspection.bodies.len());
+        text += &body_table(&inspection.bodies);
+    }
 
     text += &format!("\nLuminaires: {}, {} lm maintained\n", totals.luminaires, plain(totals.luminous_flux_lm, 5));
     text += &luminaire_table(&inspection.luminaires);
@@ -225,6 +229,23 @@ fn surface_table(surfaces: &[InspectedSurface]) -> String {
     };
     let header = ["name", "material", "sides", "reflectance", "area/m²", "triangles", "elements"];
     table_of_first(&header, &[0, 1, 2], surfaces, row)
+}
+
+fn body_table(bodies: &[InspectedBody]) -> String {
+    let row = |body: &InspectedBody| {
+        let [low_m, high_m] = body.radius_bounds_m;
+        vec![
+            body.name.clone(),
+            body.degree.to_string(),
+            body.harmonics.to_string(),
+            plain(body.area_m2, 6),
+            plain(body.volume_m3, 6),
+            format!("{} – {}", plain(low_m, 4), plain(high_m, 4)),
+            place(body.center_m),
+        ]
+    };
+    let header = ["name", "degree", "harmonics", "area/m²", "volume/m³", "radius within/m", "centre/m"];
+    table_of_first(&header, &[0], bodies, row)
 }
 
 fn luminaire_table(luminaires: &[InspectedLuminaire]) -> String {

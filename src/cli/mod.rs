@@ -20,6 +20,7 @@ mod method;
 mod mpi;
 mod new;
 mod new_hall;
+mod new_harmonics;
 mod number_text;
 mod patience;
 mod progress;

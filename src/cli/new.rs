@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::exit::{Exit, Failure};
 use super::new_hall::hall_obj;
+use super::new_harmonics::{USUAL_DEGREE, fitted_body};
 use super::text_table::text_table;
 use super::{Outcome, console, values};
 use crate::output::{ResultFile, write_files};
@@ -15,6 +16,7 @@ const EXAMPLES: &str = "\
 Examples:
   luxmc new office --out my-office
   luxmc solve my-office/office.json --out my-office/results
+  luxmc new harmonics head.obj --degree 7 --out head   a smooth body fitted to a mesh
   luxmc new room --kind list                       kinds of made-up rooms
   luxmc new room --kind attic --seed 3 --out attic one of them, to try things on
 
@@ -27,6 +29,12 @@ pub struct NewArguments {
     /// What to start from
     #[arg(value_enum)]
     project: Project,
+    /// The mesh, for harmonics: a closed OBJ, glTF, STL or PLY in m
+    #[arg(value_name = "MESH")]
+    mesh: Option<PathBuf>,
+    /// Degree of the series, for harmonics [default: 7]
+    #[arg(long, value_name = "L")]
+    degree: Option<usize>,
     /// Directory for the project; made where missing [default for rooms: KIND-SEED]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -53,6 +61,8 @@ enum Project {
     Hall,
     /// A made-up room of the proving ground, by kind and seed
     Room,
+    /// A smooth body of spherical harmonics, fitted to a star-shaped mesh
+    Harmonics,
 }
 
 /// A file of a project: its path in the project's directory and its text.
@@ -101,7 +111,17 @@ pub fn run(arguments: &NewArguments) -> Outcome {
         Project::Gym => GYM,
         Project::Hall => HALL,
         Project::Room => return run_room(arguments),
+        Project::Harmonics => return run_harmonics(arguments),
     };
+    let of_a_fit = arguments.mesh.as_ref().map(|_| "MESH").or(arguments.degree.map(|_| "--degree"));
+    if let Some(option) = of_a_fit {
+        return Err(Failure::Usage {
+            what: "meshes and degrees are for harmonics alone".to_owned(),
+            got: option.to_owned(),
+            expected: "luxmc new harmonics MESH --degree L --out DIR".to_owned(),
+            remedy: format!("leave out {option}, or fit a body"),
+        });
+    }
     if let Some(option) = arguments.kind.as_ref().map(|_| "--kind").or(arguments.seed.map(|_| "--seed")) {
         return Err(Failure::Usage {
             what: "kinds and seeds are for rooms alone".to_owned(),
@@ -155,6 +175,22 @@ fn run_room(arguments: &NewArguments) -> Outcome {
     let mut files = vec![(SCENE_FILE.to_owned(), room.scene.into_bytes())];
     files.extend(room.files.into_iter().map(|file| (file.name, file.text.into_bytes())));
     write_project(&out, files)
+}
+
+/// Fits a body to a mesh, tells how well, and writes it with a scene around it.
+fn run_harmonics(arguments: &NewArguments) -> Outcome {
+    let (Some(mesh), Some(out)) = (&arguments.mesh, &arguments.out) else {
+        return Err(Failure::Usage {
+            what: "a body needs a mesh and a directory".to_owned(),
+            got: if arguments.mesh.is_none() { "no MESH" } else { "no --out" }.to_owned(),
+            expected: "luxmc new harmonics MESH --degree L --out DIR".to_owned(),
+            remedy: "name both".to_owned(),
+        });
+    };
+    let body = fitted_body(mesh, arguments.degree.unwrap_or(USUAL_DEGREE))?;
+    let outcome = write_project(out, body.files)?;
+    console::result(&body.told)?;
+    Ok(outcome)
 }
 
 /// Writes the files of a project, the scene first, where none of them stands yet.

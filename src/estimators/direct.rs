@@ -190,8 +190,8 @@ impl DirectPass {
 
     /// One unbiased sample of the mean direct illuminance of an element side in lx, and the rays it took.
     ///
-    /// Point emitters look at the element through its exact solid angle, Ē = I Ω/A; for all others a point is drawn
-    /// uniformly in the element.
+    /// Point emitters look at a flat element through its exact solid angle, Ē = I Ω/A; for all others, and on smooth bodies, a point is
+    /// drawn uniformly in the element.
     pub fn over_element(&mut self, stage: &Stage, element: &Element, stream: &mut Stream) -> (f64, u64) {
         if stage.is_unlit(element.spot()) {
             return (0.0, 0);
@@ -200,14 +200,15 @@ impl DirectPass {
             let mut sum_lx = 0.0;
             let mut rays = 0;
             for emitter in stage.emitters.list() {
-                let looked = match emitter.draw_point(stream) {
+                let point = if element.is_curved() { None } else { emitter.draw_point(stream) };
+                let looked = match point {
                     Some(point) => point_over_element(stage, emitter, &point, element, stream),
                     None => {
-                        let at = element.draw(stream);
-                        let point_m = element.point_m(at);
-                        emitter.look(point_m, element.normal, stream).map(|look| {
+                        let at = element.draw(stage, stream);
+                        let (point_m, normal) = (element.point_m(stage, at), element.normal_at(stage, at));
+                        emitter.look(point_m, normal, stream).map(|look| {
                             let origin = element.origin(stage, at);
-                            let receiver = Receiver { point_m, normal: element.normal, origin: &origin };
+                            let receiver = Receiver { point_m, normal, origin: &origin };
                             look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
                         })
                     }
@@ -217,9 +218,10 @@ impl DirectPass {
             }
             return (sum_lx, rays);
         }
-        let at = element.draw(stream);
+        let at = element.draw(stage, stream);
         let origin = element.origin(stage, at);
-        let receiver = Receiver { point_m: element.point_m(at), normal: element.normal, origin: &origin };
+        let receiver =
+            Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
         self.looks(stage, element.spot(), &receiver, LOOKS_OVER_ELEMENT, stream)
     }
 

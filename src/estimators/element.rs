@@ -8,7 +8,7 @@ use crate::chain::{Spot, Stage};
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
-use crate::scene::{Cell, Elements, Scene};
+use crate::scene::{Cell, Elements, Scene, body_of};
 
 /// An element side with all that its samples need.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +19,10 @@ pub struct Element {
     pub corners_m: [DVec3; 3],
     /// Barycentric coordinates of its corners in its triangle.
     corners: [[f64; 2]; 3],
-    /// Unit normal of the side.
-    pub normal: DVec3,
+    /// Unit normal of the side where that is the same everywhere on it.
+    normal: DVec3,
+    /// Whether it is a part of a leaf of a smooth body.
+    curved: bool,
     /// Area in m².
     pub area_m2: f64,
     /// Whether something covers a part of it, of which points are to be left out.
@@ -50,6 +52,7 @@ impl Element {
             corners_m: elements.corners_m(scene, cell),
             corners: elements.corners(&cell),
             normal: stage.normal(cell.triangle, cell.side),
+            curved: body_of(stage.bodies(), cell.triangle).is_some(),
             area_m2: elements.area_m2(scene, cell),
             covered_in_part: false,
         }
@@ -65,16 +68,54 @@ impl Element {
         (self.cell.triangle, self.cell.side)
     }
 
-    /// A random point: the weights of the second and third corner.
+    /// Whether it is a part of a leaf of a smooth body.
+    pub fn is_curved(&self) -> bool {
+        self.curved
+    }
+
+    /// A random point, all areas alike: the weights of the second and third corner.
     #[inline]
-    pub fn draw(&self, stream: &mut Stream) -> [f64; 2] {
-        uniform_triangle(stream.pair())
+    pub fn draw(&self, stage: &Stage, stream: &mut Stream) -> [f64; 2] {
+        let mut at = uniform_triangle(stream.pair());
+        if self.curved
+            && let Some(body) = body_of(stage.bodies(), self.cell.triangle)
+        {
+            while !stream.happens(body.keeping(self.cell.triangle, self.inner(at))) {
+                at = uniform_triangle(stream.pair());
+            }
+        }
+        at
+    }
+
+    /// Weights of the triangle's corners at a point.
+    #[inline]
+    fn inner(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        let [a, b, c] = self.corners;
+        [0, 1].map(|k| a[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]))
+    }
+
+    /// Unit normal of the side at a point.
+    #[inline]
+    pub fn normal_at(&self, stage: &Stage, at: [f64; 2]) -> DVec3 {
+        if !self.curved {
+            return self.normal;
+        }
+        stage.normal_on(self.cell.triangle, self.inner(at), self.cell.side)
+    }
+
+    /// Its middle in m, and the unit normal there.
+    pub fn middle(&self, stage: &Stage) -> (DVec3, DVec3) {
+        let at = [1.0 / 3.0; 2];
+        if self.curved {
+            return (self.point_m(stage, at), self.normal_at(stage, at));
+        }
+        (self.corners_m.iter().sum::<DVec3>() / 3.0, self.normal)
     }
 
     /// A random point that is not covered, and the rays that it took to find it.
     #[inline]
     pub fn draw_exposed(&self, stage: &Stage, stream: &mut Stream) -> ([f64; 2], u64) {
-        let mut at = self.draw(stream);
+        let mut at = self.draw(stage, stream);
         let mut rays = 0;
         if self.covered_in_part {
             for _ in 0..MOST_DRAWN {
@@ -83,7 +124,7 @@ impl Element {
                 if !covered {
                     break;
                 }
-                at = self.draw(stream);
+                at = self.draw(stage, stream);
             }
         }
         (at, rays)
@@ -91,20 +132,23 @@ impl Element {
 
     /// Whether a point of it is covered, and the rays that it took to tell.
     pub fn is_covered(&self, stage: &Stage, at: [f64; 2], stream: &mut Stream) -> (bool, u64) {
-        is_covered(stage, &self.origin(stage, at), self.normal, stream)
+        is_covered(stage, &self.origin(stage, at), self.normal_at(stage, at), stream)
     }
 
     /// Where a ray leaves the element.
     #[inline]
-    pub fn origin(&self, stage: &Stage, [u, v]: [f64; 2]) -> Origin {
-        let [a, b, c] = self.corners;
-        let inner = [0, 1].map(|k| a[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]));
-        stage.tracer.surface_origin(self.cell.triangle, inner, self.cell.side)
+    pub fn origin(&self, stage: &Stage, at: [f64; 2]) -> Origin {
+        stage.tracer.surface_origin(self.cell.triangle, self.inner(at), self.cell.side)
     }
 
     /// The point in m.
     #[inline]
-    pub fn point_m(&self, [u, v]: [f64; 2]) -> DVec3 {
+    pub fn point_m(&self, stage: &Stage, [u, v]: [f64; 2]) -> DVec3 {
+        if self.curved
+            && let Some(body) = body_of(stage.bodies(), self.cell.triangle)
+        {
+            return body.place(self.cell.triangle, self.inner([u, v])).0;
+        }
         let [a, b, c] = self.corners_m;
         a + u * (b - a) + v * (c - a)
     }
@@ -119,7 +163,8 @@ impl Element {
     /// The same at a point.
     pub fn look_twice_at(&self, at: [f64; 2], stage: &Stage, pass: &mut DirectPass, stream: &mut Stream) -> TwoLooks {
         let origin = self.origin(stage, at);
-        let receiver = Receiver { point_m: self.point_m(at), normal: self.normal, origin: &origin };
+        let receiver =
+            Receiver { point_m: self.point_m(stage, at), normal: self.normal_at(stage, at), origin: &origin };
         let (looks_lx, rays) = pass.twice(stage, self.spot(), &receiver, stream);
         TwoLooks { at, looks_lx, rays }
     }

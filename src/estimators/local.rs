@@ -266,7 +266,7 @@ impl Anchors {
             return None;
         }
         let point_m = stage.tracer.position_m(&stage.leave(&arrival.hit, Way::Spread));
-        let normal = stage.normal(arrival.hit.triangle, arrival.hit.side);
+        let normal = stage.normal_at(&arrival.hit);
         let scatters_through = matches!(law, Law::Translucent(_));
         if !scatters_through && self.is_out_of_reach(point_m, normal) {
             return None;

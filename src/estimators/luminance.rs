@@ -208,7 +208,7 @@ fn first_luminaires(stage: &Stage, from: &Origin, direction: DVec3) -> (Vec<(u32
                 let Law::Glass(glass) = stage.law(hit.triangle) else {
                     break;
                 };
-                transmittance *= glass.shares(stage.normal(hit.triangle, hit.side).dot(direction))[1];
+                transmittance *= glass.shares(stage.normal_at(&hit).dot(direction))[1];
                 origin = stage.leave(&hit, Way::Passed);
             }
         }

@@ -76,7 +76,7 @@ pub fn look_along(
         let from_m = stage.tracer.position_m(&origin);
         let reach_m = match &meeting {
             Meeting::Surface(hit) => {
-                let cosine = stage.normal(hit.triangle, hit.side).dot(direction).abs();
+                let cosine = stage.normal_at(hit).dot(direction).abs();
                 hit.distance_m + MOUNTING * stage.tracer.position_accuracy_m() / cosine.max(1e-3)
             }
             Meeting::Ball(luminaire) => stage
@@ -116,7 +116,7 @@ pub fn look_along(
         if law.is_black() || !stage.receives(hit.triangle, hit.side) {
             continue;
         }
-        let normal = stage.normal(hit.triangle, hit.side);
+        let normal = stage.normal_at(&hit);
         let cosine = normal.dot(direction);
         if law.is_specular() {
             branches.push((

@@ -275,7 +275,7 @@ fn follow_lm_m2(
         if law.is_black() || !stage.receives(hit.triangle, hit.side) {
             return (sum_lm_m2, rays);
         }
-        let normal = stage.normal(hit.triangle, hit.side);
+        let normal = stage.normal_at(&hit);
         origin = stage.leave(&hit, Way::Spread);
         let shares_of = |lit: DVec3| if is_first { share_of(stage.tracer.position_m(&origin), lit) } else { [1.0; 2] };
         let shares = shares_of(normal);

@@ -29,6 +29,7 @@ impl Frame {
                 include(place_m, luminaire.emission.radius_m());
             }
         }
+        scene.bodies.iter().for_each(|body| include(body.center_m, body.bounds.high));
         let receivers = scene.receivers.iter().flat_map(|set| set.placed_points());
         receivers.for_each(|point| include(point.position_m, 0.0));
         if !(low.is_finite() && high.is_finite()) {

@@ -39,7 +39,7 @@ impl Plane {
 impl Hull {
     /// The planes of a tree's triangles, if they are few and nothing lies behind any of them; a ball lies within.
     pub fn of(tree: &Tree) -> Option<Hull> {
-        if !tree.balls.is_empty() {
+        if !(tree.balls.is_empty() && tree.bodies.is_empty()) {
             return None;
         }
         let (slots, count) = (&tree.slots, tree.primitives().len());

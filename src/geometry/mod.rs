@@ -14,12 +14,15 @@
 //!    from behind, where "in front" is judged in f64 on the side that its origin belongs to. No smallest distance is
 //!    needed, and what an origin lies on does not shadow it.
 //!
+//! Smooth bodies stand in the tree as the balls around them, and are met exactly (`body`); their leaves are no triangles here.
+//!
 //! Where a scene is convex nothing stands between two places within it, and no ray is asked (`hull`).
 //!
 //! What the walk finds is taken as it is, unless it lies on an edge or is the back of a one-sided surface. Such
 //! doubtful crossings (some 4 in 10,000) are settled with all crossings of the ray in hand (`tracer`).
 
 mod ball;
+mod body;
 mod build;
 mod crossings;
 mod frame;

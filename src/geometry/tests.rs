@@ -27,6 +27,7 @@ fn scene_of(vertices_m: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Scene {
         }],
         luminaires: vec![],
         receivers: vec![],
+        bodies: vec![],
         warnings: vec![],
         project: Default::default(),
         energy: None,

@@ -1,9 +1,12 @@
 //! The room's face: metres and f64 outside, the scaled f32 world inside.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3, Vec3A};
 use serde::{Deserialize, Serialize};
 
 use super::ball::Ball;
+use super::body::LocalBody;
 use super::frame::Frame;
 use super::hull::Hull;
 use super::origin::{Anchor, LIFT, Origin, PULL, RESOLUTION, pull_in};
@@ -110,7 +113,8 @@ impl Tracer {
         }
         let round = |vertex: u32| frame.round(scene.vertices_m[vertex as usize]);
         let corners = |triangle: u32| scene.triangles[triangle as usize].map(round);
-        let tree = Tree::new(scene.triangles.len() as u32, corners, balls);
+        let bodies = scene.bodies.iter().map(|body| LocalBody { body: Arc::clone(body), frame }).collect();
+        let tree = Tree::new(scene.triangles.len() as u32, corners, balls, bodies);
         let mut footings =
             vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO, two_sided: false }; scene.triangles.len()];
         for (slot, primitive) in tree.primitives().iter().enumerate() {
@@ -227,6 +231,12 @@ impl Tracer {
     }
 
     fn surface_origin_pulled(&self, triangle: u32, barycentric: [f64; 2], side: Side, times: f32) -> Origin {
+        let anchor = Anchor::Triangle { triangle, side, barycentric: barycentric.map(|weight| weight as f32) };
+        if let Some(of) = self.tree.bodies.iter().find(|of| of.body.triangles.contains(&triangle)) {
+            let (place_m, front) = of.body.place(triangle, barycentric);
+            let normal = if side == Side::Front { front } else { -front };
+            return Origin::lifted(self.frame.to_local(place_m), normal, anchor);
+        }
         let footing = &self.footings[triangle as usize];
         let least = (footing.least * times).min(Vec3::splat(LARGEST_PULL as f32));
         let [second, third] = pull_in(barycentric, least);
@@ -236,7 +246,6 @@ impl Tracer {
             Side::Front => footing.normal,
             Side::Back => -footing.normal,
         };
-        let anchor = Anchor::Triangle { triangle, side, barycentric: barycentric.map(|weight| weight as f32) };
         Origin::lifted(point, normal.as_dvec3(), anchor)
     }
 
@@ -245,6 +254,12 @@ impl Tracer {
             return Meeting::Ball(luminaire);
         }
         let crossing = &found.crossing;
+        if let Some(of) = self.tree.body(found.primitive) {
+            let (triangle, barycentric) = of.body.leaf_at(crossing.weights.truncate().as_dvec3().normalize());
+            let side = if crossing.sum > 0.0 { Side::Front } else { Side::Back };
+            let distance_m = self.frame.metres(f64::from(crossing.t.max(0.0)));
+            return Meeting::Surface(SurfaceHit { triangle, barycentric, side, distance_m });
+        }
         let share = |weight: f32| f64::from(weight) / f64::from(crossing.sum);
         Meeting::Surface(SurfaceHit {
             triangle: found.primitive,
@@ -264,6 +279,9 @@ impl Tracer {
     #[inline]
     fn is_plain(&self, found: &Found) -> bool {
         let crossing = &found.crossing;
+        if self.tree.body(found.primitive).is_some() {
+            return true;
+        }
         let shares = crossing.weights.truncate().abs();
         shares.min_element() >= EDGE_SHARE * crossing.sum.abs() && self.is_side(found)
     }

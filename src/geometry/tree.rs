@@ -10,6 +10,7 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::node::CwBvhNode;
 
 use super::ball::{Ball, ball_parts, meet_ball};
+use super::body::LocalBody;
 use super::build::build;
 use super::origin::{BEFORE, Origin};
 use super::triangle::{Crossing, Ray, Slots};
@@ -23,7 +24,8 @@ pub(super) struct Tree {
     /// Triangles in the order of the leaves; a triangle whose box was split stands there several times.
     pub slots: Slots,
     pub balls: Vec<Ball>,
-    /// Number of triangles; what has a higher number in `primitive_indices` is a ball.
+    pub bodies: Vec<LocalBody>,
+    /// Number of the scene's triangles; what has a higher number in `primitive_indices` is a ball, then a body.
     triangles: u32,
     /// Whether this processor has AVX2 and its kin.
     pub has_avx2: bool,
@@ -39,15 +41,29 @@ pub(super) struct Found {
 }
 
 impl Tree {
-    /// Builds the tree over so many triangles with these rounded corners, and balls.
-    pub fn new(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3], balls: Vec<Ball>) -> Tree {
-        let tree = build((0..triangles).map(&corners), &balls);
+    /// Builds the tree over so many triangles with these rounded corners, leaves of bodies apart, and balls and bodies.
+    pub fn new(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3], balls: Vec<Ball>, bodies: Vec<LocalBody>) -> Tree {
+        let is_leaf = |triangle: &u32| bodies.iter().any(|of| of.body.triangles.contains(triangle));
+        let flat: Vec<u32> = (0..triangles).filter(|triangle| !is_leaf(triangle)).collect();
+        let around = |of: &LocalBody| Ball {
+            center: of.frame.to_local(of.body.center_m),
+            radius: of.frame.length(of.body.bounds.high),
+            luminaire: u32::MAX,
+        };
+        let round: Vec<Ball> = balls.iter().copied().chain(bodies.iter().map(around)).collect();
+        let mut tree = build(flat.iter().map(|triangle| corners(*triangle)), &round);
+        for primitive in &mut tree.primitive_indices {
+            *primitive = match primitive.checked_sub(flat.len() as u32) {
+                Some(after) => triangles + after,
+                None => flat[*primitive as usize],
+            };
+        }
         let of_primitive = |primitive: &u32| match primitive.checked_sub(triangles) {
-            Some(ball) => [balls[ball as usize].center.as_vec3(); 3],
+            Some(after) => [round[after as usize].center.as_vec3(); 3],
             None => corners(*primitive),
         };
         let slots = Slots::new(tree.primitive_indices.iter().map(of_primitive));
-        Tree { tree, slots, balls, triangles, has_avx2: has_avx2() }
+        Tree { tree, slots, balls, bodies, triangles, has_avx2: has_avx2() }
     }
 
     /// Number of a triangle in the scene for each slot; balls follow after the last triangle.
@@ -55,10 +71,17 @@ impl Tree {
         &self.tree.primitive_indices
     }
 
-    /// The luminaire of a ball, or `None` if the primitive is a triangle.
+    /// The luminaire of a ball, or `None` if the primitive is none.
     #[inline]
     pub fn luminaire(&self, primitive: u32) -> Option<u32> {
-        primitive.checked_sub(self.triangles).map(|ball| self.balls[ball as usize].luminaire)
+        self.balls.get(primitive.checked_sub(self.triangles)? as usize).map(|ball| ball.luminaire)
+    }
+
+    /// The smooth body that a primitive is, if it is one.
+    #[inline]
+    pub fn body(&self, primitive: u32) -> Option<&LocalBody> {
+        let after = primitive.checked_sub(self.triangles)?;
+        self.bodies.get((after as usize).checked_sub(self.balls.len())?)
     }
 
     /// What the ray meets first.
@@ -171,9 +194,12 @@ impl Tree {
             return false;
         }
         if crossing.t.is_nan() {
-            let completed = match primitive.checked_sub(self.triangles) {
-                Some(ball) => meet_ball(ray, origin, &self.balls[ball as usize]).map(|t| Crossing { t, ..*crossing }),
-                None => ray.cross_edge_on(self.slots.slot(slot)),
+            let completed = match (primitive.checked_sub(self.triangles), self.body(primitive)) {
+                (_, Some(body)) => body.meet(ray, origin),
+                (Some(ball), None) => {
+                    meet_ball(ray, origin, &self.balls[ball as usize]).map(|t| Crossing { t, ..*crossing })
+                }
+                (None, None) => ray.cross_edge_on(self.slots.slot(slot)),
             };
             match completed {
                 Some(completed) => *crossing = completed,
@@ -198,6 +224,9 @@ impl Tree {
         }
         let mut crossing = *crossing;
         if crossing.t.is_nan() {
+            if let Some(body) = self.body(primitive) {
+                return body.parts(from, to);
+            }
             if primitive >= self.triangles {
                 return ball_parts(ray, from, to, &self.balls[(primitive - self.triangles) as usize]);
             }

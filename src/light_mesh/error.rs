@@ -31,6 +31,14 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
             remedy: "use --method auto, gather or collision".to_owned(),
         });
     }
+    if let Some(body) = scene.bodies.first() {
+        return Err(NotForLightMesh {
+            what: "scenes with bodies of spherical harmonics".to_owned(),
+            got: format!("geometry \"{}\"", scene.surface_of(body.triangles.start).geometry),
+            expected: "boxes, rectangles, meshes and spheres".to_owned(),
+            remedy: "use --method auto, gather, local or collision".to_owned(),
+        });
+    }
     for set in sets {
         let set = &scene.receivers[set];
         let got = format!("receivers \"{}\", {}", set.name, set.quantity.name());

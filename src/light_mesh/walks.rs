@@ -104,7 +104,7 @@ fn past_mirrors(
         if !law.is_specular() || !stage.receives(hit.triangle, hit.side) {
             return (Some((origin, direction)), rays);
         }
-        let normal = stage.normal(hit.triangle, hit.side);
+        let normal = stage.normal_at(&hit);
         let Some(scattered) = law.sample(direction, normal, stream) else { return (None, rays) };
         origin = stage.leave(&hit, scattered.way);
         direction = scattered.direction;

@@ -166,10 +166,7 @@ fn write_elements(
             }
         };
         numbers[index] = number;
-        let [a, b, c] = elements.corners_m(scene, cell);
-        let centroid_m = (a + b + c) / 3.0;
-        let front = scene.triangle_normal(cell.triangle);
-        let normal = if cell.side == Side::Front { front } else { -front };
+        let (centroid_m, normal) = elements.middle(scene, cell);
         let illuminance_lx = map.values.illuminance_lx[index];
 
         let [diffuse_lm_m2, emitted_lm_m2] = own_emission.exitances_lm_m2(scene, elements, map, index as u32);
@@ -198,7 +195,7 @@ fn write_elements(
         fields.extend([diffuse_lm_m2, emitted_lm_m2].map(|part_lm_m2| Field::Number(part_lm_m2 / PI)));
         fields.push(Field::Text(scene.materials[material].law.name()));
         if adapts {
-            let gradient = gradient_lx_per_m([a, b, c], map.values.slopes_lx[index]);
+            let gradient = gradient_lx_per_m(elements.corners_m(scene, cell), map.values.slopes_lx[index]);
             fields.push(Field::Number(map.values.discretisation_lx[index]));
             fields.extend(gradient.to_array().map(Field::Number));
         }

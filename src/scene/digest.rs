@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
+use super::bodies::Body;
 use super::{Emission, Luminaire, Scene};
 
 /// Takes in text and bytes.
@@ -48,6 +49,7 @@ impl Scene {
             divisions,
             triangle_surfaces,
             surfaces,
+            bodies,
             luminaires,
             receivers,
         } = self;
@@ -58,6 +60,10 @@ impl Scene {
         sink.bytes("triangles", triangles.len(), triangles.iter().flatten().map(|vertex| vertex.to_le_bytes()));
         sink.bytes("divisions", divisions.len(), divisions.iter().map(|parts| parts.to_le_bytes()));
         sink.bytes("surfaces", triangle_surfaces.len(), triangle_surfaces.iter().map(|surface| surface.to_le_bytes()));
+        for body in bodies {
+            let Body { series, center_m, turn, inward, triangles, .. } = &**body;
+            sink.text(format_args!("{:?}{center_m:?}{turn:?}{inward:?}{triangles:?}", series.coefficients()));
+        }
         let mut webs = HashMap::new();
         luminaires.iter().for_each(|luminaire| take_luminaire(&mut sink, &mut webs, luminaire));
         // The shortest decimals of a number are read back to the same bits.

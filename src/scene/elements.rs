@@ -6,6 +6,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::bodies::body_of;
 pub use super::leaves::MOST_CUTS;
 use super::leaves::{Leaves, WHOLE, corners_of, cuts_of};
 use super::{Scene, SurfaceId};
@@ -240,13 +241,36 @@ impl Elements {
 
     /// Corners of a cell in m, turned like its triangle's front.
     pub fn corners_m(&self, scene: &Scene, cell: Cell) -> [DVec3; 3] {
+        if let Some(body) = body_of(&scene.bodies, cell.triangle) {
+            return self.corners(&cell).map(|at| body.place(cell.triangle, at).0);
+        }
         let [a, b, c] = scene.corners_m(cell.triangle);
         self.corners(&cell).map(|[u, v]| a + u * (b - a) + v * (c - a))
+    }
+
+    /// Middle of a cell in m, and the unit normal of its side there.
+    pub fn middle(&self, scene: &Scene, cell: Cell) -> (DVec3, DVec3) {
+        let (middle_m, front) = match body_of(&scene.bodies, cell.triangle) {
+            Some(body) => {
+                let [a, b, c] = self.corners(&cell);
+                body.place(cell.triangle, [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0))
+            }
+            None => {
+                let [a, b, c] = self.corners_m(scene, cell);
+                ((a + b + c) / 3.0, scene.triangle_normal(cell.triangle))
+            }
+        };
+        (middle_m, if cell.side == Side::Front { front } else { -front })
     }
 
     /// Area of a cell in m².
     pub fn area_m2(&self, scene: &Scene, cell: Cell) -> f64 {
         let divisions = f64::from(self.divisions[cell.triangle as usize] << cell.cuts());
+        if divisions > 1.0
+            && let Some(body) = body_of(&scene.bodies, cell.triangle)
+        {
+            return body.part_area_m2(cell.triangle, self.corners(&cell));
+        }
         scene.triangle_area_m2(cell.triangle) / (divisions * divisions)
     }
 }

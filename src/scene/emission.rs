@@ -532,7 +532,16 @@ impl Reading<'_> {
 
     fn area(&self) -> Result<(f64, Emission), SceneError> {
         let named = self.around.surfaces;
-        let surfaces = named.named(&self.fields.need("surface", "\"panel\"")?)?;
+        let node = self.fields.need("surface", "\"panel\"")?;
+        let surfaces = named.named(&node)?;
+        if surfaces.iter().any(|id| named.is_body(*id)) {
+            let expected = "a surface of flat triangles, or a luminaire of type sphere";
+            return Err(node.refuse(
+                "a body of spherical harmonics cannot emit",
+                expected,
+                "take a mesh for what shines",
+            ));
+        }
         let side = self.fields.get("side").map_or(Ok(0), |node| node.choice(&SIDES))?;
         let (front, back) = (SIDES[side] != "back", SIDES[side] != "front");
         let one_side_m2: f64 = surfaces.iter().map(|id| named.area_m2(*id)).sum();

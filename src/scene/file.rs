@@ -103,6 +103,7 @@ pub(crate) fn from_json_with(
         divisions: surfaces.divisions,
         triangle_surfaces: surfaces.triangle_surfaces,
         surfaces: surfaces.surfaces,
+        bodies: surfaces.bodies,
         luminaires,
         receivers,
         warnings,

@@ -22,6 +22,8 @@ pub(super) trait NamedSurfaces {
     fn named(&self, node: &Node) -> Result<Vec<u32>, SceneError>;
     /// Area of one side in m².
     fn area_m2(&self, surface: u32) -> f64;
+    /// Whether it is a smooth body of spherical harmonics.
+    fn is_body(&self, surface: u32) -> bool;
 }
 
 /// A luminaire that is being read.

@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::arrays;
+use super::bodies::body_of;
 use super::daylight;
 use super::emission::{OWN_KEYS, Shining, TYPES, comes_in_arrays};
 use super::error::SceneError;
@@ -35,6 +36,10 @@ impl NamedSurfaces for Surfaces {
 
     fn area_m2(&self, surface: u32) -> f64 {
         self.area_m2(surface)
+    }
+
+    fn is_body(&self, surface: u32) -> bool {
+        body_of(&self.bodies, self.surfaces[surface as usize].triangles.start).is_some()
     }
 }
 

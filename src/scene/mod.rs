@@ -1,6 +1,7 @@
 //! From the scene file as written to one always-valid [`Scene`] in SI units.
 
 mod arrays;
+mod bodies;
 mod daylight;
 mod digest;
 pub mod elements;
@@ -47,6 +48,7 @@ mod receivers_part;
 mod reported;
 mod requirements;
 mod schema;
+mod series;
 mod shapes;
 mod shared_receivers;
 mod sky;
@@ -61,6 +63,7 @@ mod units;
 mod vectors;
 mod weld;
 
+pub use bodies::{Body, body_of};
 pub use elements::{Cell, Elements, Side};
 pub use emission::Emission;
 pub use energy::Energy;
@@ -81,6 +84,7 @@ pub use proposed::{Proposal, ProposedMaterial};
 pub(crate) use reader::Node;
 pub use receivers_part::ReceiversPart;
 pub use schema::scene_schema;
+pub use series::series_file;
 #[cfg(test)]
 pub(crate) use shapes::icosphere;
 pub use sky::DaylightTargets;

@@ -3,9 +3,11 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::bodies::{Body, body_of};
 use super::emission::Emission;
 use super::energy::Energy;
 use super::materials::Material;
@@ -44,6 +46,8 @@ pub struct Scene {
     pub triangle_surfaces: Vec<SurfaceId>,
     /// Parts of geometries, in the order of the file; their triangles lie in `triangles` one range after the other.
     pub surfaces: Vec<Surface>,
+    /// Smooth bodies, whose leaves are among the triangles.
+    pub bodies: Vec<Arc<Body>>,
     /// Names of the surfaces that stay out of reports and of the terminal's tables.
     pub unreported: BTreeSet<String>,
     /// All luminaires; their intensities are maintained values.
@@ -290,9 +294,12 @@ impl Scene {
         self.triangles[triangle as usize].map(|vertex| self.vertices_m[vertex as usize])
     }
 
-    /// Area of a triangle in m².
+    /// Area of a triangle in m²; of a leaf that of the smooth body.
     #[inline]
     pub fn triangle_area_m2(&self, triangle: u32) -> f64 {
+        if let Some(body) = body_of(&self.bodies, triangle) {
+            return body.leaf_area_m2(triangle);
+        }
         let [a, b, c] = self.corners_m(triangle);
         0.5 * (b - a).cross(c - a).length()
     }

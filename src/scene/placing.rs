@@ -31,6 +31,11 @@ impl Placing {
         Ok(Placing { scale, linear: turns(angles) * scale, translate })
     }
 
+    /// The turns alone.
+    pub fn turn(&self) -> DMat3 {
+        self.linear * self.scale.recip()
+    }
+
     /// The place of a point.
     pub fn apply(&self, point: DVec3) -> DVec3 {
         self.linear * point + self.translate

@@ -3,9 +3,11 @@
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::bodies::Body;
 use super::error::SceneError;
 use super::given;
 use super::limits::{MOST_SPHERE_FREQUENCY, MOST_SPHERE_TRIANGLES};
@@ -17,15 +19,16 @@ use super::names::listed;
 use super::placing::Placing;
 use super::reader::{Fields, Node, meant};
 use super::reported::Reporting;
+use super::series;
 use super::shapes::{self, BOX_FACES, GeometryShape};
 use super::units::LengthUnit;
 use super::weld::weld;
 
 /// The geometry types, as files name them.
-pub(super) const TYPES: [&str; 4] = ["box", "rectangle", "mesh", "sphere"];
+pub(super) const TYPES: [&str; 5] = ["box", "rectangle", "mesh", "sphere", "spherical_harmonics"];
 
 /// Keys of every geometry type.
-pub(super) const KEYS: [&[&str]; 4] = [
+pub(super) const KEYS: [&[&str]; 5] = [
     &[
         "name",
         "type",
@@ -54,6 +57,7 @@ pub(super) const KEYS: [&[&str]; 4] = [
         "transform",
     ],
     &["name", "type", "center", "radius", "facing", "material", "two_sided", "max_element_edge", "report", "transform"],
+    series::KEYS,
 ];
 
 /// Keys of a box's `materials`.
@@ -79,6 +83,7 @@ pub(super) struct Surfaces {
     pub divisions: Vec<u32>,
     pub triangle_surfaces: Vec<SurfaceId>,
     pub surfaces: Vec<Surface>,
+    pub bodies: Vec<Arc<Body>>,
     /// What the geometry of each says of reports.
     pub reporting: Vec<Reporting>,
     /// Names of geometries and parts, with the way to what gave them.
@@ -166,13 +171,19 @@ impl Surfaces {
         let reporting = match (fields.get("report"), TYPES[kind]) {
             (Some(node), _) => Reporting::Asked(node.boolean()?),
             (None, "mesh") => Reporting::Part,
-            (None, "box" | "sphere") if faces_inward(&fields)? => Reporting::Room,
+            (None, "box" | "sphere" | "spherical_harmonics") if faces_inward(&fields)? => Reporting::Room,
             (None, _) => Reporting::Housing,
         };
         let placing = fields.get("transform").map_or(Ok(Placing::HERE), |node| Placing::read(&node))?;
 
         // The shape, and what it is made of.
+        let mut written_body = None;
         let shape = match TYPES[kind] {
+            "spherical_harmonics" => {
+                let (shape, body) = series::read(&fields, around.base_dir, faces_inward(&fields)?)?;
+                written_body = Some(body);
+                shape
+            }
             "box" => read_box(&fields)?,
             "rectangle" => read_rectangle(&fields, name, warnings)?,
             "mesh" => read_mesh(&fields, around, warnings)?,
@@ -235,6 +246,14 @@ impl Surfaces {
                 two_sided,
                 triangles: first..self.triangles.len() as u32,
             });
+        }
+        if let Some(body) = written_body {
+            if !dropped.is_empty() {
+                let expected = "leaves with an area";
+                return Err(node.refuse(format!("{name:?} is too flat"), expected, "check its coefficients"));
+            }
+            let all = &self.surfaces[first_surface as usize].triangles;
+            self.bodies.push(body.placed(&placing, around.unit, all.start));
         }
         if let Some([first, ..]) = dropped.first() {
             let place_m = self.vertices_m[*first as usize];

@@ -23,8 +23,8 @@ use crate::estimators::element::{Element, TwoLooks};
 use crate::maps::basis::{Linear, SLOPES, bends_at, slopes_at};
 use crate::maps::{Detail, DirectDetail, ReplicaMap, Variation};
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::Elements;
 use crate::scene::elements::MOST_CUTS;
+use crate::scene::{Elements, body_of};
 
 /// Share of the squared target that direct light's variation within elements may take before the run.
 const DIRECT_SHARE: f64 = 0.15;
@@ -183,7 +183,12 @@ pub(super) fn cuts_of(
         ElementLoss {
             area_m2: elements.area_m2(context.scene, cell),
             lost_lx2: lost_lx2.max(0.0),
-            cuts_left: MOST_CUTS - cell.cuts(),
+            // Leaves of smooth bodies stay as they are.
+            cuts_left: if body_of(&context.scene.bodies, cell.triangle).is_some() {
+                0
+            } else {
+                MOST_CUTS - cell.cuts()
+            },
         }
     };
     let losses: Vec<ElementLoss> = lost_lx2.enumerate().map(loss).collect();
@@ -288,7 +293,7 @@ fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLoo
         let mut rays = 0;
         let look = |point: usize| {
             stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
-            let at = element.draw(&mut stream);
+            let at = element.draw(context.stage, &mut stream);
             let seen = element.look_twice_at(at, context.stage, &mut pass, &mut stream);
             rays += seen.rays;
             // What receives light is not covered.
@@ -337,7 +342,7 @@ pub(super) fn exposed_shares(
         let (mut points, mut exposed, mut rays) = (0, 0, 0);
         while points < COVER_POINTS || (is_in_part && points < MOST_COVER_POINTS) {
             stream.seek_quasi((u64::from(index) << 32) | points, u64::from(index), points);
-            let at = element.draw(&mut stream);
+            let at = element.draw(context.stage, &mut stream);
             let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
             points += 1;
             exposed += u64::from(!covered);

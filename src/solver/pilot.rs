@@ -235,7 +235,8 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
         site.add(context, element.area_m2 * share, WALKS, || {
             let (at, drawing_rays) = element.draw_exposed(stage, &mut stream);
             let origin = element.origin(stage, at);
-            let receiver = Receiver { point_m: element.point_m(at), normal: element.normal, origin: &origin };
+            let receiver =
+                Receiver { point_m: element.point_m(stage, at), normal: element.normal_at(stage, at), origin: &origin };
             let (lx, rays) = sample_indirect_lx(stage, &receiver, &mut cut, &mut stream);
             (lx, drawing_rays + rays)
         });

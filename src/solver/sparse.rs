@@ -118,8 +118,9 @@ fn walk_from_cell(context: &Context, cell: u32, walk: u64, cut: &mut Cut, stream
     let stage = context.stage;
     stream.seek((u64::from(cell) << 32) | walk);
     let element = Element::of(stage, context.scene, &stage.elements, cell);
-    let at = element.draw(stream);
+    let at = element.draw(stage, stream);
     let origin = element.origin(stage, at);
-    let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal: element.normal, origin: &origin };
+    let receiver =
+        Receiver { point_m: stage.tracer.position_m(&origin), normal: element.normal_at(stage, at), origin: &origin };
     sample_indirect_lx(stage, &receiver, cut, stream)
 }

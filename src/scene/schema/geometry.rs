@@ -151,4 +151,29 @@ pub(super) enum GeometryKind {
         /// Scale, turns and shift.
         transform: Option<Transform>,
     },
+    /// A smooth closed body, whose radius by direction is a series of spherical harmonics; met exactly.
+    #[schemars(rename = "spherical_harmonics")]
+    SphericalHarmonics {
+        /// Name of the geometry.
+        name: String,
+        /// From where the radius is counted (the origin by default).
+        center: Option<Vector>,
+        /// Terms [l, m, coefficient] of r = Σ c_lm Y_lm, l up to 31; instead of a file.
+        coefficients: Option<Vec<(u32, i32, f64)>>,
+        /// The file of coefficients (CSV, `l,m,coefficient`).
+        file: Option<String>,
+        /// Which side is the front (outward by default).
+        facing: Option<Facing>,
+        /// Material.
+        material: String,
+        /// Whether both sides reflect and are reported.
+        two_sided: Option<bool>,
+        /// The chords of the body's elements are no longer.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        max_element_edge: Option<f64>,
+        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
+        report: Option<bool>,
+        /// Scale, turns and shift.
+        transform: Option<Transform>,
+    },
 }

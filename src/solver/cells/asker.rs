@@ -162,7 +162,7 @@ impl Asker<'_> {
         match self.kind {
             MapKind::Elements => {
                 let element = Element::of(stage, self.context.scene, self.elements, entry as u32);
-                (element.corners_m.iter().sum::<DVec3>() / 3.0, element.normal)
+                element.middle(stage)
             }
             MapKind::Receivers(set) => {
                 let point = &self.context.scene.receivers[set].points[entry];
@@ -199,7 +199,7 @@ impl Asker<'_> {
                 let (at, rays) = element.draw_exposed(stage, stream);
                 let origin = element.origin(stage, at);
                 let point_m = stage.tracer.position_m(&origin);
-                Start { at, point_m, normal: element.normal, origin, weight: 1.0, rays }
+                Start { at, point_m, normal: element.normal_at(stage, at), origin, weight: 1.0, rays }
             }
             Site::Point { point_m, normal, origin, quantity } => {
                 let receiver = Receiver { point_m: *point_m, normal: *normal, origin };
