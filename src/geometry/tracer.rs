@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3, Vec3A};
 use serde::{Deserialize, Serialize};
 
 use super::ball::Ball;
-use super::body::LocalBody;
+use super::body::{LocalBody, leaf_of};
 use super::frame::Frame;
 use super::hull::Hull;
 use super::origin::{Anchor, LIFT, Origin, PULL, RESOLUTION, pull_in};
@@ -50,7 +50,7 @@ pub struct SurfaceHit {
 pub enum Meeting {
     /// A triangle.
     Surface(SurfaceHit),
-    /// The ball of the luminaire with this number in the scene, an [`Emission::Sphere`].
+    /// The ball of the luminaire with this number in the scene, a [`crate::scene::Emission::Sphere`].
     Ball(u32),
     /// Nothing: the ray leaves the scene.
     Nothing,
@@ -149,7 +149,7 @@ impl Tracer {
 
     /// A point of a luminaire's ball, whose outside it belongs to.
     ///
-    /// The luminaire must be an [`Emission::Sphere`]; of any other kind the point counts as free.
+    /// The luminaire must be a [`crate::scene::Emission::Sphere`]; of any other kind the point counts as free.
     pub fn ball_origin(&self, luminaire: u32, point_m: DVec3) -> Origin {
         let Some(ball) = self.balls.get(luminaire as usize).copied().flatten() else {
             return self.free_origin(point_m);
@@ -232,7 +232,7 @@ impl Tracer {
 
     fn surface_origin_pulled(&self, triangle: u32, barycentric: [f64; 2], side: Side, times: f32) -> Origin {
         let anchor = Anchor::Triangle { triangle, side, barycentric: barycentric.map(|weight| weight as f32) };
-        if let Some(of) = self.tree.bodies.iter().find(|of| of.body.triangles.contains(&triangle)) {
+        if let Some(of) = leaf_of(&self.tree.bodies, triangle) {
             let (place_m, front) = of.body.place(triangle, barycentric);
             let normal = if side == Side::Front { front } else { -front };
             return Origin::lifted(self.frame.to_local(place_m), normal, anchor);

@@ -257,10 +257,11 @@ fn density_m2_sr(series: &HarmonicSeries, direction: DVec3) -> f64 {
     radius_m * (radius_m * radius_m + slope_m.length_squared()).sqrt()
 }
 
-/// The body that a triangle is a leaf of.
+/// The body that a triangle is a leaf of. Bodies stand in the order of their leaves.
 #[inline]
 pub fn body_of(bodies: &[Arc<Body>], triangle: u32) -> Option<&Arc<Body>> {
-    bodies.iter().find(|body| body.triangles.contains(&triangle))
+    let begun = bodies.partition_point(|body| body.triangles.start <= triangle);
+    bodies[..begun].last().filter(|body| body.triangles.contains(&triangle))
 }
 
 #[cfg(test)]
