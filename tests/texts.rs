@@ -232,7 +232,7 @@ fn no_english_and_no_decimal_point_is_left_on_a_page_in_german() {
             language,
         };
         let drawn = in_language(language, || plots(&scene, &solution));
-        let pdf = report_pdf_file(&scene, &solution, &drawn, &context);
+        let pdf = report_pdf_file(&scene, &solution, &drawn, &context).expect("well-formed");
         assert!(pdf.name == "report.pdf" && pdf.bytes.starts_with(b"%PDF-") && pdf.bytes.len() > 20_000);
         let page = String::from_utf8(report_file(&scene, &solution, &drawn, &context).bytes).expect("text");
         assert!(page.contains(&format!("<html lang=\"{}\">", language.code())));
@@ -257,4 +257,26 @@ fn no_english_and_no_decimal_point_is_left_on_a_page_in_german() {
     let english = page_in(Language::ENGLISH);
     let left: BTreeSet<&str> = words(&english).filter(|word| ENGLISH.contains(&word.to_lowercase().as_str())).collect();
     assert!(left.len() > 30 && numbers(&english).len() > 20, "{left:?}");
+}
+
+#[test]
+fn reports_of_sample_scenes_are_laid_out_as_pdf() {
+    for name in ["daylight-office.json", "classroom.json", "corridor.json", "harmonics.json"] {
+        let scene = common::scene(name);
+        let settings = Settings { chains: Some(100), maps: MapSelection::Receivers, ..Settings::default() };
+        let solution = solve(&scene, &settings, &Silent);
+        for language in Language::all() {
+            let context = ReportContext {
+                scene: name.into(),
+                command: "luxmc".into(),
+                repeats_digits: false,
+                unix_time_s: 0,
+                wall_s: 1.0,
+                threads: 1,
+                language,
+            };
+            let drawn = in_language(language, || plots(&scene, &solution));
+            assert!(report_pdf_file(&scene, &solution, &drawn, &context).is_some(), "{name} in {}", language.code());
+        }
+    }
 }

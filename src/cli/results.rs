@@ -40,7 +40,12 @@ pub fn stage_results(
         }
     }
     directory.stage(&report_file(scene, solution, &drawn, context))?;
-    directory.stage(&report_pdf_file(scene, solution, &drawn, context))?;
+    match report_pdf_file(scene, solution, &drawn, context) {
+        Some(file) => directory.stage(&file)?,
+        None => console::message(
+            "warning: report.pdf is left out, since its text cannot be laid out; report.html has all of it",
+        ),
+    }
     for file in [vtk_file(scene, solution), glb_file(scene, solution)].into_iter().flatten() {
         directory.stage(&file)?;
     }

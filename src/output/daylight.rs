@@ -90,7 +90,7 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
             format!(
                 "{}<br><small>{}</small>",
                 percent(set.shares_above[which].value),
-                say!("≥ {}: {} certain", wanted, certainty)
+                escaped(&say!("≥ {}: {} certain", wanted, certainty))
             )
         };
         table.row(vec![

@@ -19,15 +19,15 @@ pub(super) struct About<'a> {
     pub unix_time_s: u64,
 }
 
-/// The PDF of a page's markup, which is well-formed but for line breaks.
-pub(super) fn pdf(markup: &str, about: &About) -> Vec<u8> {
+/// The PDF of a page's markup, which is well-formed but for line breaks. `None` where it is not: no result is lost for want of a page.
+pub(super) fn pdf(markup: &str, about: &About) -> Option<Vec<u8>> {
     // XML has no place for two letters that a name may hold.
     let markup = markup.replace("<br>", "<br/>").replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}");
     let text = format!("<body>{markup}</body>");
-    let tree = roxmltree::Document::parse(&text).expect("a report is well-formed");
+    let tree = roxmltree::Document::parse(&text).ok()?;
     let mut layout = Layout::new();
     layout.place(&markup::blocks(tree.root_element()));
-    layout.finish(about.title, about.author, about.language, about.unix_time_s)
+    Some(layout.finish(about.title, about.author, about.language, about.unix_time_s))
 }
 
 #[cfg(test)]
@@ -39,7 +39,7 @@ mod tests {
     const ABOUT: About<'static> = About { title: "A & B", author: "", language: "en", unix_time_s: 0 };
 
     fn pages(markup: &str) -> usize {
-        let bytes = pdf(markup, &ABOUT);
+        let bytes = pdf(markup, &ABOUT).expect("well-formed");
         let text = String::from_utf8_lossy(&bytes);
         assert!(text.starts_with("%PDF-") && text.trim_end().ends_with("%%EOF"));
         text.matches("/Type /Page\n").count()
@@ -50,6 +50,7 @@ mod tests {
         let mut table = HtmlTable::new("long", &[("Name<small>of it</small>", true), ("Reflec-<br>tance", false)]);
         (0..100).for_each(|row| table.row(vec![escaped(&format!("row <{row}> \u{ffff}")), "0.50".to_owned()]));
         assert_eq!(pages("<p>short</p>"), 1);
+        assert!(pdf("<p>< 0.1 %</p>", &ABOUT).is_none(), "a sign that opens no element");
         assert_eq!(pages(&table.markup()), 3, "some 45 rows a page");
         assert_eq!(pages(&format!("<h2>One</h2>{}<h2 class=\"page\">Two</h2>", terms("words", &[]))), 1);
     }

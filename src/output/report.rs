@@ -59,8 +59,13 @@ pub fn report_file(scene: &Scene, solution: &Solution, plots: &[Plot], context: 
     ResultFile { name: "report.html".to_owned(), bytes: page.into_bytes() }
 }
 
-/// The same as a PDF on A4 pages.
-pub fn report_pdf_file(scene: &Scene, solution: &Solution, plots: &[Plot], context: &ReportContext) -> ResultFile {
+/// The same as a PDF on A4 pages; `None` where its markup cannot be read.
+pub fn report_pdf_file(
+    scene: &Scene,
+    solution: &Solution,
+    plots: &[Plot],
+    context: &ReportContext,
+) -> Option<ResultFile> {
     let report = Report { scene, solution, plots, context, schedule: Schedule::of(scene) };
     let about = About {
         title: report.title(),
@@ -68,8 +73,8 @@ pub fn report_pdf_file(scene: &Scene, solution: &Solution, plots: &[Plot], conte
         language: context.language.code(),
         unix_time_s: context.unix_time_s,
     };
-    let bytes = in_language(context.language, || pdf(&report.body(""), &about));
-    ResultFile { name: "report.pdf".to_owned(), bytes }
+    let bytes = in_language(context.language, || pdf(&report.body(""), &about))?;
+    Some(ResultFile { name: "report.pdf".to_owned(), bytes })
 }
 
 struct Report<'a> {
