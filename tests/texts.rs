@@ -216,21 +216,26 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|letter: char| !letter.is_alphabetic()).filter(|word| !word.is_empty())
 }
 
+/// What a report tells of a run besides, in a language.
+fn context_in(language: Language) -> ReportContext {
+    ReportContext {
+        scene: "x9".into(),
+        command: "luxmc".into(),
+        repeats_digits: false,
+        unix_time_s: 0,
+        wall_s: 1.0,
+        threads: 1,
+        language,
+    }
+}
+
 #[test]
 fn no_english_and_no_decimal_point_is_left_on_a_page_in_german() {
     let scene = scene_of(ROOM);
     let settings = Settings { target_error: Some(0.05), maps: MapSelection::All, ..Settings::default() };
     let solution = solve(&scene, &settings, &Silent);
     let page_in = |language: Language| {
-        let context = ReportContext {
-            scene: "x9".into(),
-            command: "luxmc".into(),
-            repeats_digits: false,
-            unix_time_s: 0,
-            wall_s: 1.0,
-            threads: 1,
-            language,
-        };
+        let context = context_in(language);
         let drawn = in_language(language, || plots(&scene, &solution));
         let pdf = report_pdf_file(&scene, &solution, &drawn, &context).expect("well-formed");
         assert!(pdf.name == "report.pdf" && pdf.bytes.starts_with(b"%PDF-") && pdf.bytes.len() > 20_000);
@@ -266,15 +271,7 @@ fn reports_of_sample_scenes_are_laid_out_as_pdf() {
         let settings = Settings { chains: Some(100), maps: MapSelection::Receivers, ..Settings::default() };
         let solution = solve(&scene, &settings, &Silent);
         for language in Language::all() {
-            let context = ReportContext {
-                scene: name.into(),
-                command: "luxmc".into(),
-                repeats_digits: false,
-                unix_time_s: 0,
-                wall_s: 1.0,
-                threads: 1,
-                language,
-            };
+            let context = context_in(language);
             let drawn = in_language(language, || plots(&scene, &solution));
             assert!(report_pdf_file(&scene, &solution, &drawn, &context).is_some(), "{name} in {}", language.code());
         }

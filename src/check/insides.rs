@@ -163,19 +163,17 @@ impl<'s> Enclosures<'s> {
             // Far off, in no room.
             return vec![openings.outside_m()];
         }
-        match emission {
-            Emission::Area { surfaces, front, back, .. } => surfaces
-                .iter()
-                .flat_map(|id| {
-                    let triangle = scene.surfaces[*id as usize].triangles.start;
-                    let middle_m = scene.corners_m(triangle).iter().sum::<DVec3>() / 3.0;
-                    let step = step_m * scene.triangle_normal(triangle);
-                    [front.then_some(middle_m + step), back.then_some(middle_m - step)]
-                })
-                .flatten()
-                .collect(),
-            _ => Vec::new(),
-        }
+        let Emission::Area { surfaces, front, back, .. } = emission else { return Vec::new() };
+        surfaces
+            .iter()
+            .flat_map(|id| {
+                let triangle = scene.surfaces[*id as usize].triangles.start;
+                let middle_m = scene.corners_m(triangle).iter().sum::<DVec3>() / 3.0;
+                let step = step_m * scene.triangle_normal(triangle);
+                [front.then_some(middle_m + step), back.then_some(middle_m - step)]
+            })
+            .flatten()
+            .collect()
     }
 }
 

@@ -263,7 +263,7 @@ fn words_on(share: &ShareFile) -> String {
     match () {
         _ if part.of == 1 => format!("share {number}"),
         _ if of == 1 => format!("part {} of the receivers", part.number),
-        _ => format!("share {number}, part {} of the receivers,", part.number),
+        _ => format!("part {} of the receivers of share {number}", part.number),
     }
 }
 
@@ -504,7 +504,7 @@ fn interrupted_line(shares: &[ShareFile]) -> Option<String> {
     (!cut.is_empty()).then(|| {
         format!(
             "{} {were} interrupted and had done less than asked for: compute again what is to be whole",
-            cut.join(", ").trim_end_matches(',')
+            cut.join(", ")
         )
     })
 }

@@ -30,11 +30,10 @@ pub(super) struct LocalBody {
     pub frame: Frame,
 }
 
-/// The body that a triangle is a leaf of. Bodies stand in the order of their leaves.
-#[inline]
-pub(super) fn leaf_of(bodies: &[LocalBody], triangle: u32) -> Option<&LocalBody> {
-    let begun = bodies.partition_point(|of| of.body.triangles.start <= triangle);
-    bodies[..begun].last().filter(|of| of.body.triangles.contains(&triangle))
+impl AsRef<Body> for LocalBody {
+    fn as_ref(&self) -> &Body {
+        &self.body
+    }
 }
 
 /// A point beside a body, in m and the body's own axes, and whether it counts as outside.

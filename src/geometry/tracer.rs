@@ -6,13 +6,13 @@ use glam::{DVec3, Vec3, Vec3A};
 use serde::{Deserialize, Serialize};
 
 use super::ball::Ball;
-use super::body::{LocalBody, leaf_of};
+use super::body::LocalBody;
 use super::frame::Frame;
 use super::hull::Hull;
 use super::origin::{Anchor, LIFT, Origin, PULL, RESOLUTION, pull_in};
 use super::tree::{Found, Tree};
 use super::triangle::{Ray, Slot};
-use crate::scene::{Scene, Side};
+use crate::scene::{Scene, Side, body_of};
 
 /// Least weight of a corner that pulling off the edges may ask for: small triangles are not pulled to a point.
 const LARGEST_PULL: f64 = 0.25;
@@ -232,7 +232,7 @@ impl Tracer {
 
     fn surface_origin_pulled(&self, triangle: u32, barycentric: [f64; 2], side: Side, times: f32) -> Origin {
         let anchor = Anchor::Triangle { triangle, side, barycentric: barycentric.map(|weight| weight as f32) };
-        if let Some(of) = leaf_of(&self.tree.bodies, triangle) {
+        if let Some(of) = body_of(&self.tree.bodies, triangle) {
             let (place_m, front) = of.body.place(triangle, barycentric);
             let normal = if side == Side::Front { front } else { -front };
             return Origin::lifted(self.frame.to_local(place_m), normal, anchor);

@@ -10,10 +10,11 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::node::CwBvhNode;
 
 use super::ball::{Ball, ball_parts, meet_ball};
-use super::body::{LocalBody, leaf_of};
+use super::body::LocalBody;
 use super::build::build;
 use super::origin::{BEFORE, Origin};
 use super::triangle::{Crossing, Ray, Slots};
+use crate::scene::body_of;
 
 /// Distance from either end, in scaled coordinates, within which the sides of a triangle are weighed before it counts.
 const NEAR: f32 = 1.0 / (1u32 << 12) as f32;
@@ -43,7 +44,7 @@ pub(super) struct Found {
 impl Tree {
     /// Builds the tree over so many triangles with these rounded corners, leaves of bodies apart, and balls and bodies.
     pub fn new(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3], balls: Vec<Ball>, bodies: Vec<LocalBody>) -> Tree {
-        let flat: Vec<u32> = (0..triangles).filter(|triangle| leaf_of(&bodies, *triangle).is_none()).collect();
+        let flat: Vec<u32> = (0..triangles).filter(|triangle| body_of(&bodies, *triangle).is_none()).collect();
         let around = |of: &LocalBody| Ball {
             center: of.frame.to_local(of.body.center_m),
             radius: of.frame.length(of.body.bounds.high),

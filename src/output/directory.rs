@@ -94,12 +94,7 @@ impl ResultDirectory {
     ///
     /// The disk does not take it; nothing of it is left.
     pub fn stage(&mut self, file: &ResultFile) -> Result<(), OutputError> {
-        let mut staged = temporary(&self.path)?;
-        staged.write_all(&file.bytes).and_then(|()| staged.as_file().sync_all()).map_err(|error| {
-            OutputError::unwritable(self.path.join(&file.name), "the file cannot be written", &error)
-        })?;
-        self.staged.push((file.name.clone(), staged));
-        Ok(())
+        self.stage_streamed(&StreamedFile::of(file))
     }
 
     /// Puts a file on the disk under a temporary name while it is made.

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::daylight::{DAYLIGHT_FACTOR_COLUMNS, daylight_file};
 use super::intensity::intensity_files;
-use super::observers::{maps_of, observer_files};
+use super::observers::{maps_of, observer_files, point_fields};
 use super::radiance_grids::grid_files;
 use super::sheet::{Field, Sheet};
 use super::streamed::StreamedFile;
@@ -266,22 +266,11 @@ fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn
     let daylight = if outside_lx.is_some() { DAYLIGHT_FACTOR_COLUMNS } else { &[] };
     let mut sheet = Sheet::to(RECEIVERS, &[RECEIVER_COLUMNS, daylight].concat(), writer)?;
     for (map, set) in maps {
-        for (index, point) in scene.receivers[*set].points.iter().enumerate() {
-            let mut fields = vec![
-                Field::Text(&map.name),
-                Field::Count(scene.receivers[*set].index_of(index) as u64),
-                Field::Number(point.position_m.x),
-                Field::Number(point.position_m.y),
-                Field::Number(point.position_m.z),
-                Field::Number(point.normal.x),
-                Field::Number(point.normal.y),
-                Field::Number(point.normal.z),
-                Field::Number(map.values.illuminance_lx[index]),
-                Field::Number(map.values.standard_error_lx[index]),
-                Field::Number(map.values.direct_lx[index]),
-                Field::Number(map.values.indirect_lx[index]),
-                Field::Flag(point.inside),
-            ];
+        let set = &scene.receivers[*set];
+        for (index, point) in set.points.iter().enumerate() {
+            let mut fields = Vec::from(point_fields(map, set, index));
+            fields.extend([map.values.direct_lx[index], map.values.indirect_lx[index]].map(Field::Number));
+            fields.push(Field::Flag(point.inside));
             fields.extend(halves(map, index));
             if let Some(outside_lx) = outside_lx {
                 let both_lx = [map.values.illuminance_lx[index], map.values.standard_error_lx[index]];

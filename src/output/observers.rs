@@ -6,7 +6,7 @@ use super::OutputError;
 use super::sheet::{Field, Sheet};
 use super::streamed::StreamedFile;
 use crate::maps::{MapKind, MapResult};
-use crate::scene::{GlareObserver, Quantity, Scene};
+use crate::scene::{GlareObserver, Quantity, ReceiverSet, Scene};
 use crate::solver::Solution;
 
 const LUMINANCES: &str = "luminance.csv";
@@ -14,6 +14,16 @@ const LUMINANCE_COLUMNS: &[&str] =
     &["receiver", "index", "x", "y", "z", "dx", "dy", "dz", "luminance_cd_m2", "standard_error_cd_m2"];
 const UGR_COLUMNS: &[&str] =
     &["receiver", "x", "y", "z", "dx", "dy", "dz", "ugr", "standard_error", "background_luminance_cd_m2"];
+
+/// A point's place in its set, in space and in direction, and its value with its error: the columns with which files of points begin.
+pub(super) fn point_fields<'a>(map: &'a MapResult, set: &ReceiverSet, index: usize) -> [Field<'a>; 10] {
+    let point = &set.points[index];
+    let [[x, y, z], [dx, dy, dz]] = [point.position_m, point.normal].map(|vector| vector.to_array().map(Field::Number));
+    let [value, error] =
+        [&map.values.illuminance_lx, &map.values.standard_error_lx].map(|all| Field::Number(all[index]));
+    let number = Field::Count(set.index_of(index) as u64);
+    [Field::Text(&map.name), number, x, y, z, dx, dy, dz, value, error]
+}
 
 /// Maps of sets that ask for a quantity, with the set.
 pub(super) fn maps_of<'a>(
@@ -72,19 +82,8 @@ fn write_luminances(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dy
     let mut sheet = Sheet::to(LUMINANCES, LUMINANCE_COLUMNS, writer)?;
     for (map, set) in maps {
         let set = &scene.receivers[*set];
-        for (index, point) in set.points.iter().enumerate() {
-            sheet.row(&[
-                Field::Text(&map.name),
-                Field::Count(set.index_of(index) as u64),
-                Field::Number(point.position_m.x),
-                Field::Number(point.position_m.y),
-                Field::Number(point.position_m.z),
-                Field::Number(point.normal.x),
-                Field::Number(point.normal.y),
-                Field::Number(point.normal.z),
-                Field::Number(map.values.illuminance_lx[index]),
-                Field::Number(map.values.standard_error_lx[index]),
-            ])?;
+        for index in 0..set.points.len() {
+            sheet.row(&point_fields(map, set, index))?;
         }
     }
     sheet.end()

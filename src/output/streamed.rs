@@ -23,6 +23,11 @@ impl<'a> StreamedFile<'a> {
         StreamedFile { name: name.into(), writing: Box::new(writing) }
     }
 
+    /// A file that is there already.
+    pub fn of(file: &'a ResultFile) -> StreamedFile<'a> {
+        StreamedFile::new(file.name.as_str(), |writer| write_bytes(file, writer))
+    }
+
     /// Writes the file.
     ///
     /// # Errors
@@ -46,10 +51,12 @@ impl<'a> StreamedFile<'a> {
 
 impl From<ResultFile> for StreamedFile<'_> {
     fn from(file: ResultFile) -> Self {
-        let ResultFile { name, bytes } = file;
-        let told = name.clone();
-        StreamedFile::new(name, move |writer| writer.write_all(&bytes).map_err(|error| unwritable(&told, &error)))
+        StreamedFile::new(file.name.clone(), move |writer| write_bytes(&file, writer))
     }
+}
+
+fn write_bytes(file: &ResultFile, writer: &mut dyn Write) -> Result<(), OutputError> {
+    writer.write_all(&file.bytes).map_err(|error| unwritable(&file.name, &error))
 }
 
 /// A file that the disk does not take; who opened it knows in which directory it lies.

@@ -6,7 +6,6 @@
 
 use std::f64::consts::PI;
 use std::ops::Range;
-use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
@@ -259,9 +258,9 @@ fn density_m2_sr(series: &HarmonicSeries, direction: DVec3) -> f64 {
 
 /// The body that a triangle is a leaf of. Bodies stand in the order of their leaves.
 #[inline]
-pub fn body_of(bodies: &[Arc<Body>], triangle: u32) -> Option<&Arc<Body>> {
-    let begun = bodies.partition_point(|body| body.triangles.start <= triangle);
-    bodies[..begun].last().filter(|body| body.triangles.contains(&triangle))
+pub fn body_of<B: AsRef<Body>>(bodies: &[B], triangle: u32) -> Option<&B> {
+    let begun = bodies.partition_point(|body| body.as_ref().triangles.start <= triangle);
+    bodies[..begun].last().filter(|body| body.as_ref().triangles.contains(&triangle))
 }
 
 #[cfg(test)]

@@ -10,7 +10,9 @@ use glam::DVec3;
 use schemars::JsonSchema;
 
 use super::error::SceneError;
-use super::luminaire_keys::{Array, Distribution, EmittingSide, Operation, PlaceAndTime, SkyDistribution, Vector};
+use super::luminaire_keys::{
+    Array, Brightness, Distribution, EmittingSide, Operation, PlaceAndTime, SkyDistribution, Vector,
+};
 use super::luminaire_reading::Reading;
 use super::openings::Openings;
 use super::photometric_luminaire::Product;
@@ -82,12 +84,8 @@ pub(super) enum LuminaireKind {
         /// Radius.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: f64,
-        /// Exitance in lm/m².
-        #[schemars(range(min = 0.0))]
-        exitance_lm_m2: Option<f64>,
-        /// Luminous flux in lm.
-        #[schemars(range(min = 0.0))]
-        luminous_flux_lm: Option<f64>,
+        #[schemars(flatten)]
+        brightness: Brightness,
         #[schemars(flatten)]
         operation: Operation,
         #[schemars(flatten)]
@@ -108,12 +106,8 @@ pub(super) enum LuminaireKind {
         outer_radius: f64,
         /// Direction of γ = 0; [0, 0, −1] by default.
         aim: Option<Vector>,
-        /// Exitance in lm/m².
-        #[schemars(range(min = 0.0))]
-        exitance_lm_m2: Option<f64>,
-        /// Luminous flux in lm.
-        #[schemars(range(min = 0.0))]
-        luminous_flux_lm: Option<f64>,
+        #[schemars(flatten)]
+        brightness: Brightness,
         #[schemars(flatten)]
         operation: Operation,
         #[schemars(flatten)]

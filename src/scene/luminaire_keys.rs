@@ -65,6 +65,18 @@ pub(super) enum SkyDistribution {
     Perez,
 }
 
+/// How bright a luminaire with an extent is: one of both.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct Brightness {
+    /// Exitance in lm/m².
+    #[schemars(range(min = 0.0))]
+    exitance_lm_m2: Option<f64>,
+    /// Luminous flux in lm.
+    #[schemars(range(min = 0.0))]
+    luminous_flux_lm: Option<f64>,
+}
+
 /// What every luminaire may say of its operation.
 #[derive(JsonSchema)]
 #[expect(dead_code, reason = "only its shape is used")]

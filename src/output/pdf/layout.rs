@@ -120,8 +120,7 @@ impl Layout {
 
     fn heading(&mut self, level: u8, runs: &[TextRun], company: f64) {
         let size = HEADINGS[usize::from(level.clamp(1, 3)) - 1];
-        let bold: Vec<TextRun> = runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
-        let lines = lines(&words(&bold, size), WIDTH);
+        let lines = lines(&words(&bold(runs), size), WIDTH);
         let before = if self.y > TOP { 0.9 * size } else { 0.0 };
         let height = before + lines.len() as f64 * size * 1.25 + 0.35 * size;
         if self.y > TOP {
@@ -198,8 +197,7 @@ impl Layout {
         self.y += 3.0;
         if !table.caption.is_empty() {
             self.need(COMPANY);
-            let caption: Vec<TextRun> = table.caption.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
-            self.words(&caption, size, 0.0);
+            self.words(&bold(&table.caption), size, 0.0);
         }
         let head = laid_out(&table.head, &widths, size);
         let head_height = row_lines(&head) * size * 1.3 + 4.0;
@@ -207,10 +205,8 @@ impl Layout {
             .rows
             .iter()
             .map(|(cells, is_total)| {
-                let bold = |cell: &TextCell| {
-                    cell.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect::<TextCell>()
-                };
-                let cells: Vec<TextCell> = if *is_total { cells.iter().map(bold).collect() } else { cells.clone() };
+                let cells: Vec<TextCell> =
+                    if *is_total { cells.iter().map(|cell| bold(cell)).collect() } else { cells.clone() };
                 (laid_out(&cells, &widths, size), *is_total)
             })
             .collect();
@@ -273,8 +269,7 @@ impl Layout {
     /// Draws a figure from a corner on; returns where it ends.
     fn figure(&mut self, figure: &Figure, [x, top]: [f64; 2], column: f64, is_alone: bool, tall: bool) -> f64 {
         let mut y = top;
-        let title: Vec<TextRun> = figure.title.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect();
-        for line in lines(&words(&title, HEADINGS[2]), column) {
+        for line in lines(&words(&bold(&figure.title), HEADINGS[2]), column) {
             y += HEADINGS[2] * LINE;
             self.line(&line, x, y - 0.4 * HEADINGS[2]);
         }
@@ -328,6 +323,11 @@ fn verdict_ink(verdict: &str) -> Ink {
 
 fn space(word: &Word) -> f64 {
     text_width(" ", word.size, word.run.bold)
+}
+
+/// The same, bold.
+fn bold(runs: &[TextRun]) -> Vec<TextRun> {
+    runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect()
 }
 
 /// Words of runs; a run that does not begin with a space goes on with the word before it.
@@ -398,8 +398,6 @@ fn lines(words: &[Word], column: f64) -> Vec<Vec<Word>> {
 
 /// Where meanings begin, and the lines of each term and its meaning.
 fn terms_laid_out(terms: &[(Vec<TextRun>, Vec<TextRun>)]) -> (f64, Vec<[Vec<Vec<Word>>; 2]>) {
-    let bold =
-        |runs: &[TextRun]| -> Vec<TextRun> { runs.iter().map(|run| TextRun { bold: true, ..run.clone() }).collect() };
     let all = terms.iter().map(|(name, _)| width(&words(&bold(name), TABLE)));
     let left = all.fold(0.0, f64::max).min(0.3 * WIDTH) + GAP;
     let row = |(name, meaning): &(Vec<TextRun>, Vec<TextRun>)| {

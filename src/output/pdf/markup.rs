@@ -86,8 +86,9 @@ pub fn blocks<'a, 'b>(element: Node<'a, 'b>) -> Vec<Block<'a, 'b>> {
                 found.extend(of_name(child, "figure").filter_map(figure).map(|one| Block::Figures(vec![one], true)))
             }
             ("div", "signatures") => found.push(Block::Signatures(of_name(child, "p").map(runs).collect())),
-            ("div", "row") => found.push(Block::Figures(of_name(child, "figure").filter_map(figure).collect(), false)),
-            ("div", "pair") => found.push(Block::Figures(of_name(child, "figure").filter_map(figure).collect(), false)),
+            ("div", "row" | "pair") => {
+                found.push(Block::Figures(of_name(child, "figure").filter_map(figure).collect(), false))
+            }
             ("div" | "header" | "ul", _) => found.extend(blocks(child)),
             _ => {}
         }
