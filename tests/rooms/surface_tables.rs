@@ -1,15 +1,16 @@
 //! Uniformities of surfaces: the same whatever the elements, without what is covered, and none where there are too few.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use luxmc::check::scene_from_json;
 use luxmc::maps::TableRow;
-use luxmc::solver::{ElementChoice, MapSelection, Settings, solve};
+use luxmc::solver::{ElementChoice, MapSelection, Observer, Progress, Settings, solve};
 
 use crate::common::Silent;
 
 /// The rows of a room of 4 m × 3 m × 2.5 m with a lamp near a corner, with elements as long as given, and more geometry.
-fn rows(edge_m: &str, more: &str, elements: ElementChoice, ends: Settings) -> Vec<TableRow> {
+fn rows(edge_m: &str, more: &str, elements: ElementChoice, ends: Settings, observer: &dyn Observer) -> Vec<TableRow> {
     let text = format!(
         r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
         "geometry": [ {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,3,2.5], "facing": "inward", "material": "m"{edge_m} }}{more} ],
@@ -17,7 +18,7 @@ fn rows(edge_m: &str, more: &str, elements: ElementChoice, ends: Settings) -> Ve
     );
     let scene = scene_from_json(&text, None, Path::new(".")).expect("the room is valid");
     let settings = Settings { elements, maps: MapSelection::Elements, seed: 4, ..ends };
-    solve(&scene, &settings, &Silent).maps.remove(0).tables
+    solve(&scene, &settings, observer).maps.remove(0).tables
 }
 
 fn to_3_percent() -> Settings {
@@ -32,9 +33,10 @@ fn row_of<'a>(rows: &'a [TableRow], name: &str) -> &'a TableRow {
 /// of a cell may smooth; two triangles, which would give 0.99 (the fault that was), give none.
 #[test]
 fn uniformities_do_not_depend_on_the_elements() {
-    let given = |edge_m: &str| rows(edge_m, "", ElementChoice::Given, to_3_percent());
+    let given = |edge_m: &str| rows(edge_m, "", ElementChoice::Given, to_3_percent(), &Silent);
     let fine = given(r#", "max_element_edge": 0.15"#);
-    for other in [given(r#", "max_element_edge": 0.3"#), rows("", "", ElementChoice::Adaptive, to_3_percent())] {
+    for other in [given(r#", "max_element_edge": 0.3"#), rows("", "", ElementChoice::Adaptive, to_3_percent(), &Silent)]
+    {
         for name in ["room/floor", "room/x_max"] {
             let (one, other) = (row_of(&fine, name), row_of(&other, name));
             let error = one.uniformity_u0.standard_error.hypot(other.uniformity_u0.standard_error);
@@ -63,26 +65,48 @@ fn assert_covered_by_the_cupboard(floor: &TableRow) {
 #[test]
 fn what_is_covered_is_told_and_does_not_count() {
     for (edge_m, elements) in [(r#", "max_element_edge": 0.15"#, ElementChoice::Given), ("", ElementChoice::Adaptive)] {
-        assert_covered_by_the_cupboard(row_of(&rows(edge_m, CUPBOARD, elements, to_3_percent()), "room/floor"));
+        assert_covered_by_the_cupboard(row_of(
+            &rows(edge_m, CUPBOARD, elements, to_3_percent(), &Silent),
+            "room/floor",
+        ));
     }
 }
 
-/// The same where a limit of time ends the run (the fault that was: no darkness was known as covered then, and Emin was 0).
+/// Interrupts a run once it has gone on to a smaller error than this, whatever the time.
+struct Until(f64, AtomicBool);
+
+impl Observer for Until {
+    fn progress(&self, progress: &Progress) {
+        self.1.fetch_or(progress.estimated_error.is_some_and(|error| error < self.0), Ordering::Relaxed);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.1.load(Ordering::Relaxed)
+    }
+}
+
+/// The same where a run is interrupted, as it is where a limit of time ends it (the fault that was: no darkness was known as covered then,
+/// and Emin was 0).
 #[test]
-fn what_is_covered_does_not_count_where_a_limit_ends_the_run() {
-    let ends = Settings { target_error: None, time_limit_s: Some(0.5), ..Settings::default() };
-    let rows = rows(r#", "max_element_edge": 0.15"#, CUPBOARD, ElementChoice::Given, ends);
+fn what_is_covered_does_not_count_where_a_run_is_interrupted() {
+    let ends = Settings { target_error: Some(0.005), ..Settings::default() };
+    let until = Until(0.1, AtomicBool::new(false));
+    let rows = rows(r#", "max_element_edge": 0.15"#, CUPBOARD, ElementChoice::Given, ends, &until);
+    assert!(until.is_interrupted());
     assert_covered_by_the_cupboard(row_of(&rows, "room/floor"));
 }
 
-/// The bottom of the cupboard, two triangles that have no grid, and the floor under it see nothing: they are no part of averages. With
-/// its bottom the cupboard's five other faces would be told a tenth darker (the fault that was).
+/// The cupboard's bottom and the side at the wall, two triangles each without a grid, see nothing: they are told as covered and show
+/// nothing, where they were told as faces of 0 lx. Its top shows as a whole.
 #[test]
 fn what_is_wholly_covered_leaves_averages_without_a_grid() {
-    let rows = rows("", CUPBOARD, ElementChoice::Given, to_3_percent());
-    println!("{:?}", rows.iter().filter(|row| row.name.contains("cupboard")).collect::<Vec<_>>());
-    let bottom = row_of(&rows, "cupboard/floor");
-    assert!((bottom.covered_area_m2 - 1.0).abs() < 1e-9 && bottom.area_m2.abs() < 1e-9, "{bottom:?}");
+    let rows = rows("", CUPBOARD, ElementChoice::Given, to_3_percent(), &Silent);
+    for (name, covered_m2, shown_m2) in [("floor", 1.0, 0.0), ("y_max", 0.5, 0.0), ("ceiling", 0.0, 1.0)] {
+        let row = row_of(&rows, &format!("cupboard/{name}"));
+        let areas_m2 = [row.covered_area_m2, row.area_m2];
+        assert!((areas_m2[0] - covered_m2).abs() < 1e-9 && (areas_m2[1] - shown_m2).abs() < 1e-9, "{row:?}");
+        assert_eq!(row.shows(), shown_m2 > 0.0);
+    }
 }
 
 /// A black floor of 3 m × 3 m under a lattice of lamps of 1 cd, 0.4 m over it and 1 m apart, has hollows of light between them. Mean in lx
@@ -130,7 +154,6 @@ fn least_values_in_a_hollow_of_light_are_not_those_of_its_rim() {
         ..Settings::default()
     };
     let row = solve(&scene, &settings, &Silent).maps.remove(0).tables.remove(0);
-    println!("{truth_lx} {average_lx} {row:?}");
     assert_eq!(row.places, 49);
     for (told, truth) in [(row.minimum_lx, truth_lx), (row.uniformity_u0, truth_lx / average_lx)] {
         let off = told.value / truth - 1.0;
