@@ -151,9 +151,8 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     run_from(arguments, None, started)
 }
 
-/// Solves a scene from the beginning, or goes on from a checkpoint.
-pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
-    heed_interruptions();
+/// Whether a run for verdicts is asked for beside what it cannot do.
+fn check_verdict_target(arguments: &SolveArguments) -> Result<(), Failure> {
     verdict_target::check(
         arguments.target,
         [
@@ -174,7 +173,13 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
             ),
             ("--dry-run", arguments.dry_run, "a dry run tells what errors take, and not what verdicts do"),
         ],
-    )?;
+    )
+}
+
+/// Solves a scene from the beginning, or goes on from a checkpoint.
+pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
+    heed_interruptions();
+    check_verdict_target(arguments)?;
     limit_memory(arguments.memory_limit);
     if arguments.allow_large {
         allow_large_files();
@@ -274,18 +279,20 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     story.write(scene, &solution, share, directory)?;
 
     tell_results(scene, &solution, arguments.language, tell)?;
-    let adapts = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
-    if arguments.elements == ElementChoice::Given && !adapts {
-        tell("note: --elements given changes nothing here, since the target does not bind the element map");
-    }
-    for note in &solution.notes {
-        tell(&format!("note: {note}"));
-    }
+    notes_on(arguments, &solution).for_each(|note| tell(&format!("note: {note}")));
     tell(&closing_lines(&solution, &out.display().to_string(), computed_s));
     if let Some(line) = watcher.keeper.as_ref().and_then(|keeper| keeper.closing_line(&solution)) {
         tell(&line);
     }
     Ok(exit_of(&solution))
+}
+
+/// What a user should know who looks at the results.
+fn notes_on<'a>(arguments: &SolveArguments, solution: &'a Solution) -> impl Iterator<Item = &'a str> {
+    let binds_elements = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
+    let is_idle = arguments.elements == ElementChoice::Given && !binds_elements;
+    let idle = "--elements given changes nothing here, since the target does not bind the element map";
+    is_idle.then_some(idle).into_iter().chain(solution.notes.iter().map(String::as_str))
 }
 
 /// The command with which the run can be made again.
@@ -308,7 +315,7 @@ pub(super) fn command_without_output(arguments: &SolveArguments, solution: &Solu
             command += &solution.target_error.map_or(String::new(), |target| format!(" --target-error {target}"));
         }
     }
-    if arguments.method != MethodChoice::Auto {
+    if arguments.method != MethodChoice::AUTO {
         command += &format!(" --method {}", solution.method);
     }
     command += &arguments.mesh.again();

@@ -12,4 +12,5 @@ pub mod local;
 pub mod luminance;
 pub mod reception;
 pub mod sight;
+pub mod small_body;
 pub mod walk;

@@ -20,7 +20,7 @@ use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over};
 pub use self::observer::{Observer, Progress, Silent};
 use super::cells::CellSets;
 use super::choice;
-use super::finish::finish;
+use super::finish::{Ending, finish};
 use super::job::{Context, Engine, Job, Refinement};
 use super::pace::{Pace, TimeLeft};
 use super::share::{MapOfShare, MapSums, Portion, sums_of};
@@ -146,18 +146,9 @@ pub(super) fn solve_as(
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
-    let mut solution = finish(
-        &context,
-        settings,
-        target_error,
-        &mut jobs,
-        convergence,
-        spending,
-        stop_reason,
-        clock.begun_wall_s(),
-        build_s,
-        compute_s,
-    );
+    let begun_wall_s = clock.begun_wall_s();
+    let ending = Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s };
+    let mut solution = finish(&context, settings, &mut jobs, ending);
     if left_out.iter().any(|(_, bound)| *bound) {
         solution.target_met = solution.target_met.map(|_| false);
         if !solution.maps.iter().any(|map| map.bound) {
