@@ -111,6 +111,8 @@ pub const MOST_RAYS_OF_A_CHAIN: u64 = 200_000;
 impl Stage {
     /// Makes a scene ready: builds the tracer and the lists.
     pub fn new(scene: &Scene) -> Stage {
+        // The tracer first: nothing takes as much memory as building it, for a while.
+        let tracer = Tracer::new(scene);
         let triangles: Vec<TriangleOptics> = (0..scene.triangles.len() as u32)
             .map(|triangle| {
                 let surface = scene.surface_of(triangle);
@@ -130,7 +132,7 @@ impl Stage {
         let emitters = Emitters::of(scene);
         let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &laws, &emitters);
         let mut stage = Stage {
-            tracer: Tracer::new(scene),
+            tracer,
             elements: Elements::of(scene),
             emitters,
             mirrors,

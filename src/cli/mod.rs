@@ -36,6 +36,7 @@ mod share;
 mod sobolev;
 mod solve;
 mod text_table;
+mod time_guard;
 mod ugr_table;
 mod validate;
 mod values;

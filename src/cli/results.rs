@@ -47,7 +47,7 @@ pub fn stage_results(
         ),
     }
     for file in [vtk_file(scene, solution), glb_file(scene, solution)].into_iter().flatten() {
-        directory.stage(&file)?;
+        directory.stage_streamed(&file)?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use super::beforehand::Beforehand;
+use super::beforehand::{Beforehand, Kinds};
 use super::checkpoint::CheckpointKeeper;
 use super::dry_run::{self, dry_run};
 use super::exit::Failure;
@@ -18,11 +18,13 @@ use super::patience::meanwhile;
 use super::progress::{Watcher, heed_interruptions};
 use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
 use super::run::{RunOptions, RunStory, SceneRun};
+use super::time_guard::TimeGuard;
 use super::verdict_target::{self, Target, target};
 use super::{Outcome, checkpoint, console, share, values};
 use crate::check::{MeshCheck, read_scene, skip_checks};
 use crate::maps::MapKind;
 use crate::output::{CheckpointFile, Language, PartOfRun, ResultDirectory, ShareHeader, share_file};
+use crate::scene::under_way::reading_so_far;
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
 use crate::solver::{ElementChoice, Portion, Settings, Share, Solution};
 
@@ -187,13 +189,19 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     skip_checks(&arguments.skip_check);
     let scene_file = resumption.as_ref().map_or(&arguments.scene, |resumption| &resumption.scene);
     let limit_s = resumption.as_ref().map_or(arguments.time_limit, |resumption| resumption.time_limit_s);
-    let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file)?)));
-    if let Some(line) = beforehand.and_then(|(limit_s, scene)| scene.line(limit_s)) {
-        console::message(&line);
+    let guard = TimeGuard::of(limit_s, started);
+    let kinds = Kinds::of(arguments.maps.as_deref());
+    let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file, kinds)?)));
+    if let Some((limit_s, scene)) = beforehand {
+        guard.expect(scene);
+        if let Some(line) = scene.line(limit_s) {
+            console::message(&line);
+        }
     }
-    let reading = format!("reading and checking {}", scene_file.display());
-    let scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
+    let reading = || format!("reading and checking {}: {}", scene_file.display(), reading_so_far());
+    let scene = meanwhile(reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
     let read_s = started.elapsed().as_secs_f64();
+    guard.has_read(read_s);
     let run = SceneRun::new(scene, &arguments.scene.display().to_string(), options(arguments)?)?;
     let (scene, settings) = (run.scene(), run.settings());
     let portion = arguments.portion();
@@ -207,9 +215,14 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         resumption.as_ref().map(|resumption| checkpoint::take_up(resumption, run.scene_digest())).transpose()?;
     let Some(out) = arguments.out.as_ref().filter(|_| !arguments.dry_run) else {
         dry_run::check(arguments.method)?;
+        guard.let_go();
         return run.on_its_threads(|| dry_run(scene, settings, arguments.method, started, arguments.quiet));
     };
+    let is_new = !out.exists();
     let directory = ResultDirectory::open(out)?;
+    if is_new {
+        guard.has_made(out.clone());
+    }
     if let Some(Err(failure)) = arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path)) {
         directory.withdraw();
         return Err(failure);
@@ -239,7 +252,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         let header = checkpoint::header(run.scene_digest(), [scene_file, &arguments.scene, out], arguments);
         CheckpointKeeper::new(path.clone(), arguments.checkpoint_every, started, header)
     });
-    let watcher = Watcher::new(started, quiet, keeper);
+    let watcher = Watcher::new(started, quiet, keeper).guarded_by(guard);
     let mut of_portion = None;
     let solve = || match portion {
         None => run.solve_from(going_on, &watcher),
@@ -249,7 +262,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
             Ok(solution)
         }
     };
-    let readying = "making the scene ready for rays, and pilots";
+    let readying = || "making the scene ready for rays, and pilots".to_owned();
     let solution: Result<_, Failure> = meanwhile(readying, started, quiet, || watcher.has_begun(), solve);
     watcher.finish();
     let solution = match solution {

@@ -59,6 +59,7 @@ mod sun;
 mod surface_grid;
 mod surfaces;
 mod texts;
+pub(crate) mod under_way;
 mod unique_names;
 mod units;
 mod vectors;

@@ -72,6 +72,7 @@ pub(super) fn solve_as(
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
+    observer.ready();
     let pace = match (settings.time_limit_s, settings.chains) {
         (_, Some(_)) => Pace::of_chains(),
         (Some(limit_s), None) => Pace::within(limit_s),

@@ -86,6 +86,7 @@ pub fn solve_by_light_mesh(
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
+    observer.ready();
     let begun_wall_s = observer.wall_s();
     let solids = Solids::of(scene);
     let samples = Samples::of(&stage, Placing::Stratified, settings.seed);
