@@ -53,6 +53,28 @@ pub struct Faults {
     pub surfaces: Vec<String>,
 }
 
+/// Faults of a kind in words.
+pub struct KindOfFault<'f> {
+    /// How many, and where.
+    pub faults: &'f Faults,
+    /// Whether all of them were looked for.
+    pub all_looked_for: bool,
+    /// What is said of one.
+    pub one: &'static str,
+    /// What is said of many.
+    pub many: &'static str,
+    /// What to do, behind a semicolon; empty where nothing is to be said.
+    pub remedy: &'static str,
+}
+
+impl KindOfFault<'_> {
+    /// How many there are and what they are.
+    pub fn words(&self) -> String {
+        let what = if self.faults.count == 1 { self.one } else { self.many };
+        format!("{}{} {what}", if self.all_looked_for { "" } else { "at least " }, self.faults.count)
+    }
+}
+
 /// A closed or open line of edges that only one triangle has.
 #[derive(Clone, Debug, Serialize)]
 pub struct Hole {
@@ -73,6 +95,46 @@ pub struct Hole {
 }
 
 impl MeshFaults {
+    /// All kinds of faults that are counted.
+    pub fn kinds(&self) -> [KindOfFault<'_>; 5] {
+        let kind = |faults, one, many, remedy| KindOfFault { faults, all_looked_for: true, one, many, remedy };
+        [
+            kind(
+                &self.duplicate_triangles,
+                "triangle has the very corners of another",
+                "triangles have the very corners of others",
+                "; rays hit either of the two, so take one away",
+            ),
+            KindOfFault {
+                all_looked_for: self.overlaps_looked_for,
+                ..kind(
+                    &self.overlapping_triangles,
+                    "pair of triangles cover each other in one plane",
+                    "pairs of triangles cover each other in one plane",
+                    "; rays hit either of the two, so part them by a millimetre or cut one",
+                )
+            },
+            kind(
+                &self.turned_edges,
+                "edge lies between triangles that face opposite ways",
+                "edges lie between triangles that face opposite ways",
+                "; light that meets a back is absorbed, so turn one",
+            ),
+            kind(
+                &self.odd_edges,
+                "edge has three triangles, or another odd number",
+                "edges have three triangles, or another odd number",
+                "",
+            ),
+            kind(
+                &self.t_junctions,
+                "vertex lies in the middle of another triangle's edge (T-junction)",
+                "vertices lie in the middle of another triangle's edge (T-junctions)",
+                "; where rounding parts them light may pass, so split that edge",
+            ),
+        ]
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         let faults = [

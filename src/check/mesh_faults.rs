@@ -211,44 +211,30 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
             "{MESH}too many triangles in one plane to look for all overlaps here; luxmc inspect looks longer"
         ));
     }
-    let kinds = [
-        (
-            &found.duplicate_triangles,
-            "triangles have the very corners of others; rays hit either of the two, so take one away",
-        ),
-        (
-            &found.overlapping_triangles,
-            "pairs of triangles cover each other in one plane; rays hit either of the two, so part them by a millimetre or cut one",
-        ),
-        (
-            &found.turned_edges,
-            "edges lie between triangles that face opposite ways; light that meets a back is absorbed, so turn one",
-        ),
-        (&found.odd_edges, "edges have three triangles, or another odd number"),
-        (
-            &found.t_junctions,
-            "vertices lie in the middle of another triangle's edge (T-junctions); where rounding parts them light may pass, so split that edge",
-        ),
-    ];
-    for (faults, says) in kinds.into_iter().filter(|(faults, _)| faults.count > 0) {
-        let place =
-            faults.places_m.first().map_or(String::new(), |[x, y, z]| format!("; the first at ({x}, {y}, {z}) m"));
-        let at_least = if found.overlaps_looked_for || !std::ptr::eq(faults, &found.overlapping_triangles) {
-            ""
-        } else {
-            "at least "
-        };
-        scene.warnings.push(format!("{MESH}{at_least}{} {says} ({}{place})", faults.count, joined(&faults.surfaces)));
+    for kind in found.kinds().into_iter().filter(|kind| kind.faults.count > 0) {
+        let first = kind.faults.places_m.first();
+        let place = first.map_or(String::new(), |place_m| format!("; the first at {}", place_words(*place_m)));
+        let (words, surfaces) = (kind.words(), joined(&kind.faults.surfaces));
+        scene.warnings.push(format!("{MESH}{words}{} ({surfaces}{place})", kind.remedy));
     }
     if let Some(hole) = &found.longest_small_hole {
-        let [x, y, z] = hole.min_m;
+        let holes = match found.small_hole_count {
+            1 => "a small hole, ".to_owned(),
+            count => format!("{count} small holes, the longest "),
+        };
         scene.warnings.push(format!(
-            "{MESH}{} small holes, the longest {:.3} m around at ({x}, {y}, {z}) m, along {}; light leaves there (luxmc inspect lists them)",
-            found.small_hole_count,
+            "{MESH}{holes}{:.3} m around at {}, along {}; light leaves there (luxmc inspect lists them)",
             hole.length_m,
+            place_words(hole.min_m),
             joined(&hole.surfaces)
         ));
     }
+}
+
+/// A place as warnings tell it, to a tenth of a millimetre.
+fn place_words(place_m: [f64; 3]) -> String {
+    let [x, y, z] = place_m.map(|m| (1e4 * m).round() / 1e4);
+    format!("({x}, {y}, {z}) m")
 }
 
 /// How warnings about meshes begin.

@@ -33,7 +33,7 @@ mod winding;
 mod work_tests;
 
 pub(crate) use advice_openings::luminaires_behind_surfaces;
-pub use faults::{Faults, Hole, MeshFaults};
+pub use faults::{Faults, Hole, KindOfFault, MeshFaults};
 pub use harmonic_fit::{HarmonicFit, NoFit, fit_harmonics};
 pub use insides::all_luminaires_are_shut_in;
 pub use inspect::{

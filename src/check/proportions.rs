@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::straight::first_met;
+use super::straight::{ON_SURFACE_M, first_met};
 use crate::geometry::position_accuracy_m;
 use crate::scene::{Emission, Scene};
 
@@ -61,6 +61,11 @@ impl Proportions {
             ratio if ratio >= REFUSED_BELOW => Trust::Doubtful,
             _ => Trust::None,
         }
+    }
+
+    /// Whether most of that light meets a surface where it starts, so that size has nothing to do with it: it shines into what it lies on.
+    pub fn starts_on_surfaces(&self) -> bool {
+        self.median_way_m <= ON_SURFACE_M
     }
 
     /// The accuracy in m that it takes for results to be trusted.

@@ -76,11 +76,12 @@ fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneErr
 fn warn_of_overlaps(scene: &mut Scene, shells: &[Shell]) {
     let found = overlaps(scene, shells, size_m(scene), &mut overlaps_budget(shells.len()));
     if let Some(([one, other], place_m)) = &found.first {
-        let at_least = if found.all_looked_at { "" } else { "at least " };
-        scene.warnings.push(format!(
-            "{MESH}{at_least}{} pairs of solids stand in one another, first {one} and {other} at {place_m} m; what lies inside is dark",
-            found.count
-        ));
+        let solids = match found.count {
+            1 if found.all_looked_at => "two solids stand in one another,".to_owned(),
+            count if found.all_looked_at => format!("{count} pairs of solids stand in one another, first"),
+            count => format!("at least {count} pairs of solids stand in one another, first"),
+        };
+        scene.warnings.push(format!("{MESH}{solids} {one} and {other} at {place_m} m; what lies inside is dark"));
     } else if !found.all_looked_at {
         scene.warnings.push(format!("{MESH}too many solids about each other to look which stand in one another"));
     }
@@ -111,14 +112,20 @@ fn mark_inside_points(scene: &mut Scene, shells: &[Shell]) {
         if set.quantity == Quantity::Glare(Background::Tabular) {
             let [inside, all] = [set.observers.iter().filter(|eye| eye.inside).count(), set.observers.len()];
             if inside > 0 {
-                let what = "observers look from inside of a closed solid; they are not rated";
+                let what = match inside {
+                    1 => "observers looks from inside of a closed solid and is not rated",
+                    _ => "observers look from inside of a closed solid; they are not rated",
+                };
                 warnings.push(format!("{}: {inside} of {all} {what}", set.name));
             }
         } else if inside > 0 {
-            let what = "lie inside of a closed solid; they are left out of tables and errors";
+            let what = match inside {
+                1 => "points lies inside of a closed solid and is left out of tables and errors",
+                _ => "points lie inside of a closed solid; they are left out of tables and errors",
+            };
             let remedy =
                 if inside == all { "; if the solid is a room, let it have \"facing\": \"inward\"" } else { "" };
-            warnings.push(format!("{}: {inside} of {all} points {what}{remedy}", set.name));
+            warnings.push(format!("{}: {inside} of {all} {what}{remedy}", set.name));
         }
     }
     scene.warnings.extend(warnings);

@@ -171,21 +171,10 @@ fn mesh_text(mesh: &MeshFaults) -> String {
     if mesh.hole_count > MOST_HOLES {
         text += &format!("and {} more holes (see --json)\n", mesh.hole_count - MOST_HOLES);
     }
-    for (faults, what) in [
-        (&mesh.duplicate_triangles, "triangles lie on others"),
-        (&mesh.overlapping_triangles, "pairs of triangles cover each other in one plane"),
-        (&mesh.turned_edges, "edges have neighbours that face opposite ways"),
-        (&mesh.odd_edges, "edges have three triangles, or another odd number"),
-        (&mesh.t_junctions, "T-junctions: vertices in the middle of another triangle's edge"),
-    ] {
-        if let Some(first) = faults.places_m.first() {
-            let (count, surfaces) = (faults.count, names(&faults.surfaces));
-            let more = if std::ptr::eq(faults, &mesh.overlapping_triangles) && !mesh.overlaps_looked_for {
-                "at least "
-            } else {
-                ""
-            };
-            text += &format!("{more}{count} {what}; the first at {} m, on {surfaces}\n", place(*first));
+    for kind in mesh.kinds() {
+        if let Some(first) = kind.faults.places_m.first() {
+            let surfaces = names(&kind.faults.surfaces);
+            text += &format!("{}; the first at {} m, on {surfaces}\n", kind.words(), place(*first));
         }
     }
     if !mesh.t_junctions_looked_for {

@@ -8,18 +8,34 @@ use crate::scene::Scene;
 /// Why a scene cannot be computed, or what may be wrong with its results; `None` where rays are exact enough.
 struct Doubt {
     trust: Trust,
+    /// What the scene is.
+    what: &'static str,
     got: String,
     expected: String,
+    remedy: &'static str,
 }
-
-const REMEDY: &str =
-    "leave out or cut down what is far away, such as wide ground; a lost vertex makes a scene large, too";
 
 fn doubt(scene: &Scene) -> Option<Doubt> {
     let proportions = Proportions::of(scene)?;
     let trust = proportions.trust();
+    if proportions.starts_on_surfaces() {
+        let from = proportions.from;
+        return Some(Doubt {
+            trust: Trust::None,
+            what: "stopped where its light starts",
+            got: format!(
+                "half of all light from {from} meets a surface at once: they lie in its plane, on its back or facing it"
+            ),
+            expected: format!("{from} with space before them"),
+            remedy: "let a room have \"facing\": \"inward\"; else move them off the surface, or turn \"aim\", \"side\" or the surface round",
+        });
+    }
     (trust != Trust::Sound).then(|| Doubt {
         trust,
+        what: match trust {
+            Trust::None => "too large for what is lit in it",
+            _ => "large for what is lit in it, and results may be off by half a percent beyond their errors",
+        },
         got: format!(
             "positions known to {} m, by the size of the whole scene; from {} half of all light goes less than {} m to the next surface",
             plain(proportions.accuracy_m, 2),
@@ -27,6 +43,7 @@ fn doubt(scene: &Scene) -> Option<Doubt> {
             plain(proportions.median_way_m, 2)
         ),
         expected: format!("positions known to {} m", plain(proportions.accuracy_wanted_m(), 2)),
+        remedy: "leave out or cut down what is far away, such as wide ground; a lost vertex makes a scene large, too",
     })
 }
 
@@ -37,10 +54,10 @@ fn doubt(scene: &Scene) -> Option<Doubt> {
 pub fn check_proportions(scene: &mut Scene, file: &str) -> Result<(), Failure> {
     match doubt(scene) {
         Some(doubt) if doubt.trust == Trust::None => Err(Failure::Usage {
-            what: format!("the scene is too large for what is lit in it\n  in {file}"),
+            what: format!("the scene is {}\n  in {file}", doubt.what),
             got: doubt.got,
             expected: doubt.expected,
-            remedy: REMEDY.to_owned(),
+            remedy: doubt.remedy.to_owned(),
         }),
         doubt => {
             tell_first(scene, doubt);
@@ -63,9 +80,33 @@ fn tell_first(scene: &mut Scene, doubt: Option<Doubt>) {
 }
 
 fn as_warning(doubt: &Doubt) -> String {
-    let what = match doubt.trust {
-        Trust::None => "too large for what is lit in it, and solve refuses it",
-        _ => "large for what is lit in it, and results may be off by half a percent beyond their errors",
-    };
-    format!("the scene is {what}: {}; expected: {}; {REMEDY}", doubt.got, doubt.expected)
+    let Doubt { trust, what, got, expected, remedy } = doubt;
+    let refused = if *trust == Trust::None { ", and solve refuses it" } else { "" };
+    format!("the scene is {what}{refused}: {got}; expected: {expected}; {remedy}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lamp in the ceiling's plane of a box that is to be a solid lights its back: that is told, not the size of the scene.
+    #[test]
+    fn light_that_starts_on_a_back_is_no_matter_of_size() {
+        let refusal = |facing: &str| {
+            let text = format!(
+                r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+                "geometry": [ {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "{facing}", "material": "m" }} ],
+                "luminaires": [ {{ "name": "lamp", "type": "point", "position": [2,2,3], "aim": [0,0,-1], "luminous_flux_lm": 1000,
+                    "distribution": "lambertian" }} ] }}"#
+            );
+            let mut scene = crate::scene_from_json(&text, None, std::path::Path::new(".")).expect("a valid scene");
+            check_proportions(&mut scene, "room.json")
+        };
+        assert!(refusal("inward").is_ok());
+        let Err(Failure::Usage { what, got, remedy, .. }) = refusal("outward") else { panic!("a lamp on a back") };
+        assert!(
+            !what.contains("large") && got.contains("luminaires") && remedy.contains("\"facing\": \"inward\""),
+            "{got}"
+        );
+    }
 }

@@ -49,7 +49,7 @@ pub fn result_table(scene: &Scene, solution: &Solution) -> String {
         solution.maps.iter().flat_map(|map| &map.tables).filter(move |row| is_wanted(row.kind))
     };
     let mut tables = Vec::new();
-    let is_told = |row: &&TableRow| row.kind != TableKind::Surface || scene.is_reported(&row.name);
+    let is_told = |row: &&TableRow| row.kind != TableKind::Surface || (scene.is_reported(&row.name) && row.shows());
     if rows_of(TableKind::is_illuminance).any(|row| is_told(&row)) {
         tables.push(illuminance_table(rows_of(TableKind::is_illuminance).filter(is_told)));
     }
@@ -177,6 +177,7 @@ fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
         let ([minimum, minimum_error], [maximum, maximum_error]) = (extreme(row.minimum_lx), extreme(row.maximum_lx));
         let ([u0, u0_error], [ud, ud_error]) = (uniformity(row.uniformity_u0), uniformity(row.uniformity_ud));
         let error = match row.average_lx.is_known() {
+            true if row.estimated_error > 1.0 => "> 100".to_owned(),
             true => number(100.0 * row.estimated_error, 3),
             false => UNKNOWN.to_owned(),
         };
@@ -204,6 +205,10 @@ mod tests {
     use super::*;
 
     fn row(average_lx: [f64; 2], minimum_lx: [f64; 2]) -> String {
+        row_of(average_lx, minimum_lx, 0.01)
+    }
+
+    fn row_of(average_lx: [f64; 2], minimum_lx: [f64; 2], estimated_error: f64) -> String {
         let estimate = |[value, standard_error]: [f64; 2]| Estimate { value, standard_error };
         let row = TableRow {
             name: "ceiling".to_owned(),
@@ -217,7 +222,7 @@ mod tests {
             places: 4,
             area_m2: 1.0,
             covered_area_m2: 0.0,
-            estimated_error: 0.01,
+            estimated_error,
             replica_averages_lx: Vec::new(),
         };
         illuminance_table(std::iter::once(&row)).lines().last().unwrap_or_default().to_owned()
@@ -231,6 +236,10 @@ mod tests {
         assert!(!dark.contains("1.00"), "no uniformity and no stated error of nothing: {dark}");
         let shaded = row([20.0, 1.0], [0.5, 2.0]);
         assert!(shaded.contains("20.00") && shaded.contains("< 4.5") && !shaded.contains("41.63"), "{shaded}");
+        assert!(
+            row_of([0.23, 0.22], [0.0, 4.0], 10.19).ends_with("> 100"),
+            "an error of 1,019 % says that nothing is known"
+        );
         let lit = row([20.0, 1.0], [10.0, 2.0]);
         assert!(lit.contains("10.00") && lit.contains("1.00") && !lit.contains('<'), "{lit}");
     }

@@ -60,7 +60,7 @@ pub fn tell_results(
     tell: impl Fn(&str),
 ) -> Result<(), Failure> {
     console::result(&in_language(language, || result_table(scene, solution)))?;
-    if let Some(line) = covered_line(solution) {
+    if let Some(line) = covered_line(scene, solution) {
         tell(&line);
     }
     if let Some(line) = unreported_line(scene, solution) {
@@ -137,11 +137,12 @@ pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> Strin
 }
 
 /// What is told of surfaces of which something covers a part.
-fn covered_line(solution: &Solution) -> Option<String> {
+fn covered_line(scene: &Scene, solution: &Solution) -> Option<String> {
     /// More names than these say no more.
     const MOST: usize = 8;
+    let rows = solution.maps.iter().flat_map(|map| &map.tables);
     let mut rows: Vec<&TableRow> =
-        solution.maps.iter().flat_map(|map| &map.tables).filter(|row| row.covered_area_m2 > 0.0).collect();
+        rows.filter(|row| row.covered_area_m2 > 0.0 && scene.is_reported(&row.name)).collect();
     rows.sort_by(|one, other| other.covered_area_m2.total_cmp(&one.covered_area_m2));
     let parts: Vec<String> =
         rows.iter().take(MOST).map(|row| format!("{} {} m²", row.name, significant(row.covered_area_m2, 2))).collect();

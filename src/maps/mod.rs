@@ -3,6 +3,7 @@
 pub mod basis;
 mod daylight;
 mod detail;
+mod grid_slopes;
 mod history;
 mod judge;
 mod lopsided;
@@ -16,6 +17,7 @@ mod tables;
 
 pub use daylight::{DaylightFactors, SHARES_WANTED};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
+pub use grid_slopes::{CellSlopes, grid_slopes};
 pub use history::{History, PastJudgement};
 pub use judge::{Judgement, judge};
 pub use lopsided::Skewness;

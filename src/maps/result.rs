@@ -236,6 +236,11 @@ pub struct TableRow {
 }
 
 impl TableRow {
+    /// Whether anything of it shows: a face that stands on another as a whole has no light to tell of.
+    pub fn shows(&self) -> bool {
+        self.area_m2 > 0.0 || self.covered_area_m2 <= 0.0
+    }
+
     /// Whether least and greatest are told and light was found.
     pub fn knows_extremes(&self) -> bool {
         self.places > 0 && self.average_lx.is_known()

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Estimate, MapError, MapValues, TableKind, TableRow};
+use super::{CellSlopes, Estimate, MapError, MapValues, TableKind, TableRow};
 use crate::scene::EvaluationGrid;
 
 /// Values, errors and weights of a part of a map.
@@ -54,17 +54,32 @@ pub fn stated_error(values: &StatedValues) -> MapError {
 }
 
 /// Illuminances of the cells of a grid on a surface, with their errors; none where elements are coarser than the grid.
-pub fn grid_places(values: &MapValues, grid: Option<&EvaluationGrid>) -> Vec<Estimate> {
+pub fn grid_places(
+    values: &MapValues,
+    grid: Option<&EvaluationGrid>,
+    slopes: impl Fn(&EvaluationGrid) -> Vec<CellSlopes>,
+) -> Vec<Estimate> {
     let Some(grid) = grid.filter(|grid| !grid.is_finer_than_elements) else { return Vec::new() };
     let mean = |cell: &[crate::scene::GridPart], of: &[f64]| {
         let area_m2: f64 = cell.iter().map(|part| part.area_m2).sum();
         cell.iter().map(|part| part.area_m2 * part.scale * of[part.element as usize]).sum::<f64>() / area_m2
     };
-    let cells = grid.cells.iter().map(|cell| Estimate {
-        value: mean(cell, &values.illuminance_lx),
-        standard_error: mean(cell, &values.standard_error_lx),
-    });
-    cells.collect()
+    let slopes = slopes(grid);
+    let place = |(number, cell): (usize, &Vec<crate::scene::GridPart>)| {
+        let mut place = Estimate {
+            value: mean(cell, &values.illuminance_lx),
+            standard_error: mean(cell, &values.standard_error_lx),
+        };
+        if let Some(CellSlopes { weights, lost_lx2 }) = slopes.get(number) {
+            for (element, weight) in weights {
+                place.value += weight * values.illuminance_lx[*element as usize];
+                place.standard_error += weight.abs() * values.standard_error_lx[*element as usize];
+            }
+            place.standard_error += lost_lx2.sqrt();
+        }
+        place
+    };
+    grid.cells.iter().enumerate().map(place).collect()
 }
 
 /// A table row of one side, with the places of which least and greatest are told: all values, or a grid's cells.

@@ -1,6 +1,7 @@
 //! Result tables: average, minimum, maximum and uniformities with their errors.
 
 use super::REPLICAS;
+use super::grid_slopes::CellSlopes;
 use super::replicas::{ReplicaMap, standard_error};
 use super::{Estimate, Skewness, TableKind, TableRow, judge};
 use crate::scene::{EvaluationGrid, GridPart};
@@ -20,6 +21,8 @@ pub enum Places<'a> {
         grid: Option<&'a EvaluationGrid>,
         /// Root mean square in lx of what each element of the map does not show; empty where elements stand for their means alone.
         discretisation_lx: &'a [f64],
+        /// What planes through the means of elements change in each cell; empty where elements have slopes of their own.
+        slopes: &'a [CellSlopes],
     },
 }
 
@@ -63,7 +66,7 @@ impl Place {
     }
 
     /// A cell of a grid: neighbours ask the same cells and have their error alike, but lose light each by itself.
-    fn of_cell(map: &ReplicaMap, parts: &[GridPart], discretisation_lx: &[f64]) -> Place {
+    fn of_cell(map: &ReplicaMap, parts: &[GridPart], discretisation_lx: &[f64], slopes: Option<&CellSlopes>) -> Place {
         let area_m2: f64 = parts.iter().map(|part| part.area_m2).sum();
         let (mut replicas_lx, mut indirect_lx, mut of_cells_lx, mut lost_lx2) = ([0.0; REPLICAS], 0.0, 0.0, 0.0);
         for part in parts {
@@ -74,6 +77,14 @@ impl Place {
             indirect_lx += share * map.indirect_lx(element);
             of_cells_lx += share * map.cells_error.as_ref().map_or(0.0, |error| error.by_site_lx[element]);
             lost_lx2 += (share * discretisation_lx.get(element).copied().unwrap_or(0.0)).powi(2);
+        }
+        if let Some(slopes) = slopes {
+            for (replica, lx) in replicas_lx.iter_mut().enumerate() {
+                let element_lx =
+                    |(element, weight): &(u32, f64)| weight * map.illuminance_lx(replica, *element as usize);
+                *lx += slopes.weights.iter().map(element_lx).sum::<f64>();
+            }
+            lost_lx2 += slopes.lost_lx2;
         }
         Place { replicas_lx, indirect_lx, shared_error_lx: of_cells_lx.hypot(lost_lx2.sqrt()) }
     }
@@ -161,10 +172,11 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
             counted().for_each(|(entry, _)| take(*entry, Place::of_entry(map, *entry)));
             &[]
         }
-        Places::Grid { grid, discretisation_lx } => {
+        Places::Grid { grid, discretisation_lx, slopes } => {
             let cells = grid.map_or(&[][..], |grid| grid.cells.as_slice());
             let all = cells.iter().enumerate();
-            all.for_each(|(number, parts)| take(number, Place::of_cell(map, parts, discretisation_lx)));
+            let cell = |number: usize, parts| Place::of_cell(map, parts, discretisation_lx, slopes.get(number));
+            all.for_each(|(number, parts)| take(number, cell(number, parts)));
             cells
         }
     };

@@ -206,7 +206,7 @@ impl Report<'_> {
             .filter(|surface| is_listed(surface))
             .map(|surface| (surface.name.as_str(), Vec::new()))
             .collect();
-        let listed = rows.iter().fold(listed, |mut listed, row| {
+        let listed = rows.iter().filter(|row| row.shows()).fold(listed, |mut listed, row| {
             if let Some(of_surface) = listed.get_mut(row.name.as_str()) {
                 of_surface.push(row);
             }

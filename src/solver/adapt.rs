@@ -331,6 +331,10 @@ pub(super) enum Exposure {
     Unknown,
     /// Something covers a part of it.
     InPart,
+    /// Nothing, and what is covered in part counts as if nothing were.
+    AsAWhole,
+    /// Nothing, and one place is to tell, even where the run has ended.
+    AtAPlace,
 }
 
 /// Share of every element that is exposed, by some points of each of which nothing is known, and by many of those that are
@@ -341,24 +345,31 @@ pub(super) fn exposed_shares(
     known: impl Fn(u32) -> Exposure + Sync,
 ) -> (Vec<f64>, u64) {
     let share = |index: u32| {
-        let mut is_in_part = match known(index) {
+        let known = known(index);
+        let mut most = match known {
             Exposure::Known(share) => return (share, 0),
+            Exposure::AtAPlace => 1,
             // A run that has ended asks no more: nothing lies on most elements.
-            Exposure::Unknown | Exposure::InPart if is_over(context) => return (1.0, 0),
-            Exposure::Unknown => false,
-            Exposure::InPart => true,
+            _ if is_over(context) => return (1.0, 0),
+            Exposure::Unknown | Exposure::AsAWhole => COVER_POINTS,
+            Exposure::InPart => MOST_COVER_POINTS,
         };
         let element = Element::of(context.stage, context.scene, elements, index);
         let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX, 1);
         let (mut points, mut exposed, mut rays) = (0, 0, 0);
-        while points < COVER_POINTS || (is_in_part && points < MOST_COVER_POINTS) {
+        while points < most {
             stream.seek_quasi((u64::from(index) << 32) | points, u64::from(index), points);
             let at = element.draw(context.stage, &mut stream);
             let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
             points += 1;
             exposed += u64::from(!covered);
             rays += asked;
-            is_in_part |= points == COVER_POINTS && (1..points).contains(&exposed);
+            if !covered && matches!(known, Exposure::AsAWhole) {
+                return (1.0, rays);
+            }
+            if points == COVER_POINTS && (1..points).contains(&exposed) {
+                most = MOST_COVER_POINTS;
+            }
         }
         (exposed as f64 / points as f64, rays)
     };

@@ -8,7 +8,7 @@ use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solu
 use crate::chain::MOST_RAYS_OF_A_CHAIN;
 use crate::check::luminaires_behind_surfaces;
 use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
-use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, standard_error};
+use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, TableRow, standard_error};
 use crate::sampling::reflection::Law;
 
 /// Standard errors by which the flux that elements absorb may miss the one emitted: Student's t of 15 degrees of freedom is
@@ -196,11 +196,28 @@ fn map_result(context: &Context, job: &Job, target_error: Option<f64>) -> MapRes
         refusals: job.refusals,
         checks: job.checks.clone(),
         target_met: target_error.map(|_| is_met(job)),
-        tables: match job.kind {
-            MapKind::Elements => surface_tables(context, job),
-            MapKind::Receivers(set) => vec![receiver_table(context.scene, set, job)],
-        },
+        tables: tables(context, job, error.dark_upper_bound_lx),
     }
+}
+
+/// The rows of a map. Where no light was found, all replicas agree on 0 by chance: what is known is that the mean lies below the bound,
+/// two standard errors away.
+fn tables(context: &Context, job: &Job, dark_upper_bound_lx: Option<f64>) -> Vec<TableRow> {
+    let mut rows = match job.kind {
+        MapKind::Elements => surface_tables(context, job),
+        MapKind::Receivers(set) => vec![receiver_table(context.scene, set, job)],
+    };
+    if let Some(bound_lx) = dark_upper_bound_lx {
+        for row in &mut rows {
+            let least_lx = 0.5 * bound_lx;
+            row.average_lx.standard_error = row.average_lx.standard_error.max(least_lx);
+            if row.places > 0 {
+                row.minimum_lx.standard_error = row.minimum_lx.standard_error.max(least_lx);
+                row.maximum_lx.standard_error = row.maximum_lx.standard_error.max(least_lx);
+            }
+        }
+    }
+    rows
 }
 
 /// How the packets of chains ended, replica by replica: those that elements counted, or those that only tell of this.

@@ -2,7 +2,8 @@
 
 use super::adapt::{Exposure, exposed_shares};
 use super::job::{Context, Job};
-use crate::maps::{Places, TableKind, TableRow, TableSubject, table_row};
+use super::pilot::is_over;
+use crate::maps::{CellSlopes, HALF, Places, TableKind, TableRow, TableSubject, grid_slopes, table_row};
 use crate::scene::{EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid};
 
 /// Weights of the second and third corner of an element at its centroid, where its slopes are 0.
@@ -29,8 +30,10 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
     let row = |of: SurfaceSide| {
         let weights: Vec<f64> = of.entries.iter().map(|entry| job.weights[*entry]).collect();
         let mut of = of;
+        let mut slopes = Vec::new();
         if let Some(grid) = &mut of.grid {
             fit_to_elements(grid, job, &exposed);
+            slopes = slopes_of_given(context.scene, job, &of.entries, &exposed, grid);
         }
         let covered = |(entry, weight): (&usize, &f64)| weight * (1.0 - exposed.get(*entry).copied().unwrap_or(1.0));
         let subject = TableSubject {
@@ -44,6 +47,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
             places: Places::Grid {
                 grid: of.grid.as_ref().filter(|grid| !grid.cells.is_empty()),
                 discretisation_lx: &discretisation_lx,
+                slopes: &slopes,
             },
             skewness,
         };
@@ -84,13 +88,20 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
     sides
 }
 
-/// Share of every given element that shows, looked for where a grid asks for it.
+/// Share of every given element that shows, looked for closely where a grid asks for it; on other sides elements that are wholly covered
+/// leave the average. Where the run has ended, by a limit say, one place of an element tells, and that for grids alone: else what stands
+/// on a floor would make its least value 0.
 fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
     let mut is_asked_for = vec![false; job.elements.len()];
     for of in sides.iter().filter(|of| of.grid.is_some()) {
         of.entries.iter().for_each(|entry| is_asked_for[*entry] = true);
     }
-    let known = |index: u32| if is_asked_for[index as usize] { Exposure::Unknown } else { Exposure::Known(1.0) };
+    let has_ended = is_over(context);
+    let known = |index: u32| match is_asked_for[index as usize] {
+        true if has_ended => Exposure::AtAPlace,
+        true => Exposure::Unknown,
+        false => Exposure::AsAWhole,
+    };
     exposed_shares(context, &job.elements, known).0
 }
 
@@ -102,11 +113,29 @@ fn fit_to_elements(grid: &mut EvaluationGrid, job: &Job, exposed: &[f64]) {
             part.area_m2 *= share;
             part.scale = if *share > 0.0 { 1.0 / share } else { 0.0 };
         }
-        if job.adaptive.as_ref().is_none_or(|adaptive| !adaptive.sloped[element]) {
+        if job.adaptive.as_ref().is_some_and(|adaptive| !adaptive.sloped[element]) {
             part.at = CENTROID;
         }
     }
     grid.leave_out_covered();
+}
+
+/// What the slopes of light across given elements change in the cells that cut them; those that adapt have slopes of their own.
+fn slopes_of_given(
+    scene: &Scene,
+    job: &Job,
+    entries: &[usize],
+    exposed: &[f64],
+    grid: &EvaluationGrid,
+) -> Vec<CellSlopes> {
+    if job.adaptive.is_some() {
+        return Vec::new();
+    }
+    let half_lx = |entry: usize, first: usize| {
+        (0..HALF).map(|pair| job.map.illuminance_lx(2 * pair + first, entry)).sum::<f64>() / HALF as f64
+    };
+    let halves_lx = |entry: usize| [0, 1].map(|first| half_lx(entry, first));
+    grid_slopes(scene, &job.elements, entries, grid, |entry| exposed[entry] == 1.0, halves_lx)
 }
 
 /// The row of a receiver set.

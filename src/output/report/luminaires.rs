@@ -79,21 +79,46 @@ impl Report<'_> {
         }
     }
 
-    /// How high luminaires hang, and how large their openings are; both small.
+    /// How high luminaires hang, and how large their openings or luminous surfaces are; both small.
     fn mounting(&self, members: &[usize]) -> String {
-        let heights_m =
-            members.iter().filter_map(|index| self.scene.luminaires[*index].emission.place_m()).map(|m| m.z);
-        let (low_m, high_m) =
-            heights_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z_m| (low.min(z_m), high.max(z_m)));
+        let (low_m, high_m) = members
+            .iter()
+            .map(|index| self.heights_m(*index))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low_m, high_m), (lowest_m, highest_m)| {
+                (low_m.min(lowest_m), high_m.max(highest_m))
+            });
         let height = match () {
             () if low_m > high_m => String::new(),
             () if high_m - low_m < 0.005 => say!("at z = {} m", ratio(low_m)),
             () => say!("at z = {} to {} m", ratio(low_m), ratio(high_m)),
         };
-        let opening = self.scene.luminaires[members[0]].emission.opening();
-        let size = opening.map_or(String::new(), |opening| opening_words(&opening));
+        let emission = &self.scene.luminaires[members[0]].emission;
+        let luminous_m2: f64 =
+            self.luminous_triangles(members[0]).map(|triangle| self.scene.triangle_area_m2(triangle)).sum();
+        let size = match emission.opening() {
+            Some(opening) => opening_words(&opening),
+            None if luminous_m2 > 0.0 => say!("luminous area {} m²", ratio(luminous_m2)),
+            None => String::new(),
+        };
         let parts: Vec<String> = [height, size].into_iter().filter(|part| !part.is_empty()).collect();
         if parts.is_empty() { String::new() } else { format!("<br><small class=\"soft\">{}</small>", parts.join(", ")) }
+    }
+
+    /// Triangles of the surfaces that shine.
+    fn luminous_triangles(&self, luminaire: usize) -> impl Iterator<Item = u32> {
+        let surfaces = self.scene.luminaires[luminaire].emission.surfaces();
+        surfaces.iter().flat_map(move |surface| self.scene.surfaces[*surface as usize].triangles.clone())
+    }
+
+    /// The lowest and the highest height in m of what shines; the first above the second where it has none, as the sky.
+    fn heights_m(&self, luminaire: usize) -> (f64, f64) {
+        if let Some(place_m) = self.scene.luminaires[luminaire].emission.place_m() {
+            return (place_m.z, place_m.z);
+        }
+        let corners_m = self.luminous_triangles(luminaire).flat_map(|triangle| self.scene.corners_m(triangle));
+        corners_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(low_m, high_m), corner_m| {
+            (low_m.min(corner_m.z), high_m.max(corner_m.z))
+        })
     }
 
     fn power_words(&self) -> String {
