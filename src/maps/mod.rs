@@ -14,7 +14,7 @@ mod scores;
 mod stated;
 mod tables;
 
-pub use daylight::{DaylightFactors, SHARES_WANTED};
+pub use daylight::{DaylightFactors, SHARES_WANTED, certainty};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use history::{History, PastJudgement};
 pub use judge::{Judgement, judge};
