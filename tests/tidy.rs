@@ -33,7 +33,8 @@ const FLOORS: &[(&str, u32)] = &[
 /// Lines that can be read in one sitting.
 const LONGEST_FILE: usize = 600;
 
-fn sources() -> Vec<(PathBuf, String)> {
+/// Files of Rust below a folder, with their texts, in the order of their names.
+fn rust_files(folder: &Path) -> Vec<(PathBuf, String)> {
     fn walk(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
         let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
         entries.sort();
@@ -47,7 +48,12 @@ fn sources() -> Vec<(PathBuf, String)> {
         }
     }
     let mut found = Vec::new();
-    walk(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
+    walk(folder, &mut found);
+    found
+}
+
+fn sources() -> Vec<(PathBuf, String)> {
+    let found = rust_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
     assert!(found.len() > 20, "the sources were not found");
     found
 }
@@ -468,26 +474,56 @@ fn the_files_that_contributing_names_are_there() {
     }
 }
 
-/// Names of the test files that have slow campaigns.
-fn tests_with_campaigns() -> Vec<String> {
-    let files = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests")).unwrap();
-    let paths = files.map(|file| file.unwrap().path()).filter(|path| path.extension().is_some_and(|end| end == "rs"));
+/// Test binaries and their files that have slow campaigns.
+fn tests_with_campaigns() -> Vec<(String, String)> {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let slow = ["if slow()", "LUXMC_SLOW_TESTS"];
-    let has_campaign = |path: &PathBuf| {
-        let text = fs::read_to_string(path).unwrap();
-        !path.ends_with("tidy.rs") && slow.iter().any(|word| text.contains(word))
+    let parts_of = |path: PathBuf| {
+        let inside = path.with_extension("");
+        let inside = inside.strip_prefix(&tests).unwrap().to_str().unwrap().to_owned();
+        let (binary, file) = inside.split_once('/').unwrap_or((&inside, "tests"));
+        (binary.to_owned(), file.to_owned())
     };
-    paths.filter(has_campaign).map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect()
+    let has_campaign = |text: &str| slow.iter().any(|word| text.contains(word));
+    let helpers = ["common", "tidy"];
+    let found = rust_files(&tests).into_iter().filter(|(_, text)| has_campaign(text)).map(|(path, _)| parts_of(path));
+    found.filter(|(binary, _)| !helpers.contains(&binary.as_str())).collect()
 }
 
 #[test]
 fn all_slow_campaigns_are_run_before_a_change_lands() {
     let script = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/run")).unwrap();
     let (_, slow) = script.split_once("LUXMC_SLOW_TESTS=1").expect("slow campaigns");
-    let names = tests_with_campaigns();
-    assert!(names.len() > 4, "{names:?}");
-    let left_out: Vec<&String> = names.iter().filter(|name| !slow.contains(&format!("--test {name}"))).collect();
-    assert!(left_out.is_empty() && slow.contains("--lib"), ".ci/run leaves out the slow campaigns of {left_out:?}");
+    let named = |word: &str| slow.split_whitespace().any(|other| other == word);
+    let campaigns = tests_with_campaigns();
+    assert!(campaigns.len() > 4, "{campaigns:?}");
+    let is_run = |binary: &str, file: &str| slow.contains(&format!("--test {binary} ")) && named(&format!("{file}::"));
+    let left_out: Vec<_> = campaigns.iter().filter(|(binary, file)| !is_run(binary, file)).collect();
+    assert!(left_out.is_empty() && named("--lib"), ".ci/run leaves out the slow campaigns of {left_out:?}");
+}
+
+/// Test binaries: each is linked for itself, which takes longer than most of them run.
+const MOST_TEST_BINARIES: usize = 14;
+
+#[test]
+fn tests_stand_in_few_binaries() {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let entries = fs::read_dir(&tests).unwrap().map(|entry| entry.unwrap().path());
+    let own = |path: &PathBuf| path.extension().is_some_and(|end| end == "rs") || path.join("main.rs").exists();
+    let binaries: Vec<PathBuf> = entries.filter(own).collect();
+    assert!(binaries.len() > 4, "{binaries:?}");
+    assert!(
+        binaries.len() <= MOST_TEST_BINARIES,
+        "tests/ holds {} binaries: a file of tests is a module of one of its folders: {binaries:?}",
+        binaries.len()
+    );
+    for folder in binaries.iter().filter(|path| path.is_dir()) {
+        let main = fs::read_to_string(folder.join("main.rs")).unwrap();
+        for (path, _) in rust_files(folder) {
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            assert!(name == "main" || main.contains(&format!("mod {name};")), "{} is in no binary", path.display());
+        }
+    }
 }
 
 #[test]

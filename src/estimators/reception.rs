@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::chain::Stage;
-use crate::estimators::ahead::Expectation;
+use crate::estimators::ahead::{Expectation, Views};
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::far_field::sample_intensity_cd;
 use crate::estimators::luminance::{sample_interreflected_cd_m2, sample_seen_cd_m2};
@@ -59,8 +59,10 @@ pub fn sample_direct_lx(
 pub struct DirectLook<'a> {
     quantity: Quantity,
     receiver: Receiver<'a>,
+    stage: &'a Stage,
     pass: &'a mut DirectPass,
     expectation: &'a Expectation,
+    views: Views<'a>,
 }
 
 impl<'a> DirectLook<'a> {
@@ -81,20 +83,21 @@ impl<'a> DirectLook<'a> {
 
     /// Makes ready, with what there is to expect.
     pub fn new(
+        stage: &'a Stage,
         quantity: Quantity,
         receiver: &Receiver<'a>,
         pass: &'a mut DirectPass,
         expectation: &'a Expectation,
     ) -> DirectLook<'a> {
-        DirectLook { quantity, receiver: *receiver, pass, expectation }
+        DirectLook { quantity, receiver: *receiver, stage, pass, expectation, views: Views::default() }
     }
 
     /// One unbiased sample of the direct part in lx, and the rays it took.
-    pub fn sample(&mut self, stage: &Stage, stream: &mut Stream) -> (f64, u64) {
+    pub fn sample(&mut self, stream: &mut Stream) -> (f64, u64) {
         if self.quantity == Quantity::Perpendicular {
-            return self.expectation.sample(stage, &self.receiver, stream);
+            return self.expectation.sample(self.stage, &self.receiver, &mut self.views, stream);
         }
-        sample_direct_lx(stage, self.quantity, &self.receiver, self.pass, stream)
+        sample_direct_lx(self.stage, self.quantity, &self.receiver, self.pass, stream)
     }
 }
 

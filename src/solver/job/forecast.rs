@@ -31,7 +31,7 @@ const SCATTER_OF_QUASI_RANDOM: f64 = 0.06;
 /// look; and what a plan's rest takes over what it says (measured in six made-up rooms and
 /// the office).
 const LOCAL_OVER_PILOT: f64 = 1.4;
-const CELLS_BEYOND_LOOK: f64 = 0.7;
+const CELLS_BEYOND_LOOK: f64 = 0.45;
 const REST_OVER_PLAN: f64 = 0.8;
 /// Half of the maps that a check refuses are refused again: what one takes over the work to its next look, as likely more as less.
 const WORK_OF_REFUSED: f64 = 1.22;

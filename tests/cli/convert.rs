@@ -1,0 +1,185 @@
+//! `luxmc convert`: models of other programs become scenes, and hostile ones are refused.
+
+use serde_json::Value;
+
+use crate::cli_support::{self, *};
+
+/// A closed room of 4 m × 3 m × 2.5 m in Radiance: plaster, a glass pane before a wall, a ball, a pillar, a bright square under the
+/// ceiling that shines down, and things that are not read.
+const ROOM: &str = "# from another program
+void plastic plaster 0 0 5 .7 .7 .7 0 0
+void plastic lacquer
+0
+0
+5 .2 .2 .2 .05 .1
+void glass pane 0 0 3 .96 .96 .96
+void light bright 0 0 3 10 10 10
+void colorfunc stripes 4 a b c stripes.cal 0 0
+stripes plastic wallpaper 0 0 5 .5 .5 .5 0 0
+void alias paint plaster
+paint polygon floor 0 0 12 0 0 0 4 0 0 4 3 0 0 3 0
+plaster polygon ceiling 0 0 12 0 0 2.5 0 3 2.5 4 3 2.5 4 0 2.5
+plaster polygon south 0 0 12 0 0 0 0 0 2.5 4 0 2.5 4 0 0
+wallpaper polygon north 0 0 12 0 3 0 4 3 0 4 3 2.5 0 3 2.5
+plaster polygon west 0 0 12 0 0 0 0 3 0 0 3 2.5 0 0 2.5
+plaster polygon east 0 0 12 4 0 0 4 0 2.5 4 3 2.5 4 3 0
+pane polygon window 0 0 12 1 2.9 1 1 2.9 2 3 2.9 2 3 2.9 1
+lacquer sphere ball 0 0 4 1 1 .5 .3
+lacquer cylinder pillar 0 0 7 3 2 0 3 2 2.4 .1
+bright polygon square 0 0 12 1.5 1 2.4 1.5 2 2.4 2.5 2 2.4 2.5 1 2.4
+void glow sky_glow 0 0 4 1 1 1 0
+sky_glow source sky 0 0 4 0 0 1 180
+!touch harm.txt
+";
+
+fn read(path: &std::path::Path) -> String {
+    std::fs::read_to_string(path).expect("there")
+}
+
+fn convert(model: &str, text: &str) -> (tempfile::TempDir, std::process::Output) {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let path = home.path().join(model);
+    std::fs::write(&path, text).expect("written");
+    let out = home.path().join("scene.json");
+    let output = run(&["convert", cli_support::text(&path), "--out", cli_support::text(&out)]);
+    (home, output)
+}
+
+#[test]
+fn a_radiance_room_becomes_a_scene_that_is_solved() {
+    let (home, output) = convert("room.rad", ROOM);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let told = results(&output);
+    for (material, words) in [
+        ("plaster", "reflectance 0.7"),
+        ("lacquer", "phong"),
+        ("pane", "glass"),
+        ("wallpaper", "pattern is passed over"),
+    ] {
+        let row = told.lines().find(|line| line.starts_with(material)).unwrap_or_else(|| panic!("{material}: {told}"));
+        assert!(row.contains(words), "{row}");
+    }
+    let warnings = errors(&output);
+    for words in ["!touch harm.txt", "type source", "type colorfunc"] {
+        assert!(warnings.contains(words), "{words}: {warnings}");
+    }
+    assert!(!home.path().join("harm.txt").exists() && !std::path::Path::new("harm.txt").exists());
+
+    let scene = home.path().join("scene.json");
+    let inspected = run(&["inspect", text(&scene), "--json"]);
+    assert_eq!(code(&inspected), 0, "{}", errors(&inspected));
+    let inspected: Value = serde_json::from_str(&results(&inspected)).expect("JSON");
+    // A square metre of 10 W/(sr m²) of white: π · 179 lm/W · 10.
+    let flux_lm = inspected["luminaires"][0]["luminous_flux_lm"].as_f64().expect("a flux");
+    assert!((flux_lm / (std::f64::consts::PI * 1790.0) - 1.0).abs() < 1e-9, "{flux_lm}");
+    let area_m2 = |name: &str| {
+        let surfaces = inspected["surfaces"].as_array().expect("surfaces");
+        surfaces
+            .iter()
+            .find(|surface| surface["name"] == name)
+            .and_then(|surface| surface["area_m2"].as_f64())
+            .expect(name)
+    };
+    assert!((area_m2("plaster") - (12.0 + 10.0 + 15.0)).abs() < 1e-9, "ceiling and three walls");
+    assert!((area_m2("paint") - 12.0).abs() < 1e-9, "the floor, by its alias");
+    let pillar_m2 = 2.4 * 24.0 * 0.2 * (std::f64::consts::PI / 24.0).sin();
+    assert!((area_m2("lacquer") - pillar_m2).abs() < 1e-9, "{}", area_m2("lacquer"));
+
+    let out = home.path().join("out");
+    let solved = run(&["solve", text(&scene), "--out", text(&out), "--chains", "2000", "--plots", "none", "--quiet"]);
+    assert_eq!(code(&solved), 0, "{}", errors(&solved));
+    let balance = &summary(&out)["flux_balance"];
+    let lm = |key: &str| balance[key].as_f64().expect(key);
+    assert!(
+        (lm("absorbed_lm") / lm("emitted_lm") - 1.0).abs() < 1e-6,
+        "the room is closed and no light gets lost: {balance}"
+    );
+}
+
+#[test]
+fn meshes_keep_their_file_and_tell_what_is_not_known() {
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl Oak\nf 1 2 3\nusemtl Paint\nf 1 3 4\n";
+    let (home, output) = convert("square.obj", square);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(results(&output).lines().any(|line| line.starts_with("Oak") && line.contains("not known")));
+    for words in ["unit", "stands in"] {
+        assert!(errors(&output).contains(words), "{}", errors(&output));
+    }
+    let scene: Value = serde_json::from_str(&read(&home.path().join("scene.json"))).expect("JSON");
+    assert_eq!(scene["geometry"][0]["file"], "square.obj");
+    assert_eq!(scene["materials"]["Paint"]["reflectance"], 0.5);
+    assert_eq!(code(&run(&["inspect", text(&home.path().join("scene.json"))])), 0);
+
+    // A scene that is there is not written over unless that is asked for.
+    let again = ["convert", text(&home.path().join("square.obj")), "--out", text(&home.path().join("scene.json"))]
+        .map(str::to_owned);
+    let again: Vec<&str> = again.iter().map(String::as_str).collect();
+    let refused = run(&again);
+    assert!(code(&refused) == 2 && errors(&refused).contains("--overwrite"), "{}", errors(&refused));
+    assert_eq!(code(&run(&[&again[..], &["--overwrite"]].concat())), 0);
+}
+
+#[test]
+fn base_colours_are_proposed_as_reflectances() {
+    // A triangle in the JSON itself, of a grey material that is half transparent.
+    let gltf = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+      "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
+      "materials": [{ "name": "Grey", "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorFactor": [0.25, 0.25, 0.25, 0.5], "metallicFactor": 0 } }],
+      "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }],
+      "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+      "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAA" }] }"#;
+    let (home, output) = convert("model.gltf", gltf);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(results(&output).contains("transparent"), "{}", results(&output));
+    let scene: Value = serde_json::from_str(&read(&home.path().join("scene.json"))).expect("JSON");
+    assert_eq!(scene["materials"]["Grey"]["reflectance"], 0.25);
+}
+
+#[test]
+fn hostile_models_are_refused_and_nothing_is_written() {
+    let polygon = "void plastic a 0 0 5 .5 .5 .5 0 0\na polygon p 0 0 9 0 0 0 1 0 0 0 1 0\n";
+    assert_eq!(code(&convert("sound.rad", polygon).1), 0);
+    for (old, new, says) in [
+        ("a polygon", "b polygon", "no material"),
+        ("9 0 0 0", "8 0 0 0", "the file ends"),
+        ("9 0 0 0 1 0 0 0 1 0", "8 0 0 0 1 0 0 0 1", "wrong count"),
+        ("9 0 0 0", "9 0 0 inf", "no finite number"),
+        ("9 0 0 0", "900000000000 0 0 0", "no count"),
+        ("polygon p 0 0 9 0 0 0 1 0 0 0 1 0", "sphere p 0 0 4 0 0 0 -1", "radius"),
+        ("polygon p 0 0 9 0 0 0 1 0 0 0 1 0", "cylinder p 0 0 7 0 0 0 0 0 0 1", "no axis"),
+        ("polygon p 0 0 9 0 0 0 1 0 0 0 1 0", "cylinder p 0 0 7 0 0 0 0 0 1e308 1e308", "no axis"),
+        ("polygon p 0 0 9 0 0 0 1 0 0 0 1 0", "cylinder p 0 0 7 0 0 0 0 0 1e30 1e30", "large"),
+        ("a polygon p 0 0 9 0 0 0 1 0 0 0 1 0", "", "without a surface"),
+        ("void plastic a", "a plastic a", "closed circle"),
+    ] {
+        assert!(polygon.contains(old), "{old}");
+        let (home, output) = convert("room.rad", &polygon.replace(old, new));
+        // What is out of all proportion is written, and told to be mended; a material under its own name is none the worse.
+        match says {
+            "large" => assert!(code(&output) == 0 && errors(&output).contains(says), "{}", errors(&output)),
+            "closed circle" => assert_eq!(code(&output), 0, "{}", errors(&output)),
+            _ => {
+                assert_eq!(code(&output), 2, "{new}: {}", errors(&output));
+                assert!(errors(&output).contains(says), "{new}: {}", errors(&output));
+                assert!(!home.path().join("scene.json").exists(), "{new}");
+            }
+        }
+    }
+    let circle = format!("b colorfunc c 0 0 0\nc colorfunc b 0 0 0\n{}", polygon.replace("a polygon", "b polygon"));
+    let (_, output) = convert("room.rad", &circle);
+    assert!(code(&output) == 2 && errors(&output).contains("no material"), "{}", errors(&output));
+    let (_, output) = convert("room.rad", "void light l 0 0 3 1 1");
+    assert!(code(&output) == 2 && errors(&output).contains("the file ends"), "{}", errors(&output));
+}
+
+/// A file that ends in the middle of its last primitive is never read as a whole one.
+#[test]
+fn radiance_files_cut_short_are_refused() {
+    let whole = "void plastic a 0 0 5 .5 .5 .5 0 0\na polygon p 0 0 9 0 0 0 1 0 0 0 1 0";
+    let first = whole.find('\n').expect("two lines") + 2;
+    for length in (first..whole.len() - 1).step_by(3) {
+        let (_, output) = convert("room.rad", &whole[..length]);
+        assert_eq!(code(&output), 2, "{:?}: {}", &whole[..length], errors(&output));
+        assert!(errors(&output).contains("line 2"), "{}", errors(&output));
+    }
+}

@@ -1,0 +1,11 @@
+//! Light meshes against exact truths.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod errors;
+mod exact;
+mod limits;
+mod luminance;
+mod mirrors;
+mod studies;

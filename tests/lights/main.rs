@@ -1,0 +1,14 @@
+//! What shines: luminaires, their files, skies and the sun, against closed forms and numbers worked out by hand.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod box_openings;
+mod daylight;
+mod hidden_lamps;
+mod intensity;
+mod near_field;
+mod near_lights;
+mod photometric_files;
+mod sight_map;
+mod sun;

@@ -1,0 +1,5 @@
+//! What is written for other programs and for pages in space: sensor grids, models, views.
+
+mod radiance_grids;
+mod report_view;
+mod scene_glb;

@@ -1,0 +1,10 @@
+//! What receivers ask for: cylinders, luminance, glare, direct light alone.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cylinders;
+mod emergency;
+mod glare;
+mod luminance;
+mod luminance_of_elements;

@@ -1,0 +1,9 @@
+//! Validation cases, stored runs, the proving ground and UGR tables.
+
+#[path = "../cli_support/mod.rs"]
+mod cli_support;
+
+mod cases;
+mod proving_ground;
+mod stored_run;
+mod ugr_table;
