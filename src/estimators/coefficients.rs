@@ -18,6 +18,7 @@ use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair, Way};
 use crate::sampling::warp::cosine_hemisphere;
+use crate::scene::Openings;
 
 use super::walk::MOST_RAYS_OF_A_WALK;
 
@@ -58,10 +59,21 @@ impl MetPlace<'_> {
     }
 }
 
+/// By which way light of the sky comes to a receiver: the split of the daylight factor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyWay {
+    /// Straight, or through panes.
+    Straight,
+    /// By way of a surface that the receiver sees beyond an opening.
+    FromOutside,
+    /// By way of a surface that it sees on this side.
+    FromInside,
+}
+
 /// What a walk finds.
 pub trait CoefficientTally {
     /// Illuminance in lx at the receiver from a unit direction, of a sky of 1 cd/m².
-    fn from_sky(&mut self, towards: DVec3, lx: f64);
+    fn from_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay);
 
     /// A place that would light the receiver.
     fn met(&mut self, place: &MetPlace);
@@ -69,17 +81,17 @@ pub trait CoefficientTally {
 
 /// One walk from a receiver in a scene whose only luminaire is a sky of 1 cd/m² all around; returns the rays.
 pub fn walk_for_coefficients(
-    stage: &Stage,
+    (stage, openings): (&Stage, &Openings),
     receiver: &Receiver,
     (pass, cut): (&mut DirectPass, &mut Cut),
     tally: &mut impl CoefficientTally,
     stream: &mut Stream,
 ) -> u64 {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let rays = follow(stage, *receiver.origin, direction, cut, tally, stream);
+    let rays = follow((stage, openings), (*receiver.origin, direction), cut, tally, stream);
     let looks = pass.parts_at_point(stage, receiver, stream, |lx, look| {
         if let Some(towards) = direction_of(look, receiver.point_m) {
-            tally.from_sky(towards, lx);
+            tally.from_sky(towards, lx, SkyWay::Straight);
         }
     });
     rays + looks
@@ -94,15 +106,17 @@ fn direction_of(look: &Look, from_m: DVec3) -> Option<DVec3> {
 }
 
 fn follow(
-    stage: &Stage,
-    mut origin: Origin,
-    mut direction: DVec3,
+    (stage, openings): (&Stage, &Openings),
+    (mut origin, mut direction): (Origin, DVec3),
     cut: &mut Cut,
     tally: &mut impl CoefficientTally,
     stream: &mut Stream,
 ) -> u64 {
     let mut rays = 0;
     let mut is_mirrored = false;
+    // Known from the first surface on that scatters.
+    let mut way = SkyWay::FromInside;
+    let mut has_scattered = false;
     while rays < MOST_RAYS_OF_A_WALK {
         rays += 1;
         let hit = match stage.tracer.first_hit(&origin, direction) {
@@ -111,17 +125,22 @@ fn follow(
             Meeting::Nothing => {
                 // No light sample finds the sky in a mirror.
                 if is_mirrored {
-                    tally.from_sky(direction, PI);
+                    tally.from_sky(direction, PI, way);
                 }
                 return rays;
             }
         };
+        let from_m = stage.tracer.position_m(&origin);
+        if !has_scattered && openings.are_left_within(from_m, direction, hit.distance_m) {
+            way = SkyWay::FromOutside;
+        }
         let law = stage.law(hit.triangle);
         if law.is_black() || !stage.receives(hit.triangle, hit.side) {
             return rays;
         }
         if law.scatters() {
-            rays += look_from(stage, (&hit, direction, law), cut, tally, stream);
+            has_scattered = true;
+            rays += look_from(stage, (&hit, direction, law, way), cut, tally, stream);
         }
         let Some(scattered) = law.sample(direction, stage.normal_at(&hit), stream) else {
             return rays;
@@ -141,7 +160,7 @@ fn follow(
 /// Looks for the sky from a surface that scatters, and tells where it is; returns the rays.
 fn look_from(
     stage: &Stage,
-    (hit, direction, law): (&SurfaceHit, DVec3, &Law),
+    (hit, direction, law, sky_way): (&SurfaceHit, DVec3, &Law, SkyWay),
     cut: &mut Cut,
     tally: &mut impl CoefficientTally,
     stream: &mut Stream,
@@ -168,7 +187,7 @@ fn look_from(
     };
     let lx = sight.direct_lx();
     if lx > 0.0 {
-        tally.from_sky(sight.towards, place.brings(sight.towards) * lx);
+        tally.from_sky(sight.towards, place.brings(sight.towards) * lx, sky_way);
     }
     1
 }

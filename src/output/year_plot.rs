@@ -26,6 +26,8 @@ const TICKS_LX: [f64; 6] = [30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0];
 const BEFORE_MONTHS: [u32; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
 /// Shares in % along which lines run.
 const LEVELS_PERCENT: [f64; 3] = [25.0, 50.0, 75.0];
+/// The same of sky components: the first is the no-sky line, beyond which hardly any sky is seen.
+const SKY_LEVELS_PERCENT: [f64; 6] = [0.02, 0.5, 1.0, 2.0, 5.0, 10.0];
 
 /// The plots of a year, as SVG, and as PNG where that is asked for.
 pub fn year_plots(scene: &Scene, weather: &Weather, solution: &YearSolution, also_png: bool) -> Vec<ResultFile> {
@@ -39,8 +41,13 @@ pub fn year_plots(scene: &Scene, weather: &Weather, solution: &YearSolution, als
     for set in &solution.sets {
         let name = file_name_part(&set.name);
         add(format!("year-{name}"), temporal_picture(set, weather, solution));
-        for (measure, stem) in [(YearMeasure::Autonomy, "autonomy"), (YearMeasure::Useful, "useful")] {
-            if let Some(picture) = measure_picture(scene, set, measure) {
+        let measures = [
+            (YearMeasure::Autonomy, "autonomy"),
+            (YearMeasure::Useful, "useful"),
+            (YearMeasure::SkyComponent, "sky-component"),
+        ];
+        for (measure, stem) in measures {
+            if let Some(picture) = measure_picture(scene, (set, solution.sky.occupied), measure) {
                 add(format!("year-{name}-{stem}"), picture);
             }
         }
@@ -132,19 +139,21 @@ fn draw_panel(
 }
 
 /// False colours of what is counted at the points of a grid; `None` for points in no order.
-fn measure_picture(scene: &Scene, set: &SetYear, measure: YearMeasure) -> Option<Picture> {
+fn measure_picture(scene: &Scene, (set, occupied): (&SetYear, usize), measure: YearMeasure) -> Option<Picture> {
     let place = MEASURES.iter().position(|one| *one == measure)?;
-    let map = map_of(set, place);
+    let is_percent = measure == YearMeasure::SkyComponent;
+    let times = if is_percent { 1.0 } else { 100.0 };
+    let map = map_of(set, place, times);
     let flat: FlatMap = grid_map(scene, &map)?;
     let (layout, mut picture) = Layout::of(&flat);
-    let percent = |estimate: Estimate| Estimate {
-        value: 100.0 * estimate.value,
-        standard_error: 100.0 * estimate.standard_error,
+    let in_percent = |estimate: Estimate, times: f64| {
+        let estimate = Estimate { value: times * estimate.value, standard_error: times * estimate.standard_error };
+        format!("{} %", lux_with_error(estimate, plus_minus))
     };
-    let told = |estimate: Estimate| format!("{} %", lux_with_error(percent(estimate), plus_minus));
+    let told = |estimate: Estimate| in_percent(estimate, times);
     let (title, numbers) = match measure {
         YearMeasure::Autonomy => (
-            say!("Daylight autonomy: share of the occupied hours with 300 lx"),
+            say!("Daylight autonomy, 300 lx"),
             format!(
                 "sDA = {}{GAP}ASE = {}{GAP}{} = {}",
                 told(set.autonomy),
@@ -153,15 +162,20 @@ fn measure_picture(scene: &Scene, set: &SetYear, measure: YearMeasure) -> Option
                 told(set.averages[place])
             ),
         ),
-        _ => (
-            say!("Useful daylight: share of the occupied hours with 300 to 3000 lx"),
-            format!("{} = {}", say!("mean"), told(set.averages[place])),
-        ),
+        YearMeasure::SkyComponent => {
+            (say!("Sky component of the daylight factor"), format!("{} = {}", say!("mean"), told(set.averages[place])))
+        }
+        _ => (say!("Useful daylight, 300 to 3000 lx"), format!("{} = {}", say!("mean"), told(set.averages[place]))),
     };
-    head(&mut picture, &flat, title, "");
+    let remark = match is_percent {
+        true => say!("; the no-sky line at {} %", tick(SKY_LEVELS_PERCENT[0])),
+        false => say!("; share of {} occupied hours", occupied),
+    };
+    head(&mut picture, &flat, title, &remark);
     picture.words(Words::new(numbers, [ROOM.left, 65.0], 13.0));
     let range = flat.field.range().unwrap_or_default();
-    let levels = LEVELS_PERCENT.into_iter().filter(|level| (range[0]..range[1]).contains(level)).collect();
+    let levels = if is_percent { SKY_LEVELS_PERCENT.as_slice() } else { LEVELS_PERCENT.as_slice() };
+    let levels = levels.iter().copied().filter(|level| (range[0]..range[1]).contains(level)).collect();
     let remark = draw_map(&mut picture, &flat, &layout, (levels, say!("lines")), "%");
     let y = picture.height - 26.0;
     picture.words(Words::new(format!("{remark}{}", say!("± is one standard error.")), [ROOM.left, y], 11.0).ink(SOFT));
@@ -169,10 +183,10 @@ fn measure_picture(scene: &Scene, set: &SetYear, measure: YearMeasure) -> Option
 }
 
 /// A measure of a set's points in % as a map, for the drawing.
-fn map_of(set: &SetYear, place: usize) -> MapResult {
+fn map_of(set: &SetYear, place: usize, times: f64) -> MapResult {
     let of = |point: &YearPoint| point.measures[place];
-    let percents = set.points.iter().map(|point| 100.0 * of(point).value).collect();
-    let errors = set.points.iter().map(|point| 100.0 * of(point).standard_error).collect();
+    let percents = set.points.iter().map(|point| times * of(point).value).collect();
+    let errors = set.points.iter().map(|point| times * of(point).standard_error).collect();
     let average = set.averages[place];
     let error = set.points.iter().map(|point| of(point).standard_error).sum::<f64>() / set.points.len().max(1) as f64;
     let relative = if average.value > 0.0 { error / average.value } else { 0.0 };

@@ -1,6 +1,6 @@
 //! What is counted over the hours of a year.
 
-use crate::base::half_samples::{PARTINGS, standard_error};
+use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves, standard_error};
 use crate::maps::Estimate;
 
 /// Illuminance in lx of daylight autonomy, and the share of the occupied hours that has it where daylight is autonomous (IES LM-83).
@@ -35,10 +35,16 @@ pub enum YearMeasure {
     Sunlit,
     /// Annual light exposure in lx h.
     Exposure,
+    /// Sky component of the daylight factor under the overcast sky, in %.
+    SkyComponent,
+    /// Its externally reflected component, the ground's light in it, in %.
+    FromOutside,
+    /// Its internally reflected component in %.
+    FromInside,
 }
 
 /// All of them.
-pub const MEASURES: [YearMeasure; 7] = [
+pub const MEASURES: [YearMeasure; 10] = [
     YearMeasure::Autonomy,
     YearMeasure::TooLittle,
     YearMeasure::Supplementary,
@@ -46,6 +52,9 @@ pub const MEASURES: [YearMeasure; 7] = [
     YearMeasure::TooMuch,
     YearMeasure::Sunlit,
     YearMeasure::Exposure,
+    YearMeasure::SkyComponent,
+    YearMeasure::FromOutside,
+    YearMeasure::FromInside,
 ];
 
 /// What was counted, with the same by both halves of each parting of the replicas.
@@ -56,6 +65,12 @@ pub(super) struct Counted {
 }
 
 impl Counted {
+    /// A mean over replicas.
+    pub fn of(replicas: &[f64; PARTED]) -> Counted {
+        let (value, off) = mean_and_halves(replicas);
+        Counted { value, halves: off.map(|off| [value + off, value - off]) }
+    }
+
     pub fn estimate(&self) -> Estimate {
         Estimate { value: self.value, standard_error: standard_error(self.halves.iter().copied()) }
     }
@@ -122,7 +137,11 @@ impl Counts {
         self.of.map(|counted| {
             place += 1;
             match MEASURES[place - 1] {
-                YearMeasure::Sunlit | YearMeasure::Exposure => counted,
+                YearMeasure::Sunlit
+                | YearMeasure::Exposure
+                | YearMeasure::SkyComponent
+                | YearMeasure::FromOutside
+                | YearMeasure::FromInside => counted,
                 _ => counted.scaled(1.0 / occupied_hours.max(1.0)),
             }
         })
@@ -160,7 +179,7 @@ mod tests {
         let values = sure.map(|estimate| estimate.value);
         assert!((values[..5].iter().zip([8.0, 2.0, 2.0, 8.0, 0.0])).all(|(a, b)| (a - b / 12.0).abs() < 1e-12));
         assert!(values[1..5].iter().sum::<f64>() == 1.0 && sure.iter().all(|estimate| estimate.standard_error == 0.0));
-        assert_eq!(values[5..], [5.0, 103_030.0]);
+        assert_eq!(values[5..], [5.0, 103_030.0, 0.0, 0.0, 0.0]);
         let unsure = count(1.0);
         assert!((unsure[0].standard_error - 1.0 / 12.0).abs() < 1e-12 && unsure[5].standard_error == 0.0);
         assert!((unsure[6].standard_error - 10.0).abs() < 1e-9, "{:?}", unsure[6]);

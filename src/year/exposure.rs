@@ -61,7 +61,7 @@ pub fn sunlight(scene: &Scene, site: &SunSite, days: &[(u32, u32)]) -> Vec<SetSu
 
 /// Sum of the hours.
 pub fn sum_of_hours(sunlit: &SunlitHours) -> f64 {
-    sunlit.iter().map(|[from, to]| to - from).sum()
+    sunlit.iter().fold(0.0, |sum, [from, to]| sum + to - from)
 }
 
 fn sunlit(

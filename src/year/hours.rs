@@ -44,6 +44,8 @@ pub struct YearSky {
     pub hours: Vec<YearHour>,
     /// How the sky is cut.
     pub patches: SkyPatches,
+    /// Reflectance of the ground.
+    pub ground_reflectance: f64,
     /// Occupied hours, dark ones too.
     pub occupied: usize,
     /// All hours of the weather.
@@ -89,6 +91,7 @@ impl YearSky {
         let (towards, hours_of_suns) = shining.map(|(hour, number)| (hour.towards_sun, number)).unzip();
         YearSky {
             patches,
+            ground_reflectance,
             occupied: weather.hours.iter().filter(|hour| is_occupied(hour.middle_hours)).count(),
             all: weather.hours.len(),
             suns: Suns { towards, disk: [disk.sine(), disk.one_minus_cosine()] },
@@ -107,6 +110,16 @@ impl YearSky {
     #[inline]
     pub fn column_of(&self, towards: DVec3) -> usize {
         self.patches.patch_of(towards).unwrap_or(self.patches.count())
+    }
+
+    /// Daylight factor in % of 1 lx that a sky of 1 cd/m² all around brings from a direction, under the overcast sky of 7 π/9 times its zenith's luminance.
+    #[inline]
+    pub fn overcast_percent(&self, towards: DVec3) -> f64 {
+        let horizontal = 7.0 * PI / 9.0;
+        match towards.z > 0.0 {
+            true => 100.0 / horizontal * SkyPattern::Overcast.relative_luminance(towards),
+            false => 100.0 / PI * self.ground_reflectance,
+        }
     }
 
     /// Luminances of an hour in cd/m².

@@ -1,11 +1,11 @@
 //! The year of one receiver: coefficients by walks, hours by sums.
 
-use super::count::Counts;
+use super::count::{Counted, Counts, YearMeasure};
 use super::hours::YearSky;
 use super::sun_cells::SunCells;
 use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves};
 use crate::chain::Stage;
-use crate::estimators::coefficients::{CoefficientTally, MetPlace, walk_for_coefficients};
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::sunlight::SunPlace;
 use crate::sampling::emitter_tree::Cut;
@@ -16,6 +16,8 @@ use glam::DVec3;
 /// Walks of a replica before the error is looked at first, and at most.
 const FIRST_WALKS: u64 = 64;
 const MOST_WALKS: u64 = 1 << 15;
+/// Ways by which light comes to a receiver: straight, from outside, from inside.
+const WAYS: usize = 3;
 /// More walks than the error asks for by itself, since it is an estimate.
 const RESERVE: f64 = 1.15;
 
@@ -25,9 +27,17 @@ pub(super) struct YearContext<'a> {
     pub stage: &'a Stage,
     pub sky: &'a YearSky,
     pub cells: &'a SunCells<'a>,
-    pub openings: Option<&'a Openings>,
+    /// Where light enters.
+    pub openings: &'a Openings,
     pub seed: u64,
     pub target_error: f64,
+}
+
+impl YearContext<'_> {
+    /// Openings without which no light enters.
+    pub fn only_openings(&self) -> Option<&Openings> {
+        Some(self.openings).filter(|openings| openings.are_all)
+    }
 }
 
 /// The hours of a receiver.
@@ -67,12 +77,17 @@ struct RowTally<'a> {
     replica: usize,
     columns: &'a mut [f64],
     suns: &'a mut [f64],
+    ways: &'a mut [f64],
 }
 
 impl CoefficientTally for RowTally<'_> {
     #[inline]
-    fn from_sky(&mut self, towards: DVec3, lx: f64) {
+    fn from_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay) {
         self.columns[self.sky.column_of(towards)] += lx;
+        // What the ground brings straight has been reflected outside.
+        let is_ground = way == SkyWay::Straight && towards.z <= 0.0;
+        let way = if is_ground { SkyWay::FromOutside } else { way };
+        self.ways[way as usize] += lx * self.sky.overcast_percent(towards);
     }
 
     #[inline]
@@ -101,7 +116,7 @@ impl DirectSuns {
             let slab = found.lx.of(replica);
             let around = (context.scene, context.stage);
             let show = |sun: usize, lx| slab[sun] = lx;
-            found.rays += context.sky.suns.look_for_all(around, &place, context.openings, &mut stream, show);
+            found.rays += context.sky.suns.look_for_all(around, &place, context.only_openings(), &mut stream, show);
         }
         found
     }
@@ -131,23 +146,40 @@ pub(super) fn year_of(
     let mut rays = direct.rays;
     let mut columns = Replicas::new(sky.columns());
     let mut suns = Replicas::new(sky.suns.towards.len());
+    let mut ways = Replicas::new(WAYS);
     let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
     let mut walked = 0;
     let mut wanted = FIRST_WALKS;
     loop {
         for replica in 0..PARTED {
             let mut stream = Stream::new(context.seed, Purpose::DaylightWalks, set as u32 + 1, replica as u32);
-            let mut tally =
-                RowTally { sky, cells: context.cells, replica, columns: columns.of(replica), suns: suns.of(replica) };
+            let mut tally = RowTally {
+                sky,
+                cells: context.cells,
+                replica,
+                columns: columns.of(replica),
+                suns: suns.of(replica),
+                ways: ways.of(replica),
+            };
             for number in walked..wanted {
                 stream.seek_quasi(((index as u64) << 24) | number, index as u64, number);
-                rays += walk_for_coefficients(context.stage, receiver, (&mut pass, &mut cut), &mut tally, &mut stream);
+                rays += walk_for_coefficients(
+                    (context.stage, context.openings),
+                    receiver,
+                    (&mut pass, &mut cut),
+                    &mut tally,
+                    &mut stream,
+                );
             }
         }
         walked = wanted;
-        let found = hours_of(sky, (&columns, &suns, &direct), walked, closed);
+        let mut found = hours_of(sky, (&columns, &suns, &direct), walked, closed);
         let is_done = found.error <= context.target_error || walked >= MOST_WALKS;
         if is_done {
+            for way in 0..WAYS {
+                let percents = ways.across(way).map(|sum| sum / walked as f64);
+                found.counts.of[YearMeasure::SkyComponent as usize + way] = Counted::of(&percents);
+            }
             return ReceiverHours { walks: walked * PARTED as u64, rays, ..found };
         }
         let needed = walked as f64 * RESERVE * (found.error / context.target_error).powi(2);

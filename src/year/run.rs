@@ -10,11 +10,11 @@ use super::sun_cells::{SunCells, side_index};
 use crate::base::half_samples::{PARTINGS, standard_error};
 use crate::base::sky::{Sky, SkyPattern};
 use crate::chain::Stage;
-use crate::estimators::coefficients::{CoefficientTally, MetPlace, walk_for_coefficients};
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
 use crate::estimators::direct::DirectPass;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
-use crate::scene::{Emission, Quantity, Scene, Weather};
+use crate::scene::{Emission, Openings, Quantity, Scene, Weather};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -118,11 +118,13 @@ pub fn solve_year<E: From<NotForYear>>(
     let is_occupied = |middle: f64| from <= middle && middle < to;
     let sky = YearSky::of(weather, settings.subdivision, ground_reflectance, maintained, is_occupied);
     let stage = Stage::new(&scene);
-    let openings = scene.luminaires[0].emission.openings().filter(|openings| openings.are_all);
+    let none = Openings::default();
+    let openings = scene.luminaires[0].emission.openings().unwrap_or(&none);
+    let only_openings = Some(openings).filter(|openings| openings.are_all);
     let is_plane = |set: &usize| scene.receivers[*set].quantity == Quantity::Perpendicular;
     let (planes, others): (Vec<usize>, Vec<usize>) = (0..scene.receivers.len()).partition(is_plane);
-    let meetings = survey(&scene, &stage, &planes, settings.seed);
-    let cells = SunCells::new((&scene, &stage), &sky.suns, openings, &meetings, settings.seed);
+    let meetings = survey(&scene, (&stage, openings), &planes, settings.seed);
+    let cells = SunCells::new((&scene, &stage), &sky.suns, only_openings, &meetings, settings.seed);
     let context = YearContext {
         scene: &scene,
         stage: &stage,
@@ -155,11 +157,11 @@ pub fn solve_year<E: From<NotForYear>>(
 }
 
 /// How often walks meet each side of a triangle.
-fn survey(scene: &Scene, stage: &Stage, planes: &[usize], seed: u64) -> Vec<u32> {
+fn survey(scene: &Scene, (stage, openings): (&Stage, &Openings), planes: &[usize], seed: u64) -> Vec<u32> {
     /// Counts meetings.
     struct Meetings(Vec<u32>);
     impl CoefficientTally for Meetings {
-        fn from_sky(&mut self, _: DVec3, _: f64) {}
+        fn from_sky(&mut self, _: DVec3, _: f64, _: SkyWay) {}
         fn met(&mut self, place: &MetPlace) {
             self.0[side_index(place.spot)] += 1;
         }
@@ -177,7 +179,7 @@ fn survey(scene: &Scene, stage: &Stage, planes: &[usize], seed: u64) -> Vec<u32>
         at(stage, &scene.receivers[*set].points[*index], |receiver| {
             for walk in 0..SURVEY_WALKS {
                 stream.seek_quasi((number as u64) * SURVEY_WALKS + walk, number as u64, walk);
-                walk_for_coefficients(stage, receiver, (&mut pass, &mut cut), &mut meetings, &mut stream);
+                walk_for_coefficients((stage, openings), receiver, (&mut pass, &mut cut), &mut meetings, &mut stream);
             }
         });
     }

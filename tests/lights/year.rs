@@ -1,7 +1,5 @@
 //! A year of daylight: its hours against runs with the same sky and sun, against closed forms, and its errors against scatter.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -13,6 +11,8 @@ use luxmc::year::{
     sum_of_hours, sunlight,
 };
 use serde_json::{Value, json};
+
+use crate::common;
 
 const DIRECT_LX: f64 = 70_000.0;
 const DIFFUSE_LX: f64 = 14_000.0;
@@ -102,14 +102,14 @@ fn differences(points: &[Estimate], others: &[Estimate]) -> (f64, f64) {
 
 /// Two roads to one hour: daylight coefficients times Perez's patches and the sun's own, and `solve` with that sky and sun as luminaires, whose walks,
 /// cells and openings share nothing with the first but rays and laws. A clear noon in March through a pane, and a dull one without sun through an
-/// opening. Seed 3, errors of 1% and of 0.7%: twelve points within 6 common errors (α some 1e-4 for all with 15 degrees of freedom), their mean within 1.5%,
-/// of which the patches may have 1%. The sun 5% stronger, the planted fault, is found out by the mean.
+/// opening. Seed 3, errors of 2% and of 1.5%: twelve points within 6 common errors (α some 1e-4 for all with 15 degrees of freedom), their mean within 2%,
+/// of which the patches may have 1%. The sun 7% stronger, the planted fault, is found out by the mean.
 #[test]
 fn an_hour_of_the_year_is_the_run_with_its_sky_and_sun() {
     for (is_glazed, direct_lx, month) in [(true, DIRECT_LX, 3), (false, 0.0, 11)] {
         let given = weather(&[(month, 10, 12.5, [direct_lx, DIFFUSE_LX])]);
         let (solution, points) =
-            year(&scene(room("paint", is_glazed), vec![sky()], work_plane()), &given, &settings(4, 3, 0.01));
+            year(&scene(room("paint", is_glazed), vec![sky()], work_plane()), &given, &settings(4, 3, 0.02));
         let hour = solution.sky.hours[0];
         let elevation_deg = hour.towards_sun.z.asin().to_degrees();
         let azimuth_deg = hour.towards_sun.x.atan2(hour.towards_sun.y).to_degrees();
@@ -135,10 +135,10 @@ fn an_hour_of_the_year_is_the_run_with_its_sky_and_sun() {
         };
         let found: Vec<Estimate> = points.iter().map(|hours| hours[0]).collect();
         let (worst, mean) = differences(&found, &run(direct_lx));
-        assert!(worst < 6.0 && mean.abs() < 0.015, "glazed {is_glazed}: {worst:.2} errors, mean {mean:.4}");
+        assert!(worst < 6.0 && mean.abs() < 0.02, "glazed {is_glazed}: {worst:.2} errors, mean {mean:.4}");
         if direct_lx > 0.0 {
-            let (_, mean) = differences(&found, &run(1.05 * direct_lx));
-            assert!(mean.abs() > 0.015, "the planted fault passed: {mean}");
+            let (_, mean) = differences(&found, &run(1.07 * direct_lx));
+            assert!(mean.abs() > 0.02, "the planted fault passed: {mean}");
         }
     }
 }
@@ -190,6 +190,36 @@ fn overcast_hours_are_daylight_factors() {
     let (worst, mean) = differences(&found, &factors(1.0));
     assert!(worst < 6.0 && mean.abs() < 0.01, "{worst:.2} errors, mean {mean:.4}");
     assert!(differences(&found, &factors(1.03)).1.abs() > 0.01, "the planted fault passed");
+    // The three components, whose walks weigh the sky without patches, and the sky component alone, which is the run's direct part.
+    let components = |year: &YearSolution, index: usize| {
+        let measures = year.sets[0].points[index].measures;
+        [YearMeasure::SkyComponent, YearMeasure::FromOutside, YearMeasure::FromInside].map(|one| measures[one as usize])
+    };
+    let percent = |lx: f64| 0.1 * lx;
+    let (mut sums, mut direct) = ([0.0; 2], [0.0; 2]);
+    for index in 0..points.len() {
+        let [sky, outside, inside] = components(&solution, index);
+        sums = [sums[0] + sky.value + outside.value + inside.value, sums[1] + percent(values.illuminance_lx[index])];
+        direct = [direct[0] + sky.value, direct[1] + percent(values.direct_lx[index])];
+        assert!(outside.value > 0.0 && inside.value > 0.0 && sky.standard_error < 0.02 * sky.value.max(1.0));
+    }
+    assert!(
+        (sums[0] / sums[1] - 1.0).abs() < 0.01 && (direct[0] / direct[1] - 1.0).abs() < 0.01,
+        "{sums:?}, {direct:?}"
+    );
+    assert!((sums[0] / direct[1] - 1.0).abs() > 0.01, "the planted fault passed");
+    // Where walls are black nothing is reflected inside.
+    let mut parts = room("black", false);
+    parts.push(rectangle("outside", [-1.0, -1.5, 0.0], [0.0, 0.0, 4.0], [6.0, 0.0, 0.0], "paint"));
+    let black = year(&scene_of_parts(parts), &given, &settings(1, 5, 0.02)).0;
+    for index in 0..points.len() {
+        let [_, outside, inside] = components(&black, index);
+        assert!(outside.value > 0.0 && inside.value == 0.0, "{outside:?}, {inside:?}");
+    }
+}
+
+fn scene_of_parts(parts: Vec<Value>) -> Scene {
+    scene(parts, vec![sky()], work_plane())
 }
 
 /// Behind a black shutter it is dark all year, and polar day and night come to what they are: no sun, and a sun at midnight.
@@ -306,8 +336,8 @@ fn sunlight_begins_and_ends_where_walls_let_it() {
     const NOON: f64 = 12.0 + 15.3 / 60.0;
     let parts = vec![
         rectangle("wall", [1.0, 0.0, -1.0], [0.0, -100.0, 0.0], [0.0, 0.0, 900.0], "black"),
-        rectangle("pane", [-20.0, -0.5, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 90.0], "pane"),
-        rectangle("board", [-30.0, -0.01, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 9.0], "black"),
+        rectangle("pane", [20.0, -0.5, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 90.0], "pane"),
+        rectangle("board", [30.0, -0.01, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 9.0], "black"),
     ];
     let parts = parts.into_iter().map(|mut part| {
         part["two_sided"] = json!(true);
@@ -317,8 +347,8 @@ fn sunlight_begins_and_ends_where_walls_let_it() {
     let receivers = json!([
         point("east", 5.0, [0.0, 0.1, 0.0]),
         point("south", 0.9, [0.01, 0.0, 0.0]),
-        point("pane", -19.0, [0.01, 0.0, 0.0]),
-        point("board", -29.0, [0.01, 0.0, 0.0]),
+        point("pane", 21.0, [0.01, 0.0, 0.0]),
+        point("board", 31.0, [0.01, 0.0, 0.0]),
     ]);
     let lamp = json!({ "name": "lamp", "type": "point", "position": [50, 50, 2], "intensity_cd": 100 });
     let scene = scene(parts.collect(), vec![lamp], receivers);
@@ -334,7 +364,7 @@ fn sunlight_begins_and_ends_where_walls_let_it() {
     let south = at(&sets, 1, 0);
     assert!(south.len() == 1 && close(south[0][0]), "{south:?}");
     let pane = at(&sets, 2, 0);
-    assert!(pane.len() == 1 && sum_of_hours(&pane) > 11.0, "{pane:?}");
+    assert!(pane.len() == 1 && (6.0..6.4).contains(&pane[0][0]) && sum_of_hours(&pane) > 5.0, "{pane:?}");
     assert!(
         at(&sets, 3, 0).is_empty() || at(&sets, 3, 0).iter().all(|[from, to]| to - from < 0.2),
         "{:?}",
