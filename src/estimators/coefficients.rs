@@ -73,7 +73,7 @@ pub enum SkyWay {
 /// What a walk finds.
 pub trait CoefficientTally {
     /// Illuminance in lx at the receiver from a unit direction, of a sky of 1 cd/m².
-    fn from_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay);
+    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay);
 
     /// A place that would light the receiver.
     fn met(&mut self, place: &MetPlace);
@@ -91,7 +91,7 @@ pub fn walk_for_coefficients(
     let rays = follow((stage, openings), (*receiver.origin, direction), cut, tally, stream);
     let looks = pass.parts_at_point(stage, receiver, stream, |lx, look| {
         if let Some(towards) = direction_of(look, receiver.point_m) {
-            tally.from_sky(towards, lx, SkyWay::Straight);
+            tally.add_sky(towards, lx, SkyWay::Straight);
         }
     });
     rays + looks
@@ -125,7 +125,7 @@ fn follow(
             Meeting::Nothing => {
                 // No light sample finds the sky in a mirror.
                 if is_mirrored {
-                    tally.from_sky(direction, PI, way);
+                    tally.add_sky(direction, PI, way);
                 }
                 return rays;
             }
@@ -187,7 +187,7 @@ fn look_from(
     };
     let lx = sight.direct_lx();
     if lx > 0.0 {
-        tally.from_sky(sight.towards, place.brings(sight.towards) * lx, sky_way);
+        tally.add_sky(sight.towards, place.brings(sight.towards) * lx, sky_way);
     }
     1
 }

@@ -82,7 +82,7 @@ struct RowTally<'a> {
 
 impl CoefficientTally for RowTally<'_> {
     #[inline]
-    fn from_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay) {
+    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay) {
         self.columns[self.sky.column_of(towards)] += lx;
         // What the ground brings straight has been reflected outside.
         let is_ground = way == SkyWay::Straight && towards.z <= 0.0;

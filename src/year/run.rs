@@ -161,7 +161,7 @@ fn survey(scene: &Scene, (stage, openings): (&Stage, &Openings), planes: &[usize
     /// Counts meetings.
     struct Meetings(Vec<u32>);
     impl CoefficientTally for Meetings {
-        fn from_sky(&mut self, _: DVec3, _: f64, _: SkyWay) {}
+        fn add_sky(&mut self, _: DVec3, _: f64, _: SkyWay) {}
         fn met(&mut self, place: &MetPlace) {
             self.0[side_index(place.spot)] += 1;
         }
