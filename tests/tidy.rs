@@ -462,13 +462,17 @@ fn paths_named(text: &str) -> Vec<&str> {
 }
 
 #[test]
-fn the_files_that_contributing_names_are_there() {
+fn the_files_that_documents_of_the_house_name_are_there() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let text = fs::read_to_string(root.join("CONTRIBUTING.md")).unwrap();
-    let named = paths_named(&text);
-    assert!(named.len() > 40, "{named:?}");
-    let missing: Vec<&str> = named.into_iter().filter(|path| !root.join(path).exists()).collect();
-    assert!(missing.is_empty(), "CONTRIBUTING.md names what is not there: {}", missing.join(", "));
+    for (document, least) in [("CONTRIBUTING.md", 40), ("docs/architecture.md", 30)] {
+        let text = fs::read_to_string(root.join(document)).unwrap();
+        let named = paths_named(&text);
+        assert!(named.len() > least, "{named:?}");
+        // The architecture names files from `src` on.
+        let is_there = |path: &&str| root.join(path).exists() || root.join("src").join(path).exists();
+        let missing: Vec<&str> = named.into_iter().filter(|path| !is_there(path)).collect();
+        assert!(missing.is_empty(), "{document} names what is not there: {}", missing.join(", "));
+    }
     for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
         assert!(root.join(licence).exists(), "{licence}");
     }

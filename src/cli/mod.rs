@@ -37,6 +37,7 @@ mod sobolev;
 mod solve;
 mod sunlight;
 mod text_table;
+mod time_guard;
 mod ugr_table;
 mod validate;
 mod values;

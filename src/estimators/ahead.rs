@@ -181,13 +181,7 @@ pub struct Views<'a> {
 }
 
 impl<'a> Views<'a> {
-    fn look(
-        &mut self,
-        emitters: &'a Emitters,
-        number: u32,
-        receiver: &Receiver,
-        stream: &mut Stream,
-    ) -> Option<Look> {
+    fn look(&mut self, emitters: &'a Emitters, number: u32, receiver: &Receiver, stream: &mut Stream) -> Option<Look> {
         if let Some((_, view)) = self.of_emitters.iter().find(|(kept, _)| *kept == number) {
             return view.look(stream);
         }
@@ -304,7 +298,8 @@ mod tests {
         let origin = stage.tracer.side_origin(point_m, normal);
         let receiver = Receiver { point_m, normal, origin: &origin };
         let expectation = DirectPass::default().expect(&stage, &receiver, 64.0);
-        let (lx, rays) = expectation.sample(&stage, &receiver, &mut Views::default(), &mut Stream::new(0, Purpose::Direct, 0, 0));
+        let (lx, rays) =
+            expectation.sample(&stage, &receiver, &mut Views::default(), &mut Stream::new(0, Purpose::Direct, 0, 0));
         assert!((lx - 100.0).abs() < 1e-9 && rays == 0, "{lx} lx by {rays} rays");
     }
 }

@@ -13,5 +13,6 @@ pub mod local;
 pub mod luminance;
 pub mod reception;
 pub mod sight;
+pub mod small_body;
 pub mod sunlight;
 pub mod walk;

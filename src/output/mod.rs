@@ -60,7 +60,7 @@ pub use glb::glb_file;
 pub use leaving_light::{LeavingLight, leaving_light};
 pub use maps::{result_files, streamed_files};
 pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_plots};
-pub use report::{ReportContext, report_file, report_pdf_file};
+pub use report::{ReportContext, report_files};
 pub use report_observers::observer_words;
 pub use sealed::SealedError;
 pub use share_file::{SHARE_FILE, ShareFile, ShareHeader, read_share, share_file};

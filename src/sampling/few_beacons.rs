@@ -53,6 +53,8 @@ struct Block {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Weights {
     eights: Vec<[f32; LANES]>,
+    /// Of each eight.
+    sums: Vec<f64>,
     total: f64,
 }
 
@@ -122,41 +124,42 @@ impl FewBeacons {
     pub fn weigh(&self, point_m: DVec3, normal: DVec3, weights: &mut Weights) {
         let (point, normal) = ((point_m - self.middle_m).as_vec3(), normal.as_vec3());
         weights.eights.resize(self.blocks.len(), [0.0; LANES]);
+        weights.sums.resize(self.blocks.len(), 0.0);
         #[cfg(target_arch = "x86_64")]
         if self.has_avx2 {
             // SAFETY: the processor has AVX2.
-            weights.total = unsafe { self.weigh_avx2(point, normal, &mut weights.eights) };
-            return;
+            return unsafe { self.weigh_avx2(point, normal, weights) };
         }
-        weights.total = self.weigh_all(point, normal, &mut weights.eights);
+        self.weigh_all(point, normal, weights);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn weigh_avx2(&self, point: Vec3, normal: Vec3, eights: &mut [[f32; LANES]]) -> f64 {
-        self.weigh_all(point, normal, eights)
+    fn weigh_avx2(&self, point: Vec3, normal: Vec3, weights: &mut Weights) {
+        self.weigh_all(point, normal, weights);
     }
 
     /// Weighs all, and sums up.
     #[inline(always)]
-    fn weigh_all(&self, point: Vec3, normal: Vec3, eights: &mut [[f32; LANES]]) -> f64 {
+    fn weigh_all(&self, point: Vec3, normal: Vec3, weights: &mut Weights) {
         let mut tables = self.tables.as_slice();
-        let mut total = 0.0;
-        for (number, (block, weights)) in self.blocks.iter().zip(eights).enumerate() {
+        weights.total = 0.0;
+        let eights = weights.eights.iter_mut().zip(&mut weights.sums);
+        for (number, (block, (weights_of_eight, sum))) in self.blocks.iter().zip(eights).enumerate() {
             let cosines;
-            [*weights, cosines] = block.weigh(point, normal);
+            [*weights_of_eight, cosines] = block.weigh(point, normal);
             while let [(place, profile), rest @ ..] = tables
                 && place / LANES == number
             {
                 let lane = place % LANES;
-                if weights[lane] > 0.0 {
-                    weights[lane] *= profile.at(f64::from(cosines[lane])) as f32;
+                if weights_of_eight[lane] > 0.0 {
+                    weights_of_eight[lane] *= profile.at(f64::from(cosines[lane])) as f32;
                 }
                 tables = rest;
             }
-            total += sum_of(weights);
+            *sum = sum_of(weights_of_eight);
+            weights.total += *sum;
         }
-        total
     }
 
     /// Chooses an emitter by a variate in [0, 1) and what [`FewBeacons::weigh`] found; with the probability of the choice.
@@ -166,13 +169,11 @@ impl FewBeacons {
         }
         let mut aim = variate * weights.total;
         let mut last = None;
-        for (number, eight) in weights.eights.iter().enumerate() {
-            let sum = sum_of(eight);
-            if sum <= 0.0 {
-                continue;
-            }
+        for (number, (eight, sum)) in
+            weights.eights.iter().zip(&weights.sums).enumerate().filter(|(_, (_, sum))| **sum > 0.0)
+        {
             let lit = eight.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
-            if aim >= sum {
+            if aim >= *sum {
                 aim -= sum;
                 last = lit.last().map(|(lane, _)| number * LANES + lane);
                 continue;
@@ -261,9 +262,9 @@ mod tests {
         for (point_m, normal) in [(DVec3::ZERO, DVec3::Z), (DVec3::new(3.0, 3.1, 2.7), DVec3::X)] {
             let mut weights = Weights::default();
             few.weigh(point_m, normal, &mut weights);
-            let mut portable = weights.eights.clone();
+            let mut portable = weights.clone();
             few.weigh_all((point_m - few.middle_m).as_vec3(), normal.as_vec3(), &mut portable);
-            assert_eq!(weights.eights, portable);
+            assert_eq!(weights.eights, portable.eights);
             let importance = |beacon: &Beacon| match beacon.parts.is_empty() {
                 true => beacon.importance(point_m, normal),
                 false => beacon.parts.iter().map(|part| part.importance(point_m, normal)).sum(),

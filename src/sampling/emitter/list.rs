@@ -27,7 +27,8 @@ pub struct Emitters {
 impl Emitters {
     /// Lists the emitters of a scene; luminaires without flux have none.
     pub fn of(scene: &Scene) -> Emitters {
-        let mut list = Vec::new();
+        // Most luminaires are one emitter.
+        let mut list = Vec::with_capacity(scene.luminaires.len());
         let mut webs = SharedWebs::default();
         for (luminaire, source) in (0u32..).zip(&scene.luminaires) {
             lights_of(scene, luminaire, source, &mut webs, &mut |luminous_flux_lm, shape| {
