@@ -23,6 +23,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("solver", 8),
     ("light_mesh", 8),
     ("radiosity", 8),
+    ("year", 8),
     ("analytic", 9),
     ("output", 9),
     ("validation", 10),
@@ -124,6 +125,7 @@ const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
     ("solver", &["fs"]),
     ("light_mesh", &["fs"]),
     ("radiosity", &["random", "time", "fs"]),
+    ("year", &["time", "fs"]),
     ("analytic", &["rayon", "random", "time", "fs"]),
     ("output", &["random"]),
 ];

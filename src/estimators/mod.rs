@@ -2,6 +2,7 @@
 
 pub mod ahead;
 pub mod cells;
+pub mod coefficients;
 pub mod cover;
 pub mod direct;
 pub mod element;
@@ -13,4 +14,5 @@ pub mod luminance;
 pub mod reception;
 pub mod sight;
 pub mod small_body;
+pub mod sunlight;
 pub mod walk;

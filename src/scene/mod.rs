@@ -63,6 +63,7 @@ pub(crate) mod under_way;
 mod unique_names;
 mod units;
 mod vectors;
+mod weather;
 mod weld;
 
 pub use bodies::{Body, body_of};
@@ -94,3 +95,4 @@ pub use sky::DaylightTargets;
 pub use standard::{Measure, Requirement, StandardEntry};
 pub use texts::{Mesh, mesh_from_obj, receiver_points_from_csv};
 pub(crate) use units::{LengthUnit, UNIT_NAMES};
+pub use weather::{Weather, WeatherHour, WeatherLight, read_weather, weather_from_text};
