@@ -353,6 +353,10 @@ fn only_the_geometry_works_in_f32_or_knows_obvhs() {
         if keeps_cells || in_cells || room_of(path).is_some_and(|room| room == "caches") {
             return Vec::new();
         }
+        // How often an emitter is looked at is weighed in f32; the probability of a choice is that of the very weights.
+        if path.ends_with("sampling/few_beacons.rs") {
+            return Vec::new();
+        }
         let code = text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//"));
         let wrong =
             code.filter(|(_, line)| line.contains(": f32") || line.contains("as f32") || line.contains("obvhs"));

@@ -1,7 +1,7 @@
 //! Errors of anything that is made of sixteen replicas: by all ways to part them in halves that know nothing of each other.
 //!
 //! A Hadamard matrix of order 16 has fifteen rows with eight +1 and eight −1, orthogonal to each other. Each parts the replicas; what the
-//! halves are off the mean by, ±δ_j, has for linear results the variance of the mean in its own mean square (docs/methods.md (37)). For results that are
+//! halves are off the mean by, ±δ_j, has for linear results the variance of the mean in its own mean square (docs/methods.md (38)). For results that are
 //! not linear, such as counts of hours, the halves are taken through the same computation.
 
 /// Replicas that are parted.

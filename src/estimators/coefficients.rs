@@ -1,6 +1,6 @@
 //! Daylight coefficients: what a receiver gets for each cd/m² of a part of the sky, by walks that serve all parts at once.
 //!
-//! The illuminance at a place is linear in the sky's luminances, E = Σ_p C_p L_p (docs/methods.md (36)). A walk under a sky of 1 cd/m² all around
+//! The illuminance at a place is linear in the sky's luminances, E = Σ_p C_p L_p (docs/methods.md (37)). A walk under a sky of 1 cd/m² all around
 //! scores as one of indirect illuminance does; what each light sample finds, and what comes by way of mirrors, is credited to the direction that it comes
 //! from. So one set of walks is unbiased for every part of every sky.
 //!

@@ -15,6 +15,7 @@ mod seen;
 mod sky;
 mod sun;
 mod triangle;
+mod triangle_view;
 mod web;
 
 use std::sync::Arc;
@@ -37,7 +38,8 @@ pub use reach::Reach;
 use ring::RingLight;
 use sky::SkyEmitter;
 use sun::SunEmitter;
-use triangle::{TriangleEmitter, TriangleView};
+use triangle::TriangleEmitter;
+use triangle_view::TriangleView;
 use web::{SharedWebs, WebLight};
 
 /// Makes the list of lights, and `of_light!`, which calls the same method of whichever it is.
@@ -193,7 +195,7 @@ pub struct View<'a> {
     emitter: &'a Emitter,
     point_m: DVec3,
     normal: DVec3,
-    triangle: Option<TriangleView<'a>>,
+    triangle: Option<TriangleView>,
 }
 
 impl View<'_> {

@@ -175,7 +175,7 @@ impl FewBeacons {
             let lit = eight.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
             if aim >= *sum {
                 aim -= sum;
-                last = lit.last().map(|(lane, _)| number * LANES + lane);
+                last = { lit }.next_back().map(|(lane, _)| number * LANES + lane);
                 continue;
             }
             for (lane, weight) in lit {
@@ -210,8 +210,8 @@ impl Block {
     /// The weights of all eight: see [`Beacon::importance`].
     #[inline(always)]
     fn weigh(&self, point: Vec3, normal: Vec3) -> Weighed {
-        let mut weighed = [[0.0; LANES]; 2];
-        for lane in 0..LANES {
+        let [mut weights, mut cosines] = [[0.0; LANES]; 2];
+        for (lane, (weight, reached)) in weights.iter_mut().zip(&mut cosines).enumerate() {
             let offset = [0, 1, 2].map(|axis| self.center[axis][lane] - point[axis]);
             let dot = |[x, y, z]: [f32; 3]| offset[0] * x + offset[1] * y + offset[2] * z;
             let squared = dot(offset).max(LEAST_SQUARED_M2);
@@ -223,10 +223,10 @@ impl Block {
             let cosine = spread - dot([0, 1, 2].map(|axis| self.axis[axis][lane])) * inverse;
             let even = self.is_even[lane].max(within);
             let profile = cosine.clamp(0.0, 1.0).max(even);
-            weighed[0][lane] = self.intensity[lane] * profile * at_receiver / squared.max(self.squared_radius[lane]);
-            weighed[1][lane] = cosine.min(1.0);
+            *weight = self.intensity[lane] * profile * at_receiver / squared.max(self.squared_radius[lane]);
+            *reached = cosine.min(1.0);
         }
-        weighed
+        [weights, cosines]
     }
 }
 

@@ -28,5 +28,6 @@ pub(super) fn reached(done: usize) {
 pub(crate) fn reading_so_far() -> String {
     let what = WHAT.lock().map(|what| what.clone()).unwrap_or_default();
     let (done, all) = (DONE.load(Ordering::Relaxed), ALL.load(Ordering::Relaxed));
-    if all == 0 { what } else { format!("{what}, {} %", 100 * done.min(all) / all) }
+    let share = (100 * done.min(all)).checked_div(all);
+    share.map_or(what.clone(), |share| format!("{what}, {share} %"))
 }

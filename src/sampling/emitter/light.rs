@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::triangle::TriangleView;
+use super::triangle_view::TriangleView;
 use super::{Emitted, Look, Place};
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
@@ -37,7 +37,7 @@ pub(super) trait Light {
     fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look>;
 
     /// A triangle as a place sees it: see [`super::Emitter::view`].
-    fn triangle_view(&self, _point_m: DVec3, _normal: DVec3) -> Option<TriangleView<'_>> {
+    fn triangle_view(&self, _point_m: DVec3, _normal: DVec3) -> Option<TriangleView> {
         None
     }
 

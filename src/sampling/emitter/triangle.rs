@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::light::{Light, SeenPart};
+use super::triangle_view::{TriangleView, place_on};
 use super::{Emitted, Look, Place};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::base::solid_angle::triangle_solid_angle_sr;
@@ -80,34 +81,13 @@ impl TriangleEmitter {
         }
     }
 
-    /// The barycentric coordinates of the scene's triangle for those of this one (whose turn depends on the side).
-    pub(super) fn place(&self, [u, v]: [f64; 2]) -> Place {
-        let barycentric = if self.side == Side::Front { [u, v] } else { [v, u] };
-        Place::Surface { triangle: self.triangle, barycentric, side: self.side }
+    fn place(&self, barycentric: [f64; 2]) -> Place {
+        place_on(self.triangle, self.side, barycentric)
     }
 
     /// Its corners seen from a point, in m.
     pub(super) fn seen_from(&self, point_m: DVec3) -> [DVec3; 3] {
         self.corners_m.map(|corner| corner - point_m)
-    }
-}
-
-/// A triangle as one place sees it, made ready for any number of looks.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TriangleView<'a> {
-    emitter: &'a TriangleEmitter,
-    unshadowed_lx: f64,
-    risen: Option<RisenTriangle>,
-}
-
-impl TriangleView<'_> {
-    /// See [`super::Emitter::look`].
-    pub(super) fn look(&self, stream: &mut Stream) -> Option<Look> {
-        let drawn = || self.risen.as_ref().and_then(|risen| risen.draw(stream));
-        (self.unshadowed_lx > 0.0).then(drawn).map(|drawn| Look {
-            unshadowed_lx: self.unshadowed_lx,
-            place: drawn.map(|(_, barycentric)| self.emitter.place(barycentric)),
-        })
     }
 }
 
@@ -129,10 +109,10 @@ impl Light for TriangleEmitter {
         self.triangle_view(point_m, normal)?.look(stream)
     }
 
-    fn triangle_view(&self, point_m: DVec3, normal: DVec3) -> Option<TriangleView<'_>> {
+    fn triangle_view(&self, point_m: DVec3, normal: DVec3) -> Option<TriangleView> {
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
         let risen = (unshadowed_lx > 0.0).then(|| RisenTriangle::new(self.seen_from(point_m), normal)).flatten();
-        Some(TriangleView { emitter: self, unshadowed_lx, risen })
+        Some(TriangleView { triangle: self.triangle, side: self.side, unshadowed_lx, risen })
     }
 
     /// A far triangle's point is drawn by area, E = M A cos θ cos θ′/(π d²).
