@@ -167,6 +167,8 @@ pub mod light_mesh;
 pub mod radiosity;
 #[doc(hidden)]
 pub mod solver;
+#[doc(hidden)]
+pub mod year;
 
 #[doc(hidden)]
 pub mod analytic;

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use common::{Silent, scene_of};
-use luxmc::output::{Language, ReportContext, in_language, plots, report_file, report_pdf_file};
+use luxmc::output::{Language, ReportContext, in_language, plots, report_files};
 use luxmc::solver::{MapSelection, Settings, solve};
 
 /// Files below a folder with an ending.
@@ -237,9 +237,10 @@ fn no_english_and_no_decimal_point_is_left_on_a_page_in_german() {
     let page_in = |language: Language| {
         let context = context_in(language);
         let drawn = in_language(language, || plots(&scene, &solution));
-        let pdf = report_pdf_file(&scene, &solution, &drawn, &context).expect("well-formed");
+        let (page, pdf) = report_files(&scene, &solution, &drawn, &context);
+        let pdf = pdf.expect("well-formed");
         assert!(pdf.name == "report.pdf" && pdf.bytes.starts_with(b"%PDF-") && pdf.bytes.len() > 20_000);
-        let page = String::from_utf8(report_file(&scene, &solution, &drawn, &context).bytes).expect("text");
+        let page = String::from_utf8(page.bytes).expect("text");
         assert!(page.contains(&format!("<html lang=\"{}\">", language.code())));
         readable(&page)
     };
@@ -273,7 +274,7 @@ fn reports_of_sample_scenes_are_laid_out_as_pdf() {
         for language in Language::all() {
             let context = context_in(language);
             let drawn = in_language(language, || plots(&scene, &solution));
-            assert!(report_pdf_file(&scene, &solution, &drawn, &context).is_some(), "{name} in {}", language.code());
+            assert!(report_files(&scene, &solution, &drawn, &context).1.is_some(), "{name} in {}", language.code());
         }
     }
 }

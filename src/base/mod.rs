@@ -3,6 +3,7 @@
 pub mod ball;
 pub mod form_factors;
 pub mod glare;
+pub mod half_samples;
 pub mod harmonics;
 pub mod memory;
 pub mod pane;
@@ -12,6 +13,7 @@ pub mod polygon;
 pub mod position_index;
 pub mod quadrature;
 pub mod sky;
+pub mod sky_patches;
 pub mod solar_position;
 pub mod solid_angle;
 pub mod special;

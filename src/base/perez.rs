@@ -147,7 +147,7 @@ impl SkyClass {
     }
 
     /// Luminous efficacies of the sun's and the sky's light in lm/W.
-    fn efficacies_lm_w(&self) -> [f64; 2] {
+    pub fn efficacies_lm_w(&self) -> [f64; 2] {
         let [a, b, c, d] = OF_DIRECT[self.category()];
         let direct = a + b * WATER_CM + c * (5.73 * self.zenith_angle - 5.0).exp() + d * self.brightness;
         let [a, b, c, d] = OF_DIFFUSE[self.category()];

@@ -141,6 +141,7 @@ fn all_weather([a, b, c, d, e]: &[f64; 5], from_zenith: f64, from_sun: f64) -> f
 #[derive(Clone, Copy, Debug)]
 pub struct Sky {
     pattern: SkyPattern,
+    ground_reflectance: f64,
     zenith_cd_m2: f64,
     ground_cd_m2: f64,
     horizontal_lx: f64,
@@ -153,6 +154,7 @@ impl Sky {
     pub fn of_zenith(pattern: SkyPattern, zenith_cd_m2: f64, ground_reflectance: f64) -> Sky {
         let mut sky = Sky {
             pattern,
+            ground_reflectance,
             zenith_cd_m2,
             ground_cd_m2: 0.0,
             horizontal_lx: 0.0,
@@ -195,6 +197,11 @@ impl Sky {
     #[inline]
     pub fn luminance_cd_m2(&self, towards: DVec3) -> f64 {
         if towards.z > 0.0 { self.zenith_cd_m2 * self.pattern.relative_luminance(towards) } else { self.ground_cd_m2 }
+    }
+
+    /// Reflectance of the ground below.
+    pub fn ground_reflectance(&self) -> f64 {
+        self.ground_reflectance
     }
 
     /// Luminance of the zenith in cd/m².

@@ -70,6 +70,23 @@ pub struct Arrival {
     pub bounces: u32,
 }
 
+/// A packet under way.
+struct Packet {
+    origin: Origin,
+    /// Unit direction.
+    direction: DVec3,
+    /// Surfaces that scattered it.
+    bounces: u32,
+    /// How far the light comes in m that no surface has scattered yet.
+    reach_m: f64,
+}
+
+impl Packet {
+    fn emitted(origin: Origin, emitted: &Emitted) -> Packet {
+        Packet { origin, direction: emitted.direction, bounces: 0, reach_m: emitted.reach_m }
+    }
+}
+
 /// How a packet ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
@@ -94,6 +111,8 @@ pub const MOST_RAYS_OF_A_CHAIN: u64 = 200_000;
 impl Stage {
     /// Makes a scene ready: builds the tracer and the lists.
     pub fn new(scene: &Scene) -> Stage {
+        // The tracer first: nothing takes as much memory as building it, for a while.
+        let tracer = Tracer::new(scene);
         let triangles: Vec<TriangleOptics> = (0..scene.triangles.len() as u32)
             .map(|triangle| {
                 let surface = scene.surface_of(triangle);
@@ -113,7 +132,7 @@ impl Stage {
         let emitters = Emitters::of(scene);
         let (mirrors, left_out) = mirrors::mirrors_of(scene, &triangles, &laws, &emitters);
         let mut stage = Stage {
-            tracer: Tracer::new(scene),
+            tracer,
             elements: Elements::of(scene),
             emitters,
             mirrors,
@@ -273,11 +292,9 @@ impl Stage {
             (Some(origin), rays) => (origin, rays),
             (None, rays) => return (End::Escaped, rays, None),
         };
-        let first = emitted.direction;
-        let (mut direction, mut bounces) = (first, 0);
-        let went_on = |(towards, scattered): (DVec3, u32)| (direction, bounces) = (towards, scattered);
-        let (end, more_rays) = self.follow(origin, first, 0, emitted.reach_m, stream, |_| {}, went_on);
-        (end, rays + more_rays, (end == End::Escaped && bounces > 0).then_some(direction))
+        let mut packet = Packet::emitted(origin, &emitted);
+        let (end, more_rays) = self.follow(&mut packet, stream, |_| {});
+        (end, rays + more_rays, (end == End::Escaped && packet.bounces > 0).then_some(packet.direction))
     }
 
     /// Follows one packet from a luminaire to its end and shows every arrival on its way; returns the end and the
@@ -288,7 +305,7 @@ impl Stage {
             (Some(origin), rays) => (origin, rays),
             (None, rays) => return (End::Escaped, rays),
         };
-        let (end, more_rays) = self.follow(origin, emitted.direction, 0, emitted.reach_m, stream, arrive, |_| {});
+        let (end, more_rays) = self.follow(&mut Packet::emitted(origin, &emitted), stream, arrive);
         (end, rays + more_rays)
     }
 
@@ -334,52 +351,44 @@ impl Stage {
             stream.branch(&mark, first_index + u64::from(branch), branch);
             let scattered = self.law(hit.triangle).sample(direction, self.normal_at(&hit), stream);
             if let Some(scattered) = scattered {
-                let bounces = u32::from(scattered.way != Way::Passed);
-                let origin = self.leave(&hit, scattered.way);
-                let reach_m = emitted.reach_m - hit.distance_m;
-                rays += self.follow(origin, scattered.direction, bounces, reach_m, stream, &mut arrive, |_| {}).1;
+                let mut packet = Packet {
+                    origin: self.leave(&hit, scattered.way),
+                    direction: scattered.direction,
+                    bounces: u32::from(scattered.way != Way::Passed),
+                    reach_m: emitted.reach_m - hit.distance_m,
+                };
+                rays += self.follow(&mut packet, stream, &mut arrive).1;
             }
         }
         rays
     }
 
-    /// Shows every arrival, and after each with which direction and how many bounces the packet goes on.
-    #[expect(clippy::too_many_arguments, reason = "a packet's whole state, and who watches it")]
-    fn follow(
-        &self,
-        mut origin: Origin,
-        mut direction: DVec3,
-        mut bounces: u32,
-        mut reach_m: f64,
-        stream: &mut Stream,
-        mut arrive: impl FnMut(&Arrival),
-        mut go_on: impl FnMut((DVec3, u32)),
-    ) -> (End, u64) {
+    /// Follows a packet to its end and shows every arrival.
+    fn follow(&self, packet: &mut Packet, stream: &mut Stream, mut arrive: impl FnMut(&Arrival)) -> (End, u64) {
         for rays in 1..=MOST_RAYS_OF_A_CHAIN {
-            let hit = match self.tracer.first_hit(&origin, direction) {
+            let hit = match self.tracer.first_hit(&packet.origin, packet.direction) {
                 Meeting::Surface(hit) => hit,
                 Meeting::Ball(_) => return (End::Ball, rays),
                 Meeting::Nothing => return (End::Escaped, rays),
             };
-            if bounces == 0 && hit.distance_m > reach_m {
+            if packet.bounces == 0 && hit.distance_m > packet.reach_m {
                 return (End::Escaped, rays);
             }
-            reach_m -= hit.distance_m;
+            packet.reach_m -= hit.distance_m;
             if !self.receives(hit.triangle, hit.side) {
                 return (End::BackFace, rays);
             }
-            if self.is_touched(&origin, &hit) {
+            if self.is_touched(&packet.origin, &hit) {
                 return (End::Absorbed, rays);
             }
-            arrive(&Arrival { hit, direction, bounces });
+            arrive(&Arrival { hit, direction: packet.direction, bounces: packet.bounces });
             let law = self.law(hit.triangle);
-            let Some(scattered) = law.sample(direction, self.normal_at(&hit), stream) else {
+            let Some(scattered) = law.sample(packet.direction, self.normal_at(&hit), stream) else {
                 return (if matches!(law, Law::Glass(_)) { End::Pane } else { End::Absorbed }, rays);
             };
-            direction = scattered.direction;
-            bounces += u32::from(scattered.way != Way::Passed);
-            go_on((direction, bounces));
-            origin = self.leave(&hit, scattered.way);
+            packet.direction = scattered.direction;
+            packet.bounces += u32::from(scattered.way != Way::Passed);
+            packet.origin = self.leave(&hit, scattered.way);
             if self.patience.is_over(rays) {
                 return (End::CutOff, rays);
             }

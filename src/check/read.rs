@@ -18,7 +18,7 @@ use super::warnings::{arrange, names};
 use super::whiteness::refuse_white_rooms;
 use crate::scene::{
     Background, LengthUnit, Luminaire, Quantity, Scene, SceneError, UNIT_NAMES, WrittenGeometry, from_json_with,
-    listed, read_with,
+    listed, read_with, under_way,
 };
 
 /// A lit scene larger than this, in m, is likely one in other units.
@@ -48,6 +48,7 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
 
 /// Refuses what cannot be computed; marks what lies inside of solids, finds what the sky shines through, and warns.
 fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneError> {
+    under_way::begin("checks of the whole", 0);
     refuse_white_rooms(&written.geometry, scene)?;
     let shells = closed_shells_of_geometries(scene);
     refuse_rooms_outward(&written.geometry, scene, &shells)?;

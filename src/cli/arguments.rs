@@ -12,9 +12,11 @@ use super::new::NewArguments;
 use super::resume::ResumeArguments;
 use super::sobolev::{self, SobolevArguments};
 use super::solve::SolveArguments;
+use super::sunlight::{self, SunlightArguments};
 use super::ugr_table::{self, UgrTableArguments};
 use super::validate::ValidateArguments;
 use super::version::long_version;
+use super::year::{self, YearArguments};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -22,6 +24,7 @@ Examples:
   luxmc inspect my-office/office.json
   luxmc convert model.glb --out scene.json
   luxmc solve my-office/office.json --out my-office/results --target-error 1%
+  luxmc year scenes/daylight-office.json --weather city.epw --out out/year
   luxmc ugr-table downlight.ldt --out out/downlight
   luxmc sobolev --h1 0.5 --rho1 0.5 --rho2 0.5 --r 0:3:31
   luxmc validate --out report
@@ -65,6 +68,12 @@ pub enum Command {
     Compare(CompareArguments),
     /// Show what was read from a scene or a photometric file
     Inspect(InspectArguments),
+    /// A year of daylight by a weather file: hourly illuminances, sDA, UDI and ASE with their errors
+    #[command(long_about = year::ABOUT)]
+    Year(YearArguments),
+    /// How long receivers see the sun on the days of EN 17037
+    #[command(long_about = sunlight::ABOUT)]
+    Sunlight(SunlightArguments),
     /// UGR table of a luminaire after CIE 190
     #[command(long_about = ugr_table::ABOUT)]
     UgrTable(UgrTableArguments),

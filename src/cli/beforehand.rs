@@ -8,18 +8,27 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use super::number_text::time;
+use super::patience::latest_s;
 
-/// Seconds of one core of some 2 GHz for reading and checking, and for the rest: making ready, a first look, and writing. Measured on a
-/// million luminaires of one array and of one entry each, 100,000 rectangles, and meshes of one and ten million triangles
-/// (`docs/performance.md`).
+/// Seconds of one core of some 2 GHz for reading and checking, and for the rest: making ready, a first look, and writing. Measured on
+/// 100,000 rectangles, a million luminaires of one array and of one entry each, meshes of 0.5 to 5.8 million triangles, a million points
+/// and photometric files of 8 to 55 MB (`docs/performance.md`).
 type Seconds = [f64; 2];
-const A_LUMINAIRE: Seconds = [4e-6, 4e-6];
+const A_LUMINAIRE: Seconds = [4.5e-6, 4e-6];
 const A_GEOMETRY: Seconds = [32e-6, 35e-6];
-const A_BYTE_OF_A_MESH: Seconds = [40e-9, 60e-9];
-const A_BYTE_OF_THE_SCENE: Seconds = [15e-9, 0.0];
+const A_TRIANGLE_OF_A_MESH: Seconds = [2.7e-6, 4e-6];
+const A_BYTE_OF_TEXT: Seconds = [40e-9, 0.0];
+/// The same of an element side and of a point whose map is computed: tables, a model and the page are written of them.
+const AN_ELEMENT: Seconds = [0.0, 12e-6];
+const A_POINT: Seconds = [0.2e-6, 8e-6];
 
-/// Luminaires that a scene may have.
+/// Bytes that a triangle of a closed mesh takes in a file, by its ending.
+const BYTES_OF_A_TRIANGLE: [(&str, f64); 4] = [("gltf", 18.0), ("glb", 18.0), ("ply", 19.0), ("stl", 50.0)];
+const BYTES_OF_AN_OBJ_TRIANGLE: f64 = 36.0;
+
+/// Luminaires that a scene may have, and points.
 const MOST_LUMINAIRES: f64 = 1e6;
+const MOST_POINTS: f64 = 4e6;
 
 /// As much of a scene file as tells how large the scene is.
 #[derive(Deserialize)]
@@ -28,15 +37,20 @@ struct Outline {
     geometry: Vec<Geometry>,
     #[serde(default)]
     luminaires: Vec<Array>,
+    #[serde(default)]
+    receivers: Vec<Array>,
 }
 
 #[derive(Deserialize)]
 struct Geometry {
     file: Option<String>,
+    #[serde(default)]
+    two_sided: bool,
 }
 
 #[derive(Deserialize)]
 struct Array {
+    file: Option<String>,
     #[serde(default = "one")]
     columns: f64,
     #[serde(default = "one")]
@@ -45,8 +59,34 @@ struct Array {
     _kind: Option<IgnoredAny>,
 }
 
+impl Array {
+    fn len(&self, most: f64) -> f64 {
+        (self.columns * self.rows).clamp(0.0, most)
+    }
+}
+
 fn one() -> f64 {
     1.0
+}
+
+/// Which maps are computed, by their kinds.
+#[derive(Clone, Copy)]
+pub struct Kinds {
+    elements: bool,
+    receivers: bool,
+}
+
+impl Kinds {
+    /// Of what `--maps` asks for.
+    pub fn of(maps: Option<&str>) -> Kinds {
+        match maps {
+            None | Some("all") => Kinds { elements: true, receivers: true },
+            Some(maps) => Kinds {
+                elements: maps.split(',').any(|name| name.trim() == "elements"),
+                receivers: maps.trim() != "elements",
+            },
+        }
+    }
 }
 
 /// What a scene takes, by its file and the sizes of those that it names.
@@ -58,22 +98,35 @@ pub struct Beforehand {
 
 impl Beforehand {
     /// Of a scene file; `None` where it cannot be read as one, which the reader will tell.
-    pub fn of(scene: &Path) -> Option<Beforehand> {
+    pub fn of(scene: &Path, kinds: Kinds) -> Option<Beforehand> {
         // A device or a pipe is the reader's to refuse.
         metadata(scene).ok().filter(|data| data.is_file())?;
         let bytes = read(scene).ok()?;
         let outline: Outline = serde_json::from_slice(&bytes).ok()?;
         let folder = scene.parent().unwrap_or(Path::new(""));
-        let meshes = outline.geometry.iter().filter_map(|geometry| geometry.file.as_ref());
-        let mesh_bytes = meshes.filter_map(|file| Some(metadata(folder.join(file)).ok()?.len() as f64)).sum();
-        // More are refused.
-        let luminaires =
-            outline.luminaires.iter().map(|array| (array.columns * array.rows).clamp(0.0, MOST_LUMINAIRES));
-        let parts: [(f64, Seconds); 4] = [
-            (luminaires.sum::<f64>().min(MOST_LUMINAIRES), A_LUMINAIRE),
+        let size = |file: &str| metadata(folder.join(file)).map_or(0.0, |data| data.len() as f64);
+        let meshes = outline.geometry.iter().filter_map(|geometry| Some((geometry, geometry.file.as_ref()?)));
+        let (mut triangles, mut sides) = (0.0, outline.geometry.len() as f64);
+        for (geometry, file) in meshes {
+            let count = size(file) / bytes_of_a_triangle(file);
+            triangles += count;
+            sides += if geometry.two_sided { 2.0 * count } else { count };
+        }
+        // More are refused. A photometric file that many share is read once.
+        let luminaires = outline.luminaires.iter().map(|array| array.len(MOST_LUMINAIRES)).sum::<f64>();
+        let points = outline.receivers.iter().map(|array| array.len(MOST_POINTS)).sum::<f64>();
+        let mut tables: Vec<&String> =
+            outline.luminaires.iter().chain(&outline.receivers).filter_map(|array| array.file.as_ref()).collect();
+        tables.sort();
+        tables.dedup();
+        let text = bytes.len() as f64 + tables.iter().map(|file| size(file)).sum::<f64>();
+        let parts: [(f64, Seconds); 6] = [
+            (luminaires.min(MOST_LUMINAIRES), A_LUMINAIRE),
             (outline.geometry.len() as f64, A_GEOMETRY),
-            (mesh_bytes, A_BYTE_OF_A_MESH),
-            (bytes.len() as f64, A_BYTE_OF_THE_SCENE),
+            (triangles, A_TRIANGLE_OF_A_MESH),
+            (text, A_BYTE_OF_TEXT),
+            (if kinds.elements { sides } else { 0.0 }, AN_ELEMENT),
+            (if kinds.receivers { points.min(MOST_POINTS) } else { 0.0 }, A_POINT),
         ];
         let [reading_s, rest_s] = [0, 1].map(|part| parts.iter().map(|(count, seconds)| count * seconds[part]).sum());
         Some(Beforehand { reading_s, rest_s })
@@ -81,15 +134,24 @@ impl Beforehand {
 
     /// What is told before reading where a limit is shorter than all that.
     pub fn line(&self, limit_s: f64) -> Option<String> {
+        let comes_to = match self.reading_s {
+            reading_s if reading_s > latest_s(limit_s) => "ends the run while it reads, and nothing will be written",
+            _ => "is exceeded by that and leaves no time for more than a first look",
+        };
         (self.reading_s + self.rest_s > limit_s).then(|| {
             format!(
                 "warning: reading this scene takes about {} of a usual core, and making it ready for rays and writing about {} more, \
-                 whatever is computed: the time limit of {} is exceeded by that and leaves no time for more than a first look",
+                 whatever is computed: the time limit of {} {comes_to}",
                 time(self.reading_s),
                 time(self.rest_s),
                 time(limit_s)
             )
         })
+    }
+
+    /// Seconds of one core for reading and checking, and for the rest.
+    pub fn seconds(&self) -> [f64; 2] {
+        [self.reading_s, self.rest_s]
     }
 
     /// Seconds of the rest on a machine on which reading took so long.
@@ -98,39 +160,57 @@ impl Beforehand {
     }
 }
 
+fn bytes_of_a_triangle(file: &str) -> f64 {
+    let ending = Path::new(file).extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let known = BYTES_OF_A_TRIANGLE.iter().find(|(name, _)| *name == ending);
+    known.map_or(BYTES_OF_AN_OBJ_TRIANGLE, |(_, bytes)| *bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn of(text: &str, files: &[(&str, usize)]) -> Option<Beforehand> {
+    const ALL: Kinds = Kinds { elements: true, receivers: true };
+
+    fn of(text: &str, files: &[(&str, usize)], kinds: Kinds) -> Option<Beforehand> {
         let folder = tempfile::tempdir().expect("a folder");
         for (name, size) in files {
             std::fs::write(folder.path().join(name), vec![b' '; *size]).expect("a file");
         }
         let scene = folder.path().join("scene.json");
         std::fs::write(&scene, text).expect("a file");
-        Beforehand::of(&scene)
+        Beforehand::of(&scene, kinds)
     }
 
     #[test]
     fn arrays_geometries_and_meshes_are_counted_before_they_are_read() {
         let lamps =
-            of(r#"{ "luminaires": [ { "type": "point", "columns": 1000, "rows": 1000 } ] }"#, &[]).expect("read");
-        assert!((lamps.reading_s - 4.0).abs() < 0.1 && lamps.rest_s > 1.0, "{lamps:?}");
+            of(r#"{ "luminaires": [ { "type": "point", "columns": 1000, "rows": 1000 } ] }"#, &[], ALL).expect("read");
+        assert!((lamps.reading_s - 4.5).abs() < 0.1 && lamps.rest_s > 1.0, "{lamps:?}");
         assert_eq!(lamps.rest_after_s(2.0 * lamps.reading_s), 2.0 * lamps.rest_s);
         let line = lamps.line(1.0).expect("told");
-        assert!(line.contains("about 4.0 s") && line.contains("time limit of 1.0 s"), "{line}");
+        assert!(line.contains("about 4.5 s") && line.contains("time limit of 1.0 s ends the run while"), "{line}");
+        let line = lamps.line(5.0).expect("told");
+        assert!(line.contains("time limit of 5.0 s is exceeded") && line.contains("a first look"), "{line}");
         assert_eq!(lamps.line(60.0), None);
 
         let boxes = vec![r#"{ "name": "a" }"#; 100_000].join(",");
-        let boxes = of(&format!(r#"{{ "geometry": [ {boxes} ], "luminaires": [ {{ "type": "point" }} ] }}"#), &[]);
+        let boxes = of(&format!(r#"{{ "geometry": [ {boxes} ], "luminaires": [ {{ "type": "point" }} ] }}"#), &[], ALL);
         assert!(boxes.expect("read").line(1.0).is_some());
 
         let mesh = r#"{ "geometry": [ { "type": "mesh", "file": "a.obj" } ], "luminaires": [] }"#;
-        let mesh = |size| of(mesh, &[("a.obj", size)]).expect("read");
-        assert!(mesh(1 << 10).line(0.1).is_none() && mesh(4 << 20).line(0.1).is_some());
+        let mesh = |size, kinds| of(mesh, &[("a.obj", size)], kinds).expect("read");
+        assert!(mesh(1 << 10, ALL).line(0.1).is_none() && mesh(4 << 20, ALL).line(0.1).is_some());
+        let receivers = Kinds::of(Some("receivers"));
+        assert!(mesh(4 << 20, receivers).rest_s < 0.5 * mesh(4 << 20, Kinds::of(Some("desk, elements"))).rest_s);
+
+        // Points and what luminaires say of themselves, read once where many share it.
+        let text =
+            r#"{ "luminaires": [ { "file": "a.ies" }, { "file": "a.ies" } ], "receivers": [ { "file": "p.csv" } ] }"#;
+        let tables = of(text, &[("a.ies", 1 << 20), ("p.csv", 1 << 20)], ALL).expect("read");
+        assert!((tables.reading_s - 2.0 * 1.048_576 * 0.04).abs() < 1e-3, "{tables:?}");
 
         // What is no scene is the reader's to refuse.
-        assert_eq!((of("{", &[]), of(r#"{ "geometry": 3 }"#, &[])), (None, None));
+        assert_eq!((of("{", &[], ALL), of(r#"{ "geometry": 3 }"#, &[], ALL)), (None, None));
     }
 }

@@ -12,19 +12,14 @@ use super::{Outcome, console};
 use crate::control::Forecast;
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
-use crate::solver::{DEFAULT_TARGET_ERROR, Expectation, Settings, expectations};
+use crate::solver::{DEFAULT_TARGET_ERROR, Expectation, MapSelection, Method, Settings, expectations};
 use crate::validation::check_light_mesh;
 
 /// Targets that are told beside the one asked for.
 const TARGETS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
-/// Methods that pilots tell of, by their names.
-const PILOTED: [(crate::solver::Method, &str); 4] = [
-    (crate::solver::Method::Auto, "auto"),
-    (crate::solver::Method::Gather, "gather"),
-    (crate::solver::Method::Collision, "collision"),
-    (crate::solver::Method::Local, "local"),
-];
+/// Methods that pilots tell of.
+const PILOTED: [Method; 4] = [Method::Auto, Method::Gather, Method::Collision, Method::Local];
 
 /// Prints what runs of a scene would take: by every method that applies, or by the one that was asked for.
 pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started: Instant, quiet: bool) -> Outcome {
@@ -33,13 +28,9 @@ pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started
         targets.push(target);
         targets.sort_by(|a, b| b.total_cmp(a));
     }
-    let asked_for = |piloted: &crate::solver::Method| *piloted == settings.method || method == MethodChoice::Auto;
-    let methods: Vec<crate::solver::Method> = PILOTED
-        .iter()
-        .map(|(method, _)| *method)
-        .filter(asked_for)
-        .filter(|of| applies(*of, scene, settings))
-        .collect();
+    let asked_for = |piloted: &Method| *piloted == settings.method || method == MethodChoice::AUTO;
+    let methods: Vec<Method> =
+        PILOTED.into_iter().filter(asked_for).filter(|of| applies(*of, scene, settings)).collect();
     let watcher = Watcher::new(started, true, None);
     let expected = expectations(scene, settings, &methods, &targets, &watcher);
     if expected.is_empty() {
@@ -56,7 +47,7 @@ pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started
         let mut others = Vec::new();
         others.extend(Radiosity::check(scene).is_ok().then_some("radiosity"));
         others.extend(check_light_mesh(scene, settings).is_ok().then_some("light-mesh"));
-        if method == MethodChoice::Auto && !others.is_empty() {
+        if method == MethodChoice::AUTO && !others.is_empty() {
             console::message(&format!("without pilots, and not forecast: {}", others.join(", ")));
         }
     }
@@ -64,17 +55,15 @@ pub fn dry_run(scene: &Scene, settings: &Settings, method: MethodChoice, started
 }
 
 /// Whether a method differs from walks and counts in this scene.
-fn applies(method: crate::solver::Method, scene: &Scene, settings: &Settings) -> bool {
-    method != crate::solver::Method::Local
-        || !scene.receivers.is_empty() && settings.maps != crate::solver::MapSelection::Elements
+fn applies(method: Method, scene: &Scene, settings: &Settings) -> bool {
+    method != Method::Local || !scene.receivers.is_empty() && settings.maps != MapSelection::Elements
 }
 
 fn table(expected: &[Expectation], map_bytes: f64) -> String {
     let rows = expected.iter().map(|run| {
-        let name = PILOTED.iter().find(|(method, _)| *method == run.method).map_or("", |(_, name)| *name);
         let [low_s, high_s] = [run.compute_s.low, run.compute_s.high].map(time);
         vec![
-            name.to_owned(),
+            run.method.name().to_owned(),
             run.engines.join(", "),
             percent(run.target_error),
             count(run.rays.expected),
@@ -98,15 +87,7 @@ fn megabytes(bytes: f64) -> String {
 
 /// Whether a method has pilots.
 pub fn check(method: MethodChoice) -> Result<(), Failure> {
-    let name = match method {
-        MethodChoice::Radiosity => "radiosity",
-        MethodChoice::LightMesh => "light-mesh",
-        MethodChoice::Auto
-        | MethodChoice::Gather
-        | MethodChoice::Collision
-        | MethodChoice::Local
-        | MethodChoice::LocalNaive => return Ok(()),
-    };
+    let Some(name) = method.name_without_chains() else { return Ok(()) };
     Err(Failure::Usage {
         what: format!("{name} has no pilot that could tell what a run takes"),
         got: format!("--dry-run with --method {name}"),
@@ -122,7 +103,7 @@ mod tests {
     #[test]
     fn a_run_is_told_in_one_line_with_its_intervals() {
         let expected = Expectation {
-            method: crate::solver::Method::Gather,
+            method: Method::Gather,
             engines: vec!["gather", "walk"],
             target_error: 0.003,
             rays: Forecast { expected: 1.5e6, low: 1e6, high: 2e6 },

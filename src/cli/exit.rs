@@ -9,6 +9,7 @@ use crate::radiosity::NotARoom;
 use crate::scene::SceneError;
 use crate::scene::photometry::PhotometricError;
 use crate::validation::CaseError;
+use crate::year::NotForYear;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +68,9 @@ pub enum Failure {
     /// A scene that light meshes cannot compute.
     #[error(transparent)]
     NotForLightMesh(#[from] NotForLightMesh),
+    /// A scene that has no year.
+    #[error(transparent)]
+    NotForYear(#[from] NotForYear),
     /// Shares that cannot be merged, or a checkpoint that no run can go on from.
     #[error(transparent)]
     Sealed(#[from] SealedError),
@@ -110,6 +114,7 @@ impl Failure {
             | Failure::Analytic(_)
             | Failure::NotARoom(_)
             | Failure::NotForLightMesh(_)
+            | Failure::NotForYear(_)
             | Failure::Sealed(_)
             | Failure::Usage { .. }
             | Failure::Study { .. } => Exit::Refused,

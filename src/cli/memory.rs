@@ -7,16 +7,14 @@ use crate::solver::{Settings, map_requests};
 use super::exit::Failure;
 use crate::base::memory::{limit_bytes, set_limit_bytes};
 
-/// Bytes of a map's entry: sums of 16 replicas for direct, indirect and gathered light, levels, and results.
-const BYTES_PER_ENTRY: u64 = 520;
-/// Bytes of an entry in the files that are written, which are made in memory.
-const BYTES_PER_ROW: u64 = 400;
-/// Bytes of a triangle: the scene's, the ray tree's and those that light's chains leave behind.
-const BYTES_PER_TRIANGLE: u64 = 300;
+/// Bytes of a map's entry at the peak of a run: sums of 16 replicas, levels, results, and what of its files lies in memory. Measured as
+/// 621 at most, and a sixth on top (`docs/performance.md`, as the others).
+const BYTES_PER_ENTRY: u64 = 720;
+/// The same of a triangle while the tree is built over it, and of a luminaire.
+const BYTES_PER_TRIANGLE: u64 = 450;
+const BYTES_PER_LUMINAIRE: u64 = 1000;
 
-/// Bytes that a run takes at most, about.
-///
-/// Accuracy: measured at 0.6 to 0.9 of it on spheres of 350,000 and 880,000 elements.
+/// Bytes that a run takes at most, about; cells and what is asked of them apart, which have a share of the memory.
 pub fn needed_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let entries: usize = map_requests(scene, &settings.maps)
         .into_iter()
@@ -25,7 +23,12 @@ pub fn needed_bytes(scene: &Scene, settings: &Settings) -> u64 {
             MapKind::Receivers(set) => scene.receivers[set].points.len(),
         })
         .sum();
-    entries as u64 * (BYTES_PER_ENTRY + BYTES_PER_ROW) + scene.triangles.len() as u64 * BYTES_PER_TRIANGLE
+    let parts = [
+        (entries, BYTES_PER_ENTRY),
+        (scene.triangles.len(), BYTES_PER_TRIANGLE),
+        (scene.luminaires.len(), BYTES_PER_LUMINAIRE),
+    ];
+    parts.iter().map(|(count, bytes)| *count as u64 * bytes).sum()
 }
 
 /// Bytes that the machine, or the share of it that the process may use, has left; `None` where the system does not tell.

@@ -23,6 +23,7 @@ use crate::maps::MapKind;
 use crate::output::{
     Language, PartOfRun, ReportContext, ResultDirectory, RunRecord, SealedError, ShareFile, read_share, summary_file,
 };
+use crate::scene::under_way::reading_so_far;
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
 use crate::solver::{
     ElementChoice, MapOfShare, MapSelection, Merged, Method, MoreShares, Portion, Settings, Share, ShareRecord,
@@ -95,8 +96,8 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     check_out(arguments)?;
     let first = &shares[0];
     let path = arguments.scene.as_ref().unwrap_or(&first.header.scene_path);
-    let reading = format!("reading and checking {}", path.display());
-    let mut scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(path))?;
+    let reading = || format!("reading and checking {}: {}", path.display(), reading_so_far());
+    let mut scene = meanwhile(reading, started, arguments.quiet, || false, || read_scene(path))?;
     check_proportions(&mut scene, &path.display().to_string())?;
     let read_s = started.elapsed().as_secs_f64();
     check_scene(&scene, path, &shares)?;
@@ -126,7 +127,7 @@ pub fn run(arguments: &MergeArguments, started: Instant) -> Outcome {
     }
     let records: Vec<ShareRecord> = shares.iter().map(|share| share.header.record.clone()).collect();
     let merging = || merge(&scene, &settings, &records, |index| shares[index].sums());
-    let merged = meanwhile("merging", started, arguments.quiet, || false, || pool.install(merging));
+    let merged = meanwhile(|| "merging".to_owned(), started, arguments.quiet, || false, || pool.install(merging));
     let merged = match merged {
         Ok(merged) => merged,
         Err(error) => {

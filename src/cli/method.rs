@@ -3,21 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::exit::Failure;
-use crate::solver::ElementChoice;
+use crate::solver::{ElementChoice, Method};
 
 /// How a scene is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MethodChoice {
-    /// The program chooses.
-    Auto,
-    /// Gathering rays that ask cells, with an error that walks measure.
-    Gather,
-    /// Forward chains counted on elements, walks from receivers.
-    Collision,
-    /// Receivers by local estimation.
-    Local,
-    /// The same with the plain kernel, to show its failure.
-    LocalNaive,
+    /// By chains and walks, and what asks them.
+    By(Method),
     /// Finite elements with exact form factors, on closed rooms of rectangles.
     Radiosity,
     /// Visibility averaged over the points of a regular mesh.
@@ -25,16 +17,15 @@ pub enum MethodChoice {
 }
 
 impl MethodChoice {
+    /// The program chooses.
+    pub const AUTO: MethodChoice = MethodChoice::By(Method::Auto);
+
     /// The name of a method that traces no chains, and whose error is no matter of their chance.
     pub fn name_without_chains(self) -> Option<&'static str> {
         match self {
             MethodChoice::Radiosity => Some("radiosity"),
             MethodChoice::LightMesh => Some("light-mesh"),
-            MethodChoice::Auto
-            | MethodChoice::Gather
-            | MethodChoice::Collision
-            | MethodChoice::Local
-            | MethodChoice::LocalNaive => None,
+            MethodChoice::By(_) => None,
         }
     }
 }
@@ -42,16 +33,13 @@ impl MethodChoice {
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<MethodChoice, String> {
     const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance without lobes)";
-    match text {
-        "auto" => Ok(MethodChoice::Auto),
-        "collision" => Ok(MethodChoice::Collision),
-        "gather" => Ok(MethodChoice::Gather),
-        "radiosity" => Ok(MethodChoice::Radiosity),
-        "light-mesh" => Ok(MethodChoice::LightMesh),
-        "local" => Ok(MethodChoice::Local),
-        "local-naive" => Ok(MethodChoice::LocalNaive),
-        _ => Err(format!("no such method; {THERE}")),
-    }
+    let mut all =
+        Method::ALL.map(MethodChoice::By).into_iter().chain([MethodChoice::Radiosity, MethodChoice::LightMesh]);
+    let name = |choice: &MethodChoice| match choice {
+        MethodChoice::By(method) => method.name(),
+        choice => choice.name_without_chains().unwrap_or_default(),
+    };
+    all.find(|choice| name(choice) == text).ok_or_else(|| format!("no such method; {THERE}"))
 }
 
 /// Reads which elements a map has, for clap.
@@ -122,8 +110,8 @@ mod tests {
 
     #[test]
     fn unknown_methods_are_refused_with_those_that_are_there() {
-        assert_eq!(method("auto"), Ok(MethodChoice::Auto));
-        assert_eq!(method("gather"), Ok(MethodChoice::Gather));
+        assert_eq!(method("auto"), Ok(MethodChoice::AUTO));
+        assert_eq!(method("gather"), Ok(MethodChoice::By(Method::Gather)));
         assert!(
             method("magic").is_err_and(|message| message.contains("no such method") && message.contains("collision"))
         );

@@ -35,12 +35,15 @@ mod selection;
 mod share;
 mod sobolev;
 mod solve;
+mod sunlight;
 mod text_table;
+mod time_guard;
 mod ugr_table;
 mod validate;
 mod values;
 mod verdict_target;
 mod version;
+mod year;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -68,6 +71,8 @@ pub fn run() -> ExitCode {
         Command::Validate(arguments) => validate::run(arguments, started),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Sunlight(arguments) => sunlight::run(arguments),
+        Command::Year(arguments) => year::run(arguments, started),
         Command::UgrTable(arguments) => ugr_table::run(arguments),
         Command::Schema => schema::run(),
         Command::New(arguments) => new::run(arguments),

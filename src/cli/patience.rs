@@ -8,11 +8,19 @@ use super::number_text::time;
 
 /// Time between two lines.
 const INTERVAL: Duration = Duration::from_secs(5);
+/// What reading and making ready may take over a time limit, as a factor and in s.
+const OVER: f64 = 1.1;
+const BEYOND_S: f64 = 1.0;
+
+/// Seconds from the start after which a process ends that is not ready, where its time is limited.
+pub fn latest_s(limit_s: f64) -> f64 {
+    OVER * limit_s + BEYOND_S
+}
 
 /// Does work, and says every few seconds what it is, with the seconds since the process started; nothing where it is to be quiet, or
 /// as soon as the work tells of itself.
 pub fn meanwhile<T>(
-    what: &str,
+    what: impl Fn() -> String + Send,
     started: Instant,
     quiet: bool,
     tells_of_itself: impl Fn() -> bool + Send,
@@ -23,7 +31,7 @@ pub fn meanwhile<T>(
     }
     let tell = move || {
         if !tells_of_itself() {
-            console::message(&format!("{:>8}: {what}", time(started.elapsed().as_secs_f64())));
+            console::message(&format!("{:>8}: {}", time(started.elapsed().as_secs_f64()), what()));
         }
     };
     telling_every(INTERVAL, tell, work)

@@ -11,6 +11,7 @@ use super::checkpoint::CheckpointKeeper;
 use super::console;
 use super::exit::Exit;
 use super::number_text::{count, percent, time};
+use super::time_guard::TimeGuard;
 use crate::control::Forecast;
 use crate::solver::{Hindrance, Keeper, Observer, Progress};
 
@@ -70,6 +71,8 @@ pub struct Watcher {
     has_told_of_reach: AtomicBool,
     /// Whether the run has told of itself.
     has_begun: AtomicBool,
+    /// What ends the process where the run is not ready in time.
+    guard: Option<TimeGuard>,
 }
 
 impl Watcher {
@@ -91,7 +94,13 @@ impl Watcher {
             has_told: AtomicBool::new(false),
             has_told_of_reach: AtomicBool::new(false),
             has_begun: AtomicBool::new(false),
+            guard: None,
         }
+    }
+
+    /// The same, which lets a guard go once the run is ready.
+    pub fn guarded_by(self, guard: TimeGuard) -> Watcher {
+        Watcher { guard: Some(guard), ..self }
     }
 
     /// Whether the run has told of itself.
@@ -134,6 +143,12 @@ fn bar() -> ProgressBar {
 }
 
 impl Observer for Watcher {
+    fn ready(&self) {
+        if let Some(guard) = &self.guard {
+            guard.let_go();
+        }
+    }
+
     fn progress(&self, progress: &Progress) {
         self.has_begun.store(true, Ordering::Relaxed);
         self.tell_of_long_run(progress);

@@ -9,8 +9,7 @@ use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
 use crate::maps::{TableKind, TableRow};
 use crate::output::{
-    Language, ReportContext, ResultDirectory, glb_file, in_language, plots, report_file, report_pdf_file,
-    streamed_files, vtk_file,
+    Language, ReportContext, ResultDirectory, glb_file, in_language, plots, report_files, streamed_files, vtk_file,
 };
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
@@ -39,15 +38,16 @@ pub fn stage_results(
             directory.stage(&plot.png_file())?;
         }
     }
-    directory.stage(&report_file(scene, solution, &drawn, context))?;
-    match report_pdf_file(scene, solution, &drawn, context) {
-        Some(file) => directory.stage(&file)?,
+    let (page, pdf) = report_files(scene, solution, &drawn, context);
+    directory.stage(&page)?;
+    match pdf {
+        Some(pdf) => directory.stage(&pdf)?,
         None => console::message(
             "warning: report.pdf is left out, since its text cannot be laid out; report.html has all of it",
         ),
     }
     for file in [vtk_file(scene, solution), glb_file(scene, solution)].into_iter().flatten() {
-        directory.stage(&file)?;
+        directory.stage_streamed(&file)?;
     }
     Ok(())
 }

@@ -62,7 +62,7 @@ pub struct RunOptions {
 impl Default for RunOptions {
     fn default() -> RunOptions {
         RunOptions {
-            method: MethodChoice::Auto,
+            method: MethodChoice::AUTO,
             elements: ElementChoice::Adaptive,
             mesh: MeshChoice::default(),
             seed: 0,
@@ -127,11 +127,8 @@ impl RunOptions {
         }
         let mut settings = Settings {
             method: match self.method {
-                MethodChoice::Auto => Method::Auto,
-                MethodChoice::Gather => Method::Gather,
-                MethodChoice::Local => Method::Local,
-                MethodChoice::LocalNaive => Method::LocalNaive,
-                MethodChoice::Collision | MethodChoice::Radiosity | MethodChoice::LightMesh => Method::Collision,
+                MethodChoice::By(method) => method,
+                MethodChoice::Radiosity | MethodChoice::LightMesh => Method::Collision,
             },
             elements: self.elements,
             seed: self.seed,

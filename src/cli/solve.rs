@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use super::beforehand::Beforehand;
+use super::beforehand::{Beforehand, Kinds};
 use super::checkpoint::CheckpointKeeper;
 use super::dry_run::{self, dry_run};
 use super::exit::Failure;
@@ -18,11 +18,13 @@ use super::patience::meanwhile;
 use super::progress::{Watcher, heed_interruptions};
 use super::results::{closing_lines, counted, exit_of, quoted, tell_results};
 use super::run::{RunOptions, RunStory, SceneRun};
+use super::time_guard::TimeGuard;
 use super::verdict_target::{self, Target, target};
 use super::{Outcome, checkpoint, console, share, values};
 use crate::check::{MeshCheck, read_scene, skip_checks};
 use crate::maps::MapKind;
 use crate::output::{CheckpointFile, Language, PartOfRun, ResultDirectory, ShareHeader, share_file};
+use crate::scene::under_way::reading_so_far;
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
 use crate::solver::{ElementChoice, Portion, Settings, Share, Solution};
 
@@ -151,9 +153,8 @@ pub fn run(arguments: &SolveArguments, started: Instant) -> Outcome {
     run_from(arguments, None, started)
 }
 
-/// Solves a scene from the beginning, or goes on from a checkpoint.
-pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
-    heed_interruptions();
+/// Whether a run for verdicts is asked for beside what it cannot do.
+fn check_verdict_target(arguments: &SolveArguments) -> Result<(), Failure> {
     verdict_target::check(
         arguments.target,
         [
@@ -174,7 +175,13 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
             ),
             ("--dry-run", arguments.dry_run, "a dry run tells what errors take, and not what verdicts do"),
         ],
-    )?;
+    )
+}
+
+/// Solves a scene from the beginning, or goes on from a checkpoint.
+pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
+    heed_interruptions();
+    check_verdict_target(arguments)?;
     limit_memory(arguments.memory_limit);
     if arguments.allow_large {
         allow_large_files();
@@ -182,13 +189,19 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     skip_checks(&arguments.skip_check);
     let scene_file = resumption.as_ref().map_or(&arguments.scene, |resumption| &resumption.scene);
     let limit_s = resumption.as_ref().map_or(arguments.time_limit, |resumption| resumption.time_limit_s);
-    let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file)?)));
-    if let Some(line) = beforehand.and_then(|(limit_s, scene)| scene.line(limit_s)) {
-        console::message(&line);
+    let guard = TimeGuard::of(limit_s, started);
+    let kinds = Kinds::of(arguments.maps.as_deref());
+    let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file, kinds)?)));
+    if let Some((limit_s, scene)) = beforehand {
+        guard.expect(scene);
+        if let Some(line) = scene.line(limit_s) {
+            console::message(&line);
+        }
     }
-    let reading = format!("reading and checking {}", scene_file.display());
-    let scene = meanwhile(&reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
+    let reading = || format!("reading and checking {}: {}", scene_file.display(), reading_so_far());
+    let scene = meanwhile(reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
     let read_s = started.elapsed().as_secs_f64();
+    guard.has_read(read_s);
     let run = SceneRun::new(scene, &arguments.scene.display().to_string(), options(arguments)?)?;
     let (scene, settings) = (run.scene(), run.settings());
     let portion = arguments.portion();
@@ -202,9 +215,14 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         resumption.as_ref().map(|resumption| checkpoint::take_up(resumption, run.scene_digest())).transpose()?;
     let Some(out) = arguments.out.as_ref().filter(|_| !arguments.dry_run) else {
         dry_run::check(arguments.method)?;
+        guard.let_go();
         return run.on_its_threads(|| dry_run(scene, settings, arguments.method, started, arguments.quiet));
     };
+    let is_new = !out.exists();
     let directory = ResultDirectory::open(out)?;
+    if is_new {
+        guard.has_made(out.clone());
+    }
     if let Some(Err(failure)) = arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path)) {
         directory.withdraw();
         return Err(failure);
@@ -234,7 +252,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         let header = checkpoint::header(run.scene_digest(), [scene_file, &arguments.scene, out], arguments);
         CheckpointKeeper::new(path.clone(), arguments.checkpoint_every, started, header)
     });
-    let watcher = Watcher::new(started, quiet, keeper);
+    let watcher = Watcher::new(started, quiet, keeper).guarded_by(guard);
     let mut of_portion = None;
     let solve = || match portion {
         None => run.solve_from(going_on, &watcher),
@@ -244,7 +262,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
             Ok(solution)
         }
     };
-    let readying = "making the scene ready for rays, and pilots";
+    let readying = || "making the scene ready for rays, and pilots".to_owned();
     let solution: Result<_, Failure> = meanwhile(readying, started, quiet, || watcher.has_begun(), solve);
     watcher.finish();
     let solution = match solution {
@@ -274,18 +292,20 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     story.write(scene, &solution, share, directory)?;
 
     tell_results(scene, &solution, arguments.language, tell)?;
-    let adapts = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
-    if arguments.elements == ElementChoice::Given && !adapts {
-        tell("note: --elements given changes nothing here, since the target does not bind the element map");
-    }
-    for note in &solution.notes {
-        tell(&format!("note: {note}"));
-    }
+    notes_on(arguments, &solution).for_each(|note| tell(&format!("note: {note}")));
     tell(&closing_lines(&solution, &out.display().to_string(), computed_s));
     if let Some(line) = watcher.keeper.as_ref().and_then(|keeper| keeper.closing_line(&solution)) {
         tell(&line);
     }
     Ok(exit_of(&solution))
+}
+
+/// What a user should know who looks at the results.
+fn notes_on<'a>(arguments: &SolveArguments, solution: &'a Solution) -> impl Iterator<Item = &'a str> {
+    let binds_elements = solution.maps.iter().any(|map| map.bound && map.kind == MapKind::Elements);
+    let is_idle = arguments.elements == ElementChoice::Given && !binds_elements;
+    let idle = "--elements given changes nothing here, since the target does not bind the element map";
+    is_idle.then_some(idle).into_iter().chain(solution.notes.iter().map(String::as_str))
 }
 
 /// The command with which the run can be made again.
@@ -308,7 +328,7 @@ pub(super) fn command_without_output(arguments: &SolveArguments, solution: &Solu
             command += &solution.target_error.map_or(String::new(), |target| format!(" --target-error {target}"));
         }
     }
-    if arguments.method != MethodChoice::Auto {
+    if arguments.method != MethodChoice::AUTO {
         command += &format!(" --method {}", solution.method);
     }
     command += &arguments.mesh.again();

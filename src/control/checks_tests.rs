@@ -236,3 +236,18 @@ fn a_heavy_tail_does_not_matter_far_under_the_target() {
     let passes = |spare: f64| tail_check([ScoreEvidence::default(), part], spare).passed;
     assert!(!passes(1.0) && !passes(8.9) && passes(9.0));
 }
+
+#[test]
+fn what_exceeds_a_look_without_any_error_is_told_as_a_number() {
+    let look = |samples: u64, squared_error: f64| PastJudgement {
+        samples,
+        rays: samples,
+        squared_error,
+        degrees_of_freedom: 15.0,
+        means_lx: [1.0; REPLICAS],
+    };
+    let grown = growth_check("error", &look(20, 1e9), Some(&look(10, 0.0)), |look| look.samples as f64, 1e-12);
+    assert_eq!((grown.passed, grown.value), (false, Some(MOST_TOLD)));
+    let settled = growth_check("error", &look(20, 1.0), Some(&look(10, 2.0)), |look| look.samples as f64, 1e-12);
+    assert_eq!((settled.passed, settled.value), (true, Some(1.0)));
+}

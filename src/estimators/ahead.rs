@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::direct::Receiver;
 use crate::chain::Stage;
+use crate::sampling::emitter::{Emitters, Look, View};
 use crate::sampling::random::{Square, Stream};
 
 use survey::Survey;
@@ -24,6 +25,9 @@ const LOOKS_PER_DOUBT: f64 = 0.5;
 const SAMPLES_OF_A_PASS: f64 = 16.0;
 /// Items that are kept for all points of a receiver set together: some 100 MB.
 const MOST_ITEMS: usize = 2_000_000;
+
+/// Emitters whose views a receiver keeps from sample to sample.
+const MOST_VIEWS: usize = 24;
 
 /// What a receiver expects of its emitters.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -132,8 +136,14 @@ impl Expectation {
         }
     }
 
-    /// One unbiased sample of the direct illuminance in lx, and the rays it took.
-    pub fn sample(&self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    /// One unbiased sample of the direct illuminance in lx, and the rays it took; `views` are those of the receiver's earlier samples.
+    pub fn sample<'a>(
+        &self,
+        stage: &'a Stage,
+        receiver: &Receiver,
+        views: &mut Views<'a>,
+        stream: &mut Stream,
+    ) -> (f64, u64) {
         let (mut sum_lx, mut rays) = (self.sum_lx, 0);
         let Some(last) = self.items.last() else {
             return (sum_lx, rays);
@@ -152,7 +162,7 @@ impl Expectation {
             stream.turn_to_square(again << 48 | item.square.code() << 32 | u64::from(item.emitter), item.square);
             again += 1;
             let variates = stream.ahead();
-            let look = stage.emitters.list()[item.emitter as usize].look(receiver.point_m, receiver.normal, stream);
+            let look = views.look(&stage.emitters, item.emitter, receiver, stream);
             let found_lx = look.map_or(0.0, |look| {
                 rays += 1;
                 look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
@@ -161,6 +171,25 @@ impl Expectation {
             sum_lx += (item.square.area() * found_lx - expected_lx) * step_lx / (item.cumulative_lx - before_lx);
         }
         (sum_lx, rays)
+    }
+}
+
+/// Emitters as a receiver sees them, kept from sample to sample.
+#[derive(Default)]
+pub struct Views<'a> {
+    of_emitters: Vec<(u32, View<'a>)>,
+}
+
+impl<'a> Views<'a> {
+    fn look(&mut self, emitters: &'a Emitters, number: u32, receiver: &Receiver, stream: &mut Stream) -> Option<Look> {
+        if let Some((_, view)) = self.of_emitters.iter().find(|(kept, _)| *kept == number) {
+            return view.look(stream);
+        }
+        let view = emitters.list()[number as usize].view(receiver.point_m, receiver.normal);
+        if self.of_emitters.len() < MOST_VIEWS {
+            self.of_emitters.push((number, view));
+        }
+        view.look(stream)
     }
 }
 
@@ -241,7 +270,8 @@ mod tests {
                 [(16.0, false), (1024.0, false), (64.0, true)].into_iter().enumerate()
             {
                 let expectation = pass.expect(&stage, &receiver, looks_ahead);
-                let mut sample = |stream: &mut Stream| expectation.sample(&stage, &receiver, stream);
+                let mut views = Views::default();
+                let mut sample = |stream: &mut Stream| expectation.sample(&stage, &receiver, &mut views, stream);
                 let ((mean, error), rays) = sampled(5, is_quasi, &mut sample);
                 let bound = 4.5 * error.hypot(truth_error) + 1e-9 * truth;
                 let what = format!("at {x}, {looks_ahead} looks: {mean} {truth} ± {error} {truth_error}");
@@ -268,7 +298,8 @@ mod tests {
         let origin = stage.tracer.side_origin(point_m, normal);
         let receiver = Receiver { point_m, normal, origin: &origin };
         let expectation = DirectPass::default().expect(&stage, &receiver, 64.0);
-        let (lx, rays) = expectation.sample(&stage, &receiver, &mut Stream::new(0, Purpose::Direct, 0, 0));
+        let (lx, rays) =
+            expectation.sample(&stage, &receiver, &mut Views::default(), &mut Stream::new(0, Purpose::Direct, 0, 0));
         assert!((lx - 100.0).abs() < 1e-9 && rays == 0, "{lx} lx by {rays} rays");
     }
 }

@@ -6,7 +6,7 @@ use super::ahead::Expectation;
 use super::element::Element;
 use crate::chain::{Found, HIDDEN, Spot, Stage};
 use crate::geometry::Origin;
-use crate::sampling::emitter::Emitter;
+use crate::sampling::emitter::{Emitter, Look};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
@@ -55,21 +55,32 @@ impl DirectPass {
     /// Every emitter brings its exact unshadowed illuminance times the visibility of one point of it, drawn in
     /// proportion to what it brings.
     pub fn at_point(&mut self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+        let mut sum_lx = 0.0;
+        let rays = self.parts_at_point(stage, receiver, stream, |lx, _| sum_lx += lx);
+        (sum_lx, rays)
+    }
+
+    /// The same part by part, each with the light sample that it comes from; returns the rays.
+    pub fn parts_at_point(
+        &mut self,
+        stage: &Stage,
+        receiver: &Receiver,
+        stream: &mut Stream,
+        mut found: impl FnMut(f64, &Look),
+    ) -> u64 {
         if stage.emitters.list().len() > MOST_EACH {
             let rays_ahead = self.weigh_at(stage, receiver);
-            let (lx, rays) = self.look_at_most(stage, receiver, stream);
-            return (lx, rays_ahead + rays);
+            return rays_ahead + self.look_at_most(stage, receiver, stream, found);
         }
-        let mut sum_lx = 0.0;
         let mut rays = 0;
         for (number, emitter) in stage.emitters.list().iter().enumerate() {
             stream.turn_to(number as u64);
             if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
-                sum_lx += look.unshadowed_lx * stage.seen_share(&look, receiver.origin);
+                found(look.unshadowed_lx * stage.seen_share(&look, receiver.origin), &look);
                 rays += 1;
             }
         }
-        (sum_lx, rays)
+        rays
     }
 
     /// What to expect at a point, for any number of samples there, by looks ahead of which an emitter that brings
@@ -162,11 +173,16 @@ impl DirectPass {
 
     /// One look at every emitter that brings a share worth it; equal steps through the cumulative importance of the
     /// others, so that none is ever left out. What stands in full light or full shade of all that matter has no chance.
-    fn look_at_most(&self, stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    fn look_at_most(
+        &self,
+        stage: &Stage,
+        receiver: &Receiver,
+        stream: &mut Stream,
+        mut found: impl FnMut(f64, &Look),
+    ) -> u64 {
         let step = self.total * SHARE_FOR_A_LOOK;
         let mut next = stream.fine_unit() * step;
         let mut before = 0.0;
-        let mut sum_lx = 0.0;
         let mut rays = 0;
         for (number, (emitter, importance)) in stage.emitters.list().iter().zip(&self.importance).enumerate() {
             let weight = if *importance >= step {
@@ -181,11 +197,11 @@ impl DirectPass {
             };
             stream.turn_to(number as u64);
             if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
-                sum_lx += look.unshadowed_lx * weight * stage.seen_share(&look, receiver.origin);
+                found(look.unshadowed_lx * weight * stage.seen_share(&look, receiver.origin), &look);
                 rays += 1;
             }
         }
-        (sum_lx, rays)
+        rays
     }
 
     /// One unbiased sample of the mean direct illuminance of an element side in lx, and the rays it took.

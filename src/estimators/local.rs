@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::direct::Receiver;
 use super::reception::sample_share_of_reflected_lx;
 use super::sight::{Seen, SubPoint, look_along};
+use super::small_body::SmallBody;
 use crate::chain::{Arrival, Stage};
 use crate::geometry::Origin;
 use crate::sampling::emitter_tree::Cut;
@@ -43,8 +44,8 @@ const MOST_LEVELS: f64 = 1e3;
 enum Response {
     /// The cosine.
     Plane,
-    /// (sin ε + a h·front)/π on an upright cylinder or half of one, h the direction's horizontal part.
-    Upright { front: DVec3, lopsidedness: f64 },
+    /// That of a small body.
+    Body(SmallBody),
     /// The cosine times π/ρ of the part of the law that does not follow the lobe.
     Gloss { triangle: u32, leaving: DVec3 },
 }
@@ -142,13 +143,7 @@ impl Anchors {
                 });
                 ends.iter().for_each(|end| anchors.add_sub_point(stage, entry as u32, end));
             } else if !point.inside {
-                let response = match receivers.quantity {
-                    Quantity::Cylindrical => Response::Upright { front: DVec3::X, lopsidedness: 0.0 },
-                    Quantity::SemiCylindrical { direction } => {
-                        Response::Upright { front: direction, lopsidedness: 1.0 }
-                    }
-                    _ => Response::Plane,
-                };
+                let response = SmallBody::of(receivers.quantity).map_or(Response::Plane, Response::Body);
                 anchors.planes &= matches!(response, Response::Plane);
                 anchors.list.push(Anchor {
                     entry: entry as u32,
@@ -457,10 +452,7 @@ impl Response {
     fn of(&self, stage: &Stage, normal: DVec3, towards: DVec3) -> f64 {
         match self {
             Response::Plane => normal.dot(towards).max(0.0),
-            Response::Upright { front, lopsidedness } => {
-                let sine = (towards.x * towards.x + towards.y * towards.y).sqrt();
-                (sine + lopsidedness * towards.dot(*front)) / PI
-            }
+            Response::Body(body) => body.response(towards),
             Response::Gloss { triangle, leaving } => {
                 let law = stage.law(*triangle);
                 let spread_per_sr = law.spread_per_sr(&Pair { normal, towards, leaving: *leaving });

@@ -2,6 +2,7 @@
 
 pub mod ahead;
 pub mod cells;
+pub mod coefficients;
 pub mod cover;
 pub mod direct;
 pub mod element;
@@ -12,4 +13,6 @@ pub mod local;
 pub mod luminance;
 pub mod reception;
 pub mod sight;
+pub mod small_body;
+pub mod sunlight;
 pub mod walk;

@@ -33,22 +33,34 @@ const LOOKS_IN_ANY_CASE: usize = 1_000_000;
 /// processor time a node, and small nodes deep in the tree gain least by it.
 const MOST_IN_BEST_PLACE: f32 = 500_000.0;
 
+/// Nodes that a line through the whole meets, about, up to which the best place of a node is found soon. Long triangles that cross each
+/// other make it thousands: every search then goes through much of the tree, and all together would grow nearly with the square of the
+/// number of triangles.
+const MOST_MET: f64 = 500.0;
+
 /// Builds the tree over triangles and balls, so that boxes are padded once they are split and temporaries go early.
 ///
 /// Scenes that make it too deep for the walk's stack are built without the optimisation that deepens the tree, and those
 /// whose boxes pair up one by one (thousands of triangles about each other or in one place) by halves.
 pub(super) fn build(corners: impl ExactSizeIterator<Item = [Vec3; 3]> + Clone, balls: &[Ball]) -> CwBvh {
-    let (boxes, indices) = padded_boxes(corners, balls);
-    if pairs_up(&boxes) {
-        let params = BvhBuildParams::very_slow_build();
-        let placed = params.reinsertion_batch_ratio.min(MOST_IN_BEST_PLACE / boxes.len().max(1) as f32);
-        for reinsertion_batch_ratio in [placed, 0.0] {
-            let tree = clustered(BvhBuildParams { reinsertion_batch_ratio, ..params }, &boxes, indices.clone());
-            if depth(&tree) <= DEEPEST {
-                return tree;
-            }
-        }
+    // Boxes go as soon as a tree stands over them, and are made anew for the next try, which few scenes need.
+    let boxes_anew = || padded_boxes(corners.clone(), balls);
+    let (boxes, indices) = boxes_anew();
+    if !pairs_up(&boxes) {
+        return eight_wide(&halved(&boxes, indices));
     }
+    let params = BvhBuildParams::very_slow_build();
+    let placed = params.reinsertion_batch_ratio.min(MOST_IN_BEST_PLACE / boxes.len().max(1) as f32);
+    let tree = clustered(BvhBuildParams { reinsertion_batch_ratio: placed, ..params }, boxes, indices);
+    if depth(&tree) <= DEEPEST {
+        return tree;
+    }
+    let (boxes, indices) = boxes_anew();
+    let tree = clustered(BvhBuildParams { reinsertion_batch_ratio: 0.0, ..params }, boxes, indices);
+    if depth(&tree) <= DEEPEST {
+        return tree;
+    }
+    let (boxes, indices) = boxes_anew();
     eight_wide(&halved(&boxes, indices))
 }
 
@@ -70,17 +82,29 @@ fn padded_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: &[Ball
 }
 
 /// The tree by locally ordered clustering, with its nodes put in better places.
-fn clustered(params: BvhBuildParams, boxes: &[Aabb], indices: Vec<u32>) -> CwBvh {
+fn clustered(params: BvhBuildParams, boxes: Vec<Aabb>, indices: Vec<u32>) -> CwBvh {
     let mut bvh2 = PlocBuilder::new().build(
         params.ploc_search_distance,
-        boxes,
+        &boxes,
         indices,
         params.sort_precision,
         params.search_depth_threshold,
     );
+    drop(boxes);
     bvh2.uses_spatial_splits = params.pre_split;
-    ReinsertionOptimizer::default().run(&mut bvh2, params.reinsertion_batch_ratio, None);
+    let placed = params.reinsertion_batch_ratio * share_to_place(&bvh2);
+    ReinsertionOptimizer::default().run(&mut bvh2, placed, None);
     eight_wide(&bvh2)
+}
+
+/// The share of the nodes whose best place is looked for, of those that would be.
+fn share_to_place(bvh2: &Bvh2) -> f32 {
+    let half_area = |node: &Bvh2Node| f64::from(node.aabb().half_area());
+    let Some(whole) = bvh2.nodes.first().map(half_area) else {
+        return 1.0;
+    };
+    let met = bvh2.nodes.iter().map(half_area).sum::<f64>() / whole;
+    (MOST_MET / met).min(1.0) as f32
 }
 
 fn eight_wide(bvh2: &Bvh2) -> CwBvh {
@@ -238,6 +262,28 @@ mod tests {
             found.dedup();
             assert!(found.into_iter().eq(0..boxes.len() as u32));
         }
+    }
+
+    /// Boxes side by side are put into their best places, all of them; of long ones that cross each other, whose searches would pass through
+    /// all others, so many fewer as there are more: twice the boxes are not four times the work.
+    #[test]
+    fn fewer_nodes_are_placed_where_a_search_would_pass_through_most_of_the_tree() {
+        let share = |boxes: &[Aabb]| {
+            let indices = (0..boxes.len() as u32).collect();
+            let BvhBuildParams { ploc_search_distance, sort_precision, search_depth_threshold, .. } =
+                BvhBuildParams::very_slow_build();
+            let bvh2 =
+                PlocBuilder::new().build(ploc_search_distance, boxes, indices, sort_precision, search_depth_threshold);
+            share_to_place(&bvh2)
+        };
+        let crossing = |count: u32| -> Vec<Aabb> {
+            let shift = |number: u32, step: u32| (number * step % 997) as f32 / 997.0 - 0.5;
+            let low = |number: u32| glam::vec3a(shift(number, 331), shift(number, 577), shift(number, 709)) - 0.25;
+            (0..count).map(|number| Aabb { min: low(number), max: low(number) + 0.5 }).collect()
+        };
+        assert_eq!(share(&side_by_side(30_000)), 1.0);
+        let [few, many] = [10_000, 20_000].map(|count| share(&crossing(count)));
+        assert!(few < 0.5 && many < 0.6 * few, "{few}, {many}");
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
         let set = &scene.receivers[set];
         let got = format!("receivers \"{}\", {}", set.name, set.quantity.name());
         match set.quantity {
-            Quantity::Perpendicular => {}
+            quantity if quantity.has_one_hemisphere() => {}
             Quantity::Luminance => refuse_lobes(scene, &got)?,
             Quantity::Glare(_) => {
                 return Err(NotForLightMesh {
@@ -63,9 +63,9 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
                             .to_owned(),
                 });
             }
-            Quantity::Cylindrical | Quantity::SemiCylindrical { .. } => {
+            _ => {
                 return Err(NotForLightMesh {
-                    what: "illuminance on cylinders".to_owned(),
+                    what: "illuminance on cylinders and other bodies".to_owned(),
                     got,
                     expected: "receivers that are planes, or luminance".to_owned(),
                     remedy: "use --method collision, which computes every scene, or leave them out with --maps"

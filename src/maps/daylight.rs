@@ -119,7 +119,7 @@ fn share_above(places: &[(Estimate, f64)], limit: f64) -> Estimate {
 }
 
 /// Probability that the truth is at least a limit.
-fn certainty(estimate: Estimate, limit: f64) -> f64 {
+pub fn certainty(estimate: Estimate, limit: f64) -> f64 {
     let beyond = estimate.value - limit;
     if estimate.standard_error > 0.0 {
         0.5 * libm::erfc(-beyond / (std::f64::consts::SQRT_2 * estimate.standard_error))

@@ -26,6 +26,9 @@ const OWN_NAMES: &[&str] = &[
     "share.luxmc",
     "report.html",
     "report.pdf",
+    "year.csv",
+    "year-points.csv",
+    "year-hours.csv",
     GRIDS_INFO,
 ];
 /// Bytes that are written at a time.
@@ -241,12 +244,13 @@ fn files_of_an_earlier_run(directory: &Path) -> Vec<String> {
 }
 
 fn is_own(name: &str) -> bool {
-    let plot = ["map-", "halves-", "luminaire-"]
+    let plot = ["map-", "halves-", "luminaire-", "year-"]
         .into_iter()
         .find_map(|prefix| name.strip_prefix(prefix))
         .and_then(|rest| rest.strip_suffix(".svg").or(rest.strip_suffix(".png")));
     let grid = name.strip_prefix("grid-").and_then(|rest| rest.strip_suffix(".pts").or(rest.strip_suffix(".res")));
-    let part = plot.or(grid);
+    let hourly = name.strip_prefix("hourly-").and_then(|rest| rest.strip_suffix(".csv"));
+    let part = plot.or(grid).or(hourly);
     OWN_NAMES.contains(&name) || part.is_some_and(|part| part == super::file_name_part(part))
 }
 

@@ -125,8 +125,8 @@ pub struct FlatPoint {
 pub struct FlatMap<'a> {
     /// Grid or surface side.
     pub row: &'a TableRow,
-    /// What is shown, in words.
-    pub quantity: &'static str,
+    /// What is shown.
+    pub quantity: Quantity,
     /// How it is looked at.
     pub plane: Plane,
     /// Its cells.
@@ -164,6 +164,15 @@ pub fn quantity_words(quantity: Quantity) -> &'static str {
         Quantity::Luminance => words!("Luminance"),
         Quantity::Glare(_) => words!("Indirect illuminance of the eye"),
         Quantity::Intensity { .. } => words!("Luminous intensity"),
+    }
+}
+
+/// Unit of an illuminance, as legends tell it.
+pub fn unit_words(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Cylindrical => say!("lx, cylindrical"),
+        Quantity::SemiCylindrical { .. } => say!("lx, semi-cylindrical"),
+        _ => "lx",
     }
 }
 
@@ -231,7 +240,7 @@ pub fn grid_map<'a>(scene: &Scene, map: &'a MapResult) -> Option<FlatMap<'a>> {
     });
     Some(FlatMap {
         row,
-        quantity: quantity_words(set.quantity),
+        quantity: set.quantity,
         cells: cells.collect(),
         points: points.collect(),
         field: grid_field(&plane, map, set, columns, rows),
@@ -334,7 +343,7 @@ fn side_map<'a>(
     }
     FlatMap {
         row,
-        quantity: quantity_words(Quantity::Perpendicular),
+        quantity: Quantity::Perpendicular,
         field: element_field(&cells, &areas_m2),
         count: say!("{} elements", count),
         estimated_error: row.estimated_error,

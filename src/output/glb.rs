@@ -7,15 +7,24 @@ use gltf::Glb;
 use gltf::binary::Header;
 use serde_json::{Value, json};
 
-use super::ResultFile;
+use super::StreamedFile;
 use super::color::{Ink, perceptual};
 use super::scale::{SHARE_IN_SCALE, end_of_scale_lx};
+use super::streamed::unwritable;
 use crate::maps::{MapKind, MapResult};
-use crate::scene::{Elements, Scene, Side, SurfaceId};
+use crate::scene::{Elements, MaterialId, Scene, Side};
 use crate::solver::Solution;
 
 /// Colours that the legend names.
 const STOPS: u32 = 8;
+
+/// Surfaces up to which each is a node. A node takes a kilobyte, more than ten times that
+/// while the file is made, and no viewer lists more.
+const MOST_NODES: usize = 4096;
+
+/// Bytes of an element side, three corners, and of all sides: the format counts in 32 bits, and JSON takes some of it.
+const BYTES_OF_A_SIDE: u64 = 3 * (12 + 8 + 4 + 4);
+const MOST_BYTES: u64 = (1 << 32) - (64 << 20);
 
 /// Codes of glTF for numbers in single precision and for whole numbers of two bytes.
 const FLOAT: u32 = 5126;
@@ -23,19 +32,28 @@ const UNSIGNED_SHORT: u32 = 5123;
 /// Code of a buffer of vertices.
 const ARRAY_BUFFER: u32 = 34962;
 
-/// The element map as a GLB file: a node a surface, a triangle an element side as in `scene.vtp`, with its colour, illuminance and
+/// The element map as a GLB file: a node a surface (a material where these are very many), a triangle an element side as in `scene.vtp`, with its colour, illuminance and
 /// standard error at every corner. `None` where no element map was computed, or where it goes beyond the 4 GB of the format.
 ///
 /// Colours are linear and not lit; `asset.extras` tells what they stand for.
-pub fn glb_file(scene: &Scene, solution: &Solution) -> Option<ResultFile> {
+pub fn glb_file<'a>(scene: &'a Scene, solution: &'a Solution) -> Option<StreamedFile<'a>> {
+    const NAME: &str = "scene.glb";
     let map = solution.maps.iter().find(|map| map.kind == MapKind::Elements)?;
-    let model = Model::of(scene, &solution.elements, map);
-    let glb = Glb {
-        header: Header { magic: *b"glTF", version: 2, length: 0 },
-        json: model.json.to_string().into_bytes().into(),
-        bin: Some(model.binary.into()),
-    };
-    Some(ResultFile { name: "scene.glb".to_owned(), bytes: glb.to_vec().ok()? })
+    if solution.elements.len() as u64 * BYTES_OF_A_SIDE > MOST_BYTES {
+        return None;
+    }
+    Some(StreamedFile::new(NAME, move |writer| {
+        let model = Model::of(scene, &solution.elements, map);
+        let glb = Glb {
+            header: Header { magic: *b"glTF", version: 2, length: 0 },
+            json: model.json.to_string().into_bytes().into(),
+            bin: Some(model.binary.into()),
+        };
+        glb.to_writer(writer).map_err(|error| match error {
+            gltf::Error::Io(error) => unwritable(NAME, &error),
+            error => unwritable(NAME, &std::io::Error::other(error.to_string())),
+        })
+    }))
 }
 
 /// The two parts of a GLB file.
@@ -54,8 +72,7 @@ impl Model {
         let mut parts = Parts::default();
         let mut nodes = Vec::new();
         let mut meshes = Vec::new();
-        for (surface, sides) in sides_by_surface(scene, elements) {
-            let name = &scene.surfaces[surface as usize].name;
+        for Node { name, material, sides } in nodes_of(scene, elements, MOST_NODES) {
             let vertices = Vertices::of(scene, elements, map, &sides, center_m, end_lx);
             let attributes = json!({
                 "POSITION": parts.vectors(&vertices.positions),
@@ -63,7 +80,6 @@ impl Model {
                 "_ILLUMINANCE_LX": parts.numbers(&vertices.illuminances_lx),
                 "_STANDARD_ERROR_LX": parts.numbers(&vertices.standard_errors_lx),
             });
-            let material = scene.surfaces[surface as usize].material;
             nodes.push(json!({ "name": name, "mesh": meshes.len() }));
             meshes.push(json!({ "name": name, "primitives": [{ "attributes": attributes, "material": material }] }));
         }
@@ -118,12 +134,28 @@ fn upright(point: DVec3) -> [f64; 3] {
     [point.x, point.z, -point.y]
 }
 
-fn sides_by_surface(scene: &Scene, elements: &Elements) -> BTreeMap<SurfaceId, Vec<u32>> {
-    let mut sides: BTreeMap<SurfaceId, Vec<u32>> = BTreeMap::new();
+/// Element sides that are one object of the file.
+struct Node<'a> {
+    name: &'a str,
+    material: MaterialId,
+    sides: Vec<u32>,
+}
+
+/// The element sides by surface, or by material where there are more surfaces than so many.
+fn nodes_of<'a>(scene: &'a Scene, elements: &Elements, most: usize) -> Vec<Node<'a>> {
+    let by_surface = scene.surfaces.len() <= most;
+    let mut nodes: BTreeMap<u32, Node> = BTreeMap::new();
     for index in 0..elements.len() as u32 {
-        sides.entry(scene.triangle_surfaces[elements.cell(index).triangle as usize]).or_default().push(index);
+        let id = scene.triangle_surfaces[elements.cell(index).triangle as usize];
+        let surface = &scene.surfaces[id as usize];
+        let material = surface.material;
+        let (key, name) = match by_surface {
+            true => (id, surface.name.as_str()),
+            false => (material, scene.materials[material as usize].name.as_str()),
+        };
+        nodes.entry(key).or_insert_with(|| Node { name, material, sides: Vec::new() }).sides.push(index);
     }
-    sides
+    nodes.into_values().collect()
 }
 
 /// Three vertices an element side.
@@ -216,5 +248,40 @@ impl Parts {
         self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": ARRAY_BUFFER }));
         self.accessors.push(accessor);
         self.accessors.len() - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::scene_from_json;
+
+    /// Three rectangles of two materials: a node each, or a node a material where that would be too many, with all sides either way.
+    #[test]
+    fn very_many_surfaces_are_a_node_a_material() {
+        let rectangle = |number: usize, material: &str| {
+            format!(
+                r#"{{ "name": "r{number}", "type": "rectangle", "origin": [{number},0,0], "u": [0.5,0,0], "v": [0,1,0], "material": "{material}" }}"#
+            )
+        };
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "a": {{ "type": "diffuse", "reflectance": 0.5 }}, "b": {{ "type": "diffuse", "reflectance": 0.2 }} }},
+            "geometry": [ {}, {}, {} ],
+            "luminaires": [ {{ "name": "l", "type": "point", "position": [0,0,2], "luminous_flux_lm": 1 }} ] }}"#,
+            rectangle(0, "a"),
+            rectangle(1, "b"),
+            rectangle(2, "a")
+        );
+        let scene = scene_from_json(&text, None, std::path::Path::new(".")).expect("a valid scene");
+        let elements = Elements::of(&scene);
+        let told = |most: usize| -> Vec<(String, usize)> {
+            let nodes = nodes_of(&scene, &elements, most).into_iter();
+            nodes.map(|node| (node.name.to_owned(), node.sides.len())).collect()
+        };
+        let named = |all: &[(&str, usize)]| -> Vec<(String, usize)> {
+            all.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect()
+        };
+        assert_eq!(told(3), named(&[("r0", 2), ("r1", 2), ("r2", 2)]));
+        assert_eq!(told(2), named(&[("a", 4), ("b", 2)]));
     }
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::axes::{Scale, TYPE};
 use super::color::{BLACK, GREY, Ink, SOFT, WHITE, mixed, perceptual};
 use super::contour::{Isoline, distance, isolux_levels};
-use super::flat::FlatMap;
+use super::flat::{FlatMap, quantity_words, unit_words};
 use super::font::text_width;
 use super::numbers::{UNKNOWN, lux, lux_with_error, percent, round_step, round_ticks, tick, uniformity_with_error};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
@@ -109,9 +109,9 @@ impl Layout {
 /// points of a grid (bilinear), or between the corners of a surface's elements.
 pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
     let (layout, mut picture) = Layout::of(map);
-    head(&mut picture, map, said(map.quantity), "");
+    head(&mut picture, map, said(quantity_words(map.quantity)), "");
     numbers_of(&mut picture, map.row);
-    let remark = draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_of(map));
+    let remark = draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_words(map.quantity));
     foot(&mut picture, map, &format!("{remark}{note}"));
     picture
 }
@@ -119,22 +119,13 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
 /// Colours, isolux lines, axes and legend alone, so small that two pictures stand side by side.
 pub fn small_map(map: &FlatMap) -> Picture {
     let (layout, mut picture) = Layout::within(map, SMALLEST, &SMALL_ROOM, 0.0);
-    draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_of(map));
+    draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_words(map.quantity));
     picture
 }
 
 /// Levels of the isolux lines that a map would have.
 fn isolux_of(map: &FlatMap) -> Vec<f64> {
     map.field.range().map(isolux_levels).unwrap_or_default()
-}
-
-/// Unit of a map's values, as its legend tells it.
-fn unit_of(map: &FlatMap) -> &'static str {
-    match map.quantity {
-        "Cylindrical illuminance" => say!("lx, cylindrical"),
-        "Semi-cylindrical illuminance" => say!("lx, semi-cylindrical"),
-        _ => "lx",
-    }
 }
 
 /// Draws cells, lines of some levels by their name, axes and the legend by its unit; returns why there are no lines, if there are none.
@@ -179,7 +170,7 @@ pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
         [1, up] => say!("; every {} row shown", ordinal(up)),
         [across, up] => say!("; every {} column and {} row shown", ordinal(across), ordinal(up)),
     };
-    let title = say!("{}, values in lx", said(map.quantity));
+    let title = say!("{}, values in lx", said(quantity_words(map.quantity)));
     head(&mut picture, map, &title, &say!("{}; minimum and maximum framed", thinning));
     numbers_of(&mut picture, map.row);
     foot(&mut picture, map, note);

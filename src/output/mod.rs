@@ -49,6 +49,8 @@ mod verdicts;
 mod view;
 mod view_columns;
 mod vtk;
+mod year;
+mod year_plot;
 
 pub use checkpoint_file::{CheckpointFile, CheckpointHeader, prove_checkpoint, read_checkpoint, write_checkpoint};
 pub use daylight_factors::daylight_factors;
@@ -58,7 +60,7 @@ pub use glb::glb_file;
 pub use leaving_light::{LeavingLight, leaving_light};
 pub use maps::{result_files, streamed_files};
 pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_plots};
-pub use report::{ReportContext, report_file, report_pdf_file};
+pub use report::{ReportContext, report_files};
 pub use report_observers::observer_words;
 pub use sealed::SealedError;
 pub use share_file::{SHARE_FILE, ShareFile, ShareHeader, read_share, share_file};
@@ -69,6 +71,8 @@ pub use texts::{Language, in_language};
 pub use ugr_table::{UgrTableHeading, range_text, ugr_table_files};
 pub use verdicts::{finding_words, requirement_words};
 pub use vtk::vtk_file;
+pub use year::{AUTONOMY_WANTED, HourlyFiles, sunlight_file, year_rows, year_summary, year_tables};
+pub use year_plot::year_plots;
 
 /// A result file before it is written.
 #[derive(Clone, Debug, PartialEq, Eq)]

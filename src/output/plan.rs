@@ -29,6 +29,8 @@ const MOST_SYMBOLS: usize = 10_000;
 const SYMBOL: f64 = 10.0;
 /// Symbols of more luminaires than this bear no letters.
 const MOST_LETTERS: usize = 200;
+/// Of more receiver sets than this the first alone bear their names: each is put below those that are in its way.
+const MOST_NAMES: usize = 200;
 /// Ink of edges.
 const EDGES: Ink = [120, 120, 120];
 
@@ -279,8 +281,11 @@ impl<'a> Plan<'a> {
         self.label(picture, labels, &spots, set.name.clone());
     }
 
-    /// Names a set at its upper left corner, below what is named there already.
+    /// Names a set at its upper left corner, below what is named there already; of very many sets the first.
     pub fn label(&self, picture: &mut Picture, labels: &mut Vec<PagePoint>, ring: &[PagePoint], text: String) {
+        if labels.len() >= MOST_NAMES {
+            return;
+        }
         let least = |axis: usize| ring.iter().map(|spot| spot[axis]).fold(f64::INFINITY, f64::min);
         let mut spot = [least(0) + 5.0, least(1) + 14.0];
         while labels.iter().any(|other| (other[0] - spot[0]).abs() < 160.0 && (other[1] - spot[1]).abs() < 14.0) {
@@ -379,4 +384,26 @@ fn holds([a, b, c]: &[PagePoint; 3], spot: PagePoint) -> bool {
     };
     let sides = [side(a, b), side(b, c), side(c, a)];
     sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::scene_from_json;
+
+    /// A thousand sets at one place: two hundred names stand below each other, and no more are looked at.
+    #[test]
+    fn of_very_many_sets_the_first_bear_their_names() {
+        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" } ],
+            "luminaires": [ { "name": "l", "type": "point", "position": [1,1,1], "luminous_flux_lm": 1 } ] }"#;
+        let scene = scene_from_json(text, None, std::path::Path::new(".")).expect("a valid scene");
+        let (plan, mut picture) = Plan::begin(&scene, "plan");
+        let mut labels = Vec::new();
+        for number in 0..1000 {
+            plan.label(&mut picture, &mut labels, &[[100.0, 100.0]], format!("p{number}"));
+        }
+        assert_eq!(labels.len(), MOST_NAMES);
+        assert!(labels.windows(2).all(|pair| pair[1][1] - pair[0][1] >= 14.0));
+    }
 }

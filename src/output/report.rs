@@ -52,20 +52,14 @@ pub struct ReportContext {
     pub language: Language,
 }
 
-/// The report of a run: what is lit how, by what, how exact that is, and how to compute it again.
-pub fn report_file(scene: &Scene, solution: &Solution, plots: &[Plot], context: &ReportContext) -> ResultFile {
-    let report = Report { scene, solution, plots, context, schedule: Schedule::of(scene) };
-    let page = in_language(context.language, || report.page());
-    ResultFile { name: "report.html".to_owned(), bytes: page.into_bytes() }
-}
-
-/// The same as a PDF on A4 pages; `None` where its markup cannot be read.
-pub fn report_pdf_file(
+/// The report of a run: what is lit how, by what, how exact that is, and how to compute it again. As a page for browsers, and as a PDF
+/// on A4 pages; `None` where its markup cannot be laid out.
+pub fn report_files(
     scene: &Scene,
     solution: &Solution,
     plots: &[Plot],
     context: &ReportContext,
-) -> Option<ResultFile> {
+) -> (ResultFile, Option<ResultFile>) {
     let report = Report { scene, solution, plots, context, schedule: Schedule::of(scene) };
     let about = About {
         title: report.title(),
@@ -73,8 +67,12 @@ pub fn report_pdf_file(
         language: context.language.code(),
         unix_time_s: context.unix_time_s,
     };
-    let bytes = in_language(context.language, || pdf(&report.body(""), &about))?;
-    Some(ResultFile { name: "report.pdf".to_owned(), bytes })
+    in_language(context.language, || {
+        let body = report.body();
+        let page = ResultFile { name: "report.html".to_owned(), bytes: report.page(&body).into_bytes() };
+        let pdf = pdf(&body.concat(), &about).map(|bytes| ResultFile { name: "report.pdf".to_owned(), bytes });
+        (page, pdf)
+    })
 }
 
 struct Report<'a> {
@@ -86,20 +84,16 @@ struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// The page for browsers.
-    fn page(&self) -> String {
-        let view = || if self.plots.is_empty() { String::new() } else { view_section(self.scene, self.solution) };
-        format!("{}<body>\n{}</body>\n</html>\n", self.head(), self.body(&view()))
+    /// The page for browsers, with what only they show in its body.
+    fn page(&self, [above, below]: &[String; 2]) -> String {
+        let view = if self.plots.is_empty() { String::new() } else { view_section(self.scene, self.solution) };
+        format!("{}<body>\n{above}{view}{below}</body>\n</html>\n", self.head())
     }
 
-    /// What stands on it, with what only a browser shows.
-    fn body(&self, view: &str) -> String {
-        let mut page = self.first_page();
-        page += &self.luminaires();
-        page += &self.warnings();
-        page += &self.results();
-        page += view;
-        page += &self.map_figures();
+    /// What stands above the view in space, and below it.
+    fn body(&self) -> [String; 2] {
+        let above = self.first_page() + &self.luminaires() + &self.warnings() + &self.results();
+        let mut page = self.map_figures();
         page += &self.surfaces();
         page += &self.method();
         page += &self.evidence();
@@ -114,7 +108,7 @@ impl Report<'_> {
             utc_date(self.context.unix_time_s),
             say!("All lengths in metres.")
         );
-        page
+        [above, page]
     }
 
     fn rows(&self, is_wanted: impl Fn(TableKind) -> bool) -> Vec<&TableRow> {

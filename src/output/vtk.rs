@@ -1,13 +1,15 @@
 //! `scene.vtp`: the elements with their illuminances, for ParaView and other readers of VTK's XML files.
 
-use std::io::Write as _;
+use std::f64::consts::PI;
+use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
-use super::ResultFile;
+use super::StreamedFile;
 use super::maps::OwnEmission;
 use super::picture::escaped;
+use super::streamed::unwritable;
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{Elements, Scene, Side};
 use crate::solver::Solution;
@@ -17,38 +19,23 @@ const BLOCK_BYTES: usize = 1 << 20;
 
 /// The element map as VTK PolyData: a triangle an element side, in the order of `elements.csv`; backs are turned round.
 ///
-/// Coordinates in m and values are f64. `None` where no element map was computed.
-pub fn vtk_file(scene: &Scene, solution: &Solution) -> Option<ResultFile> {
+/// Coordinates in m and values are f64. `None` where no element map was computed. What lies in memory while it is written is the arrays as
+/// they are compressed: their places in the file stand before them.
+pub fn vtk_file<'a>(scene: &'a Scene, solution: &'a Solution) -> Option<StreamedFile<'a>> {
+    const NAME: &str = "scene.vtp";
     let map = solution.maps.iter().find(|map| map.kind == MapKind::Elements)?;
-    Some(ResultFile { name: "scene.vtp".to_owned(), bytes: poly_data(scene, &solution.elements, map).into_bytes() })
+    Some(StreamedFile::new(NAME, move |writer| {
+        poly_data(scene, &solution.elements, map).write_to(writer).map_err(|error| unwritable(NAME, &error))
+    }))
 }
 
-fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> String {
+fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> File {
     let count = elements.len();
+    let all = || 0..count as u32;
     let own = OwnEmission::of(scene);
-    let mut points_m: Vec<f64> = Vec::with_capacity(9 * count);
-    let mut corners_lx: Vec<f64> = Vec::with_capacity(3 * count);
-    let (mut surfaces, mut sides) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let (mut areas_m2, mut exitances_lm_m2) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let (mut diffuse_cd_m2, mut material_types) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    for index in 0..count {
-        let cell = elements.cell(index as u32);
-        let surface = scene.triangle_surfaces[cell.triangle as usize];
-        let [a, b, c] = elements.corners_m(scene, cell);
-        let front = cell.side == Side::Front;
-        let corners = if front { [a, b, c] } else { [a, c, b] };
-        let [at_a, at_b, at_c] = map.values.at_corners_lx(index);
-        corners_lx.extend(if front { [at_a, at_b, at_c] } else { [at_a, at_c, at_b] });
-        points_m.extend(corners.iter().flat_map(|corner| corner.to_array()));
-        surfaces.push(surface as i32);
-        sides.push(u8::from(cell.side == Side::Back));
-        areas_m2.push(elements.area_m2(scene, cell));
-        let [diffuse_lm_m2, emitted_lm_m2] = own.exitances_lm_m2(scene, elements, map, index as u32);
-        exitances_lm_m2.push(diffuse_lm_m2 + emitted_lm_m2);
-        diffuse_cd_m2.push(diffuse_lm_m2 / std::f64::consts::PI);
-        material_types.push(scene.materials[scene.surfaces[surface as usize].material as usize].law.number());
-    }
-    let luminances_cd_m2: Vec<f64> = exitances_lm_m2.iter().map(|exitance| exitance / std::f64::consts::PI).collect();
+    let exitances_lm_m2: Vec<[f64; 2]> = all().map(|index| own.exitances_lm_m2(scene, elements, map, index)).collect();
+    let surface_of = |index: u32| scene.triangle_surfaces[elements.cell(index).triangle as usize];
+    let law_of = |index: u32| &scene.materials[scene.surfaces[surface_of(index) as usize].material as usize].law;
 
     let mut file = File::default();
     file.line(0, "<?xml version=\"1.0\"?>");
@@ -63,65 +50,69 @@ fn poly_data(scene: &Scene, elements: &Elements, map: &MapResult) -> String {
     file.line(2, "</FieldData>");
     file.line(2, &format!("<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{count}\">", 3 * count));
     file.line(3, "<CellData Scalars=\"illuminance_lx\">");
-    file.numbers("illuminance_lx", &map.values.illuminance_lx);
-    file.numbers("standard_error_lx", &map.values.standard_error_lx);
-    if !map.values.halves_lx.is_empty() {
-        let half = |parity: usize| map.values.halves_lx.iter().map(|halves_lx| halves_lx[parity]).collect::<Vec<f64>>();
+    let values = &map.values;
+    file.numbers("illuminance_lx", values.illuminance_lx.iter().copied());
+    file.numbers("standard_error_lx", values.standard_error_lx.iter().copied());
+    if !values.halves_lx.is_empty() {
+        let half = |parity: usize| values.halves_lx.iter().map(move |halves_lx| halves_lx[parity]);
         let difference = |(halves_lx, mean_lx): (&[f64; 2], &f64)| match *mean_lx > 0.0 {
             true => (halves_lx[1] - halves_lx[0]) / mean_lx,
             false => 0.0,
         };
-        let relative: Vec<f64> = map.values.halves_lx.iter().zip(&map.values.illuminance_lx).map(difference).collect();
-        file.numbers("even_lx", &half(0));
-        file.numbers("odd_lx", &half(1));
-        file.numbers("odd_minus_even_over_mean", &relative);
+        file.numbers("even_lx", half(0));
+        file.numbers("odd_lx", half(1));
+        file.numbers("odd_minus_even_over_mean", values.halves_lx.iter().zip(&values.illuminance_lx).map(difference));
     }
-    file.numbers("direct_lx", &map.values.direct_lx);
-    file.numbers("indirect_lx", &map.values.indirect_lx);
-    file.numbers("exitance_lm_m2", &exitances_lm_m2);
-    file.numbers("luminance_cd_m2", &luminances_cd_m2);
-    file.numbers("diffuse_luminance_cd_m2", &diffuse_cd_m2);
-    file.numbers("area_m2", &areas_m2);
-    file.array("Int32", "surface", 1, &bytes(&surfaces, |id| id.to_le_bytes()));
-    file.array("UInt8", "side", 1, &sides);
-    file.array("UInt8", "material_type", 1, &material_types);
-    if !map.values.discretisation_lx.is_empty() {
-        file.numbers("discretisation_error_lx", &map.values.discretisation_lx);
+    file.numbers("direct_lx", values.direct_lx.iter().copied());
+    file.numbers("indirect_lx", values.indirect_lx.iter().copied());
+    let exitances = || exitances_lm_m2.iter().map(|[diffuse_lm_m2, emitted_lm_m2]| diffuse_lm_m2 + emitted_lm_m2);
+    file.numbers("exitance_lm_m2", exitances());
+    file.numbers("luminance_cd_m2", exitances().map(|exitance| exitance / PI));
+    file.numbers("diffuse_luminance_cd_m2", exitances_lm_m2.iter().map(|[diffuse_lm_m2, _]| diffuse_lm_m2 / PI));
+    file.numbers("area_m2", all().map(|index| elements.area_m2(scene, elements.cell(index))));
+    file.array("Int32", "surface", 1, all().map(|index| (surface_of(index) as i32).to_le_bytes()));
+    file.array("UInt8", "side", 1, all().map(|index| [u8::from(elements.cell(index).side == Side::Back)]));
+    file.array("UInt8", "material_type", 1, all().map(|index| [law_of(index).number()]));
+    if !values.discretisation_lx.is_empty() {
+        file.numbers("discretisation_error_lx", values.discretisation_lx.iter().copied());
     }
     file.line(3, "</CellData>");
-    if !map.values.slopes_lx.is_empty() {
+    if !values.slopes_lx.is_empty() {
+        let corners_lx = |index: u32| turned(values.at_corners_lx(index as usize), elements.cell(index).side);
         file.line(3, "<PointData Scalars=\"illuminance_at_corner_lx\">");
-        file.numbers("illuminance_at_corner_lx", &corners_lx);
+        file.numbers("illuminance_at_corner_lx", all().flat_map(corners_lx));
         file.line(3, "</PointData>");
     }
     file.line(3, "<Points>");
-    file.array("Float64", "Points", 3, &bytes(&points_m, |number| number.to_le_bytes()));
+    let corners_m = |index: u32| {
+        let cell = elements.cell(index);
+        turned(elements.corners_m(scene, cell), cell.side).into_iter().flat_map(|corner| corner.to_array())
+    };
+    file.array("Float64", "Points", 3, all().flat_map(corners_m).map(f64::to_le_bytes));
     file.line(3, "</Points>");
     file.line(3, "<Polys>");
-    let corners: Vec<i64> = (0..3 * count as i64).collect();
-    let ends: Vec<i64> = (1..=count as i64).map(|number| 3 * number).collect();
-    file.array("Int64", "connectivity", 1, &bytes(&corners, |index| index.to_le_bytes()));
-    file.array("Int64", "offsets", 1, &bytes(&ends, |index| index.to_le_bytes()));
+    file.array("Int64", "connectivity", 1, (0..3 * count as i64).map(i64::to_le_bytes));
+    file.array("Int64", "offsets", 1, (1..=count as i64).map(|number| (3 * number).to_le_bytes()));
     file.line(3, "</Polys>");
     file.line(2, "</Piece>");
     file.line(1, "</PolyData>");
     file.line(1, "<AppendedData encoding=\"base64\">");
-    let appended = std::mem::take(&mut file.appended);
-    file.line(2, &format!("_{appended}"));
-    file.line(1, "</AppendedData>");
-    file.line(0, "</VTKFile>");
-    file.text
+    file
 }
 
-fn bytes<T: Copy, const N: usize>(numbers: &[T], of: impl Fn(T) -> [u8; N]) -> Vec<u8> {
-    numbers.iter().flat_map(|number| of(*number)).collect()
+/// What belongs to an element's corners, in the order in which its side sees them counter-clockwise.
+fn turned<T>([a, b, c]: [T; 3], side: Side) -> [T; 3] {
+    if side == Side::Front { [a, b, c] } else { [a, c, b] }
 }
 
 /// A VTK file in the making: the tags, and the arrays that are appended to them.
 #[derive(Default)]
 struct File {
     text: String,
-    appended: String,
+    /// What is encoded by itself, piece by piece.
+    appended: Vec<Vec<u8>>,
+    /// Letters of all pieces so far.
+    letters: usize,
 }
 
 impl File {
@@ -131,19 +122,28 @@ impl File {
         self.text.push('\n');
     }
 
-    fn numbers(&mut self, name: &str, numbers: &[f64]) {
-        self.array("Float64", name, 1, &bytes(numbers, |number| number.to_le_bytes()));
+    fn numbers(&mut self, name: &str, numbers: impl Iterator<Item = f64>) {
+        self.array("Float64", name, 1, numbers.map(f64::to_le_bytes));
     }
 
-    fn array(&mut self, kind: &str, name: &str, components: usize, data: &[u8]) {
-        let offset = self.appended.len();
+    fn array<const N: usize>(
+        &mut self,
+        kind: &str,
+        name: &str,
+        components: usize,
+        data: impl Iterator<Item = [u8; N]>,
+    ) {
+        let offset = self.letters;
         self.line(
             4,
             &format!(
                 "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{offset}\"/>"
             ),
         );
-        append_compressed(&mut self.appended, data);
+        for piece in compressed_blocks(data) {
+            self.letters += 4 * piece.len().div_ceil(3);
+            self.appended.push(piece);
+        }
     }
 
     /// Texts as VTK writes them: the bytes as numbers, a 0 behind each text.
@@ -159,17 +159,41 @@ impl File {
         }
         self.line(3, "</Array>");
     }
+
+    /// Writes tags and arrays; each piece goes once it stands in the file.
+    fn write_to(self, writer: &mut dyn Write) -> std::io::Result<()> {
+        writer.write_all(self.text.as_bytes())?;
+        writer.write_all(b"    _")?;
+        for piece in self.appended {
+            write_base64(writer, &piece)?;
+        }
+        writer.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
+    }
 }
 
-/// Appends data as VTK's zlib blocks: the number of blocks, their size, that of the last one where it is smaller, the
-/// compressed sizes; then, encoded by themselves, the blocks.
-fn append_compressed(appended: &mut String, data: &[u8]) {
-    let blocks: Vec<Vec<u8>> = data.chunks(BLOCK_BYTES).map(compressed).collect();
-    let sizes = [blocks.len(), BLOCK_BYTES, data.len() % BLOCK_BYTES];
-    let header: Vec<u8> =
-        sizes.into_iter().chain(blocks.iter().map(Vec::len)).flat_map(|size| (size as u64).to_le_bytes()).collect();
-    append_base64(appended, &header);
-    append_base64(appended, &blocks.concat());
+/// Data as VTK's zlib blocks: the number of blocks, their size, that of the last one where it is smaller, the compressed sizes; then,
+/// encoded by themselves, the blocks.
+fn compressed_blocks<const N: usize>(data: impl Iterator<Item = [u8; N]>) -> [Vec<u8>; 2] {
+    let mut block: Vec<u8> = Vec::new();
+    let (mut blocks, mut sizes, mut last) = (Vec::new(), Vec::new(), 0);
+    let mut add = |block: &mut Vec<u8>| {
+        let compressed = compressed(block);
+        sizes.push(compressed.len());
+        blocks.extend(compressed);
+        block.clear();
+    };
+    for number in data {
+        block.extend(number);
+        if block.len() == BLOCK_BYTES {
+            add(&mut block);
+        }
+    }
+    if !block.is_empty() {
+        last = block.len();
+        add(&mut block);
+    }
+    let header = [sizes.len(), BLOCK_BYTES, last].into_iter().chain(sizes.iter().copied());
+    [header.flat_map(|size| (size as u64).to_le_bytes()).collect(), blocks]
 }
 
 fn compressed(block: &[u8]) -> Vec<u8> {
@@ -180,15 +204,17 @@ fn compressed(block: &[u8]) -> Vec<u8> {
 }
 
 /// Base 64 with padding (RFC 4648).
-fn append_base64(text: &mut String, data: &[u8]) {
+fn write_base64(writer: &mut dyn Write, data: &[u8]) -> std::io::Result<()> {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     for group in data.chunks(3) {
         let bits = (0..3).fold(0u32, |bits, i| bits << 8 | u32::from(group.get(i).copied().unwrap_or(0)));
-        for place in 0..4 {
-            let letter = LETTERS[(bits >> (18 - 6 * place) & 63) as usize];
-            text.push(if place <= group.len() { char::from(letter) } else { '=' });
-        }
+        let letter = |place: usize| match place <= group.len() {
+            true => LETTERS[(bits >> (18 - 6 * place) & 63) as usize],
+            false => b'=',
+        };
+        writer.write_all(&[0, 1, 2, 3].map(letter))?;
     }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -201,9 +227,9 @@ mod tests {
     #[test]
     fn base_64_follows_its_standard() {
         for (data, expected) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
-            let mut text = String::new();
-            append_base64(&mut text, data.as_bytes());
-            assert_eq!(text, expected);
+            let mut text = Vec::new();
+            write_base64(&mut text, data.as_bytes()).expect("written");
+            assert_eq!(text, expected.as_bytes());
         }
     }
 
@@ -213,5 +239,19 @@ mod tests {
         let mut back = Vec::new();
         flate2::read::ZlibDecoder::new(&compressed(&data)[..]).read_to_end(&mut back).expect("sound");
         assert_eq!(back, data);
+    }
+
+    /// Whole blocks, a last one that is smaller, and none at all.
+    #[test]
+    fn blocks_are_counted_with_their_sizes() {
+        let header = |count: usize| -> Vec<u64> {
+            let [header, _] = compressed_blocks((0..count as u64).map(u64::to_le_bytes));
+            header.chunks(8).map(|size| u64::from_le_bytes(size.try_into().expect("eight bytes"))).collect()
+        };
+        let each = (BLOCK_BYTES / 8) as u64;
+        assert_eq!(header(0), [0, 8 * each, 0]);
+        assert_eq!(header(2 * each as usize)[..3], [2, 8 * each, 0]);
+        let rest = header(each as usize + 5);
+        assert!(rest.len() == 5 && rest[..3] == [2, 8 * each, 40], "{rest:?}");
     }
 }

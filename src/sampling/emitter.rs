@@ -15,6 +15,7 @@ mod seen;
 mod sky;
 mod sun;
 mod triangle;
+mod triangle_view;
 mod web;
 
 use std::sync::Arc;
@@ -38,6 +39,7 @@ use ring::RingLight;
 use sky::SkyEmitter;
 use sun::SunEmitter;
 use triangle::TriangleEmitter;
+use triangle_view::TriangleView;
 use web::{SharedWebs, WebLight};
 
 /// Makes the list of lights, and `of_light!`, which calls the same method of whichever it is.
@@ -187,6 +189,25 @@ pub struct Look {
     pub place: Option<Place>,
 }
 
+/// An emitter as one place sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    emitter: &'a Emitter,
+    point_m: DVec3,
+    normal: DVec3,
+    triangle: Option<TriangleView>,
+}
+
+impl View<'_> {
+    /// See [`Emitter::look`].
+    pub fn look(&self, stream: &mut Stream) -> Option<Look> {
+        match &self.triangle {
+            Some(triangle) => triangle.look(stream),
+            None => self.emitter.look(self.point_m, self.normal, stream),
+        }
+    }
+}
+
 /// Cosine law and inverse square at a point: E/I.
 #[inline]
 fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
@@ -308,14 +329,10 @@ impl Emitter {
     }
 
     /// A cheap stand-in for [`Emitter::unshadowed_lx`], 0 only where that is 0: its share decides how often the
-    /// emitter is looked at. Beside a needle it is what that brings: its ball says far too little.
+    /// emitter is looked at.
     #[inline]
     pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
-        let importance = self.beacon.importance(point_m, normal);
-        if self.beacon.is_needle && importance > 0.0 && self.beacon.is_near(point_m) {
-            return importance.max(self.unshadowed_lx(point_m, normal));
-        }
-        importance
+        self.beacon.importance(point_m, normal)
     }
 
     /// One look at the emitter from a point with a unit normal; `None` where it brings nothing.
@@ -324,6 +341,12 @@ impl Emitter {
     /// is what the look says times visibility.
     pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
         of_light!(&self.shape, light => light.look(point_m, normal, stream))
+    }
+
+    /// The emitter as a point with a unit normal sees it: where many looks follow, what they share is found but once.
+    pub fn view(&self, point_m: DVec3, normal: DVec3) -> View<'_> {
+        let triangle = of_light!(&self.shape, light => light.triangle_view(point_m, normal));
+        View { emitter: self, point_m, normal, triangle }
     }
 
     /// A look that takes less time and has more chance, for the vertices of walks: what one of many emitters, one of many

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::few_beacons::{FewBeacons, Weights};
 use super::importance::{Beacon, NEAR, Profile};
 
 /// A node: an emitter, or two children that stand one after the other in the list of their level.
@@ -32,6 +33,9 @@ enum Content {
 const MANY: usize = 512;
 const NEAR_OF_MANY: f64 = 0.5;
 
+/// Few emitters that are weighed in the time in which a group is, about.
+const WEIGHED_AT_A_TIME: usize = 4;
+
 /// A sum that has shrunk to this share of what it was is nothing but rounding.
 const ROUNDING: f64 = 1e-13;
 
@@ -40,6 +44,8 @@ const ROUNDING: f64 = 1e-13;
 pub struct Cut {
     open: Vec<u32>,
     groups: Vec<Group>,
+    /// Of few emitters.
+    weights: Weights,
     /// Groups and emitters that were weighed so far, for all choices that it served.
     pub weighed: u64,
 }
@@ -92,6 +98,8 @@ pub(super) struct EmitterTree {
     place_of: Vec<u32>,
     /// Groups with a radius above this share of their distance are opened.
     near: f64,
+    /// The emitters side by side, where they are few.
+    few: Option<FewBeacons>,
 }
 
 /// Groups that stand open at a time while emitters are shown in their order, about.
@@ -106,7 +114,7 @@ impl EmitterTree {
         let mut order: Vec<u32> = (0..beacons.len() as u32).collect();
         let near = if beacons.len() > MANY { NEAR_OF_MANY } else { NEAR };
         let nodes = Vec::with_capacity(2 * beacons.len());
-        let mut tree = EmitterTree { nodes, place_of: vec![0; beacons.len()], near };
+        let mut tree = EmitterTree { nodes, place_of: vec![0; beacons.len()], near, few: FewBeacons::of(beacons) };
         (!order.is_empty()).then(|| {
             tree.build(beacons, &mut order, 0);
             tree
@@ -141,6 +149,9 @@ impl EmitterTree {
     /// Chooses an emitter by a variate in [0, 1), at the point and normal for which `cut` was opened; returns it with the
     /// probability of the choice, or `None` where the way down ends at emitters that bring nothing.
     pub fn choose(&self, point_m: DVec3, normal: DVec3, variate: f64, cut: &Cut) -> Option<(u32, f64)> {
+        if let Some(few) = &self.few {
+            return few.choose(variate, &cut.weights);
+        }
         let total = cut.total();
         if total <= 0.0 {
             return None;
@@ -158,6 +169,9 @@ impl EmitterTree {
 
     /// Probability with which [`EmitterTree::choose`] chooses an emitter, at the point and normal for which `cut` was opened.
     pub fn probability(&self, emitter: u32, point_m: DVec3, normal: DVec3, cut: &Cut) -> f64 {
+        if let Some(few) = &self.few {
+            return few.probability(emitter, &cut.weights);
+        }
         let place = self.place_of[emitter as usize];
         let total = cut.total();
         let mut before = 0.0;
@@ -236,9 +250,12 @@ impl EmitterTree {
     }
 
     /// Makes `cut` ready for any number of choices at a point with a unit normal: lists the groups that stand far enough to
-    /// be judged as one, with their running sum of importance. `needle_lx` weighs a needle, whose ball may say too little
-    /// near by.
-    pub fn open(&self, point_m: DVec3, normal: DVec3, needle_lx: impl Fn(u32) -> f64, cut: &mut Cut) {
+    /// be judged as one, with their running sum of importance; of few emitters, all.
+    pub fn open(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) {
+        if let Some(few) = &self.few {
+            cut.weighed += few.len().div_ceil(WEIGHED_AT_A_TIME) as u64;
+            return few.weigh(point_m, normal, &mut cut.weights);
+        }
         cut.groups.clear();
         cut.open.clear();
         cut.open.push(self.nodes.len() as u32 - 1);
@@ -253,13 +270,7 @@ impl EmitterTree {
                 cut.open.push(left);
                 continue;
             }
-            let mut importance = node.beacon.importance(point_m, normal);
-            if let Content::Emitter(emitter) = node.content
-                && node.beacon.is_needle
-                && importance > 0.0
-            {
-                importance = needle_lx(emitter);
-            }
+            let importance = node.beacon.importance(point_m, normal);
             if importance > 0.0 {
                 cumulative += importance;
                 cut.groups.push(Group { node: index, cumulative });
@@ -313,7 +324,7 @@ fn joined(first: &Beacon, second: &Beacon) -> Beacon {
     let center_m = first.center_m + along * lead;
     match first.profile_with(second) {
         Some((intensity_cd, profile)) => {
-            Beacon { center_m, radius_m, axis: first.axis, intensity_cd, profile, is_needle: false }
+            Beacon { center_m, radius_m, axis: first.axis, intensity_cd, profile, parts: Vec::new() }
         }
         None => Beacon {
             center_m,
@@ -321,7 +332,7 @@ fn joined(first: &Beacon, second: &Beacon) -> Beacon {
             axis: DVec3::Z,
             intensity_cd: first.largest_intensity_cd() + second.largest_intensity_cd(),
             profile: Profile::Uniform,
-            is_needle: false,
+            parts: Vec::new(),
         },
     }
 }
@@ -338,7 +349,7 @@ mod tests {
                 axis: -DVec3::Z,
                 intensity_cd: 10f64.powi(i % 5),
                 profile: if i % 3 == 0 { Profile::Cosine } else { Profile::Uniform },
-                is_needle: false,
+                parts: Vec::new(),
             })
             .collect()
     }
@@ -363,7 +374,7 @@ mod tests {
             axis: -DVec3::Z,
             intensity_cd: 100.0,
             profile: Profile::Cosine,
-            is_needle: false,
+            parts: Vec::new(),
         };
         let beacons: Vec<Beacon> = (0..90_000).map(downward).collect();
         let tree = EmitterTree::of(&beacons.iter().collect::<Vec<_>>()).expect("there are beacons");
@@ -387,7 +398,7 @@ mod tests {
         for (point, normal) in [(DVec3::ZERO, DVec3::Z), (DVec3::new(3.0, 3.0, 3.05), DVec3::X)] {
             const N: u32 = 400_000;
             let mut cut = Cut::default();
-            tree.open(point, normal, |_| 0.0, &mut cut);
+            tree.open(point, normal, &mut cut);
             let mut counts = vec![0u32; beacons.len()];
             let mut told = vec![0.0; beacons.len()];
             for i in 0..N {

@@ -26,8 +26,8 @@ pub(super) struct Beacon {
     /// Intensity in cd that the profile multiplies.
     pub intensity_cd: f64,
     pub profile: Profile,
-    /// Whether it is a triangle that fills little of its ball, so that the ball says too little near by.
-    pub is_needle: bool,
+    /// The parts that it is weighed by near by, if it fills so little of its ball that this says too little there.
+    pub parts: Vec<Beacon>,
 }
 
 /// How intensity depends on the angle from the axis.
@@ -61,6 +61,18 @@ impl Profile {
         let floor = 1e-3 * table.iter().copied().fold(0.0, f64::max);
         table.iter_mut().for_each(|intensity| *intensity = intensity.max(floor));
         Profile::Table(Arc::new(table))
+    }
+
+    /// What it multiplies the intensity by at a cosine up to 1 from the axis, as far as the emitter's extent lets it reach.
+    #[inline]
+    pub fn at(&self, cosine: f64) -> f64 {
+        match self {
+            Profile::Uniform => 1.0,
+            Profile::Cosine => cosine.max(0.0),
+            Profile::Table(table) => {
+                table[((0.5 * (cosine + 1.0) * PROFILE_STEPS as f64) as usize).min(PROFILE_STEPS - 1)]
+            }
+        }
     }
 }
 
@@ -107,6 +119,14 @@ impl Beacon {
     /// Importance at a point with a unit normal, in lx: 0 only where the emitter brings nothing.
     #[inline]
     pub fn importance(&self, point_m: DVec3, normal: DVec3) -> f64 {
+        if self.parts.is_empty() || !self.is_near(point_m) {
+            return self.importance_of_ball(point_m, normal);
+        }
+        self.parts.iter().map(|part| part.importance_of_ball(point_m, normal)).sum()
+    }
+
+    #[inline]
+    fn importance_of_ball(&self, point_m: DVec3, normal: DVec3) -> f64 {
         let offset = self.center_m - point_m;
         let distance_squared = offset.length_squared().max(f64::MIN_POSITIVE);
         let inverse = 1.0 / distance_squared.sqrt();
@@ -120,13 +140,8 @@ impl Beacon {
         }
         let cos_gamma = -offset.dot(self.axis) * inverse;
         let profile = match &self.profile {
-            Profile::Uniform => 1.0,
             Profile::Cosine if is_within => 1.0,
-            Profile::Cosine => (cos_gamma + spread).clamp(0.0, 1.0),
-            Profile::Table(table) => {
-                let reached = (cos_gamma + spread).min(1.0);
-                table[((0.5 * (reached + 1.0) * PROFILE_STEPS as f64) as usize).min(PROFILE_STEPS - 1)]
-            }
+            profile => profile.at((cos_gamma + spread).min(1.0)),
         };
         self.intensity_cd * profile * at_receiver / distance_squared.max(self.radius_m * self.radius_m)
     }

@@ -3,6 +3,7 @@
 pub mod beam;
 pub mod emitter;
 pub mod emitter_tree;
+mod few_beacons;
 pub mod guide;
 mod importance;
 pub mod opening;

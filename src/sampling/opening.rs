@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::random::Stream;
-use super::triangle::SeenTriangle;
+use super::triangle::RisenTriangle;
 use super::warp::{sin_cos_of_turns, tangents, uniform_sphere};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::scene::photometry::Opening;
@@ -325,7 +325,7 @@ impl NearRectangle {
     /// A point drawn in proportion to projected solid angle.
     fn draw(&self, normal: DVec3, stream: &mut Stream) -> Option<DVec3> {
         let corners = self.triangles[usize::from(stream.unit() >= self.first_share)];
-        let (_, [u, v]) = SeenTriangle::new(corners).draw_projected(normal, stream)?;
+        let (_, [u, v]) = RisenTriangle::new(corners, normal)?.draw(stream)?;
         let [a, b, c] = corners;
         Some(self.point_m + a + u * (b - a) + v * (c - a))
     }

@@ -33,6 +33,10 @@ pub enum Purpose {
     Shares,
     /// The same of runs that share out receivers.
     ReceiversParts,
+    /// Walks that gather daylight coefficients.
+    DaylightWalks,
+    /// Places from which the suns of a year are looked for, and the points of their disks.
+    SunPlaces,
 }
 
 /// Seed of the streams of one share of a run: another for every share, whatever the number of shares.

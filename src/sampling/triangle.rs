@@ -72,67 +72,6 @@ impl SeenTriangle {
         None
     }
 
-    /// Like [`SeenTriangle::draw`], in proportion to solid angle times the positive part of the cosine with `normal`.
-    ///
-    /// `None` where no part of the triangle stands above the horizon (or only so little that numbers cannot tell).
-    pub fn draw_projected(&self, normal: DVec3, stream: &mut Stream) -> Option<(DVec3, [f64; 2])> {
-        let above = self.corners.iter().filter(|corner| corner.dot(normal) > 0.0).count();
-        match above {
-            0 => None,
-            3 => self.draw_above(normal, stream),
-            _ => self.draw_clipped(normal, stream),
-        }
-    }
-
-    fn draw_above(&self, normal: DVec3, stream: &mut Stream) -> Option<(DVec3, [f64; 2])> {
-        let largest = largest_cosine(&self.spherical, normal);
-        for _ in 0..MOST_DRAWS {
-            let (direction, barycentric) = self.draw(stream)?;
-            if stream.unit() * largest < direction.dot(normal) {
-                return Some((direction, barycentric));
-            }
-        }
-        None
-    }
-
-    /// Cuts the triangle at the horizon into one or two triangles above it and draws from one of them.
-    fn draw_clipped(&self, normal: DVec3, stream: &mut Stream) -> Option<(DVec3, [f64; 2])> {
-        let heights = self.corners.map(|corner| corner.dot(normal));
-        let mut above = [DVec3::ZERO; 4];
-        let mut count = 0;
-        for i in 0..3 {
-            let j = (i + 1) % 3;
-            if heights[i] > 0.0 {
-                above[count] = self.corners[i];
-                count += 1;
-            }
-            if (heights[i] > 0.0) != (heights[j] > 0.0) {
-                let t = heights[i] / (heights[i] - heights[j]);
-                above[count] = self.corners[i] + t * (self.corners[j] - self.corners[i]);
-                count += 1;
-            }
-        }
-        let parts = [[above[0], above[1], above[2]], [above[0], above[2], above[3]]];
-        let parts = &parts[..count - 2];
-        let seen: [Option<SeenTriangle>; 2] =
-            std::array::from_fn(|i| parts.get(i).map(|part| SeenTriangle::new(*part)));
-        let total: f64 = seen.iter().flatten().map(|part| part.solid_angle_sr).sum();
-        let largest = seen.iter().flatten().map(|part| largest_cosine(&part.spherical, normal)).fold(0.0, f64::max);
-        for _ in 0..MOST_DRAWS {
-            let choice = stream.unit() * total;
-            let part = match (&seen[0], &seen[1]) {
-                (Some(first), Some(second)) if choice >= first.solid_angle_sr => second,
-                (Some(first), _) => first,
-                _ => return None,
-            };
-            let (direction, _) = part.draw(stream)?;
-            if stream.unit() * largest < direction.dot(normal) {
-                return Some((direction, self.barycentric(direction)?));
-            }
-        }
-        None
-    }
-
     /// Uniform in the spherical triangle (Arvo, 1995, "Stratified sampling of spherical triangles").
     fn draw_spherical(&self, [u, v]: [f64; 2]) -> DVec3 {
         let [a, b, c] = self.spherical;
@@ -166,6 +105,85 @@ impl SeenTriangle {
         let over = (u + v).max(1.0);
         Some([u / over, v / over])
     }
+}
+
+/// What of a triangle stands above a horizon, as seen from the origin: prepared for drawing points of it in proportion to solid angle times
+/// the cosine with the horizon's normal.
+#[derive(Clone, Copy, Debug)]
+pub struct RisenTriangle {
+    whole: SeenTriangle,
+    /// What the horizon leaves of it, as one or two triangles; `None` where it leaves all.
+    cut: Option<[Option<SeenTriangle>; 2]>,
+    normal: DVec3,
+    largest_cosine: f64,
+}
+
+impl RisenTriangle {
+    /// Prepares a triangle whose corners are given relative to the seeing point, in m, for a unit normal; `None` where no corner of it
+    /// stands above the horizon.
+    pub fn new(corners: [DVec3; 3], normal: DVec3) -> Option<RisenTriangle> {
+        let heights = corners.map(|corner| corner.dot(normal));
+        match heights.iter().filter(|height| **height > 0.0).count() {
+            0 => None,
+            3 => {
+                let whole = SeenTriangle::new(corners);
+                let largest_cosine = largest_cosine(&whole.spherical, normal);
+                Some(RisenTriangle { whole, cut: None, normal, largest_cosine })
+            }
+            _ => {
+                let cut = cut_at_horizon(corners, heights);
+                let largest_cosine =
+                    cut.iter().flatten().map(|part| largest_cosine(&part.spherical, normal)).fold(0.0, f64::max);
+                Some(RisenTriangle { whole: SeenTriangle::new(corners), cut: Some(cut), normal, largest_cosine })
+            }
+        }
+    }
+
+    /// A direction to the triangle and the barycentric coordinates of its point there.
+    ///
+    /// `None` where so little of the triangle stands above the horizon that numbers cannot tell.
+    pub fn draw(&self, stream: &mut Stream) -> Option<(DVec3, [f64; 2])> {
+        for _ in 0..MOST_DRAWS {
+            let (direction, barycentric) = match &self.cut {
+                None => self.whole.draw(stream)?,
+                Some(parts) => {
+                    let total: f64 = parts.iter().flatten().map(|part| part.solid_angle_sr).sum();
+                    let choice = stream.unit() * total;
+                    let part = match parts {
+                        [Some(first), Some(second)] if choice >= first.solid_angle_sr => second,
+                        [Some(first), _] => first,
+                        _ => return None,
+                    };
+                    part.draw(stream)?
+                }
+            };
+            if stream.unit() * self.largest_cosine < direction.dot(self.normal) {
+                let of_whole = || self.whole.barycentric(direction);
+                return Some((direction, if self.cut.is_none() { barycentric } else { of_whole()? }));
+            }
+        }
+        None
+    }
+}
+
+/// Cuts a triangle, of which some corners have heights above 0, at the horizon into one or two triangles above it.
+fn cut_at_horizon(corners: [DVec3; 3], heights: [f64; 3]) -> [Option<SeenTriangle>; 2] {
+    let mut above = [DVec3::ZERO; 4];
+    let mut count = 0;
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        if heights[i] > 0.0 {
+            above[count] = corners[i];
+            count += 1;
+        }
+        if (heights[i] > 0.0) != (heights[j] > 0.0) {
+            let t = heights[i] / (heights[i] - heights[j]);
+            above[count] = corners[i] + t * (corners[j] - corners[i]);
+            count += 1;
+        }
+    }
+    let parts = [[above[0], above[1], above[2]], [above[0], above[2], above[3]]];
+    std::array::from_fn(|i| parts[..count - 2].get(i).map(|part| SeenTriangle::new(*part)))
 }
 
 /// Largest cosine between a unit normal and the directions of a spherical triangle: at a corner, within an edge, or
@@ -210,7 +228,7 @@ mod tests {
         for index in 0..N {
             stream.seek(u64::from(index));
             let drawn = match normal {
-                Some(normal) => seen.draw_projected(normal, &mut stream),
+                Some(normal) => RisenTriangle::new(corners, normal).and_then(|risen| risen.draw(&mut stream)),
                 None => seen.draw(&mut stream),
             };
             let (direction, barycentric) = drawn.expect("the triangle can be seen");

@@ -45,7 +45,7 @@ const COSINE: [f64; 8] = [
 #[inline]
 pub fn sin_cos_of_turns(turns: f64) -> (f64, f64) {
     // The nearest quarter turn, and the rest between −1/8 and 1/8 of a turn as an angle.
-    let quarter = (4.0 * turns + 0.5).floor();
+    let quarter = f64::from((4.0 * turns + 0.5) as i32);
     let angle = (turns - 0.25 * quarter) * TAU;
     let a = angle * angle;
     // Taylor's series; products by constants, since divisions would take most of the time.

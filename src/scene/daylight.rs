@@ -2,7 +2,8 @@
 
 use super::emission::Emission;
 use super::error::SceneError;
-use super::model::{Luminaire, Quantity, ReceiverSet};
+use super::model::{Luminaire, ReceiverSet};
+use super::quantity::Quantity;
 use super::reader::Node;
 
 /// Refuses a second sky, and a second sun.

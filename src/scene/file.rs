@@ -9,7 +9,7 @@ use super::reader::{Node, Source};
 use super::reported::unreported;
 use super::surfaces::Surfaces;
 use super::units::{LengthUnit, UNIT_NAMES};
-use super::{daylight, energy, luminaires, materials, parse, project, receivers, surfaces};
+use super::{daylight, energy, luminaires, materials, parse, project, receivers, surfaces, under_way};
 
 /// Keys of the file.
 pub(super) const KEYS: [&str; 9] =
@@ -54,6 +54,7 @@ pub(crate) fn from_json_with(
 ) -> Result<Scene, SceneError> {
     // Editors on Windows like to begin a text with a byte-order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    under_way::begin("the scene file", 0);
     let source = Source { text, path: path.unwrap_or(Path::new("scene")) };
     let value = parse::parse(&source)?;
     let root = Node::root(&source, &value);
@@ -85,6 +86,7 @@ pub(crate) fn from_json_with(
     let luminaires_node = fields.need("luminaires", "[ … ]: the scene has no luminaire")?;
     let around = luminaires::Around { unit, base_dir, surfaces: &surfaces };
     let luminaires = luminaires::read(&luminaires_node, &around, &mut warnings)?;
+    under_way::begin("receivers", 0);
     let receivers = match fields.get("receivers") {
         Some(node) => receivers::read(&node, &receivers::Around { unit, base_dir, surfaces: &surfaces })?,
         None => Vec::new(),

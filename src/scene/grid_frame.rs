@@ -33,15 +33,15 @@ impl GridFrame {
         let normal = direction(self.u_m).cross(direction(self.v_m)).normalize();
         let weight = area_m2 / (f64::from(self.columns) * f64::from(self.rows));
         let share = |index: u32, count: u32| if count > 1 { f64::from(index) / f64::from(count - 1) } else { 0.5 };
-        let points = (0..self.rows)
-            .flat_map(|row| (0..self.columns).map(move |column| (column, row)))
-            .map(|(column, row)| ReceiverPoint {
-                position_m: self.origin_m + share(column, self.columns) * self.u_m + share(row, self.rows) * self.v_m,
-                normal,
-                weight,
-                inside: false,
-            })
-            .collect();
+        // Room for a large grid is made once.
+        let mut points = Vec::with_capacity(self.columns as usize * self.rows as usize);
+        let places = (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| (column, row)));
+        points.extend(places.map(|(column, row)| ReceiverPoint {
+            position_m: self.origin_m + share(column, self.columns) * self.u_m + share(row, self.rows) * self.v_m,
+            normal,
+            weight,
+            inside: false,
+        }));
         let layout = ReceiverLayout::Grid {
             columns: self.columns,
             rows: self.rows,

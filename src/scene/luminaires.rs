@@ -14,6 +14,7 @@ use super::model::Luminaire;
 use super::photometric_luminaire::PhotometricFiles;
 use super::reader::Node;
 use super::surfaces::Surfaces;
+use super::under_way;
 use super::unique_names::{Names, unique_name};
 
 /// Keys that every luminaire type has.
@@ -62,7 +63,9 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
     let mut known = Known::default();
     let mut maintained = false;
     let mut luminaires = Vec::with_capacity(items.len());
-    for item in items {
+    under_way::begin("luminaires", items.len());
+    for (number, item) in items.into_iter().enumerate() {
+        under_way::reached(number);
         let fields = item.fields("a luminaire")?;
         maintained |= fields.get("maintenance_factor").is_some();
         let luminaire = read_one(&item, around, &mut known, warnings)?;

@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::reader::Source;
 use super::shapes::GeometryShape;
 use super::units::LengthUnit;
-use super::{gltf, obj, parse, ply, stl};
+use super::{gltf, obj, parse, ply, stl, under_way};
 
 /// Reads a mesh; lengths come in the scene's unit. A file whose ending says nothing is an OBJ file. Warnings say what
 /// was passed over and matters.
@@ -15,6 +15,7 @@ use super::{gltf, obj, parse, ply, stl};
 ///
 /// Files that cannot be read, that are damaged or cut short, ask for too much, or hold no triangle.
 pub(super) fn read(path: &Path, unit: LengthUnit, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
+    under_way::begin(path.file_name().unwrap_or_default().to_string_lossy(), 0);
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     match ending.as_str() {
         "gltf" | "glb" => gltf::read(path, &parse::read_bytes(path, "the glTF file")?, unit, warnings),

@@ -13,6 +13,7 @@ use super::energy::Energy;
 use super::materials::Material;
 use super::photometric_luminaire::Product;
 use super::project::Project;
+use super::quantity::Quantity;
 use super::sky::DaylightTargets;
 use super::standard::Requirement;
 
@@ -116,33 +117,6 @@ pub struct ReceiverSet {
     pub requirements: Vec<Requirement>,
 }
 
-/// What a receiver asks for.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Quantity {
-    /// On the plane of the point's own normal.
-    #[default]
-    Perpendicular,
-    /// On the mantle of a small upright cylinder: E_z = 1/π ∫ L sin ε dω, ε from the vertical.
-    Cylindrical,
-    /// On the curved face of half an upright cylinder: E_sc = 1/π ∫ L (1 + cos α) sin ε dω, α from `direction`.
-    SemiCylindrical {
-        /// Horizontal unit vector to which the curved face looks.
-        direction: DVec3,
-    },
-    /// Luminance in cd/m² that an eye at the point sees in the direction of its normal. What maps and tables call
-    /// illuminance in lx is then this.
-    Luminance,
-    /// Unified glare rating of the set's observers. The map holds indirect illuminances in lx, π times the background
-    /// luminance: a point an observer, or where it is that of walls points on these, which tell it for all in the mean.
-    Glare(Background),
-    /// Far-field luminous intensity in cd, in the direction of the point's normal, of all light that leaves the scene. What maps and
-    /// tables call illuminance in lx is then this; points are no places.
-    Intensity {
-        /// Axis about which one plane stands for all: the mean over all planes is asked for.
-        turned_about: Option<DVec3>,
-    },
-}
-
 /// An observer whose glare is rated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlareObserver {
@@ -152,50 +126,6 @@ pub struct GlareObserver {
     pub view: DVec3,
     /// Within a closed solid, where nobody looks.
     pub inside: bool,
-}
-
-/// Where the indirect illuminance is taken that tells the background luminance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Background {
-    /// At the eye, on the plane across the line of sight (CIE 117).
-    #[default]
-    Observer,
-    /// On the walls between eye and luminaires, in the mean (CIE 190).
-    Tabular,
-}
-
-impl Background {
-    /// Name as the scene file writes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Background::Observer => "observer",
-            Background::Tabular => "tabular",
-        }
-    }
-}
-
-impl Quantity {
-    /// Whether it is an illuminance of the points themselves.
-    pub fn is_illuminance(self) -> bool {
-        !matches!(self, Quantity::Luminance | Quantity::Glare(_) | Quantity::Intensity { .. })
-    }
-
-    /// Whether all that a point receives comes from the hemisphere above it: cylinders turn their planes.
-    pub fn has_one_hemisphere(self) -> bool {
-        self == Quantity::Perpendicular
-    }
-
-    /// Name as the scene file writes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::Perpendicular => "perpendicular",
-            Quantity::Cylindrical => "cylindrical",
-            Quantity::SemiCylindrical { .. } => "semi-cylindrical",
-            Quantity::Luminance => "luminance",
-            Quantity::Glare(_) => "ugr",
-            Quantity::Intensity { .. } => "intensity",
-        }
-    }
 }
 
 /// How the points of a set are arranged.

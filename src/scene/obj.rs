@@ -13,6 +13,7 @@ use super::mesh_builder::MeshBuilder;
 use super::polygon::triangulate;
 use super::reader::{Source, shortened};
 use super::shapes::GeometryShape;
+use super::under_way;
 
 /// Statements that say nothing of the shape's surfaces.
 const PASSED_OVER: [&str; 10] = ["vt", "vn", "vp", "o", "g", "s", "mtllib", "usemap", "maplib", "lod"];
@@ -28,7 +29,10 @@ pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<Geomet
     let mut reader = ObjReader { source, vertices: Vec::new(), mesh: MeshBuilder::default(), part: None };
     let mut strange: Vec<(usize, &str)> = Vec::new();
     let mut lines = Words { text: source.text, next: 0, line: 0 };
+    let name = source.path.file_name().unwrap_or_default().to_string_lossy();
+    under_way::begin(name, source.text.len());
     while let Some(words) = lines.statement() {
+        under_way::reached(lines.next);
         let Some((keyword, arguments)) = words.split_first() else { continue };
         let numbers = || arguments.split(|word| source.text[word.clone()].starts_with('#')).next().unwrap_or_default();
         match &source.text[keyword.clone()] {

@@ -54,6 +54,14 @@ impl Openings {
         })
     }
 
+    /// Whether a line from a place leaves through any front within a distance in m.
+    pub fn are_left_within(&self, place_m: DVec3, towards: DVec3, distance_m: f64) -> bool {
+        let rounding_m = FLAT * self.radius_m;
+        let within = -rounding_m..distance_m - rounding_m;
+        let mut left = self.fronts_m.iter().filter_map(|corners_m| crossed_at_m(corners_m, place_m, towards));
+        left.any(|at_m| within.contains(&at_m))
+    }
+
     /// How far in m a packet goes that entered through the opening of this number (`None`: past all) until it enters another.
     pub fn reach_m(&self, own: Option<u32>, place_m: DVec3, direction: DVec3) -> f64 {
         let rounding_m = FLAT * self.radius_m;

@@ -58,6 +58,7 @@ fn unreadable(path: &Path, kind: &str, error: &std::io::Error) -> SceneError {
         std::io::ErrorKind::PermissionDenied => "allow reading the file",
         std::io::ErrorKind::FileTooLarge => "check that this file is meant; --allow-large reads it",
         std::io::ErrorKind::OutOfMemory => "use a machine with more memory, or a smaller file",
+        std::io::ErrorKind::ResourceBusy => "read it again once nobody writes it",
         _ => "give the name of a plain file that can be read",
     };
     SceneError::of_file(path, format!("{kind} cannot be read"), error.to_string(), "a file that can be read", remedy)

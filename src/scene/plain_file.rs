@@ -1,6 +1,6 @@
 //! Files as bytes: plain ones alone, up to a size that a slip or a hoax would pass.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,12 +43,20 @@ fn read_at_most(path: &Path, largest_bytes: u64) -> Result<Vec<u8>> {
         let what = format!("{size} bytes are more than the {largest_bytes} that are read without --allow-large");
         return Err(Error::new(ErrorKind::FileTooLarge, what));
     }
+    whole(File::open(path)?, &metadata)
+}
+
+/// All bytes of an opened file as it was before: of one that was cut off, or written to, nobody knows what was read.
+fn whole(mut file: File, before: &Metadata) -> Result<Vec<u8>> {
+    let size = before.len();
     let mut bytes = Vec::new();
     if bytes.try_reserve_exact(usize::try_from(size).unwrap_or(usize::MAX)).is_err() {
         return Err(Error::new(ErrorKind::OutOfMemory, format!("{size} bytes do not fit into memory")));
     }
-    File::open(path)?.take(size).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    file.by_ref().take(size).read_to_end(&mut bytes)?;
+    let after = file.metadata()?;
+    let is_same = bytes.len() as u64 == size && after.len() == size && after.modified().ok() == before.modified().ok();
+    if is_same { Ok(bytes) } else { Err(Error::new(ErrorKind::ResourceBusy, "the file changed while it was read")) }
 }
 
 #[cfg(test)]
@@ -67,6 +75,20 @@ mod tests {
         for endless in ["/dev/zero", "/dev/kmsg", "/dev/stdin", "/proc/kmsg"] {
             let read = read_at_most(Path::new(endless), u64::MAX);
             assert!(read.as_ref().map_or(true, Vec::is_empty), "{endless}: {read:?}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_cut_off_or_grows_while_it_is_read_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        for now in [&b"01234"[..], b"0123456789", b"0123456789ab"] {
+            std::fs::write(&path, b"0123456789").expect("written");
+            let before = std::fs::metadata(&path).expect("there");
+            std::fs::write(&path, now).expect("written");
+            // A file of the same size is told by the time of its last change, which may be the same tick of the clock.
+            let read = whole(File::open(&path).expect("opened"), &before);
+            assert!(now.len() == 10 || read.is_err_and(|error| error.kind() == ErrorKind::ResourceBusy));
         }
     }
 }

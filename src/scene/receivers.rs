@@ -3,13 +3,12 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::DVec3;
-
 use super::error::SceneError;
 use super::grid_frame::{GridFrame, refuse_too_many};
 use super::limits::MOST_POINTS;
-use super::model::{GlareObserver, Quantity, ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::model::{GlareObserver, ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers;
+use super::quantity::{self, Quantity};
 use super::reader::{Fields, Node};
 use super::surface_grid::{self, Spacing};
 use super::surfaces::Surfaces;
@@ -74,9 +73,6 @@ const OBSERVERS_OVER_SURFACE_KEYS: [&str; 9] =
     ["name", "type", "surface", "height", "margin", "spacing", "view_directions", "background", "requirements"];
 /// Height in m of a seated observer's eye over the floor.
 const SEATED_EYE_M: f64 = 1.2;
-/// What can be asked for at points and grids, as files name it.
-pub(super) const QUANTITIES: [&str; 5] = ["perpendicular", "horizontal", "vertical", "cylindrical", "semi-cylindrical"];
-
 /// The rule that `spacing` can name.
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
 
@@ -140,7 +136,10 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
         "grid" => read_corner_grid(node, around.unit, most, &CORNER_KEYS)?,
         _ => read_points(&fields, around)?,
     };
-    let quantity = read_quantity(&fields, &mut points)?;
+    let (quantity, turned) = quantity::read(&fields)?;
+    if let Some(normal) = turned {
+        points.iter_mut().for_each(|point| point.normal = normal);
+    }
     let requirements = requirements::read(&fields, quantity)?;
     Ok(ReceiverSet { name, quantity, layout, points, observers: Vec::new(), requirements })
 }
@@ -148,38 +147,6 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
 /// An observer at each point, who looks along its normal.
 fn observers_at(points: &[ReceiverPoint]) -> Vec<GlareObserver> {
     points.iter().map(|point| GlareObserver { eye_m: point.position_m, view: point.normal, inside: false }).collect()
-}
-
-/// What is asked for at the points; horizontal and vertical illuminance turn their normals.
-fn read_quantity(fields: &Fields, points: &mut [ReceiverPoint]) -> Result<Quantity, SceneError> {
-    let chosen = fields.get("quantity").map_or(Ok(0), |node| node.choice(&QUANTITIES))?;
-    let name = QUANTITIES[chosen];
-    let mut turn = |normal: DVec3| {
-        points.iter_mut().for_each(|point| point.normal = normal);
-        Quantity::Perpendicular
-    };
-    if let (Some(node), "perpendicular" | "horizontal" | "cylindrical") = (fields.get("direction"), name) {
-        return Err(node.refuse_as(
-            format!("a direction has no meaning for {name} illuminance"),
-            "\"direction\"",
-            "\"direction\" beside \"quantity\": \"vertical\" or \"semi-cylindrical\"",
-            "remove it, or change \"quantity\"",
-        ));
-    }
-    match name {
-        "perpendicular" => Ok(Quantity::Perpendicular),
-        "horizontal" => Ok(turn(DVec3::Z)),
-        "cylindrical" => Ok(Quantity::Cylindrical),
-        _ => {
-            let node = fields.need("direction", "[1, 0, 0]: to where the plane or half cylinder looks")?;
-            let direction = node.direction()?;
-            if direction.z != 0.0 {
-                let expected = "a horizontal direction: [x, y, 0]";
-                return Err(node.refuse(format!("{name} illuminance looks sideways"), expected, "set its z to 0"));
-            }
-            Ok(if name == "vertical" { turn(direction) } else { Quantity::SemiCylindrical { direction } })
-        }
-    }
 }
 
 fn read_corner_grid(

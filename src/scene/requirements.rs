@@ -1,8 +1,8 @@
 //! Reads `requirements` of receivers: least or greatest values, or an entry of EN 12464-1 that names them.
 
 use super::error::SceneError;
-use super::model::Quantity;
 use super::names::{listed, nearest};
+use super::quantity::Quantity;
 use super::reader::{Fields, Node};
 use super::standard::{ENTRIES, FLUX_FACTOR, KEYS, Measure, Requirement, STANDARDS, Standard, StandardEntry};
 

@@ -21,6 +21,7 @@ use super::reader::{Fields, Node, meant};
 use super::reported::Reporting;
 use super::series;
 use super::shapes::{self, BOX_FACES, GeometryShape};
+use super::under_way;
 use super::units::LengthUnit;
 use super::weld::weld;
 
@@ -127,7 +128,10 @@ impl Surfaces {
             let remedy = "add at least one, such as { \"name\": \"room\", \"type\": \"box\", … }";
             return Err(node.refuse("the scene has no geometry", "at least one geometry", remedy));
         }
-        for item in items {
+        let count = items.len();
+        for (number, item) in items.into_iter().enumerate() {
+            under_way::begin("geometry", count);
+            under_way::reached(number);
             surfaces.add(&item, around, warnings)?;
         }
         Ok(surfaces)

@@ -96,6 +96,17 @@ pub struct Spent {
     pub gathered: f64,
 }
 
+/// A map as a look has shown it.
+pub struct Looked<'a> {
+    pub elements: &'a Elements,
+    pub map: &'a ReplicaMap,
+    /// What indirect light is gathered on, where that is broader.
+    pub broad: Option<&'a Broad>,
+    pub loss: &'a Loss,
+    pub mean_lx: f64,
+    pub spent: Spent,
+}
+
 /// Elements that lose less.
 pub struct Refined {
     /// Those of the map with what is kept of them, where these are others than before.
@@ -446,18 +457,8 @@ impl Adaptive {
     /// going on with them takes fewer rays all the same, or where nothing finer is allowed.
     ///
     /// `rays_to` tells how many rays more bring chance down to an error in lx.
-    #[allow(clippy::too_many_arguments)]
-    pub fn refined(
-        &self,
-        context: &Context,
-        elements: &Elements,
-        map: &ReplicaMap,
-        broad: Option<&Broad>,
-        loss: &Loss,
-        mean_lx: f64,
-        spent: Spent,
-        rays_to: impl Fn(f64) -> f64,
-    ) -> Option<Refined> {
+    pub fn refined(&self, context: &Context, looked: &Looked, rays_to: impl Fn(f64) -> f64) -> Option<Refined> {
+        let Looked { elements, map, broad, loss, mean_lx, spent } = *looked;
         let target_lx2 = (self.target_error * mean_lx).powi(2);
         let rounds = self.rounds.max(broad.map_or(0, |broad| broad.shape.rounds));
         if rounds >= RUN_ROUNDS || !self.loses_over(MOST_SHARE, loss, mean_lx) {

@@ -15,22 +15,19 @@ use crate::sampling::reflection::Law;
 /// beyond them once in 20,000 runs.
 const MOST_DEVIATION: f64 = 5.6;
 
-#[allow(clippy::too_many_arguments)]
-pub(super) fn finish(
-    context: &Context,
-    settings: &Settings,
-    target_error: Option<f64>,
-    jobs: &mut [Job],
-    convergence: Vec<ConvergenceRow>,
-    spending: Spending,
-    stop_reason: StopReason,
-    begun_wall_s: f64,
-    build_s: f64,
-    compute_s: f64,
-) -> Solution {
-    let chains = jobs.iter().map(Job::chains).sum::<u64>();
-    let rays = context.stage.outlook_rays() + jobs.iter().map(Job::all_rays).sum::<u64>();
-    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
+/// What a run leaves beside its jobs once no work is left.
+pub(super) struct Ending {
+    pub target_error: Option<f64>,
+    pub convergence: Vec<ConvergenceRow>,
+    pub spending: Spending,
+    pub stop_reason: StopReason,
+    pub begun_wall_s: f64,
+    pub build_s: f64,
+    pub compute_s: f64,
+}
+
+pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], ending: Ending) -> Solution {
+    let Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s } = ending;
     let is_dark = context.stage.emitters.list().is_empty();
     let ends = ends_of_chains(jobs, is_dark);
     let flux_balance = ends.map(|ends| flux_balance(context, ends));
@@ -38,97 +35,30 @@ pub(super) fn finish(
     if let (Ok(check), Some(target)) = (&map_check, target_error) {
         refuse_without_balance(context, jobs, check, target);
     }
-    let elements_job = jobs.iter().find(|job| job.kind == MapKind::Elements);
-    if let Some(lights) = context.stage.near_lights.as_ref().filter(|lights| lights.touch())
-        && settings.elements == ElementChoice::Adaptive
-        && elements_job.is_some_and(|job| job.bound)
-    {
-        let names: Vec<&str> =
-            lights.luminaires(context.stage).map(|index| context.scene.luminaires[index].name.as_str()).collect();
-        notes.push(format!(
-            "elements stay as the scene gives them, since no slope could show the spot that {} {} from near: their values are means",
-            names[..names.len().min(3)].join(", "),
-            if names.len() == 1 { "lights" } else { "light" }
-        ));
-    }
-    if let Ok(balance) = &flux_balance
-        && balance.back_face_lm > 0.0
-        // The sky shines on roofs and outer walls, too.
-        && context.stage.emitters.list().iter().all(|emitter| !emitter.is_far())
-    {
-        let why = match luminaires_behind_surfaces(context.scene) {
-            Some(names) => {
-                format!("part of what shines of {names} lies behind a surface; move it off, or turn its \"aim\"")
-            }
-            None => "normals may be flipped; turn the faces round, or set \"two_sided\": true".to_owned(),
-        };
-        let share = 100.0 * balance.back_face_lm / balance.emitted_lm;
-        warnings
-            .push(format!("{share:.3} % of the flux hits the back of one-sided surfaces and is absorbed there: {why}"));
-    }
-    if let Ok(balance) = &flux_balance
-        && balance.truncated_lm > 0.0
-    {
-        let share = 100.0 * balance.truncated_lm / balance.emitted_lm;
-        warnings.push(format!(
-            "{share:.3} % of the flux was cut off, after {MOST_RAYS_OF_A_CHAIN} reflections or past the time limit: in a white place next to \
-             nothing absorbs it"
-        ));
-    }
-    if let count @ 1.. = context.stage.patience.walks_given_up() {
-        warnings.push(format!(
-            "{} given up after {MOST_RAYS_OF_A_WALK} rays or past the time limit, in a white place: values lack what {} still have found",
-            if count == 1 { "1 walk was".to_owned() } else { format!("{count} walks were") },
-            if count == 1 { "it would" } else { "they would" },
-        ));
-    }
     let walks = jobs.iter().any(|job| job.engine != Engine::Counting && !job.is_black());
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
-    warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
     let glare: Vec<GlareRating> = jobs.iter().flat_map(|job| rate(context, job)).collect();
-    for (rating, _) in worst_of_sets(&glare) {
-        notes.extend(words_on_outside(context, rating));
-        if rating.background_cd_m2.value <= 0.0 {
-            let name = &context.scene.receivers[rating.set].name;
-            warnings.push(format!("{name}: no glare rating, since nothing lights the background"));
-        }
-    }
-    let bound_met = jobs.iter().filter(|job| job.bound).all(is_met);
-    let elements = jobs.iter().find(|job| job.kind == MapKind::Elements).map(|job| job.elements.clone());
     let maps: Vec<MapResult> = jobs.iter().map(|job| map_result(context, job, target_error)).collect();
-    for map in maps.iter().filter(|map| map.error.dark_upper_bound_lx.is_some()) {
-        warnings.push(format!(
-            "no light has reached \"{}\" yet: its mean is below {:.3e} lx; run more chains to see it",
-            map.name,
-            map.error.dark_upper_bound_lx.unwrap_or(0.0)
-        ));
-    }
-    for map in &maps {
-        for check in map.checks.iter().filter(|check| !check.passed) {
-            warnings.push(format!(
-                "check \"{}\" of \"{}\" failed ({:.3} against {:.3}): {}; its error is not to be relied on{}",
-                check.name,
-                map.name,
-                check.value.unwrap_or(f64::NAN),
-                check.limit,
-                check.says,
-                if target_error.is_some() && map.bound { ", and the target is not claimed" } else { "" }
-            ));
-        }
-    }
-    let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
+    let mut notes: Vec<String> = words_on_near_lights(context, settings, jobs).into_iter().collect();
+    notes.extend(worst_of_sets(&glare).into_iter().flat_map(|(rating, _)| words_on_outside(context, rating)));
+    let mut warnings = flux_balance.as_ref().map_or(Vec::new(), |balance| warnings_of_flux(context, balance));
+    warnings.extend(words_on_walks_given_up(context));
+    warnings.extend(paths_not_found.iter().map(|paths| format!("not found: {paths}")));
+    warnings.extend(warnings_of_glare(context, &glare));
+    warnings.extend(warnings_of_maps(&maps, target_error));
+    let elements = jobs.iter().find(|job| job.kind == MapKind::Elements).map(|job| job.elements.clone());
     Solution {
         method: settings.method.name().to_owned(),
         seed: settings.seed,
         target_error,
-        chains,
-        rays,
+        chains: jobs.iter().map(Job::chains).sum(),
+        rays: context.stage.outlook_rays() + jobs.iter().map(Job::all_rays).sum::<u64>(),
         replicas: REPLICAS,
-        maps,
         elements: elements.unwrap_or_else(|| context.stage.elements.clone()),
         glare,
-        estimated_error,
-        target_met: target_error.map(|_| bound_met),
+        estimated_error: maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max),
+        target_met: target_error.map(|_| jobs.iter().filter(|job| job.bound).all(is_met)),
+        maps,
         stop_reason,
         flux_balance,
         map_check,
@@ -141,6 +71,93 @@ pub(super) fn finish(
         notes,
         warnings,
     }
+}
+
+/// Says which luminaires keep elements from being cut.
+fn words_on_near_lights(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
+    let lights = context.stage.near_lights.as_ref().filter(|lights| lights.touch())?;
+    let is_bound = jobs.iter().find(|job| job.kind == MapKind::Elements).is_some_and(|job| job.bound);
+    if settings.elements != ElementChoice::Adaptive || !is_bound {
+        return None;
+    }
+    let names: Vec<&str> =
+        lights.luminaires(context.stage).map(|index| context.scene.luminaires[index].name.as_str()).collect();
+    Some(format!(
+        "elements stay as the scene gives them, since no slope could show the spot that {} {} from near: their values are means",
+        names[..names.len().min(3)].join(", "),
+        if names.len() == 1 { "lights" } else { "light" }
+    ))
+}
+
+/// Flux that the faces of surfaces swallow, and flux that is followed no further.
+fn warnings_of_flux(context: &Context, balance: &FluxBalance) -> Vec<String> {
+    let percent = |lm: f64| 100.0 * lm / balance.emitted_lm;
+    let mut warnings = Vec::new();
+    // The sky shines on roofs and outer walls, too.
+    if balance.back_face_lm > 0.0 && context.stage.emitters.list().iter().all(|emitter| !emitter.is_far()) {
+        let why = match luminaires_behind_surfaces(context.scene) {
+            Some(names) => {
+                format!("part of what shines of {names} lies behind a surface; move it off, or turn its \"aim\"")
+            }
+            None => "normals may be flipped; turn the faces round, or set \"two_sided\": true".to_owned(),
+        };
+        let share = percent(balance.back_face_lm);
+        warnings
+            .push(format!("{share:.3} % of the flux hits the back of one-sided surfaces and is absorbed there: {why}"));
+    }
+    if balance.truncated_lm > 0.0 {
+        let share = percent(balance.truncated_lm);
+        warnings.push(format!(
+            "{share:.3} % of the flux was cut off, after {MOST_RAYS_OF_A_CHAIN} reflections or past the time limit: in a white place next to \
+             nothing absorbs it"
+        ));
+    }
+    warnings
+}
+
+fn words_on_walks_given_up(context: &Context) -> Option<String> {
+    let count = context.stage.patience.walks_given_up();
+    (count > 0).then(|| {
+        format!(
+            "{} given up after {MOST_RAYS_OF_A_WALK} rays or past the time limit, in a white place: values lack what {} still have found",
+            if count == 1 { "1 walk was".to_owned() } else { format!("{count} walks were") },
+            if count == 1 { "it would" } else { "they would" },
+        )
+    })
+}
+
+/// Observers before a background that nothing lights.
+fn warnings_of_glare(context: &Context, glare: &[GlareRating]) -> Vec<String> {
+    let unlit = worst_of_sets(glare)
+        .into_iter()
+        .map(|(rating, _)| rating)
+        .filter(|rating| rating.background_cd_m2.value <= 0.0);
+    let name = |rating: &GlareRating| &context.scene.receivers[rating.set].name;
+    unlit.map(|rating| format!("{}: no glare rating, since nothing lights the background", name(rating))).collect()
+}
+
+/// Maps without light, and those whose errors are not to be relied on.
+fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String> {
+    let bounds_lx = maps.iter().filter_map(|map| Some((map, map.error.dark_upper_bound_lx?)));
+    let dark = bounds_lx.map(|(map, bound_lx)| {
+        format!(
+            "no light has reached \"{}\" yet: its mean is below {bound_lx:.3e} lx; run more chains to see it",
+            map.name
+        )
+    });
+    let checks = maps.iter().flat_map(|map| map.checks.iter().map(move |check| (map, check)));
+    let failed = checks.filter(|(_, check)| !check.passed).map(|(map, check)| {
+        format!(
+            "check \"{}\" of \"{}\" failed ({:.3} against {:.3}): {}; its error is not to be relied on{}",
+            check.name,
+            map.name,
+            check.value.unwrap_or(f64::NAN),
+            check.limit,
+            check.says,
+            if target_error.is_some() && map.bound { ", and the target is not claimed" } else { "" }
+        )
+    });
+    dark.chain(failed).collect()
 }
 
 /// Whether no light was found in a map that may get some: nobody knows its relative error then.

@@ -390,6 +390,7 @@ impl Job {
     /// `sets` are the cells that rays ask; there are none where nothing does.
     pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let (activity, rays, started) = (self.next_activity(goal), self.rays, Instant::now());
+        context.pace.turn_to(activity);
         let arrived = self.do_a_slice(context, sets, goal);
         self.spending.add(activity, self.rays - rays, started.elapsed());
         arrived

@@ -10,7 +10,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use super::finish::finish;
+use super::finish::{Ending, finish};
 use super::job::{Context, Engine, Job};
 use super::pace::{Pace, TimeLeft};
 use super::run::DEFAULT_TARGET_ERROR;
@@ -98,19 +98,9 @@ pub fn merge<E>(
     let mut jobs: Vec<Job> = maps.into_iter().map(|map| map.job).collect();
     let stop_reason = if jobs.iter().all(Job::is_exact) { StopReason::Exact } else { StopReason::Shares };
     let compute_s = started.elapsed().as_secs_f64() - build_s;
-    let target_error = settings.target_error;
-    let mut solution = finish(
-        &context,
-        settings,
-        target_error,
-        &mut jobs,
-        convergence,
-        spending,
-        stop_reason,
-        0.0,
-        build_s,
-        compute_s,
-    );
+    let (target_error, begun_wall_s) = (settings.target_error, 0.0);
+    let ending = Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s };
+    let mut solution = finish(&context, settings, &mut jobs, ending);
     for (map, (chains, methods)) in solution.maps.iter_mut().zip(told) {
         (map.chains, map.method) = (chains, methods);
         map.method_reason = "that of the shares".to_owned();

@@ -1,8 +1,10 @@
 //! How much work a slice is: a fixed number of rays, or as few as fit between two looks at the clock where rays are slow; and what
 //! time a run has left.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
+
+use super::spending::Activity;
 
 /// Rays of a slice, about: a fraction of a second's work where rays take a microsecond.
 pub const RAYS_PER_SLICE: f64 = 400_000.0;
@@ -34,14 +36,20 @@ pub enum TimeLeft {
     Enough,
 }
 
-/// The rays of the next slice.
+/// Kinds of work.
+const KINDS: usize = Activity::ALL.len();
+
+/// The rays of the next slice, of every kind of work by itself where the clock has a say: rays of one kind may take a hundred times as long
+/// as those of another.
 ///
 /// Only a run that nothing but a time limit may end early goes by the clock: where it ends is a matter of time there anyway.
 /// With a fixed number of chains the same slices make the same sums, bit by bit.
 #[derive(Debug)]
 pub struct Pace {
-    /// Rays of the next slice, as bits.
-    rays: AtomicU64,
+    /// Rays of the next slice of each kind of work, as bits.
+    rays: [AtomicU64; KINDS],
+    /// The kind of the slice at hand.
+    kind: AtomicUsize,
     /// Seconds that a slice may take.
     slice_s: f64,
     /// Most rays of a slice that grows with every one done, whatever it took.
@@ -51,41 +59,55 @@ pub struct Pace {
 impl Pace {
     /// Slices of one size.
     pub fn steady() -> Pace {
-        Pace { rays: AtomicU64::new(RAYS_PER_SLICE.to_bits()), slice_s: f64::INFINITY, growing_to: None }
+        Pace::of(RAYS_PER_SLICE, f64::INFINITY, None)
     }
 
     /// Slices that are small at first, each twice the one before up to a size: the same ones on every machine.
     pub fn of_chains() -> Pace {
-        let rays = AtomicU64::new(FIRST_RAYS_OF_CHAINS.to_bits());
-        Pace { rays, slice_s: f64::INFINITY, growing_to: Some(MOST_RAYS_OF_CHAINS) }
+        Pace::of(FIRST_RAYS_OF_CHAINS, f64::INFINITY, Some(MOST_RAYS_OF_CHAINS))
     }
 
     /// Slices that take a small part of a time limit.
     pub fn within(limit_s: f64) -> Pace {
-        let slice_s = (SHARE_OF_LIMIT * limit_s).min(LONGEST_SLICE_S);
-        Pace { rays: AtomicU64::new(FIRST_RAYS.to_bits()), slice_s, growing_to: None }
+        Pace::of(FIRST_RAYS, (SHARE_OF_LIMIT * limit_s).min(LONGEST_SLICE_S), None)
+    }
+
+    fn of(rays: f64, slice_s: f64, growing_to: Option<f64>) -> Pace {
+        let rays = std::array::from_fn(|_| AtomicU64::new(rays.to_bits()));
+        Pace { rays, kind: AtomicUsize::new(0), slice_s, growing_to }
+    }
+
+    /// The next slice is of such work.
+    pub fn turn_to(&self, activity: Activity) {
+        if self.slice_s.is_finite() {
+            self.kind.store(activity as usize, Ordering::Relaxed);
+        }
+    }
+
+    fn of_this_kind(&self) -> &AtomicU64 {
+        &self.rays[self.kind.load(Ordering::Relaxed)]
     }
 
     /// Rays of the next slice, about.
     pub fn rays_per_slice(&self) -> f64 {
-        f64::from_bits(self.rays.load(Ordering::Relaxed))
+        f64::from_bits(self.of_this_kind().load(Ordering::Relaxed))
     }
 
     /// Goes on with slices of so many rays.
     pub fn go_on(&self, rays: f64) {
-        self.rays.store(rays.to_bits(), Ordering::Relaxed);
+        self.rays.iter().for_each(|of_kind| of_kind.store(rays.to_bits(), Ordering::Relaxed));
     }
 
     /// Learns from pilots how long rays take.
     pub fn begin(&self, rays: u64, took: Duration) {
         if self.slice_s.is_finite() && rays > 0 {
             let fitting = rays as f64 * self.slice_s / took.as_secs_f64().max(f64::MIN_POSITIVE);
-            self.set(fitting.min(FIRST_RAYS));
+            self.go_on(fitting.clamp(FEWEST_RAYS, FIRST_RAYS));
         }
     }
 
     fn set(&self, rays: f64) {
-        self.rays.store(rays.clamp(FEWEST_RAYS, RAYS_PER_SLICE).to_bits(), Ordering::Relaxed);
+        self.of_this_kind().store(rays.clamp(FEWEST_RAYS, RAYS_PER_SLICE).to_bits(), Ordering::Relaxed);
     }
 
     /// Learns from how long a slice took.
@@ -136,5 +158,26 @@ mod tests {
         let steady = Pace::steady();
         steady.note(Duration::from_secs(100));
         assert_eq!(steady.rays_per_slice(), RAYS_PER_SLICE);
+    }
+
+    /// Slices that grow while rays are quick leave those of other rays as small as they were: a slice of direct light in a place where its
+    /// rays take fifty times as long would else take fifty times as long.
+    #[test]
+    fn slices_of_one_kind_grow_by_themselves() {
+        let pace = Pace::within(1.0);
+        pace.begin(2000, Duration::from_millis(20));
+        pace.turn_to(Activity::Chains);
+        for _ in 0..6 {
+            pace.note(Duration::from_secs_f64(1e-8 * pace.rays_per_slice()));
+        }
+        assert_eq!(pace.rays_per_slice(), RAYS_PER_SLICE);
+        pace.turn_to(Activity::Direct);
+        assert_eq!(pace.rays_per_slice(), 2000.0);
+        // Where the clock has no say, all slices are of one size, whatever they are of.
+        let chains = Pace::of_chains();
+        chains.turn_to(Activity::Chains);
+        chains.note(Duration::ZERO);
+        chains.turn_to(Activity::Direct);
+        assert_eq!(chains.rays_per_slice(), 2.0 * FIRST_RAYS_OF_CHAINS);
     }
 }

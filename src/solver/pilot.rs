@@ -170,9 +170,9 @@ fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f
     let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut room = DirectPass::default();
         let expectation = DirectLook::expect(stage, quantity, receiver, &mut room, looks_ahead);
-        let mut look = DirectLook::new(quantity, receiver, &mut room, &expectation);
+        let mut look = DirectLook::new(stage, quantity, receiver, &mut room, &expectation);
         let mut site = Sites::default();
-        site.add(context, weight, passes, || look.sample(stage, stream));
+        site.add(context, weight, passes, || look.sample(stream));
         (site, expectation.rays)
     };
     over_receivers(context, set, 0, look_at, |(site, rays)| {

@@ -5,6 +5,7 @@ mod expectations;
 mod forecast;
 mod kept;
 mod long_over;
+mod next;
 mod observer;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,7 +20,7 @@ use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over};
 pub use self::observer::{Observer, Progress, Silent};
 use super::cells::CellSets;
 use super::choice;
-use super::finish::finish;
+use super::finish::{Ending, finish};
 use super::job::{Context, Engine, Job, Refinement};
 use super::pace::{Pace, TimeLeft};
 use super::share::{MapOfShare, MapSums, Portion, sums_of};
@@ -71,6 +72,7 @@ pub(super) fn solve_as(
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
+    observer.ready();
     let pace = match (settings.time_limit_s, settings.chains) {
         (_, Some(_)) => Pace::of_chains(),
         (Some(limit_s), None) => Pace::within(limit_s),
@@ -145,18 +147,9 @@ pub(super) fn solve_as(
         spending += job.spending;
         spending.add(Activity::Pilots, job.pilot_rays, Duration::ZERO);
     }
-    let mut solution = finish(
-        &context,
-        settings,
-        target_error,
-        &mut jobs,
-        convergence,
-        spending,
-        stop_reason,
-        clock.begun_wall_s(),
-        build_s,
-        compute_s,
-    );
+    let begun_wall_s = clock.begun_wall_s();
+    let ending = Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s };
+    let mut solution = finish(&context, settings, &mut jobs, ending);
     if left_out.iter().any(|(_, bound)| *bound) {
         solution.target_met = solution.target_met.map(|_| false);
         if !solution.maps.iter().any(|map| map.bound) {
@@ -375,53 +368,6 @@ impl Run<'_> {
         }
     }
 
-    /// The job to go on with: of those that still have work, the bound one with the fewest rays; an unbound one where
-    /// its share allows. With fixed chains all maps are worked alike.
-    fn next_job(&self) -> Option<usize> {
-        let open = |job: &&(usize, &Job)| !self.is_done(job.1);
-        let jobs: Vec<(usize, &Job)> = self.jobs.iter().enumerate().collect();
-        let bound = jobs.iter().filter(|(_, job)| job.bound).filter(open).min_by_key(|(_, job)| job.rays);
-        let unbound = jobs.iter().filter(|(_, job)| !job.bound).filter(open).min_by_key(|(_, job)| job.rays);
-        match (bound, unbound) {
-            (Some((index, _)), Some((other, unbound))) => {
-                let next_rays = unbound.rays_to(self.goal(unbound));
-                let within_share = self.rays_of(false) + next_rays <= UNBOUND_SHARE * self.rays_of(true);
-                Some(if within_share { *other } else { *index })
-            }
-            (Some((index, _)), None) => Some(*index),
-            // Every map gets a first look, if that is not much more than what the bound ones needed.
-            (None, Some((index, job))) if self.settings.chains.is_some() || self.affords_first_look(job) => {
-                Some(*index)
-            }
-            (None, _) => None,
-        }
-    }
-
-    fn is_done(&self, job: &Job) -> bool {
-        if self.settings.chains.is_some_and(|chains| job.samples >= job.samples_for(chains)) {
-            return true;
-        }
-        if job.finest {
-            return true;
-        }
-        let stays_dark = self.target_error.is_some_and(|target| job.stays_dark(target));
-        job.met || stays_dark || job.is_exact() || job.map.is_empty() || job.weights.iter().all(|weight| *weight <= 0.0)
-    }
-
-    fn why_all_is_done(&self) -> StopReason {
-        if self.jobs.iter().all(|job| job.is_exact()) {
-            StopReason::Exact
-        } else if self.target_error.is_some()
-            && self.jobs.iter().filter(|job| job.bound).all(|job| job.met || (job.judgement.dark && job.is_black()))
-        {
-            StopReason::TargetMet
-        } else if self.jobs.iter().any(|job| job.bound && job.finest) {
-            StopReason::FinestMesh
-        } else {
-            StopReason::Chains
-        }
-    }
-
     /// Samples at which a job stops to be judged.
     fn goal(&self, job: &Job) -> u64 {
         job.next_judgement.min(self.settings.chains.map_or(u64::MAX, |chains| job.samples_for(chains)))
@@ -505,12 +451,6 @@ impl Run<'_> {
     /// Rays so far of all bound, or of all unbound maps.
     fn rays_of(&self, bound: bool) -> f64 {
         self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.rays).sum::<u64>() as f64
-    }
-
-    fn affords_first_look(&self, job: &Job) -> bool {
-        let started = job.samples > 0 || job.rays > 0;
-        let share = (UNBOUND_SHARE * self.rays_of(true)).max(FIRST_LOOK_RAYS);
-        !job.is_judged() && (started || job.rays_to(job.first_samples()) <= share)
     }
 
     /// Every map that was asked for shows something, however the run ended.

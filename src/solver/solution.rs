@@ -12,7 +12,7 @@ use crate::scene::Elements;
 const GATHERING: &str = "gather";
 
 /// How maps are estimated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Method {
     /// What a short pilot finds the quickest, map by map.
     #[default]

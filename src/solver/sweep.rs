@@ -271,12 +271,12 @@ pub fn direct_at_points(
                 made.push((entry, expectation));
                 &made[made.len() - 1].1
             });
-            let mut look = DirectLook::new(receivers.quantity, &receiver, &mut pass, expectation);
+            let mut look = DirectLook::new(stage, receivers.quantity, &receiver, &mut pass, expectation);
             for (sum_lx, stream) in sums_lx.iter_mut().zip(&mut streams) {
                 let mut entry_scores = scores.of_entry(point.weight, levels.of(entry));
                 for number in passes.clone() {
                     stream.seek_quasi(stream_index(entry, number), entry as u64, number);
-                    let (lx, sample_rays) = look.sample(stage, stream);
+                    let (lx, sample_rays) = look.sample(stream);
                     *sum_lx += lx;
                     entry_scores.add(lx);
                     rays += sample_rays;

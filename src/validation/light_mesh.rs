@@ -86,6 +86,7 @@ pub fn solve_by_light_mesh(
     let started = Instant::now();
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
+    observer.ready();
     let begun_wall_s = observer.wall_s();
     let solids = Solids::of(scene);
     let samples = Samples::of(&stage, Placing::Stratified, settings.seed);
@@ -147,31 +148,8 @@ pub fn solve_by_light_mesh(
         if bound && let Some(facts) = &map.mesh {
             finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
         }
-        let own_error = if bound { map.map.error.estimated } else { 0.0 };
-        let estimated_error = run.traced.iter().flatten().map(bound_error).fold(own_error, f64::max);
-        let wall_s = observer.wall_s();
-        if bound {
-            run.convergence.push(ConvergenceRow {
-                wall_s,
-                rays: run.rays,
-                chains: 0,
-                error: ErrorParts::bias(estimated_error),
-                judged: true,
-                forecast_rays: Forecast::known(run.rays as f64),
-                forecast_wall_s: Forecast::known(wall_s),
-            });
-        }
-        observer.progress(&Progress {
-            estimated_error: Some(estimated_error),
-            target_error,
-            chains: 0,
-            rays: run.rays,
-            forecast_rays: None,
-            remaining_s: None,
-            slowest_map: None,
-            fraction: (done + 1) as f64 / requests.len() as f64,
-            wall_s,
-        });
+        let fraction = (done + 1) as f64 / requests.len() as f64;
+        run.record(&map, bound, target_error, fraction, observer);
         let dark_upper_bound_lx = dark_upper_bound_lx(&stage, &entries, &map);
         let is_dark = dark_upper_bound_lx.is_some();
         let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_lights);
@@ -183,9 +161,8 @@ pub fn solve_by_light_mesh(
     let Findings { traced, left_out, rays, convergence, notes, warnings } = run;
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
-    let misses_none = !left_out.iter().any(|(_, bound)| *bound);
     let all_meet = || maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true));
-    let target_met = target_error.map(|_| misses_none && all_meet());
+    let target_met = target_error.map(|_| !left_out.iter().any(|(_, bound)| *bound) && all_meet());
     let stop_reason = match (is_exact(&maps), target_met) {
         (true, _) => StopReason::Exact,
         (_, Some(true)) => StopReason::TargetMet,
@@ -246,6 +223,42 @@ impl Findings {
         if let DirectPlan::Rays(why @ Why::TooFine(_)) = &plan.direct {
             self.warnings.push(format!("\"{name}\" has no mesh: {}; shadow rays replace it", why_in_words(why)));
         }
+    }
+
+    /// Records how exact the run is with a map, and tells how much of it is done.
+    fn record(
+        &mut self,
+        map: &TracedMap,
+        bound: bool,
+        target_error: Option<f64>,
+        fraction: f64,
+        observer: &dyn Observer,
+    ) {
+        let own_error = if bound { map.map.error.estimated } else { 0.0 };
+        let estimated_error = self.traced.iter().flatten().map(bound_error).fold(own_error, f64::max);
+        let (rays, wall_s) = (self.rays, observer.wall_s());
+        if bound {
+            self.convergence.push(ConvergenceRow {
+                wall_s,
+                rays,
+                chains: 0,
+                error: ErrorParts::bias(estimated_error),
+                judged: true,
+                forecast_rays: Forecast::known(rays as f64),
+                forecast_wall_s: Forecast::known(wall_s),
+            });
+        }
+        observer.progress(&Progress {
+            estimated_error: Some(estimated_error),
+            target_error,
+            chains: 0,
+            rays,
+            forecast_rays: None,
+            remaining_s: None,
+            slowest_map: None,
+            fraction,
+            wall_s,
+        });
     }
 
     /// Says what the run as a whole has left open.

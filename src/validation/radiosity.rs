@@ -25,6 +25,8 @@ const ROUNDING: f64 = 1e-9;
 /// What of the scene radiosity cannot compute, or not in the time given.
 pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Solution, NotARoom> {
     let started = Instant::now();
+    // No rays are traced, and the building of meshes asks the clock.
+    observer.ready();
     let begun_wall_s = observer.wall_s();
     let target_error =
         settings.target_error.or_else(|| settings.time_limit_s.is_none().then_some(DEFAULT_TARGET_ERROR));

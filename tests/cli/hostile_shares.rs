@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use crate::cli_support::*;
 
 /// Changed files that are merged.
-const TRIES: u64 = 60;
+const TRIES: u64 = 100;
 
 /// Numbers that a header is not written with.
 fn hostile_numbers() -> [Value; 9] {

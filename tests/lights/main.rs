@@ -12,3 +12,4 @@ mod near_lights;
 mod photometric_files;
 mod sight_map;
 mod sun;
+mod year;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use luxmc::output::{ReportContext, plots, report_file, result_files};
+use luxmc::output::{ReportContext, plots, report_files, result_files};
 use luxmc::solver::ElementChoice;
 use luxmc::{MapSelection, Scene, Settings, Silent, Solution, scene_from_json, solve};
 use serde_json::Value;
@@ -36,7 +36,7 @@ fn page_of(scene: &Scene, solution: &Solution) -> String {
         threads: 1,
         language: luxmc::output::Language::ENGLISH,
     };
-    let file = report_file(scene, solution, &plots(scene, solution), &context);
+    let (file, _) = report_files(scene, solution, &plots(scene, solution), &context);
     String::from_utf8(file.bytes).expect("text")
 }
 
@@ -234,7 +234,7 @@ fn the_page_stands_by_itself_and_names_cannot_end_its_scripts() {
     let script = page.rsplit("<script>\n").next().and_then(|rest| rest.split("</script>").next()).expect("a script");
     assert!(script.contains("webgl") && script.lines().count() <= 300, "it can be read in one sitting");
     let without = String::from_utf8(
-        report_file(
+        report_files(
             &scene,
             &solution,
             &[],
@@ -248,6 +248,7 @@ fn the_page_stands_by_itself_and_names_cannot_end_its_scripts() {
                 language: luxmc::output::Language::ENGLISH,
             },
         )
+        .0
         .bytes,
     );
     assert!(!without.expect("text").contains("view-data"), "pages without plots have no view");

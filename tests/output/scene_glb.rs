@@ -34,7 +34,7 @@ fn linear(code: u8) -> u16 {
 #[test]
 fn the_file_comes_back_through_the_reader_of_meshes() {
     let (scene, solution) = solved();
-    let file = glb_file(&scene, &solution).expect("an element map");
+    let file = glb_file(&scene, &solution).expect("an element map").made().expect("made");
     let home = tempfile::tempdir().expect("a temporary directory");
     std::fs::write(home.path().join(&file.name), &file.bytes).expect("written");
     let again = home.path().join("again.json");
@@ -73,7 +73,7 @@ fn the_file_comes_back_through_the_reader_of_meshes() {
 #[test]
 fn corners_have_their_values_and_the_colours_of_the_legend() {
     let (scene, solution) = solved();
-    let file = glb_file(&scene, &solution).expect("an element map");
+    let file = glb_file(&scene, &solution).expect("an element map").made().expect("made");
     let glb = Glb::from_slice(&file.bytes).expect("a GLB file");
     let json: Value = serde_json::from_slice(&glb.json).expect("JSON");
     let binary = glb.bin.expect("a binary part");

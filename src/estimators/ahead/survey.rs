@@ -3,7 +3,7 @@
 use super::{Expectation, SHARE_FOR_A_LOOK};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
-use crate::sampling::emitter::Emitter;
+use crate::sampling::emitter::{Emitter, View};
 use crate::sampling::random::{Square, Stream};
 
 /// Looks that both answers, in sight and hidden, count for before the first, where looks are too few to stand in order.
@@ -35,6 +35,7 @@ pub struct Survey<'a> {
     /// What it may bring, in lx.
     importance: f64,
     stream: &'a mut Stream,
+    view: Option<View<'a>>,
     /// Rays so far.
     pub rays: u64,
 }
@@ -49,7 +50,7 @@ impl<'a> Survey<'a> {
         importance: f64,
         stream: &'a mut Stream,
     ) -> Survey<'a> {
-        Survey { stage, receiver, emitter, number, importance, stream, rays: 0 }
+        Survey { stage, receiver, emitter, number, importance, stream, view: None, rays: 0 }
     }
 
     /// Looks ahead at an emitter that may bring a part of all light, of which `seen_lx` was found so far (all, before the first
@@ -154,7 +155,9 @@ impl<'a> Survey<'a> {
     fn look_lx(&mut self, square: Square, look: u64) -> f64 {
         self.stream.seek_quasi(u64::from(self.number), u64::from(self.number), look);
         self.stream.turn_to_square(square.code(), square);
-        let Some(look) = self.emitter.look(self.receiver.point_m, self.receiver.normal, self.stream) else {
+        let Receiver { point_m, normal, .. } = *self.receiver;
+        let view = self.view.get_or_insert_with(|| self.emitter.view(point_m, normal));
+        let Some(look) = view.look(self.stream) else {
             return 0.0;
         };
         self.rays += 1;

@@ -55,7 +55,7 @@ impl Light for BallLight {
             axis: DVec3::Z,
             intensity_cd: self.exitance_lm_m2 * self.radius_m * self.radius_m,
             profile: Profile::Uniform,
-            is_needle: false,
+            parts: Vec::new(),
         }
     }
 

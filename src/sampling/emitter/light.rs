@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::triangle_view::TriangleView;
 use super::{Emitted, Look, Place};
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
@@ -34,6 +35,11 @@ pub(super) trait Light {
 
     /// A light sample: see [`super::Emitter::look`].
     fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look>;
+
+    /// A triangle as a place sees it: see [`super::Emitter::view`].
+    fn triangle_view(&self, _point_m: DVec3, _normal: DVec3) -> Option<TriangleView> {
+        None
+    }
 
     /// A light sample that takes less time: see [`super::Emitter::glance`].
     #[inline]

@@ -27,7 +27,8 @@ pub struct Emitters {
 impl Emitters {
     /// Lists the emitters of a scene; luminaires without flux have none.
     pub fn of(scene: &Scene) -> Emitters {
-        let mut list = Vec::new();
+        // Most luminaires are one emitter.
+        let mut list = Vec::with_capacity(scene.luminaires.len());
         let mut webs = SharedWebs::default();
         for (luminaire, source) in (0u32..).zip(&scene.luminaires) {
             lights_of(scene, luminaire, source, &mut webs, &mut |luminous_flux_lm, shape| {
@@ -96,9 +97,8 @@ impl Emitters {
     /// Makes `cut` ready for any number of choices at a point with a unit normal.
     #[inline]
     pub fn open(&self, point_m: DVec3, normal: DVec3, cut: &mut Cut) {
-        let needle_lx = |needle: u32| self.list[needle as usize].importance(point_m, normal);
         if let Some(tree) = &self.tree {
-            tree.open(point_m, normal, needle_lx, cut);
+            tree.open(point_m, normal, cut);
         }
     }
 
@@ -163,8 +163,7 @@ impl PointEmitters {
         cut: &mut Cut,
         stream: &mut Stream,
     ) -> Option<(PointLook<'_>, f64)> {
-        // Points have no needles among them.
-        self.tree.open(point_m, normal, |_| 0.0, cut);
+        self.tree.open(point_m, normal, cut);
         let (index, probability) = self.tree.choose(point_m, normal, variate, cut)?;
         let emitter = &self.list[index as usize];
         let point = emitter.draw_point(stream)?;

@@ -28,7 +28,7 @@ impl Light for PointLight {
             axis: self.axis.unwrap_or(DVec3::Z),
             intensity_cd: self.intensity_cd,
             profile: if self.axis.is_some() { Profile::Cosine } else { Profile::Uniform },
-            is_needle: false,
+            parts: Vec::new(),
         }
     }
 

@@ -118,7 +118,7 @@ impl Light for RingLight {
             axis: self.axis,
             intensity_cd: self.exitance_lm_m2 * self.area_m2() / PI,
             profile: Profile::Cosine,
-            is_needle: false,
+            parts: Vec::new(),
         }
     }
 

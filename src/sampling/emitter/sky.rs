@@ -11,7 +11,7 @@ use crate::base::polygon::triangle_illuminance_factor;
 use crate::base::sky::Sky;
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::random::Stream;
-use crate::sampling::triangle::SeenTriangle;
+use crate::sampling::triangle::RisenTriangle;
 use crate::sampling::warp::{cosine_hemisphere, tangents, uniform_sphere, uniform_triangle};
 use crate::scene::Openings;
 
@@ -69,7 +69,7 @@ impl Light for SkyEmitter {
                 axis: DVec3::Z,
                 intensity_cd: share * 0.25 * self.sky.total_cd_sr_m2() * radius_m * radius_m,
                 profile: Profile::Uniform,
-                is_needle: false,
+                parts: Vec::new(),
             };
         };
         let center_m = (a + b + c) / 3.0;
@@ -78,7 +78,7 @@ impl Light for SkyEmitter {
         let axis = twice_area.normalize_or_zero();
         let area_m2 = 0.5 * twice_area.length();
         let intensity_cd = self.sky.illuminance_lx(-axis) / PI * area_m2;
-        Beacon { center_m, radius_m, axis, intensity_cd, profile: Profile::Cosine, is_needle: false }
+        Beacon { center_m, radius_m, axis, intensity_cd, profile: Profile::Cosine, parts: Vec::new() }
     }
 
     /// About what it brings to a point with a unit normal in lx, where nothing stands between; 0 only where it brings nothing.
@@ -106,7 +106,7 @@ impl Light for SkyEmitter {
                     return None;
                 }
                 let [a, b, c] = corners_m.map(|corner_m| corner_m - point_m);
-                let (towards, _) = SeenTriangle::new([a, b, c]).draw_projected(normal, stream)?;
+                let (towards, _) = RisenTriangle::new([a, b, c], normal)?.draw(stream)?;
                 let twice_area = (b - a).cross(c - a);
                 (factor, towards, twice_area.dot(a) / twice_area.dot(towards))
             }

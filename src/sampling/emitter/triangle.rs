@@ -5,23 +5,27 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::light::{Light, SeenPart};
+use super::triangle_view::{TriangleView, place_on};
 use super::{Emitted, Look, Place};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::base::solid_angle::triangle_solid_angle_sr;
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::random::Stream;
-use crate::sampling::triangle::SeenTriangle;
+use crate::sampling::triangle::RisenTriangle;
 use crate::sampling::warp::{cosine_hemisphere, uniform_triangle};
 use crate::scene::{Scene, Side};
 
-/// From so many times its radius on a triangle is far enough for a glance: d² varies by a quarter of itself over it, in the root
+/// From so many times its radius on a triangle is far enough for a glance: d² varies by half of itself over it, in the root
 /// mean square, where it is seen end-on, and mostly by much less.
-const FAR_FOR_A_GLANCE: f64 = 4.0;
+const FAR_FOR_A_GLANCE: f64 = 2.0;
 /// Parts of an emitting triangle are no wider than this as the eye sees them, in radians: the position index changes
 /// by some percent over it.
 const WIDEST_PART: f64 = 0.05;
 /// Divisions of a triangle's edges at most.
 const MOST_DIVISIONS: u32 = 64;
+/// Area over the squared radius of the ball about a triangle, below which it is a needle; the parts that it is weighed by, at most.
+const NEEDLE: f64 = 0.6;
+const MOST_PARTS: usize = 8;
 
 /// A side of a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -42,23 +46,43 @@ impl TriangleEmitter {
     pub(super) fn new(scene: &Scene, triangle: u32, side: Side, exitance_lm_m2: f64) -> TriangleEmitter {
         let [a, b, c] = scene.corners_m(triangle);
         let corners_m = if side == Side::Front { [a, b, c] } else { [a, c, b] };
-        let centroid_m = (a + b + c) / 3.0;
-        let radius_m = [a, b, c].iter().map(|corner| corner.distance(centroid_m)).fold(0.0, f64::max);
+        let (centroid_m, radius_m) = ball_about(&corners_m);
         let front = scene.triangle_normal(triangle);
         let normal = if side == Side::Front { front } else { -front };
         let area_m2 = scene.triangle_area_m2(triangle);
         TriangleEmitter { triangle, side, corners_m, normal, centroid_m, radius_m, area_m2, exitance_lm_m2 }
     }
 
-    /// Whether it fills little of the ball about it: halves of rectangles about twice as long as wide do.
-    fn is_needle(&self) -> bool {
-        self.area_m2 < 0.6 * self.radius_m * self.radius_m
+    /// The parts that a triangle which fills little of the ball about it is weighed by, as halves of rectangles about twice as long as wide
+    /// do: cut at the middle of their longest edges until none is longer than a square of the whole triangle's area is wide.
+    fn parts(&self) -> Vec<Beacon> {
+        if self.area_m2 >= NEEDLE * self.radius_m * self.radius_m {
+            return Vec::new();
+        }
+        let is_long = |corners_m: &[DVec3; 3]| ball_about(corners_m).1.powi(2) > self.area_m2;
+        let mut parts = vec![self.corners_m];
+        while parts.len() < MOST_PARTS && parts.iter().any(is_long) {
+            parts = parts.iter().flat_map(halves).collect();
+        }
+        let share = 1.0 / parts.len() as f64;
+        parts.iter().map(|corners_m| self.beacon_of(corners_m, share)).collect()
     }
 
-    /// The barycentric coordinates of the scene's triangle for those of this one (whose turn depends on the side).
-    pub(super) fn place(&self, [u, v]: [f64; 2]) -> Place {
-        let barycentric = if self.side == Side::Front { [u, v] } else { [v, u] };
-        Place::Surface { triangle: self.triangle, barycentric, side: self.side }
+    /// A part of it as a beacon.
+    fn beacon_of(&self, corners_m: &[DVec3; 3], share: f64) -> Beacon {
+        let (center_m, radius_m) = ball_about(corners_m);
+        Beacon {
+            center_m,
+            radius_m,
+            axis: self.normal,
+            intensity_cd: share * self.exitance_lm_m2 * self.area_m2 / PI,
+            profile: Profile::Cosine,
+            parts: Vec::new(),
+        }
+    }
+
+    fn place(&self, barycentric: [f64; 2]) -> Place {
+        place_on(self.triangle, self.side, barycentric)
     }
 
     /// Its corners seen from a point, in m.
@@ -69,14 +93,7 @@ impl TriangleEmitter {
 
 impl Light for TriangleEmitter {
     fn beacon(&self) -> Beacon {
-        Beacon {
-            center_m: self.centroid_m,
-            radius_m: self.radius_m,
-            axis: self.normal,
-            intensity_cd: self.exitance_lm_m2 * self.area_m2 / PI,
-            profile: Profile::Cosine,
-            is_needle: self.is_needle(),
-        }
+        Beacon { parts: self.parts(), ..self.beacon_of(&self.corners_m, 1.0) }
     }
 
     fn emit(&self, stream: &mut Stream) -> Emitted {
@@ -89,13 +106,13 @@ impl Light for TriangleEmitter {
     }
 
     fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+        self.triangle_view(point_m, normal)?.look(stream)
+    }
+
+    fn triangle_view(&self, point_m: DVec3, normal: DVec3) -> Option<TriangleView> {
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
-        if unshadowed_lx <= 0.0 {
-            return None;
-        }
-        let seen = SeenTriangle::new(self.seen_from(point_m));
-        let place = seen.draw_projected(normal, stream).map(|(_, barycentric)| self.place(barycentric));
-        Some(Look { unshadowed_lx, place })
+        let risen = (unshadowed_lx > 0.0).then(|| RisenTriangle::new(self.seen_from(point_m), normal)).flatten();
+        Some(TriangleView { triangle: self.triangle, side: self.side, unshadowed_lx, risen })
     }
 
     /// A far triangle's point is drawn by area, E = M A cos θ cos θ′/(π d²).
@@ -166,6 +183,21 @@ impl Light for TriangleEmitter {
     fn cosine_towards(&self, direction: DVec3) -> f64 {
         self.normal.dot(direction).max(0.0)
     }
+}
+
+/// Middle and radius of a ball that holds a triangle, in m.
+fn ball_about(corners_m: &[DVec3; 3]) -> (DVec3, f64) {
+    let center_m = corners_m.iter().sum::<DVec3>() / 3.0;
+    (center_m, corners_m.iter().map(|corner| corner.distance(center_m)).fold(0.0, f64::max))
+}
+
+/// A triangle cut at the middle of its longest edge.
+fn halves(corners_m: &[DVec3; 3]) -> [[DVec3; 3]; 2] {
+    let edge = |k: usize| corners_m[k].distance_squared(corners_m[(k + 1) % 3]);
+    let longest = (0..3).max_by(|one, other| edge(*one).total_cmp(&edge(*other))).unwrap_or(0);
+    let [a, b, c] = [0, 1, 2].map(|k| corners_m[(longest + k) % 3]);
+    let middle = 0.5 * (a + b);
+    [[a, middle, c], [middle, b, c]]
 }
 
 /// Barycentric corners of one of `divisions`² like parts of a triangle.

@@ -46,7 +46,7 @@ impl Light for WebLight {
             axis: self.frame[2],
             intensity_cd: self.scale,
             profile: self.profile.clone(),
-            is_needle: false,
+            parts: Vec::new(),
         }
     }
 

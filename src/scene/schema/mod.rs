@@ -16,6 +16,7 @@ use geometry::GeometryKind;
 use super::emission::LuminaireKind;
 use super::luminaire_keys::Vector;
 use super::materials::MaterialKind;
+use super::quantity::QuantityName;
 
 /// JSON Schema (draft 2020-12) of the scene file, with the kinds that are accepted as files but not computed yet.
 pub fn scene_schema() -> Value {
@@ -152,18 +153,6 @@ enum SpacingRule {
     /// p = 0.2·5^(log₁₀ d) m, at most 10 m.
     #[schemars(rename = "EN 12464-1")]
     En12464,
-}
-
-/// What illuminance receivers ask for.
-#[derive(JsonSchema)]
-#[schemars(rename_all = "kebab-case")]
-#[expect(dead_code, reason = "only its shape is used")]
-enum QuantityName {
-    Perpendicular,
-    Horizontal,
-    Vertical,
-    Cylindrical,
-    SemiCylindrical,
 }
 
 /// Where the background luminance of a glare rating is taken.

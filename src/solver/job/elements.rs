@@ -1,6 +1,6 @@
 //! What a job does with the elements of its map: an empty map of them, their refinement, their values.
 
-use super::super::adapt::{Refined, Spent};
+use super::super::adapt::{Looked, Refined, Spent};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
 use super::{Context, Engine, Job};
 use crate::maps::{MapKind, MapValues, ReplicaMap, Unit, judge};
@@ -23,11 +23,16 @@ impl Job {
     /// What gathers is to be started by its plan then, where its elements are new.
     pub fn refine_elements(&mut self, context: &Context) -> Refinement {
         let refined = self.adaptive.as_ref().and_then(|adaptive| {
-            let (broad, mean_lx) = (self.broad.as_ref(), self.judgement.mean_lx);
             let direct = self.direct_rays as f64;
-            let spent = Spent { direct, gathered: self.kept_rays() as f64 - direct };
-            let rays_to = |error_lx: f64| self.rays_to_chance(error_lx);
-            adaptive.refined(context, &self.elements, &self.map, broad, &self.loss, mean_lx, spent, rays_to)
+            let looked = Looked {
+                elements: &self.elements,
+                map: &self.map,
+                broad: self.broad.as_ref(),
+                loss: &self.loss,
+                mean_lx: self.judgement.mean_lx,
+                spent: Spent { direct, gathered: self.kept_rays() as f64 - direct },
+            };
+            adaptive.refined(context, &looked, |error_lx| self.rays_to_chance(error_lx))
         });
         let Some(Refined { elements, broad }) = refined else {
             return Refinement::None;

@@ -7,6 +7,10 @@ use crate::maps::REPLICAS;
 const FIRST_COUNTED_CHAINS: u64 = 256;
 const FIRST_WALKS: u64 = 4;
 
+/// What walks from quasi-random first directions take over what independent ones would, as a pilot tells: in 40 receiver sets of eleven
+/// kinds of rooms to 1 % between 0.3 and 1, in the median this.
+const WALKS_OVER_PILOT: f64 = 0.55;
+
 /// Samples at which counts, or walks, are judged for the first time.
 pub fn first_look(engine: Engine) -> u64 {
     if engine == Engine::Counting { FIRST_COUNTED_CHAINS } else { FIRST_WALKS }
@@ -36,7 +40,10 @@ impl Job {
     fn without_gathering(&self, context: &Context, error_lx: f64, rays_per_sample: f64) -> f64 {
         let to_first_look = first_look(Engine::unbiased(context.scene, self.kind, context.method)) as f64;
         let first_rays = to_first_look * rays_per_sample * self.map.len() as f64 * REPLICAS as f64;
-        let alone = self.indirect.variance * rays_per_sample * self.map.len() as f64 / (error_lx * error_lx);
+        let walks = Engine::unbiased(context.scene, self.kind, context.method) == Engine::Walking;
+        let over_pilot = if walks { WALKS_OVER_PILOT } else { 1.0 };
+        let alone =
+            over_pilot * self.indirect.variance * rays_per_sample * self.map.len() as f64 / (error_lx * error_lx);
         self.rays_with_direct(alone, error_lx).max(self.rays_of_a_pass() + first_rays)
     }
 

@@ -27,12 +27,8 @@ const DEVIATION_BY_REFUSAL: f64 = 0.6;
 const DEVIATION_BY_CUTTING: f64 = 0.7;
 /// Standard deviation of the logarithm of an error of chains from quasi-random points about its law.
 const SCATTER_OF_QUASI_RANDOM: f64 = 0.06;
-/// What local estimation takes over what its pilot says; of the work that a pilot expects of cells, what they take beyond their first
-/// look; and what a plan's rest takes over what it says (measured in six made-up rooms and
-/// the office).
+/// What local estimation takes over what its pilot says (measured in six made-up rooms and the office).
 const LOCAL_OVER_PILOT: f64 = 1.4;
-const CELLS_BEYOND_LOOK: f64 = 0.7;
-const REST_OVER_PLAN: f64 = 0.8;
 /// Half of the maps that a check refuses are refused again: what one takes over the work to its next look, as likely more as less.
 const WORK_OF_REFUSED: f64 = 1.22;
 
@@ -167,13 +163,12 @@ impl Job {
     /// By its plan, of which so many rays are left.
     fn left_by_plan(&self, rays: f64) -> Forecast {
         let done = self.rays as f64;
-        let rays = REST_OVER_PLAN * rays;
         let all = done + rays;
         if self.refused {
             return Forecast { low: all, ..Forecast::spread(WORK_OF_REFUSED * all, DEVIATION_BY_REFUSAL) }.less(done);
         }
         let [low, high] = match (&self.plan_bounds, &self.cell_growth) {
-            (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + REST_OVER_PLAN * more),
+            (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + more),
             _ => [all; 2],
         };
         let model = Forecast::spread(rays, DEVIATION_OF_PLAN);
@@ -213,7 +208,7 @@ impl Job {
             _ if error_lx <= 0.0 => return None,
             (_, Engine::Gathering) => {
                 // After a first look it goes over to local estimation where that takes less.
-                let by_cells = CELLS_BEYOND_LOOK * self.work_by_cells(context, target);
+                let by_cells = self.work_by_cells(context, target);
                 let by_chains = self.offered.as_ref().and_then(|offered| offered.as_ref().ok());
                 let by_chains =
                     by_chains.map(|offer| LOCAL_OVER_PILOT * self.rays_by_connecting(&offer.plan, error_lx));

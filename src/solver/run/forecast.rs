@@ -166,7 +166,7 @@ impl Run<'_> {
     }
 
     /// Rays that a map still takes to the target, or to the chains asked for.
-    fn left_of(&self, job: &Job) -> Option<Forecast> {
+    pub(super) fn left_of(&self, job: &Job) -> Option<Forecast> {
         let to_chains = |chains: u64| Forecast::known(job.rays_to(job.samples_for(chains)));
         match (self.settings.chains, self.target_error) {
             (Some(chains), None) => Some(to_chains(chains)),

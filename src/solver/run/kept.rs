@@ -91,6 +91,10 @@ impl<'a> LaterObserver<'a> {
 }
 
 impl Observer for LaterObserver<'_> {
+    fn ready(&self) {
+        self.observer.ready();
+    }
+
     fn progress(&self, progress: &Progress) {
         self.observer.progress(progress);
     }

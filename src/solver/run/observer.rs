@@ -28,6 +28,8 @@ pub struct Progress {
 
 /// Who watches a run: progress goes out, interruptions and the clock come in.
 pub trait Observer: Sync {
+    /// Called once the scene is ready for rays: all that follows asks the clock.
+    fn ready(&self) {}
     /// Called after every slice of work.
     fn progress(&self, _progress: &Progress) {}
     /// Called once before the work where a time limit ends the run, before its target if it has one: the stated error that it may be

@@ -1,0 +1,135 @@
+//! A time limit holds before anything is computed, too: a process that still reads its scene, or makes it ready for rays, a second and a
+//! tenth after its limit has nothing to show. It ends in words, by a thread that waits for nothing else.
+
+use std::path::PathBuf;
+use std::process::exit;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+
+use super::beforehand::Beforehand;
+use super::console;
+use super::exit::Failure;
+use super::number_text::time;
+use super::patience::latest_s;
+use crate::scene::under_way::reading_so_far;
+
+/// A limit leaves time to compute from so many times what a scene takes whatever is computed.
+const LIMIT_OVER_ALL: f64 = 2.0;
+
+/// Ends the process in words, unless it is let go in time.
+pub struct TimeGuard(Arc<Watched>);
+
+#[derive(Default)]
+struct Watched {
+    /// Whether the run may go on as long as it likes.
+    is_let_go: AtomicBool,
+    beforehand: OnceLock<Beforehand>,
+    read_s: OnceLock<f64>,
+    /// The directory of the results, where it was made for them.
+    made: OnceLock<PathBuf>,
+}
+
+impl TimeGuard {
+    /// Guards a process that started at `started`; without a limit it guards nothing.
+    pub fn of(limit_s: Option<f64>, started: Instant) -> TimeGuard {
+        let watched = Arc::new(Watched::default());
+        let end = limit_s.and_then(|limit_s| Some((limit_s, Duration::try_from_secs_f64(latest_s(limit_s)).ok()?)));
+        if let Some((limit_s, most)) = end {
+            let watched = Arc::clone(&watched);
+            std::thread::spawn(move || {
+                std::thread::sleep(most.saturating_sub(started.elapsed()));
+                if !watched.is_let_go.load(Ordering::SeqCst) {
+                    watched.end(limit_s, started);
+                }
+            });
+        }
+        TimeGuard(watched)
+    }
+
+    /// What the scene takes by the sizes of its files.
+    pub fn expect(&self, beforehand: Beforehand) {
+        self.0.beforehand.set(beforehand).ok();
+    }
+
+    /// The scene is read.
+    pub fn has_read(&self, read_s: f64) {
+        self.0.read_s.set(read_s).ok();
+    }
+
+    /// A directory was made for the results; it goes where there are none.
+    pub fn has_made(&self, directory: PathBuf) {
+        self.0.made.set(directory).ok();
+    }
+
+    /// All that follows asks the clock itself.
+    pub fn let_go(&self) {
+        self.0.is_let_go.store(true, Ordering::SeqCst);
+    }
+}
+
+impl Drop for TimeGuard {
+    fn drop(&mut self) {
+        self.let_go();
+    }
+}
+
+impl Watched {
+    fn end(&self, limit_s: f64, started: Instant) -> ! {
+        let failure = self.failure(limit_s, started.elapsed().as_secs_f64());
+        console::message(&format!("luxmc: error: {failure}"));
+        if let Some(directory) = self.made.get() {
+            std::fs::remove_dir(directory).ok();
+        }
+        exit(i32::from(failure.exit().number()))
+    }
+
+    /// What has been done in the seconds so far, and how long all would take.
+    fn failure(&self, limit_s: f64, now_s: f64) -> Failure {
+        let (until, done) = match self.read_s.get() {
+            None => ("its scene was read", format!("reading had come to {} after {}", reading_so_far(), time(now_s))),
+            Some(read_s) => (
+                "its scene was ready for rays",
+                format!("reading took {}, and making ready was not done after {}", time(*read_s), time(now_s)),
+            ),
+        };
+        let by_sizes = self.beforehand.get().map_or([0.0; 2], Beforehand::seconds);
+        let all_s = by_sizes.iter().sum::<f64>().max(now_s);
+        Failure::Usage {
+            what: format!("the time limit ends the run before {until}"),
+            got: format!("a limit of {}; {done}", time(limit_s)),
+            expected: format!(
+                "some {} or more: by the sizes of its files reading takes about {} of a usual core, making ready and writing {}",
+                time(LIMIT_OVER_ALL * all_s),
+                time(by_sizes[0]),
+                time(by_sizes[1])
+            ),
+            remedy: "raise --time-limit, or make the scene smaller; nothing was written".to_owned(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_done_and_how_long_all_takes_is_told() {
+        let watched = Watched::default();
+        let reading = watched.failure(1.0, 2.1).to_string();
+        assert!(reading.contains("before its scene was read") && reading.contains("after 2.1 s"), "{reading}");
+        assert!(reading.contains("some 4.2 s or more") && reading.contains("--time-limit"), "{reading}");
+        watched.read_s.set(0.9).expect("unset");
+        let readying = watched.failure(1.0, 2.1).to_string();
+        assert!(readying.contains("ready for rays") && readying.contains("reading took 0.90 s"), "{readying}");
+        assert_eq!(watched.failure(1.0, 2.1).exit().number(), 2);
+    }
+
+    #[test]
+    fn a_limit_that_no_clock_counts_to_guards_nothing() {
+        TimeGuard::of(Some(f64::MAX), Instant::now());
+        let guard = TimeGuard::of(None, Instant::now());
+        guard.let_go();
+        assert!(guard.0.is_let_go.load(Ordering::SeqCst));
+    }
+}

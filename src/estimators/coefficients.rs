@@ -1,0 +1,193 @@
+//! Daylight coefficients: what a receiver gets for each cd/m² of a part of the sky, by walks that serve all parts at once.
+//!
+//! The illuminance at a place is linear in the sky's luminances, E = Σ_p C_p L_p (docs/methods.md (37)). A walk under a sky of 1 cd/m² all around
+//! scores as one of indirect illuminance does; what each light sample finds, and what comes by way of mirrors, is credited to the direction that it comes
+//! from. So one set of walks is unbiased for every part of every sky.
+//!
+//! Where the sun shines a walk does not ask: it tells where it met surfaces that scatter, and what light there would bring the receiver.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::direct::{Care, DirectPass, Receiver, one_look};
+use crate::chain::{Spot, Stage};
+use crate::geometry::{Meeting, Origin, SurfaceHit};
+use crate::sampling::emitter::{Look, Place};
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::Stream;
+use crate::sampling::reflection::{Law, Pair, Way};
+use crate::sampling::warp::cosine_hemisphere;
+use crate::scene::Openings;
+
+use super::walk::MOST_RAYS_OF_A_WALK;
+
+/// A place where a walk met a surface that scatters light towards the receiver.
+pub struct MetPlace<'a> {
+    /// The side of a triangle that is lit.
+    pub spot: Spot,
+    /// Weights of the second and third corner.
+    pub barycentric: [f64; 2],
+    response: Response<'a>,
+}
+
+/// What light that arrives at such a place brings the receiver.
+enum Response<'a> {
+    /// So many lx for each lx, from wherever it comes.
+    Even(f64),
+    /// By a law that looks at directions: its own, the normal, and where the receiver is.
+    Directed(&'a Law, DVec3, DVec3),
+}
+
+impl MetPlace<'_> {
+    /// The same for light from everywhere, where the direction does not matter.
+    #[inline]
+    pub fn brings_evenly(&self) -> Option<f64> {
+        match self.response {
+            Response::Even(share) => Some(share),
+            Response::Directed(..) => None,
+        }
+    }
+
+    /// Illuminance in lx at the receiver for each lx that the place receives from a unit direction.
+    #[inline]
+    pub fn brings(&self, towards: DVec3) -> f64 {
+        match self.response {
+            Response::Even(share) => share,
+            Response::Directed(law, normal, leaving) => PI * law.eval_per_sr(&Pair { normal, towards, leaving }),
+        }
+    }
+}
+
+/// By which way light of the sky comes to a receiver: the split of the daylight factor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyWay {
+    /// Straight, or through panes.
+    Straight,
+    /// By way of a surface that the receiver sees beyond an opening.
+    FromOutside,
+    /// By way of a surface that it sees on this side.
+    FromInside,
+}
+
+/// What a walk finds.
+pub trait CoefficientTally {
+    /// Illuminance in lx at the receiver from a unit direction, of a sky of 1 cd/m².
+    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay);
+
+    /// A place that would light the receiver.
+    fn met(&mut self, place: &MetPlace);
+}
+
+/// One walk from a receiver in a scene whose only luminaire is a sky of 1 cd/m² all around; returns the rays.
+pub fn walk_for_coefficients(
+    (stage, openings): (&Stage, &Openings),
+    receiver: &Receiver,
+    (pass, cut): (&mut DirectPass, &mut Cut),
+    tally: &mut impl CoefficientTally,
+    stream: &mut Stream,
+) -> u64 {
+    let direction = cosine_hemisphere(receiver.normal, stream.pair());
+    let rays = follow((stage, openings), (*receiver.origin, direction), cut, tally, stream);
+    let looks = pass.parts_at_point(stage, receiver, stream, |lx, look| {
+        if let Some(towards) = direction_of(look, receiver.point_m) {
+            tally.add_sky(towards, lx, SkyWay::Straight);
+        }
+    });
+    rays + looks
+}
+
+/// The direction of a light sample of the sky.
+fn direction_of(look: &Look, from_m: DVec3) -> Option<DVec3> {
+    match look.place {
+        Some(Place::Free(end_m)) => (end_m - from_m).try_normalize(),
+        _ => None,
+    }
+}
+
+fn follow(
+    (stage, openings): (&Stage, &Openings),
+    (mut origin, mut direction): (Origin, DVec3),
+    cut: &mut Cut,
+    tally: &mut impl CoefficientTally,
+    stream: &mut Stream,
+) -> u64 {
+    let mut rays = 0;
+    let mut is_mirrored = false;
+    // Known from the first surface on that scatters.
+    let mut way = SkyWay::FromInside;
+    let mut has_scattered = false;
+    while rays < MOST_RAYS_OF_A_WALK {
+        rays += 1;
+        let hit = match stage.tracer.first_hit(&origin, direction) {
+            Meeting::Surface(hit) => hit,
+            Meeting::Ball(_) => return rays,
+            Meeting::Nothing => {
+                // No light sample finds the sky in a mirror.
+                if is_mirrored {
+                    tally.add_sky(direction, PI, way);
+                }
+                return rays;
+            }
+        };
+        let from_m = stage.tracer.position_m(&origin);
+        if !has_scattered && openings.are_left_within(from_m, direction, hit.distance_m) {
+            way = SkyWay::FromOutside;
+        }
+        let law = stage.law(hit.triangle);
+        if law.is_black() || !stage.receives(hit.triangle, hit.side) {
+            return rays;
+        }
+        if law.scatters() {
+            has_scattered = true;
+            rays += look_from(stage, (&hit, direction, law, way), cut, tally, stream);
+        }
+        let Some(scattered) = law.sample(direction, stage.normal_at(&hit), stream) else {
+            return rays;
+        };
+        origin = stage.leave(&hit, scattered.way);
+        direction = scattered.direction;
+        is_mirrored = match scattered.way {
+            Way::Mirrored => true,
+            Way::Passed => is_mirrored,
+            Way::Spread | Way::Lobe | Way::SpreadThrough => false,
+        };
+    }
+    stage.patience.note_walk_given_up();
+    rays
+}
+
+/// Looks for the sky from a surface that scatters, and tells where it is; returns the rays.
+fn look_from(
+    stage: &Stage,
+    (hit, direction, law, sky_way): (&SurfaceHit, DVec3, &Law, SkyWay),
+    cut: &mut Cut,
+    tally: &mut impl CoefficientTally,
+    stream: &mut Stream,
+) -> u64 {
+    let met_normal = stage.normal_at(hit);
+    // A sheet lets through what lights its other side.
+    let total = law.total(1.0);
+    let is_behind = matches!(law, Law::Translucent(sheet) if stream.unit() * total >= sheet.reflectance);
+    let (way, normal, side) = match is_behind {
+        true => (Way::SpreadThrough, -met_normal, hit.side.other()),
+        false => (Way::Spread, met_normal, hit.side),
+    };
+    let response = match law {
+        Law::Diffuse(_) | Law::Translucent(_) => Response::Even(total),
+        law => Response::Directed(law, normal, -direction),
+    };
+    let place = MetPlace { spot: (hit.triangle, side), barycentric: hit.barycentric, response };
+    tally.met(&place);
+    let origin = stage.leave(hit, way);
+    let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
+    let care = if matches!(place.response, Response::Even(_)) { Care::Glance } else { Care::Look };
+    let Some(sight) = one_look(stage, place.spot, &receiver, care, cut, stream) else {
+        return 0;
+    };
+    let lx = sight.direct_lx();
+    if lx > 0.0 {
+        tally.add_sky(sight.towards, place.brings(sight.towards) * lx, sky_way);
+    }
+    1
+}

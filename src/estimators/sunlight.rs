@@ -1,0 +1,135 @@
+//! Where many suns shine: one place looks for all of them.
+
+use glam::DVec3;
+
+use crate::chain::Stage;
+use crate::geometry::{Meeting, Origin};
+use crate::sampling::random::Stream;
+use crate::sampling::reflection::{Law, Way};
+use crate::sampling::warp::uniform_cone;
+use crate::scene::{Openings, Scene, body_of};
+
+/// Panes that a ray to the sun passes at most.
+const MOST_PANES: u32 = 1000;
+/// A triangle hides a sun for certain where the ray crosses it this far within its edges, as weights of its corners.
+const WITHIN_EDGES: f64 = 1e-4;
+
+/// A direction so far beyond the rim of a cone, in radians, may be in it.
+const ROUNDING: f64 = 1e-9;
+
+/// Suns of 1 lx across their rays, by their directions.
+#[derive(Clone, Debug)]
+pub struct Suns {
+    /// Unit directions of their middles.
+    pub towards: Vec<DVec3>,
+    /// Sine of half the angle that their disks span, and one less its cosine.
+    pub disk: [f64; 2],
+}
+
+/// A place that looks for suns.
+#[derive(Clone, Copy)]
+pub struct SunPlace<'a> {
+    /// Where, in m.
+    pub point_m: DVec3,
+    /// Unit normal of the side that receives.
+    pub normal: DVec3,
+    /// The same place for the tracer.
+    pub origin: &'a Origin,
+}
+
+impl Suns {
+    /// Shows each sun that brings light to a place, by its number, with the illuminance in lx of one point of its disk standing for all of it; returns
+    /// the rays.
+    ///
+    /// A point of the disk is drawn evenly over its solid angle; the ground hides what is below the horizon. Suns come in the order of time, so that what
+    /// hides one mostly hides the next: that triangle is asked first, without a ray. `openings`: nothing else lets light in.
+    pub fn look_for_all(
+        &self,
+        (scene, stage): (&Scene, &Stage),
+        place: &SunPlace,
+        openings: Option<&Openings>,
+        stream: &mut Stream,
+        mut found: impl FnMut(usize, f64),
+    ) -> u64 {
+        let [sine, one_minus_cosine] = self.disk;
+        let full = 2.0 * one_minus_cosine / (sine * sine);
+        let cones = openings.map(|openings| cones_of(openings, place.point_m));
+        let mut hidden_by: Option<u32> = None;
+        let mut rays = 0;
+        for (number, middle) in self.towards.iter().enumerate() {
+            if place.normal.dot(*middle) <= -sine || middle.z <= -sine {
+                continue;
+            }
+            let towards = uniform_cone(*middle, one_minus_cosine, stream.pair());
+            let cosine = place.normal.dot(towards);
+            if cosine <= 0.0 || towards.z <= 0.0 {
+                continue;
+            }
+            if cones.as_ref().is_some_and(|cones| !cones.iter().any(|cone| holds(cone, towards))) {
+                continue;
+            }
+            if hidden_by.is_some_and(|triangle| hides(scene.corners_m(triangle), place.point_m, towards)) {
+                continue;
+            }
+            let (passed, hidden, looked) = way_out(stage, place.origin, towards);
+            rays += looked;
+            let is_flat = |triangle: &u32| body_of(&scene.bodies, *triangle).is_none();
+            hidden_by = hidden.filter(is_flat).or(hidden_by);
+            if passed > 0.0 {
+                found(number, full * cosine * passed);
+            }
+        }
+        rays
+    }
+}
+
+/// Share of the light that gets out of the scene from a place, what hides the rest, and the rays.
+pub fn way_out(stage: &Stage, from: &Origin, towards: DVec3) -> (f64, Option<u32>, u64) {
+    let mut here = *from;
+    let mut passed = 1.0;
+    for rays in 1..=u64::from(MOST_PANES) {
+        let hit = match stage.tracer.first_hit(&here, towards) {
+            Meeting::Nothing => return (passed, None, rays),
+            Meeting::Ball(_) => return (0.0, None, rays),
+            Meeting::Surface(hit) => hit,
+        };
+        let Law::Glass(glass) = stage.law(hit.triangle) else {
+            return (0.0, Some(hit.triangle), rays);
+        };
+        passed *= glass.shares(stage.normal_at(&hit).dot(towards))[1];
+        here = stage.leave(&hit, Way::Passed);
+    }
+    (0.0, None, u64::from(MOST_PANES))
+}
+
+/// Whether a ray crosses a triangle well within its edges.
+#[inline]
+fn hides([a, b, c]: [DVec3; 3], from_m: DVec3, towards: DVec3) -> bool {
+    let (to_b, to_c) = (b - a, c - a);
+    let across = towards.cross(to_c);
+    let volume = to_b.dot(across);
+    let offset = from_m - a;
+    let around = offset.cross(to_b);
+    // Weights of the second and third corner, and the way to there, each times the volume.
+    let scale = volume.signum();
+    let (second, third) = (scale * offset.dot(across), scale * towards.dot(around));
+    let size = volume.abs();
+    let least = WITHIN_EDGES * size;
+    second > least && third > least && second + third < size - least && scale * to_c.dot(around) > WITHIN_EDGES * size
+}
+
+/// The planes through a place and the edges of each opening, with their normals inward.
+fn cones_of(openings: &Openings, point_m: DVec3) -> Vec<[DVec3; 3]> {
+    let cone = |corners_m: &[DVec3; 3]| {
+        let [a, b, c] = corners_m.map(|corner_m| corner_m - point_m);
+        let sign = a.dot(b.cross(c)).signum();
+        [a.cross(b), b.cross(c), c.cross(a)].map(|normal| sign * normal.normalize_or_zero())
+    };
+    openings.fronts_m.iter().map(cone).collect()
+}
+
+/// Whether a direction lies in a cone, its rim and a rounding beyond it included.
+#[inline]
+fn holds(cone: &[DVec3; 3], towards: DVec3) -> bool {
+    cone.iter().all(|normal| normal.dot(towards) >= -ROUNDING)
+}

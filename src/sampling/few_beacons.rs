@@ -1,0 +1,309 @@
+//! Few emitters: every one is weighed for every choice, eight at a time, which takes less time than to go down a tree.
+//!
+//! Weights are those of [`Beacon::importance`] in single precision: they decide how often an emitter is looked at, and the probability of
+//! a choice is that of the weights that were used, so that no result leans on their digits.
+
+use glam::{DVec3, Vec3};
+
+use super::importance::{Beacon, Profile};
+
+/// Weighed at a time.
+const LANES: usize = 8;
+/// Beacons that are few: of more, the tree takes less time.
+const MOST: usize = 256;
+/// Coordinates about the middle, and intensities, that single precision holds with all that is made of them.
+const LARGEST_M: f64 = 1e8;
+const LARGEST_CD: f64 = 1e20;
+/// Squared distance in m² below which none is told from another: intensities over it stay finite.
+const LEAST_SQUARED_M2: f32 = 1e-16;
+/// Digits of single precision as a share of the largest coordinate: radii grow by so much, so that no emitter that stands just above the
+/// horizon is taken to stand below.
+const ROUNDING: f64 = 4e-7;
+
+/// Beacons side by side, eight to a block.
+#[derive(Clone, Debug)]
+pub(super) struct FewBeacons {
+    /// Of which the coordinates count.
+    middle_m: DVec3,
+    blocks: Vec<Block>,
+    /// Of each beacon: its emitter.
+    emitters: Vec<u32>,
+    /// Of each emitter: its first beacon; and the number of all.
+    firsts: Vec<u32>,
+    /// Beacons whose profile is a table: their places, with it.
+    tables: Vec<(usize, Profile)>,
+    #[cfg(target_arch = "x86_64")]
+    has_avx2: bool,
+}
+
+/// Eight beacons, in m about the middle and cd.
+#[derive(Clone, Copy, Debug, Default)]
+struct Block {
+    center: [[f32; LANES]; 3],
+    axis: [[f32; LANES]; 3],
+    radius: [f32; LANES],
+    /// The radius without what rounding asks for, squared.
+    squared_radius: [f32; LANES],
+    intensity: [f32; LANES],
+    /// 1 where the intensity does not fall with the angle from the axis, or a table tells how; else 0.
+    is_even: [f32; LANES],
+}
+
+/// Weights of all at one place, and room for them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Weights {
+    eights: Vec<[f32; LANES]>,
+    /// Of each eight.
+    sums: Vec<f64>,
+    total: f64,
+}
+
+/// Weights of a block, and cos γ as far as each beacon's extent lets it reach.
+type Weighed = [[f32; LANES]; 2];
+
+impl FewBeacons {
+    /// Beacons of emitters, each with its parts if it has some; `None` where they are many, or single precision does not hold them.
+    pub fn of(beacons: &[&Beacon]) -> Option<FewBeacons> {
+        let parts = |beacon: &'_ Beacon| beacon.parts.len().max(1);
+        let count: usize = beacons.iter().map(|beacon| parts(beacon)).sum();
+        if count == 0 || count > MOST {
+            return None;
+        }
+        let middle_m = beacons.iter().map(|beacon| beacon.center_m).sum::<DVec3>() / beacons.len() as f64;
+        let mut few = FewBeacons {
+            middle_m,
+            blocks: vec![Block::default(); count.div_ceil(LANES)],
+            emitters: Vec::with_capacity(count),
+            firsts: Vec::with_capacity(beacons.len() + 1),
+            tables: Vec::new(),
+            #[cfg(target_arch = "x86_64")]
+            has_avx2: is_x86_feature_detected!("avx2"),
+        };
+        let largest_m = beacons.iter().map(|beacon| (beacon.center_m - middle_m).abs().max_element() + beacon.radius_m);
+        let largest_m = largest_m.fold(0.0, f64::max);
+        let largest_cd = beacons.iter().map(|beacon| beacon.largest_intensity_cd()).fold(0.0, f64::max);
+        if !(largest_m < LARGEST_M && largest_cd < LARGEST_CD) {
+            return None;
+        }
+        for (emitter, beacon) in (0u32..).zip(beacons) {
+            few.firsts.push(few.emitters.len() as u32);
+            let own = if beacon.parts.is_empty() { std::slice::from_ref(*beacon) } else { &beacon.parts[..] };
+            own.iter().for_each(|part| few.push(emitter, part, largest_m));
+        }
+        few.firsts.push(count as u32);
+        Some(few)
+    }
+
+    fn push(&mut self, emitter: u32, beacon: &Beacon, largest_m: f64) {
+        let place = self.emitters.len();
+        let (block, lane) = (&mut self.blocks[place / LANES], place % LANES);
+        let center = beacon.center_m - self.middle_m;
+        for (axis, lanes) in block.center.iter_mut().enumerate() {
+            lanes[lane] = center[axis] as f32;
+        }
+        for (axis, lanes) in block.axis.iter_mut().enumerate() {
+            lanes[lane] = beacon.axis[axis] as f32;
+        }
+        block.radius[lane] = (beacon.radius_m + ROUNDING * largest_m) as f32;
+        block.squared_radius[lane] = (beacon.radius_m * beacon.radius_m) as f32;
+        block.intensity[lane] = beacon.intensity_cd as f32;
+        block.is_even[lane] = f32::from(u8::from(!matches!(beacon.profile, Profile::Cosine)));
+        if matches!(beacon.profile, Profile::Table(_)) {
+            self.tables.push((place, beacon.profile.clone()));
+        }
+        self.emitters.push(emitter);
+    }
+
+    /// How many there are, parts of emitters by themselves.
+    pub fn len(&self) -> usize {
+        self.emitters.len()
+    }
+
+    /// Weighs all at a point with a unit normal.
+    #[inline]
+    pub fn weigh(&self, point_m: DVec3, normal: DVec3, weights: &mut Weights) {
+        let (point, normal) = ((point_m - self.middle_m).as_vec3(), normal.as_vec3());
+        weights.eights.resize(self.blocks.len(), [0.0; LANES]);
+        weights.sums.resize(self.blocks.len(), 0.0);
+        #[cfg(target_arch = "x86_64")]
+        if self.has_avx2 {
+            // SAFETY: the processor has AVX2.
+            return unsafe { self.weigh_avx2(point, normal, weights) };
+        }
+        self.weigh_all(point, normal, weights);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn weigh_avx2(&self, point: Vec3, normal: Vec3, weights: &mut Weights) {
+        self.weigh_all(point, normal, weights);
+    }
+
+    /// Weighs all, and sums up.
+    #[inline(always)]
+    fn weigh_all(&self, point: Vec3, normal: Vec3, weights: &mut Weights) {
+        let mut tables = self.tables.as_slice();
+        weights.total = 0.0;
+        let eights = weights.eights.iter_mut().zip(&mut weights.sums);
+        for (number, (block, (weights_of_eight, sum))) in self.blocks.iter().zip(eights).enumerate() {
+            let cosines;
+            [*weights_of_eight, cosines] = block.weigh(point, normal);
+            while let [(place, profile), rest @ ..] = tables
+                && place / LANES == number
+            {
+                let lane = place % LANES;
+                if weights_of_eight[lane] > 0.0 {
+                    weights_of_eight[lane] *= profile.at(f64::from(cosines[lane])) as f32;
+                }
+                tables = rest;
+            }
+            *sum = sum_of(weights_of_eight);
+            weights.total += *sum;
+        }
+    }
+
+    /// Chooses an emitter by a variate in [0, 1) and what [`FewBeacons::weigh`] found; with the probability of the choice.
+    pub fn choose(&self, variate: f64, weights: &Weights) -> Option<(u32, f64)> {
+        if weights.total <= 0.0 {
+            return None;
+        }
+        let mut aim = variate * weights.total;
+        let mut last = None;
+        for (number, (eight, sum)) in
+            weights.eights.iter().zip(&weights.sums).enumerate().filter(|(_, (_, sum))| **sum > 0.0)
+        {
+            let lit = eight.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
+            if aim >= *sum {
+                aim -= sum;
+                last = { lit }.next_back().map(|(lane, _)| number * LANES + lane);
+                continue;
+            }
+            for (lane, weight) in lit {
+                last = Some(number * LANES + lane);
+                aim -= f64::from(*weight);
+                if aim < 0.0 {
+                    break;
+                }
+            }
+            break;
+        }
+        let emitter = self.emitters[last?];
+        Some((emitter, self.probability(emitter, weights)))
+    }
+
+    /// Probability with which [`FewBeacons::choose`] chooses an emitter.
+    pub fn probability(&self, emitter: u32, weights: &Weights) -> f64 {
+        let [first, end] = [0, 1].map(|next| self.firsts[emitter as usize + next] as usize);
+        let weight: f64 = (first..end).map(|place| f64::from(weights.eights[place / LANES][place % LANES])).sum();
+        if weights.total > 0.0 { weight / weights.total } else { 0.0 }
+    }
+}
+
+/// Sum of eight weights, in an order that eight lanes add up in.
+#[inline(always)]
+fn sum_of(weights: &[f32; LANES]) -> f64 {
+    let [a, b, c, d, e, f, g, h] = weights.map(f64::from);
+    ((a + e) + (b + f)) + ((c + g) + (d + h))
+}
+
+impl Block {
+    /// The weights of all eight: see [`Beacon::importance`].
+    #[inline(always)]
+    fn weigh(&self, point: Vec3, normal: Vec3) -> Weighed {
+        let [mut weights, mut cosines] = [[0.0; LANES]; 2];
+        for (lane, (weight, reached)) in weights.iter_mut().zip(&mut cosines).enumerate() {
+            let offset = [0, 1, 2].map(|axis| self.center[axis][lane] - point[axis]);
+            let dot = |[x, y, z]: [f32; 3]| offset[0] * x + offset[1] * y + offset[2] * z;
+            let squared = dot(offset).max(LEAST_SQUARED_M2);
+            let inverse = 1.0 / squared.sqrt();
+            let spread = self.radius[lane] * inverse;
+            // Within the ball it can stand anywhere above the horizon.
+            let within = if spread >= 1.0 { 1.0 } else { 0.0 };
+            let at_receiver = (dot(normal.to_array()) * inverse + spread).clamp(0.0, 1.0).max(within);
+            let cosine = spread - dot([0, 1, 2].map(|axis| self.axis[axis][lane])) * inverse;
+            let even = self.is_even[lane].max(within);
+            let profile = cosine.clamp(0.0, 1.0).max(even);
+            *weight = self.intensity[lane] * profile * at_receiver / squared.max(self.squared_radius[lane]);
+            *reached = cosine.min(1.0);
+        }
+        [weights, cosines]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 37 beacons, some in parts, about points near and far: weights are the importances to 1e-4 and what rounding adds to the radii,
+    /// choices come as often as told, and the portable way says the same bytes.
+    #[test]
+    fn weights_are_importances_and_choices_are_as_told() {
+        const N: u32 = 400_000;
+        let beacons: Vec<Beacon> = (0..37)
+            .map(|i| {
+                let beacon = Beacon {
+                    center_m: DVec3::new(f64::from(i % 7), f64::from(i / 7), 3.0 + 0.1 * f64::from(i % 3)),
+                    radius_m: 0.05 * f64::from(i % 2),
+                    axis: -DVec3::Z,
+                    intensity_cd: 10f64.powi(i % 5),
+                    profile: if i % 3 == 0 { Profile::Cosine } else { Profile::Uniform },
+                    parts: Vec::new(),
+                };
+                let part = |shift: f64| Beacon {
+                    center_m: beacon.center_m + shift * DVec3::X,
+                    intensity_cd: 0.5 * beacon.intensity_cd,
+                    ..beacon.clone()
+                };
+                let parts = if i % 4 == 1 { vec![part(-0.2), part(0.2)] } else { Vec::new() };
+                Beacon { parts, ..beacon }
+            })
+            .collect();
+        let few = FewBeacons::of(&beacons.iter().collect::<Vec<_>>()).expect("they are few");
+        for (point_m, normal) in [(DVec3::ZERO, DVec3::Z), (DVec3::new(3.0, 3.1, 2.7), DVec3::X)] {
+            let mut weights = Weights::default();
+            few.weigh(point_m, normal, &mut weights);
+            let mut portable = weights.clone();
+            few.weigh_all((point_m - few.middle_m).as_vec3(), normal.as_vec3(), &mut portable);
+            assert_eq!(weights.eights, portable.eights);
+            let importance = |beacon: &Beacon| match beacon.parts.is_empty() {
+                true => beacon.importance(point_m, normal),
+                false => beacon.parts.iter().map(|part| part.importance(point_m, normal)).sum(),
+            };
+            let mut counts = vec![0; beacons.len()];
+            for i in 0..N {
+                let (emitter, probability) =
+                    few.choose((f64::from(i) + 0.5) / f64::from(N), &weights).expect("some bring light");
+                counts[emitter as usize] += 1;
+                assert_eq!(probability, few.probability(emitter, &weights));
+            }
+            for (emitter, beacon) in beacons.iter().enumerate() {
+                let probability = few.probability(emitter as u32, &weights);
+                let exact = importance(beacon);
+                // What rounding adds to a radius may lift it over the horizon: I/d² times a millionth of the scene's size over d.
+                let lifted = 1e-5 * beacon.intensity_cd / beacon.center_m.distance(point_m).powi(3);
+                assert!((probability * weights.total - exact).abs() < 1e-4 * exact + lifted, "{emitter}");
+                assert!(exact == 0.0 || probability > 0.0, "emitter {emitter} is never chosen");
+                // The variates are equidistant: a share is met within a few of them.
+                let share = f64::from(counts[emitter]) / f64::from(N);
+                assert!((share - probability).abs() < 8.0 / f64::from(N), "{emitter}: {share} {probability}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_single_precision_does_not_hold_is_left_to_the_tree() {
+        let beacon = |center_m: DVec3, intensity_cd: f64| Beacon {
+            center_m,
+            radius_m: 0.0,
+            axis: -DVec3::Z,
+            intensity_cd,
+            profile: Profile::Uniform,
+            parts: Vec::new(),
+        };
+        let (near, far) = (beacon(DVec3::ZERO, 1.0), beacon(1e12 * DVec3::X, 1.0));
+        assert!(FewBeacons::of(&[&near, &near]).is_some());
+        assert!(FewBeacons::of(&[&near, &far]).is_none());
+        assert!(FewBeacons::of(&[&near, &beacon(DVec3::ONE, 1e30)]).is_none());
+        assert!(FewBeacons::of(&vec![&near; MOST + 1]).is_none() && FewBeacons::of(&[]).is_none());
+    }
+}

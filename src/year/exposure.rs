@@ -1,0 +1,109 @@
+//! Exposure to sunlight of EN 17037: how long the sun's middle is seen from a point on a day.
+//!
+//! The sun is looked for every minute of the day; where it comes or goes between two looks, the moment is found by halving. What hides it or shows it for less
+//! than a minute may be missed.
+
+use rayon::prelude::*;
+
+use super::hours::YEAR;
+use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
+use crate::chain::Stage;
+use crate::estimators::sunlight::way_out;
+use crate::geometry::Origin;
+use crate::scene::{ReceiverPoint, Scene};
+
+/// Looks of a day.
+const LOOKS: u32 = 24 * 60;
+/// Halvings of a minute: to a hundredth of a second.
+const HALVINGS: u32 = 13;
+/// Hours of sunlight on a day that EN 17037 takes for little, for more, and for much.
+pub const EXPOSURE_HOURS: [f64; 3] = [1.5, 3.0, 4.0];
+
+/// Where on the earth a scene stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunSite {
+    /// Latitude in degrees, north of the equator above 0.
+    pub latitude_deg: f64,
+    /// Longitude in degrees, east of Greenwich above 0.
+    pub longitude_deg: f64,
+    /// Hours that the time of the results is ahead of universal time.
+    pub time_zone_hours: f64,
+    /// Height of the sun in degrees from which on it counts.
+    pub least_elevation_deg: f64,
+}
+
+/// From when to when the sun is seen on a day, in hours.
+pub type SunlitHours = Vec<[f64; 2]>;
+
+/// Sunlight of a receiver set on some days.
+#[derive(Clone, Debug)]
+pub struct SetSunlight {
+    /// Place among the receivers of the scene.
+    pub set: usize,
+    /// Of each point each day's; none of points inside of solids.
+    pub points: Vec<Vec<SunlitHours>>,
+}
+
+/// When the points of all receiver sets that lie somewhere see the sun, on days by month and day.
+pub fn sunlight(scene: &Scene, site: &SunSite, days: &[(u32, u32)]) -> Vec<SetSunlight> {
+    let stage = Stage::new(scene);
+    let of_point = |point: &ReceiverPoint| {
+        if point.inside {
+            return vec![Vec::new(); days.len()];
+        }
+        let origin = stage.tracer.side_origin(point.position_m, point.normal);
+        days.iter().map(|day| sunlit(&stage, point, &origin, site, *day)).collect()
+    };
+    let sets = scene.receivers.iter().enumerate().filter(|(_, set)| !set.placed_points().is_empty());
+    sets.map(|(set, receivers)| SetSunlight { set, points: receivers.points.par_iter().map(of_point).collect() })
+        .collect()
+}
+
+/// Sum of the hours.
+pub fn sum_of_hours(sunlit: &SunlitHours) -> f64 {
+    sunlit.iter().fold(0.0, |sum, [from, to]| sum + to - from)
+}
+
+fn sunlit(
+    stage: &Stage,
+    point: &ReceiverPoint,
+    origin: &Origin,
+    site: &SunSite,
+    (month, day): (u32, u32),
+) -> SunlitHours {
+    let is_seen = |hour: f64| {
+        let moment = Moment::of_date(YEAR, month, day, hour - site.time_zone_hours);
+        let [elevation_deg, azimuth_deg] = solar_position_deg(site.latitude_deg, site.longitude_deg, moment);
+        if elevation_deg <= site.least_elevation_deg.max(0.0) {
+            return false;
+        }
+        let towards = direction_of(elevation_deg, azimuth_deg);
+        point.normal.dot(towards) > 0.0 && way_out(stage, origin, towards).0 > 0.0
+    };
+    let at = |look: u32| 24.0 * f64::from(look) / f64::from(LOOKS);
+    // The moment at which the sun comes or goes.
+    let change = |mut before: f64, mut after: f64, was_seen: bool| {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (before + after);
+            *(if is_seen(middle) == was_seen { &mut before } else { &mut after }) = middle;
+        }
+        0.5 * (before + after)
+    };
+    let mut found = Vec::new();
+    let (mut was_seen, mut from) = (is_seen(0.0), 0.0);
+    for look in 1..=LOOKS {
+        let sees = is_seen(at(look));
+        if sees != was_seen {
+            let moment = change(at(look - 1), at(look), was_seen);
+            if was_seen {
+                found.push([from, moment]);
+            }
+            from = moment;
+        }
+        was_seen = sees;
+    }
+    if was_seen {
+        found.push([from, 24.0]);
+    }
+    found
+}

@@ -1,0 +1,246 @@
+//! The year of one receiver: coefficients by walks, hours by sums.
+
+use super::count::{Counted, Counts, YearMeasure};
+use super::hours::YearSky;
+use super::sun_cells::SunCells;
+use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves};
+use crate::chain::Stage;
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
+use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::sunlight::SunPlace;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::scene::{Openings, ReceiverPoint, Scene};
+use glam::DVec3;
+
+/// Walks of a replica before the error is looked at first, and at most.
+const FIRST_WALKS: u64 = 64;
+const MOST_WALKS: u64 = 1 << 15;
+/// Ways by which light comes to a receiver: straight, from outside, from inside.
+const WAYS: usize = 3;
+/// More walks than the error asks for by itself, since it is an estimate.
+const RESERVE: f64 = 1.15;
+
+/// What all receivers share.
+pub(super) struct YearContext<'a> {
+    pub scene: &'a Scene,
+    pub stage: &'a Stage,
+    pub sky: &'a YearSky,
+    pub cells: &'a SunCells<'a>,
+    /// Where light enters.
+    pub openings: &'a Openings,
+    pub seed: u64,
+    pub target_error: f64,
+}
+
+impl YearContext<'_> {
+    /// Openings without which no light enters.
+    pub fn only_openings(&self) -> Option<&Openings> {
+        Some(self.openings).filter(|openings| openings.are_all)
+    }
+}
+
+/// The hours of a receiver.
+pub(super) struct ReceiverHours {
+    /// Illuminance of each hour with light in lx, and what the halves are off it.
+    pub lx: Vec<(f64, [f64; PARTINGS])>,
+    pub counts: Counts,
+    pub error: f64,
+    pub walks: u64,
+    pub rays: u64,
+}
+
+/// What sixteen replicas say, kept replica by replica.
+struct Replicas {
+    width: usize,
+    values: Vec<f64>,
+}
+
+impl Replicas {
+    fn new(width: usize) -> Replicas {
+        Replicas { width, values: vec![0.0; PARTED * width] }
+    }
+
+    fn of(&mut self, replica: usize) -> &mut [f64] {
+        &mut self.values[replica * self.width..(replica + 1) * self.width]
+    }
+
+    fn across(&self, place: usize) -> [f64; PARTED] {
+        std::array::from_fn(|replica| self.values[replica * self.width + place])
+    }
+}
+
+/// Adds what a walk of a replica finds.
+struct RowTally<'a> {
+    sky: &'a YearSky,
+    cells: &'a SunCells<'a>,
+    replica: usize,
+    columns: &'a mut [f64],
+    suns: &'a mut [f64],
+    ways: &'a mut [f64],
+}
+
+impl CoefficientTally for RowTally<'_> {
+    #[inline]
+    fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay) {
+        self.columns[self.sky.column_of(towards)] += lx;
+        // What the ground brings straight has been reflected outside.
+        let is_ground = way == SkyWay::Straight && towards.z <= 0.0;
+        let way = if is_ground { SkyWay::FromOutside } else { way };
+        self.ways[way as usize] += lx * self.sky.overcast_percent(towards);
+    }
+
+    #[inline]
+    fn met(&mut self, place: &MetPlace) {
+        let shining = self.cells.suns_on(self.replica, place.spot, place.barycentric);
+        match place.brings_evenly() {
+            Some(share) => shining.for_each(|(sun, lx)| self.suns[sun] += share * lx),
+            None => shining.for_each(|(sun, lx)| self.suns[sun] += place.brings(self.sky.suns.towards[sun]) * lx),
+        }
+    }
+}
+
+/// What the suns bring a receiver straight on, of 1 lx across their rays each, by all replicas.
+pub(super) struct DirectSuns {
+    lx: Replicas,
+    pub rays: u64,
+}
+
+impl DirectSuns {
+    pub fn of(context: &YearContext, (set, index): (usize, usize), receiver: &Receiver) -> DirectSuns {
+        let mut found = DirectSuns { lx: Replicas::new(context.sky.suns.towards.len()), rays: 0 };
+        let place = SunPlace { point_m: receiver.point_m, normal: receiver.normal, origin: receiver.origin };
+        for replica in 0..PARTED {
+            let mut stream = Stream::new(context.seed, Purpose::SunPlaces, set as u32 + 1, replica as u32);
+            stream.seek(index as u64);
+            let slab = found.lx.of(replica);
+            let around = (context.scene, context.stage);
+            let show = |sun: usize, lx| slab[sun] = lx;
+            found.rays += context.sky.suns.look_for_all(around, &place, context.only_openings(), &mut stream, show);
+        }
+        found
+    }
+
+    /// What a sun brings in lx in the mean, of 1 lx across its rays.
+    pub fn mean(&self, sun: usize) -> f64 {
+        self.lx.across(sun).iter().sum::<f64>() / PARTED as f64
+    }
+}
+
+/// The receiver of a point, for a closure.
+pub(super) fn at<R>(stage: &Stage, point: &ReceiverPoint, then: impl FnOnce(&Receiver) -> R) -> R {
+    let origin = stage.tracer.side_origin(point.position_m, point.normal);
+    then(&Receiver { point_m: point.position_m, normal: point.normal, origin: &origin })
+}
+
+/// Gathers a receiver's coefficients until its error is met, and sums up its hours. `closed` tells in which hours blinds let pass but a
+/// share, and nothing of the sun's own.
+pub(super) fn year_of(
+    context: &YearContext,
+    (set, index): (usize, usize),
+    receiver: &Receiver,
+    closed: Option<(&[bool], f64)>,
+) -> ReceiverHours {
+    let sky = context.sky;
+    let direct = DirectSuns::of(context, (set, index), receiver);
+    let mut rays = direct.rays;
+    let mut columns = Replicas::new(sky.columns());
+    let mut suns = Replicas::new(sky.suns.towards.len());
+    let mut ways = Replicas::new(WAYS);
+    let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
+    let mut walked = 0;
+    let mut wanted = FIRST_WALKS;
+    loop {
+        for replica in 0..PARTED {
+            let mut stream = Stream::new(context.seed, Purpose::DaylightWalks, set as u32 + 1, replica as u32);
+            let mut tally = RowTally {
+                sky,
+                cells: context.cells,
+                replica,
+                columns: columns.of(replica),
+                suns: suns.of(replica),
+                ways: ways.of(replica),
+            };
+            for number in walked..wanted {
+                stream.seek_quasi(((index as u64) << 24) | number, index as u64, number);
+                rays += walk_for_coefficients(
+                    (context.stage, context.openings),
+                    receiver,
+                    (&mut pass, &mut cut),
+                    &mut tally,
+                    &mut stream,
+                );
+            }
+        }
+        walked = wanted;
+        let mut found = hours_of(sky, (&columns, &suns, &direct), walked, closed);
+        let is_done = found.error <= context.target_error || walked >= MOST_WALKS;
+        if is_done {
+            for way in 0..WAYS {
+                let percents = ways.across(way).map(|sum| sum / walked as f64);
+                found.counts.of[YearMeasure::SkyComponent as usize + way] = Counted::of(&percents);
+            }
+            return ReceiverHours { walks: walked * PARTED as u64, rays, ..found };
+        }
+        let needed = walked as f64 * RESERVE * (found.error / context.target_error).powi(2);
+        wanted = (needed.min(MOST_WALKS as f64) as u64).next_power_of_two().clamp(2 * walked, MOST_WALKS);
+    }
+}
+
+/// The hours of coefficients that so many walks a replica have gathered.
+fn hours_of(
+    sky: &YearSky,
+    (columns, suns, direct): (&Replicas, &Replicas, &DirectSuns),
+    walks: u64,
+    closed: Option<(&[bool], f64)>,
+) -> ReceiverHours {
+    let share = 1.0 / walks as f64;
+    // Patches that light comes from alone, all replicas side by side.
+    let lit: Vec<(usize, [f64; PARTED])> = (0..columns.width)
+        .map(|column| (column, columns.across(column).map(|sum| share * sum)))
+        .filter(|(_, coefficients)| coefficients.iter().any(|coefficient| *coefficient > 0.0))
+        .collect();
+    let mut counts = Counts::default();
+    let mut lx = Vec::with_capacity(sky.hours.len());
+    let (mut squares, mut told, mut occupied) = (0.0, 0.0f64, 0usize);
+    let mut sun = 0;
+    for (number, hour) in sky.hours.iter().enumerate() {
+        let luminances = sky.luminances_cd_m2(number);
+        let mut all = [0.0; PARTED];
+        for (column, coefficients) in &lit {
+            let luminance = luminances[*column];
+            for (sum, coefficient) in all.iter_mut().zip(coefficients) {
+                *sum += luminance * coefficient;
+            }
+        }
+        let mut of_sun = [0.0; PARTED];
+        if sky.hours_of_suns.get(sun) == Some(&(number as u32)) {
+            of_sun = direct.lx.across(sun).map(|lx| hour.sun_lx * lx);
+            let reflected = suns.across(sun);
+            for (sum, reflected) in all.iter_mut().zip(reflected) {
+                *sum += hour.sun_lx * share * reflected;
+            }
+            sun += 1;
+        }
+        match closed {
+            Some((closed, passed)) if closed[number] => all.iter_mut().for_each(|sum| *sum *= passed),
+            _ => all.iter_mut().zip(of_sun).for_each(|(sum, lx)| *sum += lx),
+        }
+        let (mean_lx, off_lx) = mean_and_halves(&all);
+        let sunlit = of_sun.iter().any(|lx| *lx > 0.0).then(|| mean_and_halves(&of_sun));
+        let sunlit = sunlit.as_ref().map(|(lx, off)| (*lx, off));
+        counts.add_hour(hour.is_occupied, (mean_lx, &off_lx), sunlit);
+        if hour.is_occupied {
+            occupied += 1;
+            if mean_lx > 0.0 {
+                let square: f64 = off_lx.iter().map(|off| off * off).sum::<f64>() / PARTINGS as f64;
+                squares += square / (mean_lx * mean_lx);
+                told += 1.0;
+            }
+        }
+        lx.push((mean_lx, off_lx));
+    }
+    counts.add_dark((sky.occupied - occupied) as f64);
+    let error = if told > 0.0 { (squares / told).sqrt() } else { 0.0 };
+    ReceiverHours { lx, counts, error, walks: 0, rays: 0 }
+}

@@ -1,0 +1,325 @@
+//! Runs a year: all receivers, in chunks over threads.
+
+use rayon::prelude::*;
+
+use super::count::{ASE_HOURS, ASE_LX, BLINDS_SHARE, Counted, MEASURES, SDA_SHARE, YearMeasure};
+use super::hours::YearSky;
+use super::receiver::{DirectSuns, ReceiverHours, YearContext, at, year_of};
+use super::result::{SetYear, YearPoint, YearSolution};
+use super::sun_cells::{SunCells, side_index};
+use crate::base::half_samples::{PARTINGS, standard_error};
+use crate::base::sky::{Sky, SkyPattern};
+use crate::chain::Stage;
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
+use crate::estimators::direct::DirectPass;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::scene::{Emission, Openings, Quantity, Scene, Weather};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Receivers that are worked on before their hours are handed out.
+const CHUNK: usize = 64;
+/// Receivers and walks of the survey that tells where walks meet surfaces.
+const SURVEYED: usize = 128;
+const SURVEY_WALKS: u64 = 128;
+
+/// What a year is to be.
+#[derive(Clone, Copy, Debug)]
+pub struct YearSettings {
+    /// Parts along the sides of Tregenza's patches, 1 to 4.
+    pub subdivision: u32,
+    /// Occupied hours of every day: from and to, in standard time.
+    pub occupied_hours: [f64; 2],
+    /// Relative error of the hours' illuminances that each point is to have.
+    pub target_error: f64,
+    /// Seed of all streams.
+    pub seed: u64,
+    /// Blinds, where there are any.
+    pub blinds: Option<Blinds>,
+}
+
+impl Default for YearSettings {
+    fn default() -> YearSettings {
+        YearSettings { subdivision: 2, occupied_hours: [8.0, 18.0], target_error: 0.03, seed: 0, blinds: None }
+    }
+}
+
+/// Blinds that are closed while the sun's direct light brings 1000 lx to more than 2 % of a set's points (IES LM-83).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blinds {
+    /// Share that closed ones let pass of the sky's light and of what surfaces reflect of the sun's; of its direct light they let
+    /// nothing pass.
+    pub transmittance: f64,
+}
+
+/// Hours of one receiver, as they are handed out.
+pub struct YearHours<'a> {
+    /// Place of the set in [`YearSolution::sets`].
+    pub set: usize,
+    /// The point.
+    pub point: usize,
+    /// Illuminance of each hour with light in lx.
+    pub lx: &'a [f64],
+    /// Its standard error in lx.
+    pub standard_error_lx: &'a [f64],
+}
+
+/// Why a scene has no year.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+#[error("{what}\n  got:      {got}\n  expected: {expected}\n  remedy:   {remedy}")]
+pub struct NotForYear {
+    what: &'static str,
+    got: String,
+    expected: &'static str,
+    remedy: &'static str,
+}
+
+/// The scene with nothing but a sky of 1 cd/m² all around, its reflectance of the ground and its maintenance.
+fn under_even_sky(scene: &Scene) -> Result<(Scene, f64, f64), NotForYear> {
+    let sky = scene.luminaires.iter().find(|luminaire| matches!(luminaire.emission, Emission::Sky { .. }));
+    let Some(luminaire) = sky else {
+        return Err(NotForYear {
+            what: "the scene has no sky",
+            got: format!("{} luminaires of other types", scene.luminaires.len()),
+            expected: "a luminaire of type \"sky\", whose brightness comes from the weather",
+            remedy: "add { \"name\": \"sky\", \"type\": \"sky\", \"luminance_distribution\": \"overcast\", \
+                     \"horizontal_illuminance_lx\": 10000, \"ground_reflectance\": 0.2 }",
+        });
+    };
+    let mut alone = luminaire.clone();
+    let (mut ground_reflectance, mut largest) = (0.0, 0.0);
+    if let Emission::Sky { sky, openings, .. } = &mut alone.emission {
+        ground_reflectance = sky.ground_reflectance();
+        *sky = Arc::new(Sky::of_zenith(SkyPattern::Uniform, 1.0, 1.0));
+        largest = openings.fluxes_lm(|normal| sky.illuminance_lx(normal)).sum::<f64>()
+            + openings.open_flux_lm(sky.total_cd_sr_m2());
+    }
+    alone.luminous_flux_lm = largest;
+    let maintained = luminaire.dimming * luminaire.maintenance_factor;
+    let mut scene = scene.clone();
+    scene.luminaires = vec![alone];
+    Ok((scene, ground_reflectance, maintained))
+}
+
+/// Solves a year. `hand_out` gets the hours of every point that counts, in the order of the scene; what it refuses with ends the run.
+///
+/// # Errors
+///
+/// A scene without a sky, or without receivers on planes; what `hand_out` says.
+pub fn solve_year<E: From<NotForYear>>(
+    scene: &Scene,
+    weather: &Weather,
+    settings: &YearSettings,
+    mut hand_out: impl FnMut(&YearSky, &YearHours) -> Result<(), E>,
+) -> Result<YearSolution, E> {
+    let (scene, ground_reflectance, maintained) = under_even_sky(scene)?;
+    let [from, to] = settings.occupied_hours;
+    let is_occupied = |middle: f64| from <= middle && middle < to;
+    let sky = YearSky::of(weather, settings.subdivision, ground_reflectance, maintained, is_occupied);
+    let stage = Stage::new(&scene);
+    let none = Openings::default();
+    let openings = scene.luminaires[0].emission.openings().unwrap_or(&none);
+    let only_openings = Some(openings).filter(|openings| openings.are_all);
+    let is_plane = |set: &usize| scene.receivers[*set].quantity == Quantity::Perpendicular;
+    let (planes, others): (Vec<usize>, Vec<usize>) = (0..scene.receivers.len()).partition(is_plane);
+    let meetings = survey(&scene, (&stage, openings), &planes, settings.seed);
+    let cells = SunCells::new((&scene, &stage), &sky.suns, only_openings, &meetings, settings.seed);
+    let context = YearContext {
+        scene: &scene,
+        stage: &stage,
+        sky: &sky,
+        cells: &cells,
+        openings,
+        seed: settings.seed,
+        target_error: settings.target_error,
+    };
+    if planes.is_empty() {
+        return Err(E::from(NotForYear {
+            what: "the scene has no receivers whose year could be told",
+            got: format!("{} receiver sets of other quantities", others.len()),
+            expected: "a receiver set of illuminance on planes",
+            remedy: "add a grid",
+        }));
+    }
+    let mut sets = Vec::with_capacity(planes.len());
+    let mut rays = 0;
+    for (number, set) in planes.iter().enumerate() {
+        let (solved, set_rays) =
+            set_year(&context, *set, settings.blinds, |hours| hand_out(&sky, &YearHours { set: number, ..hours }))?;
+        sets.push(solved);
+        rays += set_rays;
+    }
+    rays += cells.rays();
+    let left_out = others.iter().map(|set| scene.receivers[*set].name.clone()).collect();
+    let walks_given_up = stage.patience.walks_given_up();
+    Ok(YearSolution { sets, left_out, target_error: settings.target_error, rays, walks_given_up, sky })
+}
+
+/// How often walks meet each side of a triangle.
+fn survey(scene: &Scene, (stage, openings): (&Stage, &Openings), planes: &[usize], seed: u64) -> Vec<u32> {
+    /// Counts meetings.
+    struct Meetings(Vec<u32>);
+    impl CoefficientTally for Meetings {
+        fn add_sky(&mut self, _: DVec3, _: f64, _: SkyWay) {}
+        fn met(&mut self, place: &MetPlace) {
+            self.0[side_index(place.spot)] += 1;
+        }
+    }
+    let places: Vec<(usize, usize)> = planes
+        .iter()
+        .flat_map(|set| (0..scene.receivers[*set].points.len()).map(move |index| (*set, index)))
+        .filter(|(set, index)| !scene.receivers[*set].points[*index].inside)
+        .collect();
+    let step = places.len().div_ceil(SURVEYED).max(1);
+    let mut meetings = Meetings(vec![0; 2 * scene.triangles.len()]);
+    let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
+    let mut stream = Stream::new(seed, Purpose::Pilot, u32::MAX, 0);
+    for (number, (set, index)) in places.iter().step_by(step).enumerate() {
+        at(stage, &scene.receivers[*set].points[*index], |receiver| {
+            for walk in 0..SURVEY_WALKS {
+                stream.seek_quasi((number as u64) * SURVEY_WALKS + walk, number as u64, walk);
+                walk_for_coefficients((stage, openings), receiver, (&mut pass, &mut cut), &mut meetings, &mut stream);
+            }
+        });
+    }
+    meetings.0
+}
+
+/// The hours in which blinds are closed, and the rays.
+fn closed_hours(context: &YearContext, set: usize) -> (Vec<bool>, u64) {
+    let points = &context.scene.receivers[set].points;
+    let counted: Vec<usize> = (0..points.len()).filter(|index| !points[*index].inside).collect();
+    let suns = context.sky.suns.towards.len();
+    let chunks: Vec<(Vec<u32>, u64)> = counted
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            let (mut lit, mut rays) = (vec![0; suns], 0);
+            for index in chunk {
+                let direct =
+                    at(context.stage, &points[*index], |receiver| DirectSuns::of(context, (set, *index), receiver));
+                rays += direct.rays;
+                for (sun, lit) in lit.iter_mut().enumerate() {
+                    let hour = context.sky.hours_of_suns[sun] as usize;
+                    *lit += u32::from(context.sky.hours[hour].sun_lx * direct.mean(sun) >= ASE_LX);
+                }
+            }
+            (lit, rays)
+        })
+        .collect();
+    let mut closed = vec![false; context.sky.hours.len()];
+    for (sun, hour) in context.sky.hours_of_suns.iter().enumerate() {
+        let lit: u32 = chunks.iter().map(|(lit, _)| lit[sun]).sum();
+        closed[*hour as usize] = f64::from(lit) > BLINDS_SHARE * counted.len() as f64;
+    }
+    (closed, chunks.iter().map(|(_, rays)| rays).sum())
+}
+
+/// What a set's points come to together.
+struct Sums {
+    weight: f64,
+    autonomy: Counted,
+    sunlit: Counted,
+    averages: [Counted; MEASURES.len()],
+    hourly: Vec<(f64, [f64; PARTINGS])>,
+    useful: Vec<f64>,
+    worst_error: f64,
+    squares: f64,
+    points: f64,
+}
+
+impl Sums {
+    fn new(hours: usize) -> Sums {
+        Sums {
+            weight: 0.0,
+            autonomy: Counted::default(),
+            sunlit: Counted::default(),
+            averages: Default::default(),
+            hourly: vec![(0.0, [0.0; PARTINGS]); hours],
+            useful: vec![0.0; hours],
+            worst_error: 0.0,
+            squares: 0.0,
+            points: 0.0,
+        }
+    }
+
+    fn add(&mut self, weight: f64, found: &ReceiverHours, measures: &[Counted; MEASURES.len()]) {
+        let one = |is_so: bool| f64::from(u8::from(is_so));
+        self.weight += weight;
+        self.autonomy.add(&measures[YearMeasure::Autonomy as usize], weight, |share| one(share >= SDA_SHARE));
+        self.sunlit.add(&measures[YearMeasure::Sunlit as usize], weight, |hours| one(hours > ASE_HOURS));
+        for (average, measure) in self.averages.iter_mut().zip(measures) {
+            average.add(measure, weight, |value| value);
+        }
+        for ((sum, useful), (lx, off)) in self.hourly.iter_mut().zip(&mut self.useful).zip(&found.lx) {
+            sum.0 += weight * lx;
+            sum.1.iter_mut().zip(off).for_each(|(sum, off)| *sum += weight * off);
+            *useful += weight * one((super::UDI_LIMITS_LX[1]..=super::UDI_LIMITS_LX[2]).contains(lx));
+        }
+        self.worst_error = self.worst_error.max(found.error);
+        self.squares += found.error * found.error;
+        self.points += 1.0;
+    }
+
+    fn finish(self, set: usize, name: &str, points: Vec<YearPoint>, closed: Vec<bool>) -> SetYear {
+        let share = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
+        let error_of = |off: &[f64; PARTINGS]| standard_error(off.iter().map(|off| [share * off, -share * off]));
+        SetYear {
+            set,
+            name: name.to_owned(),
+            points,
+            autonomy: self.autonomy.scaled(share).estimate(),
+            sunlit: self.sunlit.scaled(share).estimate(),
+            averages: self.averages.map(|average| average.scaled(share).estimate()),
+            hourly_standard_error_lx: self.hourly.iter().map(|(_, off)| error_of(off)).collect(),
+            hourly_lx: self.hourly.iter().map(|(lx, _)| share * lx).collect(),
+            hourly_useful: self.useful.iter().map(|useful| share * useful).collect(),
+            closed,
+            worst_error: self.worst_error,
+            error: (self.squares / self.points.max(1.0)).sqrt(),
+        }
+    }
+}
+
+/// The year of a set, and the rays.
+fn set_year<E>(
+    context: &YearContext,
+    set: usize,
+    blinds: Option<Blinds>,
+    mut hand_out: impl FnMut(YearHours) -> Result<(), E>,
+) -> Result<(SetYear, u64), E> {
+    let receivers = &context.scene.receivers[set];
+    let (closed, mut rays) = blinds.map_or((Vec::new(), 0), |_| closed_hours(context, set));
+    let closing = blinds.map(|blinds| (closed.as_slice(), blinds.transmittance));
+    let mut sums = Sums::new(context.sky.hours.len());
+    let mut points = Vec::with_capacity(receivers.points.len());
+    let all: Vec<usize> = (0..receivers.points.len()).collect();
+    for chunk in all.chunks(CHUNK) {
+        let found: Vec<Option<ReceiverHours>> = chunk
+            .par_iter()
+            .map(|index| {
+                let point = &receivers.points[*index];
+                (!point.inside)
+                    .then(|| at(context.stage, point, |receiver| year_of(context, (set, *index), receiver, closing)))
+            })
+            .collect();
+        for (index, found) in chunk.iter().zip(found) {
+            let Some(found) = found else {
+                points.push(YearPoint::default());
+                continue;
+            };
+            let measures = found.counts.clone().finish(context.sky.occupied as f64);
+            if receivers.points[*index].weight > 0.0 {
+                sums.add(receivers.points[*index].weight, &found, &measures);
+            }
+            rays += found.rays;
+            let lx: Vec<f64> = found.lx.iter().map(|(lx, _)| *lx).collect();
+            let error = |off: &[f64; PARTINGS]| standard_error(off.iter().map(|off| [*off, -*off]));
+            let standard_error_lx: Vec<f64> = found.lx.iter().map(|(_, off)| error(off)).collect();
+            hand_out(YearHours { set: 0, point: *index, lx: &lx, standard_error_lx: &standard_error_lx })?;
+            let measures = measures.map(|measure| measure.estimate());
+            points.push(YearPoint { measures, error: found.error, walks: found.walks });
+        }
+    }
+    Ok((sums.finish(set, &receivers.name, points, closed), rays))
+}
