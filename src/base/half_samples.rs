@@ -36,6 +36,11 @@ pub fn standard_error(of_halves: impl Iterator<Item = [f64; 2]>) -> f64 {
     (sum / PARTINGS as f64).sqrt()
 }
 
+/// The same of a linear result: by what the first half of each parting is off its mean.
+pub fn error_of_mean(off: &[f64; PARTINGS]) -> f64 {
+    standard_error(off.iter().map(|off| [*off, -*off]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

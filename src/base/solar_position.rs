@@ -20,6 +20,9 @@ pub struct Moment {
     julian_days: f64,
 }
 
+/// Days of the months of a common year.
+pub const DAYS_OF_MONTHS: [u32; 12] = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+
 impl Moment {
     /// A date of the Gregorian calendar and a time in hours of universal time, which may lie outside of its day.
     pub fn of_date(year: i32, month: u32, day: u32, hours: f64) -> Moment {

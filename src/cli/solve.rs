@@ -218,12 +218,12 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         guard.let_go();
         return run.on_its_threads(|| dry_run(scene, settings, arguments.method, started, arguments.quiet));
     };
-    let is_new = !out.exists();
-    let directory = ResultDirectory::open(out)?;
-    if is_new {
-        guard.has_made(out.clone());
-    }
-    if let Some(Err(failure)) = arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path)) {
+    let new = (!out.exists()).then(|| out.clone());
+    let (directory, checkpoint) = guard.undisturbed(new, || {
+        let directory = ResultDirectory::open(out)?;
+        Ok::<_, Failure>((directory, arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path))))
+    })?;
+    if let Some(Err(failure)) = checkpoint {
         directory.withdraw();
         return Err(failure);
     }

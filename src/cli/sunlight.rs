@@ -8,6 +8,7 @@ use super::exit::Exit;
 use super::run::thread_pool;
 use super::text_table::text_table;
 use super::{Outcome, console, values};
+use crate::base::solar_position::DAYS_OF_MONTHS;
 use crate::check::read_scene;
 use crate::output::{sunlight_file, write_files};
 use crate::scene::Scene;
@@ -63,16 +64,15 @@ struct Days(Vec<(u32, u32)>);
 
 fn days(text: &str) -> Result<Days, String> {
     const REMEDY: &str = "write a day as 03-21, or from and to as 02-01:03-21";
-    const LENGTHS: [u32; 12] = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
     let day = |text: &str| -> Option<(u32, u32)> {
         let (month, day) = text.trim().split_once('-')?;
         let (month, day): (u32, u32) = (month.parse().ok()?, day.parse().ok()?);
-        let length = *LENGTHS.get((month as usize).checked_sub(1)?)?;
+        let length = *DAYS_OF_MONTHS.get((month as usize).checked_sub(1)?)?;
         (1..=length).contains(&day).then_some((month, day))
     };
     let (from, to) = text.split_once(':').unwrap_or((text, text));
     let (Some(from), Some(to)) = (day(from), day(to)) else { return Err(REMEDY.to_owned()) };
-    let all = (1..=12u32).flat_map(|month| (1..=LENGTHS[month as usize - 1]).map(move |day| (month, day)));
+    let all = (1..=12u32).flat_map(|month| (1..=DAYS_OF_MONTHS[month as usize - 1]).map(move |day| (month, day)));
     let found: Vec<(u32, u32)> = all.filter(|day| (from..=to).contains(day)).collect();
     if found.is_empty() { Err(REMEDY.to_owned()) } else { Ok(Days(found)) }
 }

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::beforehand::Beforehand;
@@ -26,8 +26,8 @@ struct Watched {
     is_let_go: AtomicBool,
     beforehand: OnceLock<Beforehand>,
     read_s: OnceLock<f64>,
-    /// The directory of the results, where it was made for them.
-    made: OnceLock<PathBuf>,
+    /// The directory of the results, where it was made for them. Whoever makes it, or ends the process, holds this.
+    made: Mutex<Option<PathBuf>>,
 }
 
 impl TimeGuard {
@@ -39,9 +39,7 @@ impl TimeGuard {
             let watched = Arc::clone(&watched);
             std::thread::spawn(move || {
                 std::thread::sleep(most.saturating_sub(started.elapsed()));
-                if !watched.is_let_go.load(Ordering::SeqCst) {
-                    watched.end(limit_s, started);
-                }
+                watched.end(limit_s, started);
             });
         }
         TimeGuard(watched)
@@ -57,9 +55,13 @@ impl TimeGuard {
         self.0.read_s.set(read_s).ok();
     }
 
-    /// A directory was made for the results; it goes where there are none.
-    pub fn has_made(&self, directory: PathBuf) {
-        self.0.made.set(directory).ok();
+    /// Makes what is to lie on the disk: nothing ends the process in the midst of that. A directory that is made for the results goes where
+    /// there are none.
+    pub fn undisturbed<T>(&self, directory: Option<PathBuf>, make: impl FnOnce() -> T) -> T {
+        let mut made = self.0.made.lock().unwrap_or_else(PoisonError::into_inner);
+        let done = make();
+        *made = directory;
+        done
     }
 
     /// All that follows asks the clock itself.
@@ -75,10 +77,15 @@ impl Drop for TimeGuard {
 }
 
 impl Watched {
-    fn end(&self, limit_s: f64, started: Instant) -> ! {
+    /// Ends the process, unless it was let go.
+    fn end(&self, limit_s: f64, started: Instant) {
+        let made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.is_let_go.load(Ordering::SeqCst) {
+            return;
+        }
         let failure = self.failure(limit_s, started.elapsed().as_secs_f64());
         console::message(&format!("luxmc: error: {failure}"));
-        if let Some(directory) = self.made.get() {
+        if let Some(directory) = &*made {
             std::fs::remove_dir(directory).ok();
         }
         exit(i32::from(failure.exit().number()))
@@ -131,5 +138,13 @@ mod tests {
         let guard = TimeGuard::of(None, Instant::now());
         guard.let_go();
         assert!(guard.0.is_let_go.load(Ordering::SeqCst));
+    }
+
+    #[test]
+    fn what_is_made_is_known_once_it_is_made() {
+        let guard = TimeGuard::of(None, Instant::now());
+        let is_held = guard.undisturbed(Some(PathBuf::from("out")), || guard.0.made.try_lock().is_err());
+        assert!(is_held, "the process can end while it is made");
+        assert_eq!(*guard.0.made.lock().expect("free"), Some(PathBuf::from("out")));
     }
 }

@@ -18,13 +18,23 @@ const LONGEST_S: f64 = 3.2e9;
 /// A relative error: `1%` or `0.01`, above 0 and below 1.
 pub fn target_error(text: &str) -> Result<f64, String> {
     const REMEDY: &str = "write a relative error above 0 and below 1, such as 1% or 0.01";
-    let text = text.trim();
-    let (digits, unit) = text.strip_suffix('%').map_or((text, 1.0), |digits| (digits.trim_end(), 100.0));
-    let error = digits.parse::<f64>().map_err(|_| format!("not a number; {REMEDY}"))? / unit;
+    let error = number_or_percent(text).ok_or_else(|| format!("not a number; {REMEDY}"))?;
     if error > 0.0 && error < 1.0 {
         return Ok(error);
     }
     Err(format!("{}; {REMEDY}", if error >= 1.0 { "100% or more asks for nothing" } else { "no run can reach it" }))
+}
+
+/// A part of a whole: `0.2` or `20%`.
+pub fn part(text: &str) -> Result<f64, String> {
+    const REMEDY: &str = "write a share from 0 to 1, such as 20% or 0.2";
+    number_or_percent(text).filter(|part| (0.0..=1.0).contains(part)).ok_or_else(|| REMEDY.to_owned())
+}
+
+fn number_or_percent(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let (digits, unit) = text.strip_suffix('%').map_or((text, 1.0), |digits| (digits.trim_end(), 100.0));
+    Some(digits.parse::<f64>().ok()? / unit)
 }
 
 /// A check of meshes by its name.

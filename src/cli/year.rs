@@ -15,7 +15,7 @@ use crate::maps::Estimate;
 use crate::output::{
     HourlyFiles, Language, ResultDirectory, in_language, year_plots, year_rows, year_summary, year_tables,
 };
-use crate::scene::{Quantity, read_weather};
+use crate::scene::read_weather;
 use crate::year::{Blinds, YearSettings, YearSolution, solve_year};
 
 /// What the command does, at length.
@@ -64,7 +64,7 @@ pub struct YearArguments {
     sky_subdivision: u32,
     /// Blinds close while the sun alone brings 1000 lx to more than 2 % of a set's points; closed ones let pass this share of all
     /// other light
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = values::part)]
     blinds: Option<f64>,
     /// Write the illuminances of all hours at all points, and their standard errors
     #[arg(long)]
@@ -100,13 +100,6 @@ fn occupied(text: &str) -> Result<Occupied, String> {
     }
 }
 
-fn share(text: &str) -> Result<f64, String> {
-    const REMEDY: &str = "write a share from 0 to 1, such as 20% or 0.2";
-    let (digits, unit) = text.trim().strip_suffix('%').map_or((text.trim(), 1.0), |digits| (digits.trim_end(), 100.0));
-    let share = digits.parse::<f64>().map_err(|_| REMEDY)? / unit;
-    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err(REMEDY.to_owned()) }
-}
-
 /// Solves the year and writes its files.
 pub fn run(arguments: &YearArguments, started: Instant) -> Outcome {
     let weather = read_weather(&arguments.weather)?;
@@ -122,13 +115,11 @@ pub fn run(arguments: &YearArguments, started: Instant) -> Outcome {
         seed: arguments.seed,
         blinds: arguments.blinds.map(|transmittance| Blinds { transmittance }),
     };
-    let planes: Vec<usize> =
-        (0..scene.receivers.len()).filter(|set| scene.receivers[*set].quantity == Quantity::Perpendicular).collect();
     let mut hourly = HourlyFiles::NONE;
     let pool = thread_pool(arguments.threads)?;
     let solved = pool.install(|| {
         solve_year(&scene, &weather, &settings, |sky, hours| match arguments.hourly {
-            true => hourly.add(&scene, sky, planes[hours.set], hours).map_err(Failure::from),
+            true => hourly.add(&scene, sky, hours).map_err(Failure::from),
             false => Ok(()),
         })
     });

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::direct::Receiver;
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::random::Stream;
@@ -26,17 +27,6 @@ pub struct Suns {
     pub disk: [f64; 2],
 }
 
-/// A place that looks for suns.
-#[derive(Clone, Copy)]
-pub struct SunPlace<'a> {
-    /// Where, in m.
-    pub point_m: DVec3,
-    /// Unit normal of the side that receives.
-    pub normal: DVec3,
-    /// The same place for the tracer.
-    pub origin: &'a Origin,
-}
-
 impl Suns {
     /// Shows each sun that brings light to a place, by its number, with the illuminance in lx of one point of its disk standing for all of it; returns
     /// the rays.
@@ -46,7 +36,7 @@ impl Suns {
     pub fn look_for_all(
         &self,
         (scene, stage): (&Scene, &Stage),
-        place: &SunPlace,
+        place: &Receiver,
         openings: Option<&Openings>,
         stream: &mut Stream,
         mut found: impl FnMut(usize, f64),

@@ -17,15 +17,8 @@ use crate::year::{
 /// Shares of the area with autonomous daylight that IES LM-83 asks for: accepted, and preferred.
 pub const AUTONOMY_WANTED: [f64; 2] = [0.55, 0.75];
 
-const SET_COLUMNS: &[&str] = &[
-    "receiver",
-    "points",
-    "spatial_daylight_autonomy",
-    "spatial_daylight_autonomy_standard_error",
-    "certainty_of_55_percent",
-    "certainty_of_75_percent",
-    "annual_sunlight_exposure",
-    "annual_sunlight_exposure_standard_error",
+/// Each of [`MEASURES`], with its error.
+const MEASURE_COLUMNS: [&str; 2 * MEASURES.len()] = [
     "daylight_autonomy",
     "daylight_autonomy_standard_error",
     "useful_below_100_lx",
@@ -46,41 +39,23 @@ const SET_COLUMNS: &[&str] = &[
     "externally_reflected_standard_error_percent",
     "internally_reflected_percent",
     "internally_reflected_standard_error_percent",
-    "hours_with_closed_blinds",
-    "hourly_error",
-    "worst_hourly_error",
 ];
-
-const POINT_COLUMNS: &[&str] = &[
-    "receiver",
-    "point",
-    "x_m",
-    "y_m",
-    "z_m",
-    "inside_solid",
-    "daylight_autonomy",
-    "daylight_autonomy_standard_error",
-    "useful_below_100_lx",
-    "useful_below_100_lx_standard_error",
-    "useful_100_to_300_lx",
-    "useful_100_to_300_lx_standard_error",
-    "useful_300_to_3000_lx",
-    "useful_300_to_3000_lx_standard_error",
-    "useful_above_3000_lx",
-    "useful_above_3000_lx_standard_error",
-    "sunlit_hours",
-    "sunlit_hours_standard_error",
-    "light_exposure_lx_h",
-    "light_exposure_standard_error_lx_h",
-    "sky_component_percent",
-    "sky_component_standard_error_percent",
-    "externally_reflected_percent",
-    "externally_reflected_standard_error_percent",
-    "internally_reflected_percent",
-    "internally_reflected_standard_error_percent",
-    "hourly_error",
-    "walks",
+/// Columns of sets, and of points, before and after these.
+const SET_COLUMNS: [&[&str]; 2] = [
+    &[
+        "receiver",
+        "points",
+        "spatial_daylight_autonomy",
+        "spatial_daylight_autonomy_standard_error",
+        "certainty_of_55_percent",
+        "certainty_of_75_percent",
+        "annual_sunlight_exposure",
+        "annual_sunlight_exposure_standard_error",
+    ],
+    &["hours_with_closed_blinds", "hourly_error", "worst_hourly_error"],
 ];
+const POINT_COLUMNS: [&[&str]; 2] =
+    [&["receiver", "point", "x_m", "y_m", "z_m", "inside_solid"], &["hourly_error", "walks"]];
 
 const HOUR_COLUMNS: &[&str] = &[
     "receiver",
@@ -98,6 +73,10 @@ const HOUR_COLUMNS: &[&str] = &[
     "blinds_closed",
 ];
 
+fn with_measures([before, after]: [&[&'static str]; 2]) -> Vec<&'static str> {
+    [before, &MEASURE_COLUMNS, after].concat()
+}
+
 fn pairs<'a>(estimates: &[Estimate]) -> Vec<Field<'a>> {
     estimates.iter().flat_map(|estimate| [estimate.value, estimate.standard_error].map(Field::Number)).collect()
 }
@@ -108,8 +87,8 @@ fn pairs<'a>(estimates: &[Estimate]) -> Vec<Field<'a>> {
 ///
 /// A number that is not finite: no table holds one.
 pub fn year_tables(scene: &Scene, solution: &YearSolution) -> Result<Vec<ResultFile>, OutputError> {
-    let mut sets = Sheet::new("year.csv", SET_COLUMNS);
-    let mut points = Sheet::new("year-points.csv", POINT_COLUMNS);
+    let mut sets = Sheet::new("year.csv", &with_measures(SET_COLUMNS));
+    let mut points = Sheet::new("year-points.csv", &with_measures(POINT_COLUMNS));
     let mut hours = Sheet::new("year-hours.csv", HOUR_COLUMNS);
     for set in &solution.sets {
         let mut fields = vec![Field::Text(&set.name), Field::Count(set.points.len() as u64)];
@@ -231,8 +210,8 @@ impl HourlyFiles {
     /// # Errors
     ///
     /// What the disk does not take.
-    pub fn add(&mut self, scene: &Scene, sky: &YearSky, set: usize, hours: &YearHours) -> Result<(), OutputError> {
-        let receivers = &scene.receivers[set];
+    pub fn add(&mut self, scene: &Scene, sky: &YearSky, hours: &YearHours) -> Result<(), OutputError> {
+        let receivers = &scene.receivers[hours.set];
         let refused = |error: &std::io::Error| unwritable("hourly illuminances", error);
         if self.sets.last().is_none_or(|(name, _)| *name != receivers.name) {
             let mut begun = Vec::with_capacity(2);

@@ -7,6 +7,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -324,7 +325,7 @@ fn joined(first: &Beacon, second: &Beacon) -> Beacon {
     let center_m = first.center_m + along * lead;
     match first.profile_with(second) {
         Some((intensity_cd, profile)) => {
-            Beacon { center_m, radius_m, axis: first.axis, intensity_cd, profile, parts: Vec::new() }
+            Beacon { center_m, radius_m, axis: first.axis, intensity_cd, profile, parts: Arc::default() }
         }
         None => Beacon {
             center_m,
@@ -332,7 +333,7 @@ fn joined(first: &Beacon, second: &Beacon) -> Beacon {
             axis: DVec3::Z,
             intensity_cd: first.largest_intensity_cd() + second.largest_intensity_cd(),
             profile: Profile::Uniform,
-            parts: Vec::new(),
+            parts: Arc::default(),
         },
     }
 }
@@ -349,7 +350,7 @@ mod tests {
                 axis: -DVec3::Z,
                 intensity_cd: 10f64.powi(i % 5),
                 profile: if i % 3 == 0 { Profile::Cosine } else { Profile::Uniform },
-                parts: Vec::new(),
+                parts: Arc::default(),
             })
             .collect()
     }
@@ -374,7 +375,7 @@ mod tests {
             axis: -DVec3::Z,
             intensity_cd: 100.0,
             profile: Profile::Cosine,
-            parts: Vec::new(),
+            parts: Arc::default(),
         };
         let beacons: Vec<Beacon> = (0..90_000).map(downward).collect();
         let tree = EmitterTree::of(&beacons.iter().collect::<Vec<_>>()).expect("there are beacons");

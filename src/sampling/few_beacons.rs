@@ -58,6 +58,26 @@ pub(super) struct Weights {
     total: f64,
 }
 
+impl Weights {
+    /// The place at which the running sum passes an aim below the total; where rounding lets it fall short, the last one with a weight.
+    fn place_at(&self, mut aim: f64) -> Option<usize> {
+        for (number, (eight, sum)) in self.eights.iter().zip(&self.sums).enumerate() {
+            if aim >= *sum {
+                aim -= sum;
+                continue;
+            }
+            for (lane, weight) in eight.iter().enumerate() {
+                aim -= f64::from(*weight);
+                if aim < 0.0 {
+                    return Some(number * LANES + lane);
+                }
+            }
+            aim = 0.0;
+        }
+        self.eights.as_flattened().iter().rposition(|weight| *weight > 0.0)
+    }
+}
+
 /// Weights of a block, and cos γ as far as each beacon's extent lets it reach.
 type Weighed = [[f32; LANES]; 2];
 
@@ -167,27 +187,7 @@ impl FewBeacons {
         if weights.total <= 0.0 {
             return None;
         }
-        let mut aim = variate * weights.total;
-        let mut last = None;
-        for (number, (eight, sum)) in
-            weights.eights.iter().zip(&weights.sums).enumerate().filter(|(_, (_, sum))| **sum > 0.0)
-        {
-            let lit = eight.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
-            if aim >= *sum {
-                aim -= sum;
-                last = { lit }.next_back().map(|(lane, _)| number * LANES + lane);
-                continue;
-            }
-            for (lane, weight) in lit {
-                last = Some(number * LANES + lane);
-                aim -= f64::from(*weight);
-                if aim < 0.0 {
-                    break;
-                }
-            }
-            break;
-        }
-        let emitter = self.emitters[last?];
+        let emitter = self.emitters[weights.place_at(variate * weights.total)?];
         Some((emitter, self.probability(emitter, weights)))
     }
 
@@ -232,6 +232,8 @@ impl Block {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
 
     /// 37 beacons, some in parts, about points near and far: weights are the importances to 1e-4 and what rounding adds to the radii,
@@ -247,14 +249,14 @@ mod tests {
                     axis: -DVec3::Z,
                     intensity_cd: 10f64.powi(i % 5),
                     profile: if i % 3 == 0 { Profile::Cosine } else { Profile::Uniform },
-                    parts: Vec::new(),
+                    parts: Arc::default(),
                 };
                 let part = |shift: f64| Beacon {
                     center_m: beacon.center_m + shift * DVec3::X,
                     intensity_cd: 0.5 * beacon.intensity_cd,
                     ..beacon.clone()
                 };
-                let parts = if i % 4 == 1 { vec![part(-0.2), part(0.2)] } else { Vec::new() };
+                let parts = if i % 4 == 1 { [part(-0.2), part(0.2)].into() } else { Arc::default() };
                 Beacon { parts, ..beacon }
             })
             .collect();
@@ -298,7 +300,7 @@ mod tests {
             axis: -DVec3::Z,
             intensity_cd,
             profile: Profile::Uniform,
-            parts: Vec::new(),
+            parts: Arc::default(),
         };
         let (near, far) = (beacon(DVec3::ZERO, 1.0), beacon(1e12 * DVec3::X, 1.0));
         assert!(FewBeacons::of(&[&near, &near]).is_some());

@@ -27,7 +27,7 @@ pub(super) struct Beacon {
     pub intensity_cd: f64,
     pub profile: Profile,
     /// The parts that it is weighed by near by, if it fills so little of its ball that this says too little there.
-    pub parts: Vec<Beacon>,
+    pub parts: Arc<[Beacon]>,
 }
 
 /// How intensity depends on the angle from the axis.

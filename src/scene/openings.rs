@@ -25,6 +25,11 @@ pub struct Openings {
 }
 
 impl Openings {
+    /// These, if no light of the sky comes but through them.
+    pub fn if_all(&self) -> Option<&Openings> {
+        self.are_all.then_some(self)
+    }
+
     /// Flux in lm through each front, of light that gives a plane with a unit normal so many lx.
     pub fn fluxes_lm(&self, illuminance_lx: impl Fn(DVec3) -> f64) -> impl Iterator<Item = f64> {
         self.fronts_m.iter().map(move |corners_m| area_m2(corners_m) * illuminance_lx(-normal(corners_m)))

@@ -9,6 +9,7 @@ use std::path::Path;
 use super::error::SceneError;
 use super::plain_file::read_plain_file;
 use super::reader::{Source, shortened};
+use crate::base::solar_position::DAYS_OF_MONTHS;
 
 /// Bytes of a weather file that are read: ten times those of hourly ones.
 const MOST_BYTES: u64 = 20_000_000;
@@ -142,8 +143,9 @@ impl<'a> Rows<'a> {
 
     fn hour_of(&self, fields: &Fields, [month, day, hour]: [usize; 3]) -> Result<(u32, u32, f64), SceneError> {
         let month = self.number(fields, month, "a month", [1.0, 12.0])?;
-        let days = [31.0, 29.0, 31.0, 30.0, 31.0, 30.0, 31.0, 31.0, 30.0, 31.0, 30.0, 31.0];
-        let day = self.number(fields, day, "a day of the month", [1.0, days[month as usize - 1]])?;
+        // The year may be a leap year.
+        let days = DAYS_OF_MONTHS[month as usize - 1] + u32::from(month as usize == 2);
+        let day = self.number(fields, day, "a day of the month", [1.0, f64::from(days)])?;
         Ok((month as u32, day as u32, self.number(fields, hour, "an hour of the day", [0.0, 24.0])?))
     }
 

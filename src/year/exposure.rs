@@ -3,6 +3,7 @@
 //! The sun is looked for every minute of the day; where it comes or goes between two looks, the moment is found by halving. What hides it or shows it for less
 //! than a minute may be missed.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::hours::YEAR;
@@ -47,12 +48,14 @@ pub struct SetSunlight {
 /// When the points of all receiver sets that lie somewhere see the sun, on days by month and day.
 pub fn sunlight(scene: &Scene, site: &SunSite, days: &[(u32, u32)]) -> Vec<SetSunlight> {
     let stage = Stage::new(scene);
+    // Where the sun stands is the same for all points.
+    let days: Vec<SunDay> = days.iter().map(|day| SunDay::of(*site, *day)).collect();
     let of_point = |point: &ReceiverPoint| {
         if point.inside {
             return vec![Vec::new(); days.len()];
         }
         let origin = stage.tracer.side_origin(point.position_m, point.normal);
-        days.iter().map(|day| sunlit(&stage, point, &origin, site, *day)).collect()
+        days.iter().map(|day| sunlit(&stage, point, &origin, day)).collect()
     };
     let sets = scene.receivers.iter().enumerate().filter(|(_, set)| !set.placed_points().is_empty());
     sets.map(|(set, receivers)| SetSunlight { set, points: receivers.points.par_iter().map(of_point).collect() })
@@ -64,43 +67,58 @@ pub fn sum_of_hours(sunlit: &SunlitHours) -> f64 {
     sunlit.iter().fold(0.0, |sum, [from, to]| sum + to - from)
 }
 
-fn sunlit(
-    stage: &Stage,
-    point: &ReceiverPoint,
-    origin: &Origin,
-    site: &SunSite,
-    (month, day): (u32, u32),
-) -> SunlitHours {
-    let is_seen = |hour: f64| {
-        let moment = Moment::of_date(YEAR, month, day, hour - site.time_zone_hours);
-        let [elevation_deg, azimuth_deg] = solar_position_deg(site.latitude_deg, site.longitude_deg, moment);
-        if elevation_deg <= site.least_elevation_deg.max(0.0) {
-            return false;
-        }
-        let towards = direction_of(elevation_deg, azimuth_deg);
-        point.normal.dot(towards) > 0.0 && way_out(stage, origin, towards).0 > 0.0
+/// The sun on a day.
+struct SunDay {
+    site: SunSite,
+    date: (u32, u32),
+    /// Where it stands at each look.
+    towards: Vec<Option<DVec3>>,
+}
+
+impl SunDay {
+    fn of(site: SunSite, date: (u32, u32)) -> SunDay {
+        let day = SunDay { site, date, towards: Vec::new() };
+        SunDay { towards: (0..=LOOKS).map(|look| day.towards(hour_of(look))).collect(), ..day }
+    }
+
+    /// The sun's direction at an hour, where it stands high enough.
+    fn towards(&self, hour: f64) -> Option<DVec3> {
+        let (month, day) = self.date;
+        let moment = Moment::of_date(YEAR, month, day, hour - self.site.time_zone_hours);
+        let [elevation_deg, azimuth_deg] = solar_position_deg(self.site.latitude_deg, self.site.longitude_deg, moment);
+        let is_high = elevation_deg > self.site.least_elevation_deg.max(0.0);
+        is_high.then(|| direction_of(elevation_deg, azimuth_deg))
+    }
+}
+
+fn hour_of(look: u32) -> f64 {
+    24.0 * f64::from(look) / f64::from(LOOKS)
+}
+
+fn sunlit(stage: &Stage, point: &ReceiverPoint, origin: &Origin, day: &SunDay) -> SunlitHours {
+    let sees = |towards: Option<DVec3>| {
+        towards.is_some_and(|towards| point.normal.dot(towards) > 0.0 && way_out(stage, origin, towards).0 > 0.0)
     };
-    let at = |look: u32| 24.0 * f64::from(look) / f64::from(LOOKS);
     // The moment at which the sun comes or goes.
     let change = |mut before: f64, mut after: f64, was_seen: bool| {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (before + after);
-            *(if is_seen(middle) == was_seen { &mut before } else { &mut after }) = middle;
+            *(if sees(day.towards(middle)) == was_seen { &mut before } else { &mut after }) = middle;
         }
         0.5 * (before + after)
     };
     let mut found = Vec::new();
-    let (mut was_seen, mut from) = (is_seen(0.0), 0.0);
-    for look in 1..=LOOKS {
-        let sees = is_seen(at(look));
-        if sees != was_seen {
-            let moment = change(at(look - 1), at(look), was_seen);
+    let (mut was_seen, mut from) = (sees(day.towards[0]), 0.0);
+    for (look, towards) in (0..).zip(&day.towards).skip(1) {
+        let is_seen = sees(*towards);
+        if is_seen != was_seen {
+            let moment = change(hour_of(look - 1), hour_of(look), was_seen);
             if was_seen {
                 found.push([from, moment]);
             }
             from = moment;
         }
-        was_seen = sees;
+        was_seen = is_seen;
     }
     if was_seen {
         found.push([from, 24.0]);

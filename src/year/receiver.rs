@@ -7,7 +7,6 @@ use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves};
 use crate::chain::Stage;
 use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
 use crate::estimators::direct::{DirectPass, Receiver};
-use crate::estimators::sunlight::SunPlace;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Openings, ReceiverPoint, Scene};
@@ -31,13 +30,6 @@ pub(super) struct YearContext<'a> {
     pub openings: &'a Openings,
     pub seed: u64,
     pub target_error: f64,
-}
-
-impl YearContext<'_> {
-    /// Openings without which no light enters.
-    pub fn only_openings(&self) -> Option<&Openings> {
-        Some(self.openings).filter(|openings| openings.are_all)
-    }
 }
 
 /// The hours of a receiver.
@@ -109,14 +101,13 @@ pub(super) struct DirectSuns {
 impl DirectSuns {
     pub fn of(context: &YearContext, (set, index): (usize, usize), receiver: &Receiver) -> DirectSuns {
         let mut found = DirectSuns { lx: Replicas::new(context.sky.suns.towards.len()), rays: 0 };
-        let place = SunPlace { point_m: receiver.point_m, normal: receiver.normal, origin: receiver.origin };
         for replica in 0..PARTED {
             let mut stream = Stream::new(context.seed, Purpose::SunPlaces, set as u32 + 1, replica as u32);
             stream.seek(index as u64);
             let slab = found.lx.of(replica);
             let around = (context.scene, context.stage);
             let show = |sun: usize, lx| slab[sun] = lx;
-            found.rays += context.sky.suns.look_for_all(around, &place, context.only_openings(), &mut stream, show);
+            found.rays += context.sky.suns.look_for_all(around, receiver, context.openings.if_all(), &mut stream, show);
         }
         found
     }

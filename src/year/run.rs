@@ -7,7 +7,7 @@ use super::hours::YearSky;
 use super::receiver::{DirectSuns, ReceiverHours, YearContext, at, year_of};
 use super::result::{SetYear, YearPoint, YearSolution};
 use super::sun_cells::{SunCells, side_index};
-use crate::base::half_samples::{PARTINGS, standard_error};
+use crate::base::half_samples::{PARTINGS, error_of_mean};
 use crate::base::sky::{Sky, SkyPattern};
 use crate::chain::Stage;
 use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
@@ -55,7 +55,7 @@ pub struct Blinds {
 
 /// Hours of one receiver, as they are handed out.
 pub struct YearHours<'a> {
-    /// Place of the set in [`YearSolution::sets`].
+    /// Number of the receiver set in the scene.
     pub set: usize,
     /// The point.
     pub point: usize,
@@ -120,11 +120,10 @@ pub fn solve_year<E: From<NotForYear>>(
     let stage = Stage::new(&scene);
     let none = Openings::default();
     let openings = scene.luminaires[0].emission.openings().unwrap_or(&none);
-    let only_openings = Some(openings).filter(|openings| openings.are_all);
     let is_plane = |set: &usize| scene.receivers[*set].quantity == Quantity::Perpendicular;
     let (planes, others): (Vec<usize>, Vec<usize>) = (0..scene.receivers.len()).partition(is_plane);
     let meetings = survey(&scene, (&stage, openings), &planes, settings.seed);
-    let cells = SunCells::new((&scene, &stage), &sky.suns, only_openings, &meetings, settings.seed);
+    let cells = SunCells::new((&scene, &stage), &sky.suns, openings.if_all(), &meetings, settings.seed);
     let context = YearContext {
         scene: &scene,
         stage: &stage,
@@ -144,9 +143,8 @@ pub fn solve_year<E: From<NotForYear>>(
     }
     let mut sets = Vec::with_capacity(planes.len());
     let mut rays = 0;
-    for (number, set) in planes.iter().enumerate() {
-        let (solved, set_rays) =
-            set_year(&context, *set, settings.blinds, |hours| hand_out(&sky, &YearHours { set: number, ..hours }))?;
+    for set in planes {
+        let (solved, set_rays) = set_year(&context, set, settings.blinds, |hours| hand_out(&sky, hours))?;
         sets.push(solved);
         rays += set_rays;
     }
@@ -263,7 +261,6 @@ impl Sums {
 
     fn finish(self, set: usize, name: &str, points: Vec<YearPoint>, closed: Vec<bool>) -> SetYear {
         let share = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
-        let error_of = |off: &[f64; PARTINGS]| standard_error(off.iter().map(|off| [share * off, -share * off]));
         SetYear {
             set,
             name: name.to_owned(),
@@ -271,7 +268,11 @@ impl Sums {
             autonomy: self.autonomy.scaled(share).estimate(),
             sunlit: self.sunlit.scaled(share).estimate(),
             averages: self.averages.map(|average| average.scaled(share).estimate()),
-            hourly_standard_error_lx: self.hourly.iter().map(|(_, off)| error_of(off)).collect(),
+            hourly_standard_error_lx: self
+                .hourly
+                .iter()
+                .map(|(_, off)| error_of_mean(&off.map(|off| share * off)))
+                .collect(),
             hourly_lx: self.hourly.iter().map(|(lx, _)| share * lx).collect(),
             hourly_useful: self.useful.iter().map(|useful| share * useful).collect(),
             closed,
@@ -286,7 +287,7 @@ fn set_year<E>(
     context: &YearContext,
     set: usize,
     blinds: Option<Blinds>,
-    mut hand_out: impl FnMut(YearHours) -> Result<(), E>,
+    mut hand_out: impl FnMut(&YearHours) -> Result<(), E>,
 ) -> Result<(SetYear, u64), E> {
     let receivers = &context.scene.receivers[set];
     let (closed, mut rays) = blinds.map_or((Vec::new(), 0), |_| closed_hours(context, set));
@@ -314,9 +315,8 @@ fn set_year<E>(
             }
             rays += found.rays;
             let lx: Vec<f64> = found.lx.iter().map(|(lx, _)| *lx).collect();
-            let error = |off: &[f64; PARTINGS]| standard_error(off.iter().map(|off| [*off, -*off]));
-            let standard_error_lx: Vec<f64> = found.lx.iter().map(|(_, off)| error(off)).collect();
-            hand_out(YearHours { set: 0, point: *index, lx: &lx, standard_error_lx: &standard_error_lx })?;
+            let standard_error_lx: Vec<f64> = found.lx.iter().map(|(_, off)| error_of_mean(off)).collect();
+            hand_out(&YearHours { set, point: *index, lx: &lx, standard_error_lx: &standard_error_lx })?;
             let measures = measures.map(|measure| measure.estimate());
             points.push(YearPoint { measures, error: found.error, walks: found.walks });
         }

@@ -10,7 +10,8 @@ use glam::DVec3;
 
 use crate::base::half_samples::PARTED;
 use crate::chain::{Spot, Stage};
-use crate::estimators::sunlight::{SunPlace, Suns};
+use crate::estimators::direct::Receiver;
+use crate::estimators::sunlight::Suns;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::elements::{part_at, part_corners};
@@ -109,7 +110,7 @@ impl<'a> SunCells<'a> {
         let barycentric = [0, 1].map(|k| a[k] + second * (b[k] - a[k]) + third * (c[k] - a[k]));
         let origin = self.stage.tracer.surface_origin(triangle, barycentric, side);
         let normal: DVec3 = self.stage.normal_on(triangle, barycentric, side);
-        let place = SunPlace { point_m: self.stage.tracer.position_m(&origin), normal, origin: &origin };
+        let place = Receiver { point_m: self.stage.tracer.position_m(&origin), normal, origin: &origin };
         let mut shares = Vec::new();
         let around = (self.scene, self.stage);
         let rays = self.suns.look_for_all(around, &place, self.openings, &mut stream, |sun, lx| {

@@ -1,6 +1,7 @@
 //! Luminous balls.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -55,7 +56,7 @@ impl Light for BallLight {
             axis: DVec3::Z,
             intensity_cd: self.exitance_lm_m2 * self.radius_m * self.radius_m,
             profile: Profile::Uniform,
-            parts: Vec::new(),
+            parts: Arc::default(),
         }
     }
 

@@ -1,5 +1,7 @@
 //! Points, alike in all directions or with I = I₀ cos γ.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::light::{Light, SeenPart};
@@ -28,7 +30,7 @@ impl Light for PointLight {
             axis: self.axis.unwrap_or(DVec3::Z),
             intensity_cd: self.intensity_cd,
             profile: if self.axis.is_some() { Profile::Cosine } else { Profile::Uniform },
-            parts: Vec::new(),
+            parts: Arc::default(),
         }
     }
 

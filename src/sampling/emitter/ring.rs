@@ -4,6 +4,7 @@
 //! arcs by [`arc_sums`], and the chord, which lies in the horizon, by its angle. A ring is a disk less a disk.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -118,7 +119,7 @@ impl Light for RingLight {
             axis: self.axis,
             intensity_cd: self.exitance_lm_m2 * self.area_m2() / PI,
             profile: Profile::Cosine,
-            parts: Vec::new(),
+            parts: Arc::default(),
         }
     }
 

@@ -69,7 +69,7 @@ impl Light for SkyEmitter {
                 axis: DVec3::Z,
                 intensity_cd: share * 0.25 * self.sky.total_cd_sr_m2() * radius_m * radius_m,
                 profile: Profile::Uniform,
-                parts: Vec::new(),
+                parts: Arc::default(),
             };
         };
         let center_m = (a + b + c) / 3.0;
@@ -78,7 +78,7 @@ impl Light for SkyEmitter {
         let axis = twice_area.normalize_or_zero();
         let area_m2 = 0.5 * twice_area.length();
         let intensity_cd = self.sky.illuminance_lx(-axis) / PI * area_m2;
-        Beacon { center_m, radius_m, axis, intensity_cd, profile: Profile::Cosine, parts: Vec::new() }
+        Beacon { center_m, radius_m, axis, intensity_cd, profile: Profile::Cosine, parts: Arc::default() }
     }
 
     /// About what it brings to a point with a unit normal in lx, where nothing stands between; 0 only where it brings nothing.

@@ -50,7 +50,7 @@ impl Light for SunEmitter {
             axis: -self.sun.towards(),
             intensity_cd: self.sun.normal_lx() * distance_m * distance_m,
             profile: Profile::Uniform,
-            parts: Vec::new(),
+            parts: Arc::default(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Sides of triangles that emit diffusely.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -55,9 +56,9 @@ impl TriangleEmitter {
 
     /// The parts that a triangle which fills little of the ball about it is weighed by, as halves of rectangles about twice as long as wide
     /// do: cut at the middle of their longest edges until none is longer than a square of the whole triangle's area is wide.
-    fn parts(&self) -> Vec<Beacon> {
+    fn parts(&self) -> Arc<[Beacon]> {
         if self.area_m2 >= NEEDLE * self.radius_m * self.radius_m {
-            return Vec::new();
+            return Arc::default();
         }
         let is_long = |corners_m: &[DVec3; 3]| ball_about(corners_m).1.powi(2) > self.area_m2;
         let mut parts = vec![self.corners_m];
@@ -77,7 +78,7 @@ impl TriangleEmitter {
             axis: self.normal,
             intensity_cd: share * self.exitance_lm_m2 * self.area_m2 / PI,
             profile: Profile::Cosine,
-            parts: Vec::new(),
+            parts: Arc::default(),
         }
     }
 

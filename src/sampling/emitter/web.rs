@@ -46,7 +46,7 @@ impl Light for WebLight {
             axis: self.frame[2],
             intensity_cd: self.scale,
             profile: self.profile.clone(),
-            parts: Vec::new(),
+            parts: Arc::default(),
         }
     }
 
