@@ -186,10 +186,10 @@ impl Ray {
         let [x, y, z] = self.project(block);
         // The weight of a corner is the edge function of the edge across.
         let mut weights = [[0.0; LANES]; 3];
-        for corner in 0..3 {
+        for (corner, weights) in weights.iter_mut().enumerate() {
             let (next, last) = ((corner + 1) % 3, (corner + 2) % 3);
             for lane in 0..LANES {
-                weights[corner][lane] = x[next][lane] * y[last][lane] - y[next][lane] * x[last][lane];
+                weights[lane] = x[next][lane] * y[last][lane] - y[next][lane] * x[last][lane];
             }
         }
         let (mut sum, mut t, mut crossed) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
