@@ -123,6 +123,9 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
 /// leave the average. Where the run has ended, by a limit say, one place of an element tells, and that for grids alone: else what stands
 /// on a floor would make its least value 0.
 fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
+    if !job.exposed.is_empty() {
+        return job.exposed.clone();
+    }
     let mut is_asked_for = vec![false; job.elements.len()];
     for of in sides.iter().filter(|of| of.grid.is_some()) {
         of.entries.iter().for_each(|entry| is_asked_for[*entry] = true);
