@@ -10,7 +10,7 @@ pub struct AverageLeft {
     /// Weight of all its elements or points, and of those that walk.
     weight: f64,
     walked_weight: f64,
-    /// Squared mean of what walks still find wrong less its chance: what the average is off by without bias, 0 or below by chance.
+    /// Squared mean of what walks still find wrong less its chance (docs/methods.md (39)): may be below 0 by chance.
     squared_lx2: f64,
     /// That chance.
     chance_lx2: f64,
@@ -22,7 +22,7 @@ pub struct AverageLeft {
 }
 
 impl AverageLeft {
-    /// Of the average over elements or points that count with these weights.
+    /// Of the average over elements or points that count with these weights: docs/methods.md (39).
     pub fn of(residuals: &Residuals, error: &CellsError, sites: impl Iterator<Item = (usize, f64)>) -> AverageLeft {
         let mut left = AverageLeft::default();
         let (mut sums_lx, mut walkers, mut by_site_lx2) = ([0.0; REPLICAS], 0.0, 0.0);
