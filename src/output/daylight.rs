@@ -2,7 +2,7 @@
 
 use super::daylight_factors::daylight_factors;
 use super::html::{HtmlTable, with_error};
-use super::numbers::{lux, percent, uncertainty};
+use super::numbers::{lux, percent, tick, uncertainty};
 use super::picture::escaped;
 use super::sheet::{Field, Sheet};
 use super::texts::say;
@@ -145,7 +145,7 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
 
 /// Mean components of the daylight factor; empty where they are not known.
 fn component_table(factors: &[DaylightFactors]) -> String {
-    let without = say!("Area without sky<small>sky component below {}%</small>", lux(NO_SKY_PERCENT));
+    let without = say!("Area without sky<small>sky component below {}%</small>", tick(NO_SKY_PERCENT));
     let mut table = HtmlTable::new(
         "",
         &[

@@ -55,11 +55,8 @@ pub(super) fn percent_picture(flat: &FlatMap, words: &PercentWords) -> Picture {
     let range = flat.field.range().unwrap_or_default();
     let levels = words.levels.iter().copied().filter(|level| (range[0]..range[1]).contains(level)).collect();
     let remark = draw_map(&mut picture, flat, &layout, (levels, say!("lines")), "%");
-    let y = picture.height - 26.0;
-    picture.words(
-        Words::new(format!("{remark}{}{}", words.note, say!("± is one standard error.")), [ROOM.left, y], 11.0)
-            .ink(SOFT),
-    );
+    let told = format!("{remark}{} {}", say!("± is one standard error."), words.note);
+    picture.words(Words::new(told.trim_end().to_owned(), [ROOM.left, picture.height - 26.0], 11.0).ink(SOFT));
     picture
 }
 
