@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use house::{Modules, named_in, product_code, without_comments};
+use house::{Modules, named_in, product_code, tuned, without_comments};
 
 /// Rooms and their floors; a room may use only rooms on lower numbers.
 const FLOORS: &[(&str, u32)] = &[
@@ -532,6 +532,39 @@ fn tests_stand_in_few_binaries() {
             assert!(name == "main" || main.contains(&format!("mod {name};")), "{} is in no binary", path.display());
         }
     }
+}
+
+/// `validation/tuning/table.py` writes `docs/tuned.md` anew.
+#[test]
+fn every_number_of_the_engine_is_listed_and_tuned_ones_stand_in_their_table() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let list = fs::read_to_string(root.join("validation/tuning/kinds.txt")).unwrap();
+    let table = fs::read_to_string(root.join("docs/tuned.md")).unwrap();
+    let mut listed = tuned::kinds_in(&list);
+    assert!(listed.len() > 400, "{} numbers are listed", listed.len());
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        let file = path.strip_prefix(root.join("src")).unwrap().to_str().unwrap();
+        if !tuned::ROOMS.iter().any(|room| file.starts_with(&format!("{room}/"))) || file.contains("tests") {
+            continue;
+        }
+        for (name, value) in tuned::numbers_in(&product_code(&text)) {
+            let Some(index) = listed.iter().position(|(of, known, _)| (*of, *known) == (file, name)) else {
+                wrong.push(format!("{file}: validation/tuning/kinds.txt does not say what {name} is"));
+                continue;
+            };
+            let (.., kind) = listed.swap_remove(index);
+            let row = format!("| `{file}` `{name}` | {value} | {kind} |");
+            if tuned::TUNED.contains(&kind) && !table.contains(&row) {
+                wrong.push(format!("docs/tuned.md has no row that begins with {row}: run validation/tuning/table.py"));
+            }
+        }
+    }
+    wrong.extend(listed.iter().map(|(file, name, _)| format!("kinds.txt: {file} has no number {name}")));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let code = "const A: f64 = 0.5;\npub(super) const B: u32 = 1 << 3;\nconst C: f64 = A;\n    const D: u8 = 1;\npub const E: [f64; 2] = [1.0; 2];";
+    assert_eq!(tuned::numbers_in(code), [("A", "0.5"), ("B", "1 << 3"), ("E", "[1.0; 2]")]);
+    assert_eq!(tuned::kinds_in("# a: b C\nx.rs: speed A B; guard C").len(), 3);
 }
 
 #[test]

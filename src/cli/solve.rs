@@ -178,8 +178,8 @@ fn check_verdict_target(arguments: &SolveArguments) -> Result<(), Failure> {
     )
 }
 
-/// Solves a scene from the beginning, or goes on from a checkpoint.
-pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
+/// What holds for the whole process: interruptions, memory, what is not checked.
+fn set_up(arguments: &SolveArguments) -> Result<(), Failure> {
     heed_interruptions();
     check_verdict_target(arguments)?;
     limit_memory(arguments.memory_limit);
@@ -187,17 +187,46 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         allow_large_files();
     }
     skip_checks(&arguments.skip_check);
+    Ok(())
+}
+
+/// Tells the guard, and the user, what a look at the scene file says of the time until rays start, under a time limit.
+fn announce(
+    arguments: &SolveArguments,
+    scene_file: &Path,
+    limit_s: Option<f64>,
+    guard: &TimeGuard,
+) -> Option<Beforehand> {
+    let limit_s = limit_s?;
+    let scene = Beforehand::of(scene_file, Kinds::of(arguments.maps.as_deref()))?;
+    guard.expect(scene);
+    if let Some(line) = scene.line(limit_s) {
+        console::message(&line);
+    }
+    Some(scene)
+}
+
+/// Makes the directory for the results, and proves that a checkpoint can be written; where not, no directory stays.
+fn open_results(arguments: &SolveArguments, out: &Path, guard: &TimeGuard) -> Result<ResultDirectory, Failure> {
+    let new = (!out.exists()).then(|| out.to_owned());
+    let (directory, checkpoint) = guard.undisturbed(new, || {
+        let directory = ResultDirectory::open(out)?;
+        Ok::<_, Failure>((directory, arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path))))
+    })?;
+    if let Some(Err(failure)) = checkpoint {
+        directory.withdraw();
+        return Err(failure);
+    }
+    Ok(directory)
+}
+
+/// Solves a scene from the beginning, or goes on from a checkpoint.
+pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
+    set_up(arguments)?;
     let scene_file = resumption.as_ref().map_or(&arguments.scene, |resumption| &resumption.scene);
     let limit_s = resumption.as_ref().map_or(arguments.time_limit, |resumption| resumption.time_limit_s);
     let guard = TimeGuard::of(limit_s, started);
-    let kinds = Kinds::of(arguments.maps.as_deref());
-    let beforehand = limit_s.and_then(|limit_s| Some((limit_s, Beforehand::of(scene_file, kinds)?)));
-    if let Some((limit_s, scene)) = beforehand {
-        guard.expect(scene);
-        if let Some(line) = scene.line(limit_s) {
-            console::message(&line);
-        }
-    }
+    let beforehand = announce(arguments, scene_file, limit_s, &guard);
     let reading = || format!("reading and checking {}: {}", scene_file.display(), reading_so_far());
     let scene = meanwhile(reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
     let read_s = started.elapsed().as_secs_f64();
@@ -218,15 +247,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         guard.let_go();
         return run.on_its_threads(|| dry_run(scene, settings, arguments.method, started, arguments.quiet));
     };
-    let new = (!out.exists()).then(|| out.clone());
-    let (directory, checkpoint) = guard.undisturbed(new, || {
-        let directory = ResultDirectory::open(out)?;
-        Ok::<_, Failure>((directory, arguments.checkpoint.as_ref().map(|path| checkpoint::prove(path))))
-    })?;
-    if let Some(Err(failure)) = checkpoint {
-        directory.withdraw();
-        return Err(failure);
-    }
+    let directory = open_results(arguments, out, &guard)?;
 
     let quiet = arguments.quiet;
     let tell = |line: &str| {
@@ -240,7 +261,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         console::message(&format!("warning: {warning}"));
     }
 
-    let rest_s = beforehand.map_or(0.0, |(_, scene)| scene.rest_after_s(read_s));
+    let rest_s = beforehand.map_or(0.0, |scene| scene.rest_after_s(read_s));
     if let Some(line) = late_line(limit_s, started.elapsed().as_secs_f64(), rest_s) {
         console::message(&line);
     }

@@ -26,8 +26,9 @@ const SAFE_SIDE: f64 = 2.4;
 const LEAST_TAIL: usize = 200;
 /// What is held against a limit is told up to this.
 const MOST_TOLD: f64 = 1e9;
-/// A tail with less than this share of the variance does not matter yet, whatever its shape.
-const LEAST_TAIL_SHARE: f64 = 0.1;
+/// A tail with less than this share of the variance does not matter yet, whatever its shape: where scores fall off with shape ⅔, twice the
+/// samples raise what they say of the squared error by 2^⅓ − 1 of that share, which is less than a tenth.
+const LEAST_TAIL_SHARE: f64 = 0.25;
 /// Times its squared error that a map can bear from which on its tail does not matter: sums of scores without variance lie within
 /// three times the spread of their parts, nine times in ten at a shape of ⅔, since the largest of them make that spread.
 const SPARE_FOR_TAILS: f64 = 9.0;

@@ -76,7 +76,7 @@ impl LocalBody {
         let (distance_m, direction) = self.body.cross(beside.point_m, along / length, beside.outside, f64::INFINITY)?;
         Some(Crossing {
             t: (self.frame.length(distance_m) / length) as f32,
-            weights: direction.as_vec3().extend(0.0),
+            weights: direction.as_vec3(),
             sum: if beside.outside == self.body.inward { -1.0 } else { 1.0 },
         })
     }

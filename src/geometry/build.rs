@@ -5,22 +5,20 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
-use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::ploc::PlocBuilder;
 use obvhs::ploc::morton::morton_encode_u64_unorm;
 use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
 
 use super::ball::Ball;
+use super::nodes::Nodes;
 
 /// How much the boxes under the tree are padded on every side, in scaled coordinates. The node test works on
-/// differences of coordinates up to 2 with six roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.
+/// differences of coordinates up to 2 with four roundings (2⁻²⁴ of a value each) on either plane: less than 2⁻²⁰.
 const PADDING: f32 = 1.0 / (1u32 << 19) as f32;
 
-/// Levels that fit the stack of obvhs' walk, which holds 32 groups of siblings and drops the rest silently.
-const DEEPEST: usize = 30;
+/// Levels that fit the stack of the walks.
+pub(super) const DEEPEST: usize = 30;
 
 /// Boxes on either side among which clustering looks for the best partner of one: obvhs' medium search distance.
 const PARTNERS: usize = 14;
@@ -42,26 +40,32 @@ const MOST_MET: f64 = 500.0;
 ///
 /// Scenes that make it too deep for the walk's stack are built without the optimisation that deepens the tree, and those
 /// whose boxes pair up one by one (thousands of triangles about each other or in one place) by halves.
-pub(super) fn build(corners: impl ExactSizeIterator<Item = [Vec3; 3]> + Clone, balls: &[Ball]) -> CwBvh {
+pub(super) fn build(triangles: u32, corners: impl Fn(u32) -> [Vec3; 3] + Copy, balls: &[Ball]) -> Nodes {
+    // A ball stands as a triangle that is none: see `Block::set`.
+    let corners_or_middle = |primitive: u32| match primitive.checked_sub(triangles) {
+        Some(ball) => [balls[ball as usize].center.as_vec3(); 3],
+        None => corners(primitive),
+    };
+    let eight_wide = |pairs: Bvh2| Nodes::of(&pairs, corners_or_middle);
     // Boxes go as soon as a tree stands over them, and are made anew for the next try, which few scenes need.
-    let boxes_anew = || padded_boxes(corners.clone(), balls);
+    let boxes_anew = || padded_boxes((0..triangles).map(corners), balls);
     let (boxes, indices) = boxes_anew();
     if !pairs_up(&boxes) {
-        return eight_wide(&halved(&boxes, indices));
+        return eight_wide(halved(&boxes, indices));
     }
     let params = BvhBuildParams::very_slow_build();
     let placed = params.reinsertion_batch_ratio.min(MOST_IN_BEST_PLACE / boxes.len().max(1) as f32);
-    let tree = clustered(BvhBuildParams { reinsertion_batch_ratio: placed, ..params }, boxes, indices);
-    if depth(&tree) <= DEEPEST {
+    let tree = eight_wide(clustered(BvhBuildParams { reinsertion_batch_ratio: placed, ..params }, boxes, indices));
+    if tree.depth() <= DEEPEST {
         return tree;
     }
     let (boxes, indices) = boxes_anew();
-    let tree = clustered(BvhBuildParams { reinsertion_batch_ratio: 0.0, ..params }, boxes, indices);
-    if depth(&tree) <= DEEPEST {
+    let tree = eight_wide(clustered(BvhBuildParams { reinsertion_batch_ratio: 0.0, ..params }, boxes, indices));
+    if tree.depth() <= DEEPEST {
         return tree;
     }
     let (boxes, indices) = boxes_anew();
-    eight_wide(&halved(&boxes, indices))
+    eight_wide(halved(&boxes, indices))
 }
 
 /// Boxes of all triangles, then of all balls, then of what is cut off large slanted triangles, and the number of the
@@ -82,7 +86,7 @@ fn padded_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>, balls: &[Ball
 }
 
 /// The tree by locally ordered clustering, with its nodes put in better places.
-fn clustered(params: BvhBuildParams, boxes: Vec<Aabb>, indices: Vec<u32>) -> CwBvh {
+fn clustered(params: BvhBuildParams, boxes: Vec<Aabb>, indices: Vec<u32>) -> Bvh2 {
     let mut bvh2 = PlocBuilder::new().build(
         params.ploc_search_distance,
         &boxes,
@@ -94,7 +98,7 @@ fn clustered(params: BvhBuildParams, boxes: Vec<Aabb>, indices: Vec<u32>) -> CwB
     bvh2.uses_spatial_splits = params.pre_split;
     let placed = params.reinsertion_batch_ratio * share_to_place(&bvh2);
     ReinsertionOptimizer::default().run(&mut bvh2, placed, None);
-    eight_wide(&bvh2)
+    bvh2
 }
 
 /// The share of the nodes whose best place is looked for, of those that would be.
@@ -105,13 +109,6 @@ fn share_to_place(bvh2: &Bvh2) -> f32 {
     };
     let met = bvh2.nodes.iter().map(half_area).sum::<f64>() / whole;
     (MOST_MET / met).min(1.0) as f32
-}
-
-fn eight_wide(bvh2: &Bvh2) -> CwBvh {
-    let mut tree = bvh2_to_cwbvh(bvh2, 3, true, false);
-    tree.nodes.shrink_to_fit();
-    tree.primitive_indices.shrink_to_fit();
-    tree
 }
 
 /// Whether locally ordered clustering of so many boxes ends soon: its rounds, without what they make, and counted.
@@ -200,19 +197,6 @@ fn halved(boxes: &[Aabb], indices: Vec<u32>) -> Bvh2 {
     bvh2
 }
 
-/// Number of levels of a tree.
-fn depth(tree: &CwBvh) -> usize {
-    let mut deepest = 0;
-    let mut open = if tree.nodes.is_empty() { vec![] } else { vec![(0, 1)] };
-    while let Some((index, level)) = open.pop() {
-        deepest = deepest.max(level);
-        let node: &CwBvhNode = &tree.nodes[index];
-        let children = (0..8).filter(|child| !node.is_child_empty(*child) && !node.is_leaf(*child));
-        open.extend(children.map(|child| (node.child_node_index(child) as usize, level + 1)));
-    }
-    deepest
-}
-
 /// Boxes of the triangles, with large slanted triangles cut into several boxes, and the triangle of every box.
 fn split_boxes(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> (Vec<Aabb>, Vec<u32>) {
     let triangles: Vec<Triangle> =
@@ -255,9 +239,10 @@ mod tests {
         let one_place = vec![Aabb { min: glam::Vec3A::ZERO, max: glam::Vec3A::ONE }; 20_000];
         for boxes in [in_one_another(20_000), one_place] {
             assert!(!pairs_up(&boxes));
-            let tree = build(boxes.iter().map(corners), &[]);
-            assert!(depth(&tree) <= 12, "{} levels", depth(&tree));
-            let mut found = tree.primitive_indices.clone();
+            let tree = build(boxes.len() as u32, |triangle| corners(&boxes[triangle as usize]), &[]);
+            assert!(tree.depth() <= 12, "{} levels", tree.depth());
+            let mut found = tree.primitives.clone();
+            found.retain(|primitive| *primitive != u32::MAX);
             found.sort_unstable();
             found.dedup();
             assert!(found.into_iter().eq(0..boxes.len() as u32));
@@ -294,8 +279,9 @@ mod tests {
         let ball =
             |number: u32| Ball { center: DVec3::splat(0.1 * f64::from(number)), radius: 0.05, luminaire: number };
         let balls: Vec<Ball> = (0..5).map(ball).collect();
-        let tree = build(all.iter().copied(), &balls);
-        let mut found = tree.primitive_indices.clone();
+        let tree = build(all.len() as u32, |triangle| all[triangle as usize], &balls);
+        let mut found = tree.primitives.clone();
+        found.retain(|primitive| *primitive != u32::MAX);
         assert!(found.len() > 506, "the large triangle is split");
         found.sort_unstable();
         found.dedup();

@@ -42,10 +42,10 @@ impl Hull {
         if !(tree.balls.is_empty() && tree.bodies.is_empty()) {
             return None;
         }
-        let (slots, count) = (&tree.slots, tree.primitives().len());
+        let slots = || tree.slots().map(|(slot, _)| tree.slot(slot));
         let mut planes: Vec<Plane> = Vec::new();
-        for slot in 0..count {
-            let [a, b, c] = slots.slot(slot).corners();
+        for slot in slots() {
+            let [a, b, c] = slot.corners();
             let normal = (b - a).cross(c - a).try_normalize()?;
             let plane = Plane { normal: normal.as_vec3a(), offset: normal.dot(a) as f32 };
             let is_alike = |other: &Plane| {
@@ -61,7 +61,7 @@ impl Hull {
         }
         let hull = Hull { planes };
         let is_within = |corner: &Vec3A| hull.planes.iter().all(|plane| plane.height(*corner) > -ALIKE);
-        (0..count).all(|slot| slots.slot(slot).corners_f32().iter().all(is_within)).then_some(hull)
+        slots().all(|slot| slot.corners_f32().iter().all(is_within)).then_some(hull)
     }
 
     /// Whether an origin surely lies within, so that another one that does is in its sight.

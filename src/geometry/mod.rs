@@ -27,6 +27,7 @@ mod build;
 mod crossings;
 mod frame;
 mod hull;
+mod nodes;
 mod origin;
 mod tracer;
 mod tree;

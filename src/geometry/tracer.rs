@@ -117,9 +117,9 @@ impl Tracer {
         let tree = Tree::new(scene.triangles.len() as u32, corners, balls, bodies);
         let mut footings =
             vec![Footing { slot: 0, normal: Vec3::ZERO, least: Vec3::ZERO, two_sided: false }; scene.triangles.len()];
-        for (slot, primitive) in tree.primitives().iter().enumerate() {
-            if let Some(footing) = footings.get_mut(*primitive as usize) {
-                *footing = footing_of(slot as u32, tree.slots.slot(slot), scene.surface_of(*primitive).two_sided);
+        for (slot, primitive) in tree.slots() {
+            if let Some(footing) = footings.get_mut(primitive as usize) {
+                *footing = footing_of(slot as u32, tree.slot(slot), scene.surface_of(primitive).two_sided);
             }
         }
         let hull = Hull::of(&tree);
@@ -240,7 +240,7 @@ impl Tracer {
         let footing = &self.footings[triangle as usize];
         let least = (footing.least * times).min(Vec3::splat(LARGEST_PULL as f32));
         let [second, third] = pull_in(barycentric, least);
-        let [a, b, c] = self.tree.slots.slot(footing.slot as usize).corners();
+        let [a, b, c] = self.tree.slot(footing.slot as usize).corners();
         let point = a + second * (b - a) + third * (c - a);
         let normal = match side {
             Side::Front => footing.normal,
@@ -255,7 +255,7 @@ impl Tracer {
         }
         let crossing = &found.crossing;
         if let Some(of) = self.tree.body(found.primitive) {
-            let (triangle, barycentric) = of.body.leaf_at(crossing.weights.truncate().as_dvec3().normalize());
+            let (triangle, barycentric) = of.body.leaf_at(crossing.weights.as_dvec3().normalize());
             let side = if crossing.sum > 0.0 { Side::Front } else { Side::Back };
             let distance_m = self.frame.metres(f64::from(crossing.t.max(0.0)));
             return Meeting::Surface(SurfaceHit { triangle, barycentric, side, distance_m });
@@ -282,7 +282,7 @@ impl Tracer {
         if self.tree.body(found.primitive).is_some() {
             return true;
         }
-        let shares = crossing.weights.truncate().abs();
+        let shares = crossing.weights.abs();
         shares.min_element() >= EDGE_SHARE * crossing.sum.abs() && self.is_side(found)
     }
 
@@ -326,9 +326,9 @@ impl Tracer {
         let (Some(one), Some(other)) = (footing(one), footing(other)) else {
             return false;
         };
-        let [base, ..] = self.tree.slots.slot(other.slot as usize).corners();
+        let [base, ..] = self.tree.slot(other.slot as usize).corners();
         let heights =
-            self.tree.slots.slot(one.slot as usize).corners().map(|corner| other.normal.as_dvec3().dot(corner - base));
+            self.tree.slot(one.slot as usize).corners().map(|corner| other.normal.as_dvec3().dot(corner - base));
         heights.iter().all(|height| *height > -RESOLUTION) && heights.iter().any(|height| *height > RESOLUTION)
     }
 

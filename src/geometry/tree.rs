@@ -1,32 +1,34 @@
-//! obvhs, wrapped: its eight-wide tree, walked with our own node test and triangle test.
+//! The tree over all that rays can meet, and the two walks through it: to what is met first, and to whatever lies between.
 //!
-//! The stock node test clamps the entry into a box to 1e-4 in units of the ray's length, so that a ray from just
-//! above a floor misses it. Ours starts a little before the origin ([`super::origin::BEFORE`]). It divides nothing by rounding
-//! twice: the boxes under the tree are padded (`build`), which exceeds all the rounding of the test. Both
-//! versions of the test, AVX2 and portable, do the same operations in the same order and give the same bits.
+//! obvhs builds a tree of pairs, which stands here as nodes of eight boxes over blocks of eight triangles: boxes and triangles are tested
+//! side by side. The test of boxes starts a little before the origin ([`super::origin::BEFORE`]), so that a ray from just above a floor
+//! does not miss it; the boxes are padded (`build`), which exceeds all the rounding of the test. Both versions of the walks, AVX2 and
+//! portable, do the same operations in the same order and give the same bits.
 
-use glam::{UVec2, Vec3, Vec3A};
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::node::CwBvhNode;
+use std::mem::MaybeUninit;
+
+use glam::Vec3;
 
 use super::ball::{Ball, ball_parts, meet_ball};
 use super::body::LocalBody;
-use super::build::build;
+use super::build::{DEEPEST, build};
+use super::nodes::{Child, Node, Nodes};
 use super::origin::{BEFORE, Origin};
-use super::triangle::{Crossing, Ray, Slots};
+use super::triangle::{Crossing, LANES, Ray, Slot};
 use crate::scene::body_of;
+
+/// Children that wait on a walk's stack, at most: all but one of every level, and the last level's.
+const STACK: usize = (LANES - 1) * DEEPEST + 1;
 
 /// Distance from either end, in scaled coordinates, within which the sides of a triangle are weighed before it counts.
 const NEAR: f32 = 1.0 / (1u32 << 12) as f32;
 
 /// Triangles and balls under an eight-wide tree.
 pub(super) struct Tree {
-    pub(super) tree: CwBvh,
-    /// Triangles in the order of the leaves; a triangle whose box was split stands there several times.
-    pub slots: Slots,
+    nodes: Nodes,
     pub balls: Vec<Ball>,
     pub bodies: Vec<LocalBody>,
-    /// Number of the scene's triangles; what has a higher number in `primitive_indices` is a ball, then a body.
+    /// Number of the scene's triangles; what has a higher number is a ball, then a body.
     triangles: u32,
     /// Whether this processor has AVX2 and its kin.
     pub has_avx2: bool,
@@ -51,24 +53,26 @@ impl Tree {
             luminaire: u32::MAX,
         };
         let round: Vec<Ball> = balls.iter().copied().chain(bodies.iter().map(around)).collect();
-        let mut tree = build(flat.iter().map(|triangle| corners(*triangle)), &round);
-        for primitive in &mut tree.primitive_indices {
+        let mut nodes = build(flat.len() as u32, |triangle| corners(flat[triangle as usize]), &round);
+        for primitive in nodes.primitives.iter_mut().filter(|primitive| **primitive != u32::MAX) {
             *primitive = match primitive.checked_sub(flat.len() as u32) {
                 Some(after) => triangles + after,
                 None => flat[*primitive as usize],
             };
         }
-        let of_primitive = |primitive: &u32| match primitive.checked_sub(triangles) {
-            Some(after) => [round[after as usize].center.as_vec3(); 3],
-            None => corners(*primitive),
-        };
-        let slots = Slots::new(tree.primitive_indices.iter().map(of_primitive));
-        Tree { tree, slots, balls, bodies, triangles, has_avx2: has_avx2() }
+        Tree { nodes, balls, bodies, triangles, has_avx2: has_avx2() }
     }
 
-    /// Number of a triangle in the scene for each slot; balls follow after the last triangle.
-    pub fn primitives(&self) -> &[u32] {
-        &self.tree.primitive_indices
+    /// Numbers of the slots that hold a triangle, and its number in the scene; balls follow after the last triangle.
+    pub fn slots(&self) -> impl Iterator<Item = (usize, u32)> {
+        let all = self.nodes.primitives.iter().copied().enumerate();
+        all.filter(|(_, primitive)| *primitive != u32::MAX)
+    }
+
+    /// What stands in a slot.
+    #[inline]
+    pub fn slot(&self, slot: usize) -> Slot<'_> {
+        self.nodes.blocks[slot / LANES].slot(slot % LANES)
     }
 
     /// The luminaire of a ball, or `None` if the primitive is none.
@@ -110,18 +114,34 @@ impl Tree {
     #[cold]
     pub fn crossings(&self, ray: &Ray, origin: &Origin) -> Vec<Found> {
         let mut all = Vec::new();
-        let mut state = self.tree.new_traversal(ray.direction);
-        let mut node;
-        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, BEFORE, f32::MAX), {
-            let slot = state.primitive_id as usize;
-            let primitive = self.tree.primitive_indices[slot];
-            if let Some(mut crossing) = ray.cross(self.slots.slot(slot))
-                && self.weigh(ray, origin, slot, &mut crossing)
-            {
-                all.push(Found { primitive, crossing });
+        self.for_each_crossing(ray, f32::INFINITY, |slot, mut crossing| {
+            if self.weigh(ray, origin, slot, &mut crossing) {
+                all.push(Found { primitive: self.nodes.primitives[slot], crossing });
             }
         });
         all
+    }
+
+    /// All slots that the line of a ray crosses in boxes that it enters before a distance, and where.
+    fn for_each_crossing(&self, ray: &Ray, last: f32, mut each: impl FnMut(usize, Crossing)) {
+        let mut open = if self.nodes.nodes.is_empty() { vec![] } else { vec![Child::ROOT] };
+        while let Some(child) = open.pop() {
+            match child.block_or_node() {
+                Err(node) => {
+                    let node = &self.nodes.nodes[node];
+                    let (mut entered, _) = enter(node, ray, BEFORE, last, signs_portable);
+                    while let Some(lane) = next_lane(&mut entered) {
+                        open.push(node.children[lane]);
+                    }
+                }
+                Ok(block) => {
+                    let mut crossings = ray.cross(&self.nodes.blocks[block], signs_portable);
+                    while let Some(lane) = next_lane(&mut crossings.lanes) {
+                        each(block * LANES + lane, crossings.lane(lane));
+                    }
+                }
+            }
+        }
     }
 
     /// The same as [`Tree::blocks`] by asking every triangle and ball in turn.
@@ -129,56 +149,30 @@ impl Tree {
     pub fn blocks_one_by_one(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
         let near = NEAR / ray.direction.length().max(f32::MIN_POSITIVE);
         let (first, last) = (BEFORE * near / NEAR, 1.0 - BEFORE * near / NEAR);
-        (0..self.tree.primitive_indices.len()).any(|slot| {
-            ray.cross(self.slots.slot(slot)).is_some_and(|crossing| {
+        self.nodes.blocks.iter().enumerate().any(|(number, block)| {
+            let crossings = ray.cross(block, signs_portable);
+            (0..LANES).filter(|lane| crossings.lanes >> lane & 1 == 1).any(|lane| {
+                let crossing = crossings.lane(lane);
                 let plain = crossing.t > near && crossing.t < 1.0 - near;
-                !(crossing.t > last || crossing.t < first) && (plain || self.parts(ray, from, to, slot, &crossing))
+                !(crossing.t > last || crossing.t < first)
+                    && (plain || self.parts(ray, from, to, number * LANES + lane, &crossing))
             })
         })
-    }
-
-    /// Fetches the triangles that the walk tests next.
-    #[inline(always)]
-    fn announce(&self, node: &CwBvhNode, hits: u32) -> u32 {
-        #[cfg(target_arch = "x86_64")]
-        {
-            let triangles = hits & 0x00ff_ffff;
-            if triangles != 0 {
-                let first = self.slots.address(node.primitive_base_idx + (31 - triangles.leading_zeros()));
-                // SAFETY: a prefetch reads nothing.
-                unsafe {
-                    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-                    _mm_prefetch::<_MM_HINT_T0>(first);
-                    _mm_prefetch::<_MM_HINT_T0>(first.wrapping_sub(64));
-                    _mm_prefetch::<_MM_HINT_T0>(
-                        self.slots.address(node.primitive_base_idx + triangles.trailing_zeros()),
-                    );
-                }
-            }
-        }
-        hits
     }
 
     /// Whether of two crossings at the same distance the first goes first, whatever the order of the walk.
     #[cold]
     fn is_before(&self, slot: usize, other: usize) -> bool {
-        self.tree.primitive_indices[slot] < self.tree.primitive_indices.get(other).copied().unwrap_or(u32::MAX)
+        self.nodes.primitives[slot] < self.nodes.primitives.get(other).copied().unwrap_or(u32::MAX)
     }
 
     /// The front that is pressed onto the origin's surface just where the origin is, if there is one.
     #[cold]
     pub fn pressed(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
         let mut pressed = None;
-        let mut state = self.tree.new_traversal(ray.direction);
-        let mut node;
-        obvhs::traverse!(self.tree, node, state, node_test_portable(node, ray, state.oct_inv4, BEFORE, -BEFORE), {
-            let slot = state.primitive_id as usize;
-            let primitive = self.tree.primitive_indices[slot];
-            if let Some(crossing) = ray.cross(self.slots.slot(slot))
-                && crossing.sum > 0.0
-                && primitive != origin.own_triangle()
-                && origin.is_pressed_by(self.slots.slot(slot))
-            {
+        self.for_each_crossing(ray, -BEFORE, |slot, crossing| {
+            let primitive = self.nodes.primitives[slot];
+            if crossing.sum > 0.0 && primitive != origin.own_triangle() && origin.is_pressed_by(self.slot(slot)) {
                 pressed = Some(Found { primitive, crossing });
             }
         });
@@ -189,7 +183,7 @@ impl Tree {
     /// whose distance is not a number.
     #[inline]
     fn weigh(&self, ray: &Ray, origin: &Origin, slot: usize, crossing: &mut Crossing) -> bool {
-        let primitive = self.tree.primitive_indices[slot];
+        let primitive = self.nodes.primitives[slot];
         if primitive == origin.own_triangle() {
             return false;
         }
@@ -199,7 +193,7 @@ impl Tree {
                 (Some(ball), None) => {
                     meet_ball(ray, origin, &self.balls[ball as usize]).map(|t| Crossing { t, ..*crossing })
                 }
-                (None, None) => ray.cross_edge_on(self.slots.slot(slot)),
+                (None, None) => ray.cross_edge_on(self.slot(slot)),
             };
             match completed {
                 Some(completed) => *crossing = completed,
@@ -211,14 +205,14 @@ impl Tree {
         }
         crossing.t >= BEFORE
             && !origin.has_under(ray.direction, crossing.t)
-            && origin.is_in_front(self.slots.slot(slot)) == (crossing.sum > 0.0)
+            && origin.is_in_front(self.slot(slot)) == (crossing.sum > 0.0)
     }
 
     /// Whether a crossing near an end of a segment, or one that is not a number, blocks it: its ends must lie on
     /// different sides.
     #[inline]
     fn parts(&self, ray: &Ray, from: &Origin, to: &Origin, slot: usize, crossing: &Crossing) -> bool {
-        let primitive = self.tree.primitive_indices[slot];
+        let primitive = self.nodes.primitives[slot];
         if primitive == from.own_triangle() || primitive == to.own_triangle() {
             return false;
         }
@@ -230,7 +224,7 @@ impl Tree {
             if primitive >= self.triangles {
                 return ball_parts(ray, from, to, &self.balls[(primitive - self.triangles) as usize]);
             }
-            let Some(careful) = ray.cross_edge_on(self.slots.slot(slot)) else {
+            let Some(careful) = ray.cross_edge_on(self.slot(slot)) else {
                 return false;
             };
             crossing = careful;
@@ -239,41 +233,68 @@ impl Tree {
             return false;
         }
         let is_front = crossing.sum > 0.0;
-        from.is_in_front(self.slots.slot(slot)) == is_front && to.is_in_front(self.slots.slot(slot)) != is_front
+        from.is_in_front(self.slot(slot)) == is_front && to.is_in_front(self.slot(slot)) != is_front
     }
 }
 
-/// Defines the two walks with one node test.
+/// Defines the two walks with one way to gather signs.
 macro_rules! walks {
-    ($(#[$attribute:meta])* $node_test:ident, $closest:ident, $blocks:ident) => {
+    ($(#[$attribute:meta])* $signs:ident, $closest:ident, $blocks:ident) => {
         impl Tree {
             $(#[$attribute])*
             pub(super) fn $closest(&self, ray: &Ray, origin: &Origin) -> Option<Found> {
                 let mut found = Crossing::NONE;
                 let mut found_slot = usize::MAX;
                 let mut rank = f32::INFINITY;
-                let mut state = self.tree.new_traversal(ray.direction);
-                state.oct_inv4 = ray.oct_inv4;
-                let mut node;
-                obvhs::traverse!(
-                    self.tree,
-                    node,
-                    state,
-                    self.announce(node, $node_test(node, ray, state.oct_inv4, BEFORE, rank)),
-                    {
-                        let slot = state.primitive_id as usize;
-                        if let Some(mut crossing) = ray.cross(self.slots.slot(slot))
-                            && !(crossing.t > rank || crossing.t < BEFORE)
-                            && (crossing.t > NEAR || self.weigh(ray, origin, slot, &mut crossing))
-                        {
-                            let own_rank = crossing.rank();
-                            if own_rank < rank || (own_rank == rank && self.is_before(slot, found_slot)) {
-                                (rank, found_slot, found) = (own_rank, slot, crossing);
+                // Children that wait, with the distances at which their boxes are entered.
+                let mut stack = Stack::<(Child, f32)>::new();
+                let mut next = (!self.nodes.nodes.is_empty()).then_some(Child::ROOT);
+                while let Some(child) = next {
+                    match child.block_or_node() {
+                        Err(node) => {
+                            let node = &self.nodes.nodes[node];
+                            let (mut entered, distances) = enter(node, ray, BEFORE, rank, |words| $signs(words));
+                            if let Some(lane) = next_lane(&mut entered) {
+                                let (mut nearest, mut distance) = (node.children[lane], distances[lane]);
+                                let nearer_wait_after = stack.count;
+                                while let Some(lane) = next_lane(&mut entered) {
+                                    let mut other = (node.children[lane], distances[lane]);
+                                    if other.1 < distance {
+                                        std::mem::swap(&mut nearest, &mut other.0);
+                                        std::mem::swap(&mut distance, &mut other.1);
+                                    }
+                                    stack.push_sorted(nearer_wait_after, other);
+                                }
+                                next = Some(nearest);
+                                continue;
+                            }
+                        }
+                        Ok(block) => {
+                            let mut crossings = ray.cross(&self.nodes.blocks[block], |words| $signs(words));
+                            while let Some(lane) = next_lane(&mut crossings.lanes) {
+                                let t = crossings.t[lane];
+                                if t > rank || t < BEFORE {
+                                    continue;
+                                }
+                                let slot = block * LANES + lane;
+                                let mut crossing = crossings.lane(lane);
+                                if t > NEAR || self.weigh(ray, origin, slot, &mut crossing) {
+                                    let own_rank = crossing.rank();
+                                    if own_rank < rank || (own_rank == rank && self.is_before(slot, found_slot)) {
+                                        (rank, found_slot, found) = (own_rank, slot, crossing);
+                                    }
+                                }
                             }
                         }
                     }
-                );
-                let primitive = self.tree.primitive_indices.get(found_slot)?;
+                    next = loop {
+                        match stack.pop() {
+                            Some((_, distance)) if distance > rank => {}
+                            waiting => break waiting.map(|(child, _)| child),
+                        }
+                    };
+                }
+                let primitive = self.nodes.primitives.get(found_slot)?;
                 Some(Found { primitive: *primitive, crossing: found })
             }
 
@@ -281,37 +302,44 @@ macro_rules! walks {
             pub(super) fn $blocks(&self, ray: &Ray, from: &Origin, to: &Origin) -> bool {
                 let near = NEAR / ray.direction.length().max(f32::MIN_POSITIVE);
                 let (first, last) = (BEFORE * near / NEAR, 1.0 - BEFORE * near / NEAR);
-                let mut state = self.tree.new_traversal(ray.direction);
-                state.oct_inv4 = ray.oct_inv4;
-                let mut node;
-                obvhs::traverse!(
-                    self.tree,
-                    node,
-                    state,
-                    self.announce(node, $node_test(node, ray, state.oct_inv4, first, last)),
-                    {
-                        let slot = state.primitive_id as usize;
-                        if let Some(crossing) = ray.cross(self.slots.slot(slot))
-                            && !(crossing.t > last || crossing.t < first)
-                        {
-                            let plain = crossing.t > near && crossing.t < 1.0 - near;
-                            if plain || self.parts(ray, from, to, slot, &crossing) {
-                                return true;
+                let mut stack = Stack::<Child>::new();
+                let mut next = (!self.nodes.nodes.is_empty()).then_some(Child::ROOT);
+                while let Some(child) = next {
+                    match child.block_or_node() {
+                        Err(node) => {
+                            let node = &self.nodes.nodes[node];
+                            let (mut entered, _) = enter(node, ray, first, last, |words| $signs(words));
+                            while let Some(lane) = next_lane(&mut entered) {
+                                stack.push(node.children[lane]);
+                            }
+                        }
+                        Ok(block) => {
+                            let mut crossings = ray.cross(&self.nodes.blocks[block], |words| $signs(words));
+                            while let Some(lane) = next_lane(&mut crossings.lanes) {
+                                let t = crossings.t[lane];
+                                if t > last || t < first {
+                                    continue;
+                                }
+                                let plain = t > near && t < 1.0 - near;
+                                if plain || self.parts(ray, from, to, block * LANES + lane, &crossings.lane(lane)) {
+                                    return true;
+                                }
                             }
                         }
                     }
-                );
+                    next = stack.pop();
+                }
                 false
             }
         }
     };
 }
 
-walks!(node_test_portable, closest_portable, blocks_portable);
+walks!(signs_portable, closest_portable, blocks_portable);
 #[cfg(target_arch = "x86_64")]
 walks!(
     #[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")]
-    node_test_avx2,
+    signs_avx2,
     closest_avx2,
     blocks_avx2
 );
@@ -330,73 +358,93 @@ fn has_avx2() -> bool {
     false
 }
 
-/// Which children of a node the ray enters between two distances, as obvhs encodes them.
-#[inline(always)]
-fn node_test_portable(node: &CwBvhNode, ray: &Ray, oct_inv4: u32, first: f32, last: f32) -> u32 {
-    let step = (node.compute_extent() * ray.inverse).to_array();
-    let start = ((Vec3A::from(node.p) - ray.origin) * ray.inverse).to_array();
-    let planes = [
-        [&node.child_min_x, &node.child_max_x],
-        [&node.child_min_y, &node.child_max_y],
-        [&node.child_min_z, &node.child_max_z],
-    ];
-    let mut enter = [first; 8];
-    let mut leave = [last; 8];
-    for axis in 0..3 {
-        let near = usize::from(ray.near[axis] != 0);
-        for child in 0..8 {
-            let t_near = f32::from(planes[axis][near][child]) * step[axis] + start[axis];
-            let t_far = f32::from(planes[axis][1 - near][child]) * step[axis] + start[axis];
-            enter[child] = if t_near > enter[child] { t_near } else { enter[child] };
-            leave[child] = if t_far < leave[child] { t_far } else { leave[child] };
-        }
-    }
-    let (child_bits, bit_index) = node.get_child_and_index_bits(oct_inv4);
-    let (child_bits, bit_index) = (child_bits.to_le_bytes(), bit_index.to_le_bytes());
-    (0..8)
-        .filter(|child| enter[*child] <= leave[*child])
-        .fold(0, |hits, child| hits | u32::from(child_bits[child]) << bit_index[child])
+/// What waits for a walk.
+struct Stack<T> {
+    waiting: [MaybeUninit<T>; STACK],
+    count: usize,
 }
 
-/// The same for all eight children at once.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,popcnt,lzcnt,bmi1,bmi2")]
-#[inline]
-fn node_test_avx2(node: &CwBvhNode, ray: &Ray, oct_inv4: u32, first: f32, last: f32) -> u32 {
-    use std::arch::x86_64::*;
-    const FIRST_PLANES: usize = std::mem::offset_of!(CwBvhNode, child_min_x);
-    const {
-        assert!(std::mem::offset_of!(CwBvhNode, child_max_x) == FIRST_PLANES + 8);
-        assert!(std::mem::offset_of!(CwBvhNode, child_min_y) == FIRST_PLANES + 16);
-        assert!(std::mem::offset_of!(CwBvhNode, child_max_y) == FIRST_PLANES + 24);
-        assert!(std::mem::offset_of!(CwBvhNode, child_min_z) == FIRST_PLANES + 32);
-        assert!(std::mem::offset_of!(CwBvhNode, child_max_z) == FIRST_PLANES + 40);
+impl<T: Copy> Stack<T> {
+    #[inline(always)]
+    fn new() -> Stack<T> {
+        Stack { waiting: [const { MaybeUninit::uninit() }; STACK], count: 0 }
     }
-    let step = (node.compute_extent() * ray.inverse).to_array();
-    let start = ((Vec3A::from(node.p) - ray.origin) * ray.inverse).to_array();
-    let base = std::ptr::from_ref(node).cast::<u8>();
-    let eight = |offset: usize| {
-        // SAFETY: the offsets are those of the node's six arrays of eight bytes.
-        let bytes = unsafe { _mm_loadl_epi64(base.add(FIRST_PLANES + offset).cast()) };
-        _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes))
-    };
-    let plane = |axis: usize, offset: usize| {
-        let distance = _mm256_mul_ps(eight(axis * 16 + offset), _mm256_set1_ps(step[axis]));
-        _mm256_add_ps(distance, _mm256_set1_ps(start[axis]))
-    };
-    let near = |axis: usize| plane(axis, ray.near[axis]);
-    let far = |axis: usize| plane(axis, ray.near[axis] ^ 8);
-    let enter = _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_set1_ps(first)));
-    let leave = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_set1_ps(last)));
-    let entered = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave));
 
-    // Each child that is entered sets its bits at its place in the walking order.
-    let (child_bits, bit_index) = node.get_child_and_index_bits(oct_inv4);
-    let child_bits = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(child_bits as i64));
-    let bit_index = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(bit_index as i64));
-    let hits = _mm256_and_si256(_mm256_sllv_epi32(child_bits, bit_index), entered);
-    let hits = _mm_or_si128(_mm256_castsi256_si128(hits), _mm256_extracti128_si256::<1>(hits));
-    let hits = _mm_or_si128(hits, _mm_shuffle_epi32::<0b01_00_11_10>(hits));
-    let hits = _mm_or_si128(hits, _mm_shuffle_epi32::<0b10_11_00_01>(hits));
-    _mm_cvtsi128_si32(hits) as u32
+    #[inline(always)]
+    fn push(&mut self, one: T) {
+        self.waiting[self.count].write(one);
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<T> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.at(self.count))
+    }
+
+    #[inline(always)]
+    fn at(&self, place: usize) -> T {
+        // SAFETY: all places below the count have been written, and this is one of them or just was.
+        unsafe { self.waiting[place].assume_init() }
+    }
+}
+
+impl Stack<(Child, f32)> {
+    /// Pushes a child below those after a place that are nearer.
+    #[inline(always)]
+    fn push_sorted(&mut self, after: usize, one: (Child, f32)) {
+        let mut place = self.count;
+        while place > after && self.at(place - 1).1 < one.1 {
+            self.waiting[place] = self.waiting[place - 1];
+            place -= 1;
+        }
+        self.waiting[place].write(one);
+        self.count += 1;
+    }
+}
+
+/// The lowest bit's number; the bit is taken off.
+#[inline(always)]
+fn next_lane(lanes: &mut u32) -> Option<usize> {
+    let lane = (*lanes != 0).then_some(lanes.trailing_zeros() as usize);
+    *lanes &= lanes.wrapping_sub(1);
+    lane
+}
+
+/// Which boxes of a node the ray enters between two distances, the first one's bit the lowest, and where. `signs` gives the top bits of
+/// eight words.
+#[inline(always)]
+fn enter(node: &Node, ray: &Ray, first: f32, last: f32, signs: impl Fn(&[u32; LANES]) -> u32) -> (u32, [f32; LANES]) {
+    let (mut enters, mut leaves) = ([first; LANES], [last; LANES]);
+    for axis in 0..3 {
+        let (near, far) = (&node.planes[2 * axis + ray.near[axis]], &node.planes[2 * axis + 1 - ray.near[axis]]);
+        let (origin, inverse) = (ray.origin[axis], ray.inverse[axis]);
+        for lane in 0..LANES {
+            let (near, far) = ((near[lane] - origin) * inverse, (far[lane] - origin) * inverse);
+            enters[lane] = if near > enters[lane] { near } else { enters[lane] };
+            leaves[lane] = if far < leaves[lane] { far } else { leaves[lane] };
+        }
+    }
+    let mut entered = [0; LANES];
+    for lane in 0..LANES {
+        entered[lane] = if enters[lane] <= leaves[lane] { u32::MAX } else { 0 };
+    }
+    (signs(&entered), enters)
+}
+
+/// The top bits of eight words, that of the first word last.
+#[inline(always)]
+fn signs_portable(words: &[u32; LANES]) -> u32 {
+    words.iter().rev().fold(0, |signs, word| signs << 1 | word >> 31)
+}
+
+/// The same at once.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+#[inline]
+fn signs_avx2(words: &[u32; LANES]) -> u32 {
+    use std::arch::x86_64::{_mm256_castsi256_ps, _mm256_loadu_si256, _mm256_movemask_ps};
+    // SAFETY: eight words of four bytes lie there.
+    let words = unsafe { _mm256_loadu_si256(words.as_ptr().cast()) };
+    _mm256_movemask_ps(_mm256_castsi256_ps(words)) as u32
 }

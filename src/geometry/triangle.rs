@@ -6,69 +6,60 @@
 //! each rounded once and never fused: rounding is monotone, so the sign of the difference is never wrong, only zero.
 //! Zero counts as inside for both triangles at an edge, hence nothing slips between them.
 
-use glam::{DVec3, Vec3, Vec3A, Vec4, Vec4Swizzles};
+use glam::{DVec3, Vec3, Vec3A};
 
 /// Smallest component of a direction that the slab test divides by: a ray turned by so little moves by less than
 /// 2⁻⁵⁸ on its way through the scene, while infinities (and 0 · ∞) never arise.
 const SMALLEST_COMPONENT: f32 = 1.0 / (1u64 << 60) as f32;
 
-/// The corners of all triangles in the order of the leaves: x, y and z of the three corners, 36 bytes each. Memory
-/// is what a walk through a large scene waits for, hence no padding and no numbers that a test does not need.
-pub(super) struct Slots {
-    numbers: Vec<f32>,
+/// Triangles side by side.
+pub(super) const LANES: usize = 8;
+
+/// Up to eight triangles side by side: of each axis, of each corner, the coordinate of each triangle. Empty places hold no numbers, and
+/// no ray meets them.
+#[derive(Clone)]
+#[repr(C, align(32))]
+pub(super) struct Block {
+    corners: [[[f32; LANES]; 3]; 3],
 }
 
-/// A triangle in [`Slots`].
+/// A triangle in a [`Block`].
 #[derive(Clone, Copy)]
 pub(super) struct Slot<'a> {
-    /// Its nine numbers, and one more that belongs to the next.
-    numbers: &'a [f32; 10],
+    block: &'a Block,
+    lane: usize,
 }
 
-impl Slots {
-    /// Triangles with these corners. One whose corners coincide stands for something else: every ray through the
-    /// scene meets it at a distance that is not a number, and thereby takes a closer look.
-    pub fn new(corners: impl ExactSizeIterator<Item = [Vec3; 3]>) -> Slots {
-        let mut numbers = Vec::with_capacity(corners.len() * 9 + 1);
-        for [a, b, c] in corners {
-            numbers.extend([a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z]);
+impl Block {
+    pub const EMPTY: Block = Block { corners: [[[f32::NAN; LANES]; 3]; 3] };
+
+    /// Puts a triangle into a place. One whose corners coincide stands for something else: every ray meets it at a distance that is
+    /// not a number, and thereby takes a closer look.
+    pub fn set(&mut self, lane: usize, corners: [Vec3; 3]) {
+        for (corner, place) in corners.into_iter().enumerate() {
+            for axis in 0..3 {
+                self.corners[axis][corner][lane] = place[axis];
+            }
         }
-        numbers.push(0.0);
-        Slots { numbers }
     }
 
-    /// Where a slot lies in memory.
-    #[inline(always)]
-    pub fn address(&self, slot: u32) -> *const i8 {
-        self.numbers.as_ptr().wrapping_add(slot as usize * 9).cast()
-    }
-
-    /// The triangle in a slot.
-    #[inline(always)]
-    pub fn slot(&self, slot: usize) -> Slot<'_> {
-        let start = slot * 9;
-        assert!(start + 10 <= self.numbers.len());
-        // SAFETY: the ten numbers lie within the list.
-        Slot { numbers: unsafe { &*self.numbers.as_ptr().add(start).cast() } }
+    /// The triangle in a place, 0 to 7.
+    #[inline]
+    pub fn slot(&self, lane: usize) -> Slot<'_> {
+        Slot { block: self, lane }
     }
 }
 
 impl Slot<'_> {
-    /// The three corners' coordinates along an axis, 0 to 2; the fourth lane is some finite number.
-    #[inline(always)]
-    fn row(self, axis: usize) -> Vec4 {
-        debug_assert!(axis < 3);
-        // SAFETY: the axis is 0, 1 or 2, so that at most the tenth number is read.
-        Vec4::from_array(unsafe { *self.numbers.as_ptr().add(axis * 3).cast() })
-    }
-
     /// The rounded corners.
     #[inline]
     pub fn corners_f32(self) -> [Vec3A; 3] {
-        [0, 1, 2].map(|corner| Vec3A::new(self.numbers[corner], self.numbers[corner + 3], self.numbers[corner + 6]))
+        let [x, y, z] = &self.block.corners;
+        [0, 1, 2].map(|corner| Vec3A::new(x[corner][self.lane], y[corner][self.lane], z[corner][self.lane]))
     }
 
     /// The rounded corners, exact in f64.
+    #[inline]
     pub fn corners(self) -> [DVec3; 3] {
         self.corners_f32().map(|corner| corner.as_dvec3())
     }
@@ -83,14 +74,12 @@ pub(super) struct Ray {
     /// Axes of the ray's frame: the direction's largest component comes last.
     axes: [usize; 3],
     /// The origin's components in that order.
-    translation: [Vec4; 3],
-    shear: [Vec4; 2],
+    translation: [f32; 3],
+    shear: [f32; 2],
     /// Reciprocal of the direction's largest component.
     scale: f32,
-    /// Bytes from `child_min_…` to the near plane of each axis in a node: 0, or 8 where the ray runs down.
+    /// Of each axis, which of a node's two planes is the near one: the low one, 0, or the high one, 1, where the ray runs down.
     pub near: [usize; 3],
-    /// Walking order of children in obvhs' encoding.
-    pub oct_inv4: u32,
 }
 
 /// Where a ray runs through a triangle. The weights of the corners share one sign: positive if it comes from the front.
@@ -98,10 +87,28 @@ pub(super) struct Ray {
 pub(super) struct Crossing {
     /// Distance in units of the ray's direction; not a number for edge-on triangles and for those that are none.
     pub t: f32,
-    /// Undivided weights of the corners; the fourth is 0.
-    pub weights: Vec4,
+    /// Undivided weights of the corners.
+    pub weights: Vec3,
     /// Sum of the weights.
     pub sum: f32,
+}
+
+/// Where a ray runs through triangles side by side.
+pub(super) struct Crossings {
+    /// One bit for each triangle that is crossed, the first one's the lowest.
+    pub lanes: u32,
+    pub t: [f32; LANES],
+    weights: [[f32; LANES]; 3],
+    sum: [f32; LANES],
+}
+
+impl Crossings {
+    /// That of a triangle that is crossed.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Crossing {
+        let weights = Vec3::from(self.weights.map(|lanes| lanes[lane]));
+        Crossing { t: self.t[lane], weights, sum: self.sum[lane] }
+    }
 }
 
 /// A back counts as this much farther than it is, in units of the direction, so that of two skins in one plane,
@@ -110,7 +117,7 @@ const SKIN: f32 = 1.0 / (1u32 << 20) as f32;
 
 impl Crossing {
     /// No crossing.
-    pub const NONE: Crossing = Crossing { t: f32::INFINITY, weights: Vec4::ZERO, sum: 0.0 };
+    pub const NONE: Crossing = Crossing { t: f32::INFINITY, weights: Vec3::ZERO, sum: 0.0 };
 
     /// Distance by which crossings are ordered.
     #[inline(always)]
@@ -149,39 +156,53 @@ impl Ray {
             direction,
             inverse,
             axes,
-            translation: axes.map(|axis| Vec4::splat(from[axis])),
-            shear: [Vec4::splat(along[axes[0]] / along[last]), Vec4::splat(along[axes[1]] / along[last])],
+            translation: axes.map(|axis| from[axis]),
+            shear: [along[axes[0]] / along[last], along[axes[1]] / along[last]],
             scale: 1.0 / along[last],
-            near: [(down & 1) * 8, (down >> 1 & 1) * 8, (down >> 2 & 1) * 8],
-            oct_inv4: (if down & 1 == 0 { 0x0404_0404 } else { 0 })
-                | (if down & 2 == 0 { 0x0202_0202 } else { 0 })
-                | (if down & 4 == 0 { 0x0101_0101 } else { 0 }),
+            near: [down & 1, down >> 1 & 1, down >> 2 & 1],
         }
     }
 
-    /// The corners in the ray's frame: x, y and z of all three.
+    /// The corners of triangles side by side in the ray's frame: x, y and z of all three.
     #[inline(always)]
-    fn project(&self, slot: Slot) -> [Vec4; 3] {
-        let z = slot.row(self.axes[2]) - self.translation[2];
-        let x = slot.row(self.axes[0]) - self.translation[0] - self.shear[0] * z;
-        let y = slot.row(self.axes[1]) - self.translation[1] - self.shear[1] * z;
-        [x, y, z]
+    fn project(&self, block: &Block) -> [[[f32; LANES]; 3]; 3] {
+        let mut projected = [[[0.0; LANES]; 3]; 3];
+        let [x, y, z] = &mut projected;
+        let [xs, ys, zs] = self.axes.map(|axis| &block.corners[axis]);
+        for corner in 0..3 {
+            for lane in 0..LANES {
+                z[corner][lane] = zs[corner][lane] - self.translation[2];
+                x[corner][lane] = xs[corner][lane] - self.translation[0] - self.shear[0] * z[corner][lane];
+                y[corner][lane] = ys[corner][lane] - self.translation[1] - self.shear[1] * z[corner][lane];
+            }
+        }
+        projected
     }
 
-    /// Where the line of the ray runs through a triangle, behind the origin too, or `None` if it passes it by.
+    /// Where the line of the ray runs through triangles side by side, behind the origin too. `signs` gives the top bits of eight
+    /// words, that of the first word last.
     #[inline(always)]
-    pub fn cross(&self, slot: Slot) -> Option<Crossing> {
-        let [x, y, z] = self.project(slot);
-        // The weight of a corner is the edge function of the edge across. The fourth lane cancels to 0 exactly.
-        let weights = x.yzxw() * y.zxyw() - y.yzxw() * x.zxyw();
-        let negative = weights.cmplt(Vec4::ZERO).bitmask();
-        let positive = weights.cmpgt(Vec4::ZERO).bitmask();
-        if negative != 0 && positive != 0 {
-            return None;
+    pub fn cross(&self, block: &Block, signs: impl Fn(&[u32; LANES]) -> u32) -> Crossings {
+        let [x, y, z] = self.project(block);
+        // The weight of a corner is the edge function of the edge across.
+        let mut weights = [[0.0; LANES]; 3];
+        for (corner, weights) in weights.iter_mut().enumerate() {
+            let (next, last) = ((corner + 1) % 3, (corner + 2) % 3);
+            for lane in 0..LANES {
+                weights[lane] = x[next][lane] * y[last][lane] - y[next][lane] * x[last][lane];
+            }
         }
-        let sum = weights.x + weights.y + weights.z;
-        let t = weights.dot(z) * self.scale / sum;
-        Some(Crossing { t, weights, sum })
+        let (mut sum, mut t, mut crossed) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
+        for lane in 0..LANES {
+            let [a, b, c] = [weights[0][lane], weights[1][lane], weights[2][lane]];
+            sum[lane] = a + b + c;
+            t[lane] = (a * z[0][lane] + b * z[1][lane] + c * z[2][lane]) * self.scale / sum[lane];
+            // Of what is not a number no comparison holds.
+            let front = (a >= 0.0) & (b >= 0.0) & (c >= 0.0);
+            let back = (a <= 0.0) & (b <= 0.0) & (c <= 0.0);
+            crossed[lane] = if front | back { u32::MAX } else { 0 };
+        }
+        Crossings { lanes: signs(&crossed), t, weights, sum }
     }
 
     /// The same for a triangle that is seen so nearly edge-on that all its edge functions rounded to zero: f64
@@ -189,7 +210,8 @@ impl Ray {
     /// neighbours cover its line.
     #[cold]
     pub fn cross_edge_on(&self, slot: Slot) -> Option<Crossing> {
-        let [x, y, z] = self.project(slot).map(|row| row.as_dvec4());
+        let of_lane = |rows: [[f32; LANES]; 3]| rows.map(|row| f64::from(row[slot.lane]));
+        let [x, y, z] = self.project(slot.block).map(of_lane);
         let edge = |i: usize, j: usize| x[i] * y[j] - y[i] * x[j];
         let weights = [edge(1, 2), edge(2, 0), edge(0, 1)];
         if weights.iter().any(|weight| *weight < 0.0) && weights.iter().any(|weight| *weight > 0.0) {
@@ -200,7 +222,7 @@ impl Ray {
             return None;
         }
         let shares = DVec3::from(weights) / sum.abs();
-        let t = shares.dot(z.truncate()) * f64::from(self.scale) * sum.signum();
-        Some(Crossing { t: t as f32, weights: shares.as_vec3().extend(0.0), sum: sum.signum() as f32 })
+        let t = shares.dot(DVec3::from(z)) * f64::from(self.scale) * sum.signum();
+        Some(Crossing { t: t as f32, weights: shares.as_vec3(), sum: sum.signum() as f32 })
     }
 }

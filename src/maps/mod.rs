@@ -6,12 +6,12 @@ mod detail;
 mod grid_slopes;
 mod history;
 mod judge;
-mod lopsided;
 mod pieces;
 mod replicas;
 mod residuals;
 mod result;
 mod scores;
+mod skewness;
 mod stated;
 mod tables;
 
@@ -20,12 +20,12 @@ pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use grid_slopes::{CellSlopes, grid_slopes};
 pub use history::{History, PastJudgement};
 pub use judge::{Judgement, judge};
-pub use lopsided::Skewness;
 pub use pieces::Piece;
 pub use replicas::{ReplicaMap, Tally, Unit, standard_error};
 pub use residuals::{CellsError, Left, Measured, MeasuredPart, ResidualState, Residuals};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
+pub use skewness::Skewness;
 pub use stated::{StatedValues, grid_places, stated_error, stated_row};
 pub use tables::{Places, TableSubject, table_row};
 

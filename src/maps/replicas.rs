@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::basis::{Linear, SLOPES};
-use super::lopsided::{Skewness, Spread};
+use super::skewness::{Skewness, Spread};
 use super::pieces::{Piece, on_pieces};
 use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals, ScoreEvidence};
 
@@ -309,7 +309,7 @@ impl ReplicaMap {
         3.0 * luminous_flux_lm / (packets * entries_area_m2)
     }
 
-    /// How lopsided its scores are: see [`Skewness`].
+    /// How skewed its scores are: see [`Skewness`].
     pub fn skewness(&self) -> Skewness {
         let spreads = (0..self.sites).map(|entry| {
             let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
@@ -318,7 +318,7 @@ impl ReplicaMap {
         Skewness::of(spreads.collect::<Vec<Spread>>().iter())
     }
 
-    /// Lengthens the error bars of entries whose replicas are lopsided.
+    /// Lengthens the error bars of entries whose replicas are skewed.
     fn widen_bars(&self, values: &mut MapValues) {
         let skewness = self.skewness();
         for (error_lx, indirect_lx) in values.standard_error_lx.iter_mut().zip(&values.indirect_lx) {

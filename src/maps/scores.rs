@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::pareto::pareto_shape;
 
 /// Largest scores that are kept of a part of a map.
-pub const LARGEST: usize = 256;
+pub const LARGEST: usize = 1024;
 
 /// Deviations of single scores from the level of their entry, each times the root of the entry's weight: sums and the
 /// largest. The map's squared error is the sum of their squares over the square of the samples.

@@ -44,7 +44,7 @@ pub struct TableSubject<'a> {
     pub covered_area_m2: f64,
     /// Where least and greatest are looked for.
     pub places: Places<'a>,
-    /// How lopsided the map's scores are ([`ReplicaMap::skewness`]).
+    /// How skewed the map's scores are ([`ReplicaMap::skewness`]).
     pub skewness: Skewness,
 }
 
@@ -93,7 +93,7 @@ impl Place {
         self.replicas_lx.iter().sum::<f64>() / REPLICAS as f64
     }
 
-    /// The error in lx of its mean, as its own row of a file has it: the replicas' spread, wider where they are lopsided, with what they
+    /// The error in lx of its mean, as its own row of a file has it: the replicas' spread, wider where they are skewed, with what they
     /// share.
     fn error_lx(&self, map: &ReplicaMap, skewness: Skewness) -> f64 {
         let spread_lx = map.squared_error(|replica| self.replicas_lx[replica]).sqrt();
@@ -288,8 +288,8 @@ mod tests {
     /// Share of so many maps (seed 5) of 40 points whose stated interval of the minimum, of ±2.13 standard errors (Student's t of 15
     /// degrees of freedom), holds the least of their means: in a replica scores come twice in the mean to a point and bring the
     /// square of what is drawn from an exponential distribution, in lx; by the bars as they are and, the planted fault, by bars that
-    /// forget how lopsided the scores are.
-    fn held_of_lopsided(maps: u64) -> [f64; 2] {
+    /// forget how skewed the scores are.
+    fn held_of_skewed(maps: u64) -> [f64; 2] {
         let mut stream = Stream::new(5, Purpose::Pilot, 0, 0);
         let mut held = [0.0; 2];
         for number in 0..maps {
@@ -314,8 +314,8 @@ mod tests {
 
     /// At α = 10⁻⁴ a share of 0.93 or more of 1,000 maps comes out as 0.90 or more.
     #[test]
-    fn the_interval_of_a_minimum_of_lopsided_scores_holds_by_bars_that_know_it() {
-        let [held, forgetful] = held_of_lopsided(1000);
+    fn the_interval_of_a_minimum_of_skewed_scores_holds_by_bars_that_know_it() {
+        let [held, forgetful] = held_of_skewed(1000);
         assert!(held > 0.90 && forgetful < 0.90, "{held} {forgetful}");
     }
 

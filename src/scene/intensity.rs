@@ -11,9 +11,8 @@ use super::reader::{Fields, Node};
 use super::units::LengthUnit;
 use super::vectors::photometric_frame;
 
-/// Keys of such a receiver.
-pub(super) const KEYS: &[&str] =
-    &["name", "type", "aim", "rotation_deg", "c_planes", "gamma_step_deg", "luminous_opening"];
+/// Keys that such a receiver has beside those of all.
+pub(super) const OWN_KEYS: &[&str] = &["aim", "rotation_deg", "c_planes", "gamma_step_deg", "luminous_opening"];
 
 /// C planes and step of γ where a scene does not say.
 const USUAL_PLANES: u32 = 24;

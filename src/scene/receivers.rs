@@ -20,57 +20,25 @@ use super::{given, intensity, parse, points_file, requirements};
 /// The receiver types, as files name them.
 pub(super) const TYPES: [&str; 6] = ["grid", "points", "luminance", "ugr", "ugr_grid", "intensity"];
 
-/// Keys of every receiver type; grids have those of both their forms.
-pub(super) const KEYS: [&[&str]; 6] = [
-    &[
-        "name",
-        "type",
-        "origin",
-        "u",
-        "v",
-        "columns",
-        "rows",
-        "surface",
-        "height",
-        "margin",
-        "spacing",
-        "quantity",
-        "direction",
-        "requirements",
-    ],
-    &["name", "type", "file", "points", "quantity", "direction", "requirements"],
-    &["name", "type", "position", "directions", "fan", "view", "surface"],
-    &["name", "type", "position", "view_direction", "background", "requirements"],
-    &[
-        "name",
-        "type",
-        "origin",
-        "u",
-        "v",
-        "columns",
-        "rows",
-        "surface",
-        "height",
-        "margin",
-        "spacing",
-        "view_directions",
-        "background",
-        "requirements",
-    ],
-    intensity::KEYS,
-];
-/// Keys of a grid by corners.
-const CORNER_KEYS: [&str; 10] =
-    ["name", "type", "origin", "u", "v", "columns", "rows", "quantity", "direction", "requirements"];
-/// Keys of a grid on a surface.
-const SURFACE_KEYS: [&str; 9] =
-    ["name", "type", "surface", "height", "margin", "spacing", "quantity", "direction", "requirements"];
-/// Keys of a grid of observers by corners.
-const OBSERVERS_BY_CORNER_KEYS: [&str; 10] =
-    ["name", "type", "origin", "u", "v", "columns", "rows", "view_directions", "background", "requirements"];
-/// Keys of a grid of observers over a surface.
-const OBSERVERS_OVER_SURFACE_KEYS: [&str; 9] =
-    ["name", "type", "surface", "height", "margin", "spacing", "view_directions", "background", "requirements"];
+/// Keys that several receiver types share.
+const NAMED: &[&str] = &["name", "type"];
+const BY_CORNERS: &[&str] = &["origin", "u", "v", "columns", "rows"];
+const OVER_A_SURFACE: &[&str] = &["surface", "height", "margin", "spacing"];
+const MEASURING: &[&str] = &["quantity", "direction", "requirements"];
+const OBSERVING: &[&str] = &["view_directions", "background", "requirements"];
+
+/// Keys of a receiver type, its place in [`TYPES`]; grids have those of both their forms.
+pub(super) fn keys(kind: usize) -> Vec<&'static str> {
+    match TYPES[kind] {
+        "grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, MEASURING].concat(),
+        "points" => [NAMED, &["file", "points"], MEASURING].concat(),
+        "luminance" => [NAMED, &["position", "directions", "fan", "view", "surface"]].concat(),
+        "ugr" => [NAMED, &["position", "view_direction", "background", "requirements"]].concat(),
+        "ugr_grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, OBSERVING].concat(),
+        _ => [NAMED, intensity::OWN_KEYS].concat(),
+    }
+}
+
 /// Height in m of a seated observer's eye over the floor.
 const SEATED_EYE_M: f64 = 1.2;
 /// The rule that `spacing` can name.
@@ -104,7 +72,7 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
     let kind = node.fields("a receiver")?.need("type", "\"grid\"")?.choice(&TYPES)?;
     let what = format!("a {} receiver", TYPES[kind]);
     let fields = node.fields(&what)?;
-    fields.only(KEYS[kind])?;
+    fields.only(&keys(kind))?;
     let name = unique_name(&fields, names)?;
     if TYPES[kind] == "intensity" {
         let (quantity, layout, points) = intensity::read(&fields, around.unit, most)?;
@@ -121,9 +89,9 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
         let (_, places) = match by_surface {
             true => {
                 let height_m = fields.get("height").is_none().then_some(SEATED_EYE_M);
-                read_surface_grid(node, around, most, &OBSERVERS_OVER_SURFACE_KEYS, height_m)?
+                read_surface_grid(node, around, most, &[NAMED, OVER_A_SURFACE, OBSERVING].concat(), height_m)?
             }
-            false => read_corner_grid(node, around.unit, most, &OBSERVERS_BY_CORNER_KEYS)?,
+            false => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, OBSERVING].concat())?,
         };
         let (background, points) = observers::look_around(&fields, &places, most)?;
         let observers = observers_at(&points);
@@ -132,8 +100,10 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
         return Ok(ReceiverSet { name, quantity, layout: ReceiverLayout::Points, points, observers, requirements });
     }
     let (layout, mut points) = match TYPES[kind] {
-        "grid" if by_surface => read_surface_grid(node, around, most, &SURFACE_KEYS, None)?,
-        "grid" => read_corner_grid(node, around.unit, most, &CORNER_KEYS)?,
+        "grid" if by_surface => {
+            read_surface_grid(node, around, most, &[NAMED, OVER_A_SURFACE, MEASURING].concat(), None)?
+        }
+        "grid" => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, MEASURING].concat())?,
         _ => read_points(&fields, around)?,
     };
     let (quantity, turned) = quantity::read(&fields)?;

@@ -14,20 +14,8 @@ use super::shapes::{GeometryShape, ShapePart};
 use super::units::LengthUnit;
 use crate::base::harmonics::{HarmonicSeries, LARGEST_DEGREE, place_of};
 
-/// Keys of the geometry.
-pub(super) const KEYS: &[&str] = &[
-    "name",
-    "type",
-    "center",
-    "coefficients",
-    "file",
-    "facing",
-    "material",
-    "two_sided",
-    "max_element_edge",
-    "report",
-    "transform",
-];
+/// Keys that the geometry has beside those of all.
+pub(super) const OWN_KEYS: &[&str] = &["center", "coefficients", "file", "facing", "material"];
 /// First line of a file of coefficients.
 pub const HEADER: &str = "l,m,coefficient";
 /// Largest file of coefficients in bytes.

@@ -19,8 +19,8 @@ use super::names::listed;
 use super::placing::Placing;
 use super::reader::{Fields, Node, meant};
 use super::reported::Reporting;
-use super::series;
-use super::shapes::{self, BOX_FACES, GeometryShape};
+use super::series::{self, WrittenBody};
+use super::shapes::{self, BOX_FACES, GeometryShape, ShapePart};
 use super::under_way;
 use super::units::LengthUnit;
 use super::weld::weld;
@@ -28,38 +28,20 @@ use super::weld::weld;
 /// The geometry types, as files name them.
 pub(super) const TYPES: [&str; 5] = ["box", "rectangle", "mesh", "sphere", "spherical_harmonics"];
 
-/// Keys of every geometry type.
-pub(super) const KEYS: [&[&str]; 5] = [
-    &[
-        "name",
-        "type",
-        "min",
-        "max",
-        "facing",
-        "material",
-        "materials",
-        "two_sided",
-        "max_element_edge",
-        "report",
-        "transform",
-    ],
-    &["name", "type", "origin", "u", "v", "material", "two_sided", "max_element_edge", "report", "transform"],
-    &[
-        "name",
-        "type",
-        "file",
-        "vertices",
-        "faces",
-        "material",
-        "materials",
-        "two_sided",
-        "max_element_edge",
-        "report",
-        "transform",
-    ],
-    &["name", "type", "center", "radius", "facing", "material", "two_sided", "max_element_edge", "report", "transform"],
-    series::KEYS,
+/// Keys of the geometry types beside those that all have.
+const OWN_KEYS: [&[&str]; 5] = [
+    &["min", "max", "facing", "material", "materials"],
+    &["origin", "u", "v", "material"],
+    &["file", "vertices", "faces", "material", "materials"],
+    &["center", "radius", "facing", "material"],
+    series::OWN_KEYS,
 ];
+
+/// Keys of a geometry type: its place in [`TYPES`].
+pub(super) fn keys(kind: usize) -> Vec<&'static str> {
+    let placed: &[&str] = &["two_sided", "max_element_edge", "report", "transform"];
+    [&["name", "type"], OWN_KEYS[kind], placed].concat()
+}
 
 /// Keys of a box's `materials`.
 pub(super) const BOX_MATERIALS: [&str; 7] = ["floor", "ceiling", "walls", "x_min", "x_max", "y_min", "y_max"];
@@ -119,6 +101,20 @@ impl<'a> Around<'a> {
     }
 }
 
+/// What every geometry says, whatever its kind.
+struct GeometryKeys<'a> {
+    node: Node<'a>,
+    fields: Fields<'a>,
+    kind: &'static str,
+    name_node: Node<'a>,
+    name: &'a str,
+    two_sided: bool,
+    /// In the file's unit.
+    longest_edge: Option<f64>,
+    reporting: Reporting,
+    placing: Placing,
+}
+
 impl Surfaces {
     /// Reads all geometry.
     pub fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<Surfaces, SceneError> {
@@ -162,103 +158,37 @@ impl Surfaces {
     }
 
     fn add(&mut self, node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<(), SceneError> {
-        // Keys and values, whatever the kind.
-        let kind = node.fields("a geometry")?.need("type", "\"box\"")?.choice(&TYPES)?;
-        let fields = node.fields(&format!("a {} geometry", TYPES[kind]))?;
-        fields.only(KEYS[kind])?;
-        let name_node = fields.need("name", "\"room\"")?;
-        let name = name_node.name()?;
-        self.claim(&name_node, name)?;
-        let two_sided = fields.get("two_sided").map_or(Ok(false), |node| node.boolean())?;
-        let longest_edge =
-            fields.get("max_element_edge").map(|node| node.above_zero("the longest edge")).transpose()?;
-        let reporting = match (fields.get("report"), TYPES[kind]) {
-            (Some(node), _) => Reporting::Asked(node.boolean()?),
-            (None, "mesh") => Reporting::Part,
-            (None, "box" | "sphere" | "spherical_harmonics") if faces_inward(&fields)? => Reporting::Room,
-            (None, _) => Reporting::Housing,
-        };
-        let placing = fields.get("transform").map_or(Ok(Placing::HERE), |node| Placing::read(&node))?;
-
-        // The shape, and what it is made of.
-        let mut written_body = None;
-        let shape = match TYPES[kind] {
-            "spherical_harmonics" => {
-                let (shape, body) = series::read(&fields, around.base_dir, faces_inward(&fields)?)?;
-                written_body = Some(body);
-                shape
-            }
-            "box" => read_box(&fields)?,
-            "rectangle" => read_rectangle(&fields, name, warnings)?,
-            "mesh" => read_mesh(&fields, around, warnings)?,
-            _ => self.read_sphere(&fields, name, &placing, longest_edge, warnings)?,
-        };
+        let common = self.common_of(node)?;
+        let (shape, body) = self.shape_of(&common, around, warnings)?;
         let part_names: Vec<Option<&str>> = shape.parts.iter().map(|part| part.name.as_deref()).collect();
-        let materials = part_materials(&fields, TYPES[kind], &part_names, around)?;
-
-        // Its place in metres.
-        let first_vertex = self.vertices_m.len();
-        for vertex in &shape.vertices {
-            let place_m = around.unit.point_m(placing.apply(*vertex));
-            if !place_m.is_finite() || place_m.abs().max_element() > LARGEST_COORDINATE_M {
-                let expected = format!("coordinates up to {LARGEST_COORDINATE_M:e} m");
-                return Err(node.refuse_as(
-                    format!("{name:?} is too large"),
-                    format!("{place_m} m"),
-                    expected,
-                    "check numbers and length_unit",
-                ));
-            }
-            self.vertices_m.push(place_m);
-        }
-        let longest_edge_m = longest_edge.map(|edge| around.unit.length_m(edge));
-        let mut dropped: Vec<[u32; 3]> = Vec::new();
+        let materials = part_materials(&common.fields, common.kind, &part_names, around)?;
+        let first_vertex = self.place_vertices(&common, &shape, around)?;
         let first_surface = self.surfaces.len() as SurfaceId;
+        let longest_edge_m = common.longest_edge.map(|edge| around.unit.length_m(edge));
+        let mut dropped: Vec<[u32; 3]> = Vec::new();
         for (part, material) in shape.parts.iter().zip(materials) {
-            let surface_name = match &part.name {
-                Some(part) => format!("{name}/{part}"),
-                None => name.to_string(),
-            };
-            if part.name.is_some() {
-                self.claim(&name_node, &surface_name)?;
-            }
-            let two_sided = two_sided || around.materials[material as usize].law.is_two_sided();
-            let first = self.triangles.len() as u32;
+            let two_sided = common.two_sided || around.materials[material as usize].law.is_two_sided();
+            let surface = self.begin_surface(&common, part, material, two_sided)?;
             for triangle in &part.triangles {
                 let triangle = triangle.map(|vertex| first_vertex as u32 + vertex);
                 match self.divisions_of(triangle, longest_edge_m) {
                     Some(divisions) => self.push(triangle, divisions, two_sided),
                     None => dropped.push(triangle),
                 }
-                if self.cells > MOST_CELLS || self.vertices_m.len() > u32::MAX as usize {
-                    let blamed = fields.get("max_element_edge").unwrap_or_else(|| node.clone());
-                    let expected = format!("at most {MOST_CELLS} elements in a scene");
-                    return Err(blamed.refuse("the scene has too many elements", expected, "ask for longer edges"));
-                }
+                self.check_size(&common)?;
             }
-            if first == self.triangles.len() as u32 {
-                warnings.push(format!("{surface_name}: left out, because none of its triangles has an area"));
-                continue;
-            }
-            let id = self.surfaces.len() as SurfaceId;
-            self.by_name.insert(surface_name.clone(), id..id + 1);
-            self.reporting.push(reporting);
-            self.surfaces.push(Surface {
-                name: surface_name,
-                geometry: name.to_string(),
-                material,
-                two_sided,
-                triangles: first..self.triangles.len() as u32,
-            });
+            self.end_surface(surface, common.reporting, warnings);
         }
-        if let Some(body) = written_body {
+        if let Some(body) = body {
             if !dropped.is_empty() {
                 let expected = "leaves with an area";
-                return Err(node.refuse(format!("{name:?} is too flat"), expected, "check its coefficients"));
+                let what = format!("{:?} is too flat", common.name);
+                return Err(node.refuse(what, expected, "check its coefficients"));
             }
             let all = &self.surfaces[first_surface as usize].triangles;
-            self.bodies.push(body.placed(&placing, around.unit, all.start));
+            self.bodies.push(body.placed(&common.placing, around.unit, all.start));
         }
+        let name = common.name;
         if let Some([first, ..]) = dropped.first() {
             let place_m = self.vertices_m[*first as usize];
             let (count, which) = (dropped.len(), if dropped.len() == 1 { "at" } else { "the first at" });
@@ -273,18 +203,131 @@ impl Surfaces {
         Ok(())
     }
 
-    fn read_sphere(
+    /// Keys and values that all kinds of geometry share; takes the geometry's name.
+    fn common_of<'a>(&mut self, node: &Node<'a>) -> Result<GeometryKeys<'a>, SceneError> {
+        let number = node.fields("a geometry")?.need("type", "\"box\"")?.choice(&TYPES)?;
+        let kind = TYPES[number];
+        let fields = node.fields(&format!("a {kind} geometry"))?;
+        fields.only(&keys(number))?;
+        let name_node = fields.need("name", "\"room\"")?;
+        let name = name_node.name()?;
+        self.claim(&name_node, name)?;
+        let two_sided = fields.get("two_sided").map_or(Ok(false), |node| node.boolean())?;
+        let longest_edge =
+            fields.get("max_element_edge").map(|node| node.above_zero("the longest edge")).transpose()?;
+        let reporting = match (fields.get("report"), kind) {
+            (Some(node), _) => Reporting::Asked(node.boolean()?),
+            (None, "mesh") => Reporting::Part,
+            (None, "box" | "sphere" | "spherical_harmonics") if faces_inward(&fields)? => Reporting::Room,
+            (None, _) => Reporting::Housing,
+        };
+        let placing = fields.get("transform").map_or(Ok(Placing::HERE), |node| Placing::read(&node))?;
+        Ok(GeometryKeys {
+            node: node.clone(),
+            fields,
+            kind,
+            name_node,
+            name,
+            two_sided,
+            longest_edge,
+            reporting,
+            placing,
+        })
+    }
+
+    /// The shape in the file's own units and, of a smooth one, the body that its triangles stand for.
+    fn shape_of(
         &mut self,
-        fields: &Fields,
-        name: &str,
-        placing: &Placing,
-        longest_edge: Option<f64>,
+        common: &GeometryKeys,
+        around: &Around,
         warnings: &mut Vec<String>,
-    ) -> Result<GeometryShape, SceneError> {
+    ) -> Result<(GeometryShape, Option<WrittenBody>), SceneError> {
+        let fields = &common.fields;
+        let shape = match common.kind {
+            "spherical_harmonics" => {
+                let (shape, body) = series::read(fields, around.base_dir, faces_inward(fields)?)?;
+                return Ok((shape, Some(body)));
+            }
+            "box" => read_box(fields)?,
+            "rectangle" => read_rectangle(fields, common.name, warnings)?,
+            "mesh" => read_mesh(fields, around, warnings)?,
+            _ => self.read_sphere(common, warnings)?,
+        };
+        Ok((shape, None))
+    }
+
+    /// Puts the vertices of a shape where they stand in metres; returns the number of the first.
+    fn place_vertices(
+        &mut self,
+        common: &GeometryKeys,
+        shape: &GeometryShape,
+        around: &Around,
+    ) -> Result<usize, SceneError> {
+        let first_vertex = self.vertices_m.len();
+        for vertex in &shape.vertices {
+            let place_m = around.unit.point_m(common.placing.apply(*vertex));
+            if !place_m.is_finite() || place_m.abs().max_element() > LARGEST_COORDINATE_M {
+                let expected = format!("coordinates up to {LARGEST_COORDINATE_M:e} m");
+                return Err(common.node.refuse_as(
+                    format!("{:?} is too large", common.name),
+                    format!("{place_m} m"),
+                    expected,
+                    "check numbers and length_unit",
+                ));
+            }
+            self.vertices_m.push(place_m);
+        }
+        Ok(first_vertex)
+    }
+
+    /// A surface that no triangle has yet; takes the part's name.
+    fn begin_surface(
+        &mut self,
+        common: &GeometryKeys,
+        part: &ShapePart,
+        material: MaterialId,
+        two_sided: bool,
+    ) -> Result<Surface, SceneError> {
+        let name = match &part.name {
+            Some(part) => format!("{}/{part}", common.name),
+            None => common.name.to_string(),
+        };
+        if part.name.is_some() {
+            self.claim(&common.name_node, &name)?;
+        }
+        let first = self.triangles.len() as u32;
+        Ok(Surface { name, geometry: common.name.to_string(), material, two_sided, triangles: first..first })
+    }
+
+    /// Keeps a surface with all triangles since it was begun; leaves out one that has none.
+    fn end_surface(&mut self, mut surface: Surface, reporting: Reporting, warnings: &mut Vec<String>) {
+        surface.triangles.end = self.triangles.len() as u32;
+        if surface.triangles.is_empty() {
+            warnings.push(format!("{}: left out, because none of its triangles has an area", surface.name));
+            return;
+        }
+        let id = self.surfaces.len() as SurfaceId;
+        self.by_name.insert(surface.name.clone(), id..id + 1);
+        self.reporting.push(reporting);
+        self.surfaces.push(surface);
+    }
+
+    /// Whether the scene still is of a size that can be computed.
+    fn check_size(&self, common: &GeometryKeys) -> Result<(), SceneError> {
+        if self.cells <= MOST_CELLS && self.vertices_m.len() <= u32::MAX as usize {
+            return Ok(());
+        }
+        let blamed = common.fields.get("max_element_edge").unwrap_or_else(|| common.node.clone());
+        let expected = format!("at most {MOST_CELLS} elements in a scene");
+        Err(blamed.refuse("the scene has too many elements", expected, "ask for longer edges"))
+    }
+
+    fn read_sphere(&mut self, common: &GeometryKeys, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
+        let GeometryKeys { fields, name, placing, longest_edge, .. } = common;
         let center = fields.need("center", "[0, 0, 1]")?.vector()?;
         let radius = fields.need("radius", "0.3")?.above_zero("the radius")?;
         let inward = faces_inward(fields)?;
-        let frequency = shapes::sphere_frequency(radius * placing.scale, longest_edge);
+        let frequency = shapes::sphere_frequency(radius * placing.scale, *longest_edge);
         if let (Some(node), true) = (fields.get("max_element_edge"), frequency > f64::from(MOST_SPHERE_FREQUENCY)) {
             let finest = 2.0 * radius * placing.scale / f64::from(MOST_SPHERE_FREQUENCY);
             let expected = format!("an edge of at least {finest:.3e}");

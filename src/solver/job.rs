@@ -150,7 +150,8 @@ pub struct Job {
     seen: Option<(Judgement, u64)>,
     /// Scores that carried its variance then, effectively.
     scores_seen: f64,
-    pace: ErrorHistory,
+    /// Errors of its looks, from which the power of the work is read with which they fall.
+    past_errors: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
     /// The same of walks from where rays start that ask cells.
@@ -285,7 +286,7 @@ impl Job {
             judged_samples: 0,
             seen: None,
             scores_seen: f64::INFINITY,
-            pace: ErrorHistory::default(),
+            past_errors: ErrorHistory::default(),
             direct: PartCost::default(),
             indirect: PartCost::default(),
             walked: PartCost::default(),
@@ -408,27 +409,11 @@ impl Job {
         }
     }
 
+    /// Whether the map has come to the goal by it.
     fn do_a_slice(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let passes = self.passes_at(goal);
-        let elements = &self.elements;
         if self.map.direct_samples.complete < passes {
-            // The first pass looks ahead at every point, too.
-            let rays_ahead = if self.map.direct_samples.complete == 0 { self.expectations.rays_ahead } else { 0.0 };
-            let rays = self.share.rays_per_pass + rays_ahead * self.map.len() as f64 / REPLICAS as f64;
-            let (entries, times) = slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), rays);
-            let (map, part) = (&mut self.map, (entries.clone(), times.clone()));
-            let rays = match (self.kind, &mut self.adaptive) {
-                (MapKind::Elements, Some(adaptive)) => {
-                    sweep::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
-                }
-                (MapKind::Elements, None) => sweep::direct_over_elements(context, elements, map, part.0, part.1),
-                (MapKind::Receivers(set), _) => {
-                    sweep::direct_at_points(context, set, map, &mut self.expectations, part.0, part.1)
-                }
-            };
-            self.rays += rays;
-            self.direct_rays += rays;
-            self.map.direct_samples = after_sweep(entries, times, self.map.len());
+            self.advance_direct(context, passes);
         } else if self.engine == Engine::Gathering {
             return sets.is_none_or(|sets| self.ask_cells(context, sets));
         } else if !self.black {
@@ -442,20 +427,35 @@ impl Job {
         self.samples >= goal && self.map.direct_samples.complete >= passes
     }
 
-    fn advance_indirect(&mut self, context: &Context, goal: u64) {
-        match self.kind {
-            MapKind::Elements => {
-                let done = self.map.indirect_samples.complete;
-                let most = (context.pace.rays_per_slice() / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64))
-                    .ceil() as u64;
-                let until = goal.min(done + most);
-                self.chains_until(context, until, Deposits::IndirectOnly);
+    /// A part of a pass over direct light, or some passes, towards so many.
+    fn advance_direct(&mut self, context: &Context, passes: u64) {
+        // The first pass looks ahead at every point, too.
+        let rays_ahead = if self.map.direct_samples.complete == 0 { self.expectations.rays_ahead } else { 0.0 };
+        let rays = self.share.rays_per_pass + rays_ahead * self.map.len() as f64 / REPLICAS as f64;
+        let (entries, times) = slice_of_sweep(context, self.map.direct_samples, passes, self.map.len(), rays);
+        let (elements, map, part) = (&self.elements, &mut self.map, (entries.clone(), times.clone()));
+        let rays = match (self.kind, &mut self.adaptive) {
+            (MapKind::Elements, Some(adaptive)) => {
+                sweep::direct_in_elements(context, elements, map, adaptive, part.0, part.1)
             }
+            (MapKind::Elements, None) => sweep::direct_over_elements(context, elements, map, part.0, part.1),
+            (MapKind::Receivers(set), _) => {
+                sweep::direct_at_points(context, set, map, &mut self.expectations, part.0, part.1)
+            }
+        };
+        self.rays += rays;
+        self.direct_rays += rays;
+        self.map.direct_samples = after_sweep(entries, times, self.map.len());
+    }
+
+    /// Chains, rounds or walks of one slice towards so many samples.
+    fn advance_indirect(&mut self, context: &Context, goal: u64) {
+        let done = self.map.indirect_samples.complete;
+        let rays_per_sample = self.share.rays_per_indirect.max(1.0) * REPLICAS as f64;
+        let until = goal.min(done + (context.pace.rays_per_slice() / rays_per_sample).ceil() as u64);
+        match self.kind {
+            MapKind::Elements => self.chains_until(context, until, Deposits::IndirectOnly),
             MapKind::Receivers(set) if self.local.is_some() => {
-                let done = self.map.indirect_samples.complete;
-                let most = (context.pace.rays_per_slice() / (self.share.rays_per_indirect.max(1.0) * REPLICAS as f64))
-                    .ceil() as u64;
-                let until = goal.min(done + most);
                 if let Some(plan) = &self.local
                     && let Some(rays) = plan.rounds(context, set, &mut self.map, done..until)
                 {
@@ -515,7 +515,7 @@ impl Job {
             let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
-        self.pace.note(self.samples, &self.judgement, self.scatter_of_looks());
+        self.past_errors.note(self.samples, &self.judgement, self.scatter_of_looks());
         self.learn_directions();
         self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gathering {
@@ -551,13 +551,13 @@ impl Job {
     /// Power of the work with which its error falls, by its own history.
     pub fn error_exponent(&self) -> f64 {
         // Nothing is gained by quasi-random chains where packets are counted.
-        if self.engine == Engine::Counting { USUAL_EXPONENT } else { self.pace.exponent() }
+        if self.engine == Engine::Counting { USUAL_EXPONENT } else { self.past_errors.exponent() }
     }
 
     /// Starts a new history: the map begins anew.
     fn forget_looks(&mut self) {
         self.history.clear();
-        self.pace.clear();
+        self.past_errors.clear();
         self.held_since = None;
         self.seen = None;
     }

@@ -150,18 +150,22 @@ pub(super) fn solve_as(
     let begun_wall_s = clock.begun_wall_s();
     let ending = Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s };
     let mut solution = finish(&context, settings, &mut jobs, ending);
+    tell_left_out(&mut solution, &left_out);
+    let sums = if portion.is_some() { jobs.into_iter().map(sums_of).collect() } else { Vec::new() };
+    (solution, sums)
+}
+
+/// A map that is left out met no target; of nothing but those nobody knows an error.
+fn tell_left_out(solution: &mut Solution, left_out: &[(String, bool)]) {
     if left_out.iter().any(|(_, bound)| *bound) {
         solution.target_met = solution.target_met.map(|_| false);
         if !solution.maps.iter().any(|map| map.bound) {
-            // Of nothing nobody knows an error.
             solution.estimated_error = f64::INFINITY;
         }
     }
     solution.warnings.extend(left_out.iter().map(|(name, _)| {
         format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
     }));
-    let sums = if portion.is_some() { jobs.into_iter().map(sums_of).collect() } else { Vec::new() };
-    (solution, sums)
 }
 
 /// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there.

@@ -1,6 +1,6 @@
 //! Speed against error: a method climbs from few chains to many, each time judged against the truth.
 
-use super::case::Case;
+use super::case::{Case, Comparison, Run};
 use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::Stopwatch;
@@ -137,88 +137,89 @@ pub fn climb(
 ) -> Result<Vec<Ladder>, CaseError> {
     let run = &case.runs[case.ladder_run];
     let mut ladders: Vec<Ladder> = Vec::new();
-    'comparisons: for comparison in run.comparisons.iter().filter(|comparison| !comparison.what.is_one_number()) {
-        let settings = |chains: u64, target_error: f64, seed: u64| Settings {
-            method: crate::solver::Method::Collision,
-            elements: ElementChoice::Given,
-            seed,
-            target_error: (method.climbs == Climb::Targets).then_some(target_error),
-            chains: (method.climbs == Climb::Chains).then_some(chains),
-            time_limit_s: None,
-            maps: MapSelection::Named(vec![comparison.map.clone()]),
-            threads: None,
-        };
-        if let Err(reason) = (method.applies)(&run.scene, &settings(FIRST_CHAINS, FIRST_TARGET, run.seed)) {
-            tell(&format!("{}: {}: {reason}", comparison.name, method.name));
-            continue;
+    for comparison in run.comparisons.iter().filter(|comparison| !comparison.what.is_one_number()) {
+        let ascent = Ascent { case, run, comparison, method, budget_s };
+        match ascent.ladder(tell)? {
+            Ok(ladder) => ladders.push(ladder),
+            Err(reason) => tell(&format!("{}: {}: {reason}", comparison.name, method.name)),
+        }
+    }
+    Ok(ladders)
+}
+
+/// A method on its way up one comparison.
+struct Ascent<'a> {
+    case: &'a Case,
+    run: &'a Run,
+    comparison: &'a Comparison,
+    method: &'a ComparedMethod,
+    budget_s: f64,
+}
+
+/// What a rung is asked for.
+#[derive(Clone, Copy)]
+struct Asked {
+    chains: u64,
+    target_error: f64,
+    /// Seed of its first run.
+    seed: u64,
+}
+
+/// What the runs of a rung came to.
+struct Reached {
+    rung: Rung,
+    estimator: String,
+    /// Seconds of all its runs.
+    spent_s: f64,
+    /// Whether a run missed its target: the method can do no better.
+    at_the_end: bool,
+    /// Relative error of the truth itself.
+    truth_error: f64,
+}
+
+impl Ascent<'_> {
+    /// From the lowest rung to the last that the budget allows; or why the method cannot.
+    fn ladder(&self, tell: &mut dyn FnMut(&str)) -> Result<Result<Ladder, String>, CaseError> {
+        let (comparison, method) = (self.comparison, self.method);
+        let mut asked = Asked { chains: FIRST_CHAINS, target_error: FIRST_TARGET, seed: self.run.seed };
+        if let Err(reason) = (method.applies)(&self.run.scene, &self.settings(asked)) {
+            return Ok(Err(reason));
         }
         tell(&format!("{}: {}", comparison.name, method.name));
-        let exact = ExactSide::new(case, run, comparison)?;
+        let exact = ExactSide::new(self.case, self.run, comparison)?;
         let mut rungs: Vec<Rung> = Vec::new();
         let mut estimator = String::new();
         let mut spent_s = 0.0;
-        let mut asked = FIRST_CHAINS;
-        let mut target_error = FIRST_TARGET;
         let mut at_the_end = false;
-        let (mut truth_error, mut truth_variance) = (0.0, 0.0);
         loop {
-            let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
-            while rung.runs < REPEATS {
-                let seed = run.seed + 1 + (rungs.len() * REPEATS + rung.runs) as u64;
-                let settings = settings(asked, target_error, seed);
-                let solution = match (method.solve)(&run.scene, &settings, &Stopwatch::starting_now()) {
-                    Ok(solution) => solution,
-                    Err(reason) => {
-                        tell(&format!("{}: {}: {reason}", comparison.name, method.name));
-                        continue 'comparisons;
-                    }
-                };
-                at_the_end |= solution.target_met == Some(false);
-                let set = exact.beside(&solution)?;
-                let statistics = set.statistics();
-                truth_error = statistics.truth;
-                let is_random = set.truth_average_error_lx.is_some();
-                truth_variance = if is_random { truth_error * truth_error } else { 0.0 };
-                let seconds = solution.build_s + solution.compute_s;
-                spent_s += seconds;
-                rung.runs += 1;
-                rung.chains = solution.chains;
-                rung.rays += solution.rays;
-                rung.seconds += seconds;
-                rung.true_error += statistics.rms * statistics.rms;
-                rung.stated_error += solution.estimated_error.powi(2);
-                if let Some(map) = solution.maps.first() {
-                    estimator.clone_from(&map.method);
-                }
-                if seconds > CHEAP * budget_s || method.climbs == Climb::Targets {
-                    break;
-                }
+            asked.seed = self.run.seed + 1 + (rungs.len() * REPEATS) as u64;
+            let reached = match self.rung(&exact, asked)? {
+                Ok(reached) => reached,
+                Err(reason) => return Ok(Err(reason)),
+            };
+            let rung = reached.rung;
+            spent_s += reached.spent_s;
+            at_the_end |= reached.at_the_end;
+            if !reached.estimator.is_empty() {
+                estimator = reached.estimator;
             }
-            let runs = rung.runs as f64;
-            rung.rays = (rung.rays as f64 / runs) as u64;
-            rung.seconds /= runs;
-            // A stored run's own chance stands in every deviation: it is taken off in the mean of squares. Below the
-            // truth's own error there is nothing left to tell.
-            rung.true_error = (rung.true_error / runs - truth_variance).max(0.0).sqrt();
-            let as_exact_as_the_truth = rung.true_error < truth_error;
-            rung.stated_error = (rung.stated_error / runs).sqrt();
-
+            // Below the truth's own error there is nothing left to tell.
+            if rung.true_error < reached.truth_error {
+                tell(&format!("{}: {}: as exact as the truth", comparison.name, method.name));
+                break;
+            }
             // A map without chance has but one rung; chains that filling the replicas rounds up to make no new one.
-            let without_chance = !as_exact_as_the_truth && (rung.true_error == 0.0 || rung.stated_error == 0.0);
+            let without_chance = rung.true_error == 0.0 || rung.stated_error == 0.0;
             let further = |last: &Rung| match method.climbs {
                 Climb::Chains => last.chains < rung.chains,
                 Climb::Targets => rung.stated_error < last.stated_error,
             };
-            if as_exact_as_the_truth {
-                tell(&format!("{}: {}: as exact as the truth", comparison.name, method.name));
-                break;
-            }
             if rungs.last().is_none_or(further) || without_chance {
                 rungs.push(rung);
             }
-            asked = (2 * asked).max(2 * rung.chains);
-            target_error = UNDER * rung.stated_error;
-            if without_chance || at_the_end || spent_s + 2.0 * rung.seconds > budget_s {
+            asked.chains = (2 * asked.chains).max(2 * rung.chains);
+            asked.target_error = UNDER * rung.stated_error;
+            if without_chance || at_the_end || spent_s + 2.0 * rung.seconds > self.budget_s {
                 break;
             }
         }
@@ -226,18 +227,71 @@ pub fn climb(
         let places = |cost: fn(&Rung) -> f64| -> Vec<(f64, f64)> {
             fitted.iter().map(|rung| (cost(rung), rung.true_error)).collect()
         };
-        ladders.push(Ladder {
-            case: case.name.clone(),
-            run: run.name.clone(),
+        Ok(Ok(Ladder {
+            case: self.case.name.clone(),
+            run: self.run.name.clone(),
             comparison: comparison.name.clone(),
             method: method.name.to_owned(),
             estimator,
             by_time: LadderFit::through(&places(|rung| rung.seconds)),
             by_rays: LadderFit::through(&places(|rung| rung.rays as f64)),
             rungs,
-        });
+        }))
     }
-    Ok(ladders)
+
+    fn settings(&self, asked: Asked) -> Settings {
+        let climbs = self.method.climbs;
+        Settings {
+            method: crate::solver::Method::Collision,
+            elements: ElementChoice::Given,
+            seed: asked.seed,
+            target_error: (climbs == Climb::Targets).then_some(asked.target_error),
+            chains: (climbs == Climb::Chains).then_some(asked.chains),
+            time_limit_s: None,
+            maps: MapSelection::Named(vec![self.comparison.map.clone()]),
+            threads: None,
+        }
+    }
+
+    /// Runs of one rung, several while they are cheap, each judged against the truth; or why the method cannot.
+    fn rung(&self, exact: &ExactSide, asked: Asked) -> Result<Result<Reached, String>, CaseError> {
+        let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
+        let (mut estimator, mut at_the_end) = (String::new(), false);
+        let (mut truth_error, mut truth_variance) = (0.0, 0.0);
+        while rung.runs < REPEATS {
+            let settings = self.settings(Asked { seed: asked.seed + rung.runs as u64, ..asked });
+            let solution = match (self.method.solve)(&self.run.scene, &settings, &Stopwatch::starting_now()) {
+                Ok(solution) => solution,
+                Err(reason) => return Ok(Err(reason)),
+            };
+            at_the_end |= solution.target_met == Some(false);
+            let set = exact.beside(&solution)?;
+            let statistics = set.statistics();
+            truth_error = statistics.truth;
+            let is_random = set.truth_average_error_lx.is_some();
+            truth_variance = if is_random { truth_error * truth_error } else { 0.0 };
+            let seconds = solution.build_s + solution.compute_s;
+            rung.runs += 1;
+            rung.chains = solution.chains;
+            rung.rays += solution.rays;
+            rung.seconds += seconds;
+            rung.true_error += statistics.rms * statistics.rms;
+            rung.stated_error += solution.estimated_error.powi(2);
+            if let Some(map) = solution.maps.first() {
+                estimator.clone_from(&map.method);
+            }
+            if seconds > CHEAP * self.budget_s || self.method.climbs == Climb::Targets {
+                break;
+            }
+        }
+        let (runs, spent_s) = (rung.runs as f64, rung.seconds);
+        rung.rays = (rung.rays as f64 / runs) as u64;
+        rung.seconds /= runs;
+        // A stored run's own chance stands in every deviation: it is taken off in the mean of squares.
+        rung.true_error = (rung.true_error / runs - truth_variance).max(0.0).sqrt();
+        rung.stated_error = (rung.stated_error / runs).sqrt();
+        Ok(Ok(Reached { rung, estimator, spent_s, at_the_end, truth_error }))
+    }
 }
 
 /// The rungs that tell how a method converges: near the dear end, and none that took more rays than one with more

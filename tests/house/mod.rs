@@ -1,5 +1,7 @@
 //! What the files of the library import, for the tests of its order.
 
+pub mod tuned;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A path in code, such as `crate::scene::Scene`, piece by piece, and its line.

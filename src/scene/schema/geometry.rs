@@ -50,6 +50,20 @@ pub(super) struct BoxMaterials {
     y_max: Option<String>,
 }
 
+/// What every geometry says, or may say.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct CommonOfGeometry {
+    /// Name of the geometry.
+    name: String,
+    /// Whether both sides reflect and are reported.
+    two_sided: Option<bool>,
+    /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
+    report: Option<bool>,
+    /// Scale, turns and shift.
+    transform: Option<Transform>,
+}
+
 /// Geometry.
 #[derive(JsonSchema)]
 #[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
@@ -57,8 +71,8 @@ pub(super) struct BoxMaterials {
 pub(super) enum GeometryKind {
     /// An axis-parallel box; its faces are NAME/floor, /ceiling, /x_min, /x_max, /y_min and /y_max.
     Box {
-        /// Name of the geometry.
-        name: String,
+        #[schemars(flatten)]
+        common: CommonOfGeometry,
         /// Lowest corner.
         min: Vector,
         /// Highest corner.
@@ -69,20 +83,14 @@ pub(super) enum GeometryKind {
         material: Option<String>,
         /// Materials of single faces.
         materials: Option<BoxMaterials>,
-        /// Whether both sides reflect and are reported.
-        two_sided: Option<bool>,
         /// Triangles are split into elements until no edge is longer.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
-        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
-        report: Option<bool>,
-        /// Scale, turns and shift.
-        transform: Option<Transform>,
     },
     /// A rectangle; its normal is u × v.
     Rectangle {
-        /// Name of the geometry.
-        name: String,
+        #[schemars(flatten)]
+        common: CommonOfGeometry,
         /// A corner.
         origin: Vector,
         /// From the corner along one side.
@@ -91,22 +99,16 @@ pub(super) enum GeometryKind {
         v: Vector,
         /// Material.
         material: String,
-        /// Whether both sides reflect and are reported.
-        two_sided: Option<bool>,
         /// Triangles are split into elements until no edge is longer.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
-        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
-        report: Option<bool>,
-        /// Scale, turns and shift.
-        transform: Option<Transform>,
     },
     /// A mesh from a Wavefront OBJ file, its parts NAME/USEMTL, or from a glTF 2.0 file, its parts NAME/MATERIAL; STL and PLY too. Or of
     /// `vertices` and `faces` that stand here.
     #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["vertices", "faces"]}]))]
     Mesh {
-        /// Name of the geometry.
-        name: String,
+        #[schemars(flatten)]
+        common: CommonOfGeometry,
         /// The OBJ, glTF, GLB, STL or PLY file.
         file: Option<String>,
         /// Vertices instead of a file.
@@ -118,20 +120,14 @@ pub(super) enum GeometryKind {
         material: Option<String>,
         /// Materials by the file's `usemtl` or material names; else the scene's material of that name is taken.
         materials: Option<BTreeMap<String, String>>,
-        /// Whether both sides reflect and are reported.
-        two_sided: Option<bool>,
         /// Triangles are split into elements until no edge is longer.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
-        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
-        report: Option<bool>,
-        /// Scale, turns and shift.
-        transform: Option<Transform>,
     },
     /// A sphere, as triangles inscribed in it.
     Sphere {
-        /// Name of the geometry.
-        name: String,
+        #[schemars(flatten)]
+        common: CommonOfGeometry,
         /// Centre.
         center: Vector,
         /// Radius.
@@ -141,21 +137,15 @@ pub(super) enum GeometryKind {
         facing: Option<Facing>,
         /// Material.
         material: String,
-        /// Whether both sides reflect and are reported.
-        two_sided: Option<bool>,
         /// The sphere's triangles have no longer edge.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
-        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
-        report: Option<bool>,
-        /// Scale, turns and shift.
-        transform: Option<Transform>,
     },
     /// A smooth closed body, whose radius by direction is a series of spherical harmonics; met exactly.
     #[schemars(rename = "spherical_harmonics")]
     SphericalHarmonics {
-        /// Name of the geometry.
-        name: String,
+        #[schemars(flatten)]
+        common: CommonOfGeometry,
         /// From where the radius is counted (the origin by default).
         center: Option<Vector>,
         /// Terms [l, m, coefficient] of r = Σ c_lm Y_lm, l up to 31; instead of a file.
@@ -166,14 +156,8 @@ pub(super) enum GeometryKind {
         facing: Option<Facing>,
         /// Material.
         material: String,
-        /// Whether both sides reflect and are reported.
-        two_sided: Option<bool>,
         /// The chords of the body's elements are no longer.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max_element_edge: Option<f64>,
-        /// Whether the report and the terminal tell of it (luminaires of surfaces: false by default).
-        report: Option<bool>,
-        /// Scale, turns and shift.
-        transform: Option<Transform>,
     },
 }

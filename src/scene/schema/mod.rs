@@ -242,6 +242,62 @@ struct Requirements {
     flux_factor: Option<f64>,
 }
 
+/// A grid by its corner: places at origin + (c/(columns−1))·u + (r/(rows−1))·v.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct ByCorners {
+    /// First place.
+    origin: Vector,
+    /// From the first to the last column.
+    u: Vector,
+    /// From the first to the last row.
+    v: Vector,
+    /// Places in a row.
+    #[schemars(range(min = 1))]
+    columns: u32,
+    /// Rows.
+    #[schemars(range(min = 1))]
+    rows: u32,
+}
+
+/// A grid over a surface.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct OverASurface {
+    /// A geometry or a part of one.
+    surface: String,
+    /// Strip along the boundary that is left out.
+    #[schemars(range(min = 0.0))]
+    margin: Option<f64>,
+    /// The rule "EN 12464-1" (default), or a distance.
+    spacing: Option<Spacing>,
+}
+
+/// What is asked for at points.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct Measuring {
+    /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
+    quantity: Option<QuantityName>,
+    /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
+    direction: Option<Vector>,
+    /// What the receivers are to keep.
+    requirements: Option<Requirements>,
+}
+
+/// What is asked of observers.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct Observing {
+    /// Lines of sight; without them eight about the vertical.
+    #[schemars(length(min = 1))]
+    view_directions: Option<Vec<Vector>>,
+    /// Where the background luminance is taken.
+    background: Option<BackgroundName>,
+    /// What the ratings are to keep.
+    requirements: Option<Requirements>,
+}
+
 /// Receivers.
 #[derive(JsonSchema)]
 #[schemars(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
@@ -251,46 +307,23 @@ enum ReceiverKind {
     Grid {
         /// Name of the receivers.
         name: String,
-        /// First point.
-        origin: Vector,
-        /// From the first to the last column.
-        u: Vector,
-        /// From the first to the last row.
-        v: Vector,
-        /// Points in a row.
-        #[schemars(range(min = 1))]
-        columns: u32,
-        /// Rows.
-        #[schemars(range(min = 1))]
-        rows: u32,
-        /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
-        quantity: Option<QuantityName>,
-        /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
-        direction: Option<Vector>,
-        /// What the receivers are to keep.
-        requirements: Option<Requirements>,
+        #[schemars(flatten)]
+        corners: ByCorners,
+        #[schemars(flatten)]
+        measuring: Measuring,
     },
     /// A grid on a flat rectangular surface: points at the centres of its cells, facing as its front does.
     #[schemars(rename = "grid")]
     SurfaceGrid {
         /// Name of the receivers.
         name: String,
-        /// A geometry or a part of one.
-        surface: String,
         /// Distance from the front of the surface.
         #[schemars(range(min = 0.0))]
         height: Option<f64>,
-        /// Strip along the boundary that is left out.
-        #[schemars(range(min = 0.0))]
-        margin: Option<f64>,
-        /// The rule "EN 12464-1" (default), or a distance.
-        spacing: Option<Spacing>,
-        /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
-        quantity: Option<QuantityName>,
-        /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
-        direction: Option<Vector>,
-        /// What the receivers are to keep.
-        requirements: Option<Requirements>,
+        #[schemars(flatten)]
+        over: OverASurface,
+        #[schemars(flatten)]
+        measuring: Measuring,
     },
     /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area, or points that stand here.
     #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["points"]}]))]
@@ -302,12 +335,8 @@ enum ReceiverKind {
         /// Points instead of a file: [x, y, z, nx, ny, nz], or with an area behind them in all.
         #[schemars(length(min = 1))]
         points: Option<Vec<Vec<f64>>>,
-        /// What is asked for: on the grid's (or points') own plane (default), horizontal, vertical or cylindrical.
-        quantity: Option<QuantityName>,
-        /// Where vertical or semi-cylindrical illuminance looks to: a horizontal direction.
-        direction: Option<Vector>,
-        /// What the receivers are to keep.
-        requirements: Option<Requirements>,
+        #[schemars(flatten)]
+        measuring: Measuring,
     },
     /// Luminance seen from a point, in one of: given directions, a fan of them, a picture, the elements of a surface.
     Luminance {
@@ -344,48 +373,23 @@ enum ReceiverKind {
     UgrGrid {
         /// Name of the receivers.
         name: String,
-        /// First eye.
-        origin: Vector,
-        /// From the first to the last column.
-        u: Vector,
-        /// From the first to the last row.
-        v: Vector,
-        /// Eyes in a row.
-        #[schemars(range(min = 1))]
-        columns: u32,
-        /// Rows.
-        #[schemars(range(min = 1))]
-        rows: u32,
-        /// Lines of sight; without them eight about the vertical.
-        #[schemars(length(min = 1))]
-        view_directions: Option<Vec<Vector>>,
-        /// Where the background luminance is taken.
-        background: Option<BackgroundName>,
-        /// What the ratings are to keep.
-        requirements: Option<Requirements>,
+        #[schemars(flatten)]
+        corners: ByCorners,
+        #[schemars(flatten)]
+        observing: Observing,
     },
     /// Unified glare ratings of observers over a flat rectangular surface, each looking in all directions of view.
     #[schemars(rename = "ugr_grid")]
     UgrGridOverSurface {
         /// Name of the receivers.
         name: String,
-        /// A geometry or a part of one.
-        surface: String,
         /// Distance of the eyes from the front of the surface; 1.2 m without it.
         #[schemars(range(min = 0.0))]
         height: Option<f64>,
-        /// Strip along the boundary that is left out.
-        #[schemars(range(min = 0.0))]
-        margin: Option<f64>,
-        /// The rule "EN 12464-1" (default), or a distance.
-        spacing: Option<Spacing>,
-        /// Lines of sight; without them eight about the vertical.
-        #[schemars(length(min = 1))]
-        view_directions: Option<Vec<Vector>>,
-        /// Where the background luminance is taken.
-        background: Option<BackgroundName>,
-        /// What the ratings are to keep.
-        requirements: Option<Requirements>,
+        #[schemars(flatten)]
+        over: OverASurface,
+        #[schemars(flatten)]
+        observing: Observing,
     },
     /// Far-field intensity distribution of all light that leaves the scene, in C planes, as a table and as photometric files.
     Intensity {
@@ -427,20 +431,17 @@ mod tests {
     #[test]
     fn the_schema_and_the_reader_know_the_same_keys() {
         let schema = scene_schema();
-        let luminaire_keys: Vec<Vec<&str>> =
-            (0..crate::scene::emission::TYPES.len()).map(crate::scene::luminaires::keys).collect();
-        let luminaire_keys: Vec<&[&str]> = luminaire_keys.iter().map(Vec::as_slice).collect();
+        type Keys = fn(usize) -> Vec<&'static str>;
+        let keys_of_materials: Keys = |kind| crate::scene::materials::KEYS[kind].to_vec();
         for (definition, types, keys) in [
-            ("MaterialKind", &crate::scene::materials::TYPES[..], &crate::scene::materials::KEYS[..]),
-            ("GeometryKind", &crate::scene::surfaces::TYPES, &crate::scene::surfaces::KEYS),
-            ("LuminaireKind", &crate::scene::emission::TYPES, &luminaire_keys),
-            ("ReceiverKind", &crate::scene::receivers::TYPES, &crate::scene::receivers::KEYS),
+            ("MaterialKind", &crate::scene::materials::TYPES[..], keys_of_materials),
+            ("GeometryKind", &crate::scene::surfaces::TYPES, crate::scene::surfaces::keys),
+            ("LuminaireKind", &crate::scene::emission::TYPES, crate::scene::luminaires::keys),
+            ("ReceiverKind", &crate::scene::receivers::TYPES, crate::scene::receivers::keys),
         ] {
-            let read: BTreeMap<String, BTreeSet<String>> = types
-                .iter()
-                .zip(keys)
-                .map(|(kind, keys)| (kind.to_string(), keys.iter().map(|key| key.to_string()).collect()))
-                .collect();
+            let of_kind = |kind| keys(kind).into_iter().map(str::to_owned).collect();
+            let read: BTreeMap<String, BTreeSet<String>> =
+                types.iter().enumerate().map(|(kind, name)| (name.to_string(), of_kind(kind))).collect();
             assert_eq!(keys_of(&schema, definition), read);
         }
         for (pointer, keys) in [

@@ -284,6 +284,6 @@ impl Job {
 
     /// Standard deviation of the power of the work with which its error falls.
     fn deviation_of_exponent(&self) -> f64 {
-        if self.engine == Engine::Counting { 0.0 } else { self.pace.deviation() }
+        if self.engine == Engine::Counting { 0.0 } else { self.past_errors.deviation() }
     }
 }

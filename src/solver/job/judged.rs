@@ -2,7 +2,7 @@
 
 use super::{Context, Engine, Job, PACKETS_OF_A_BOUND};
 use crate::control::statistical_checks;
-use crate::maps::{PastJudgement, ScoreEvidence};
+use crate::maps::{MapKind, PastJudgement, ScoreEvidence};
 use crate::solver::local::Kernel;
 
 impl Job {
@@ -30,12 +30,15 @@ impl Job {
 
     /// What single scores say of direct light and of indirect.
     pub(super) fn score_parts(&self) -> [ScoreEvidence; 2] {
-        let [direct, _] = self.map.score_evidence();
+        let [mut direct, _] = self.map.score_evidence();
         let [_, mut indirect] = self.gathered().score_evidence();
+        // Laws that have an end look like a tail where entries of many sizes are pooled: what cells answer, the bounded kernel, and direct
+        // light at points, which differs from what is expected by no more than an emitter brings unshadowed over its share of the looks.
         if matches!(self.engine, Engine::Gathering | Engine::Connecting(Kernel::Bounded)) {
-            // What cells answer and the bounded kernel have an end, however the largest scores fall off: pooled over entries of
-            // many sizes they look like a tail.
             indirect.shape = None;
+        }
+        if matches!(self.kind, MapKind::Receivers(_)) {
+            direct.shape = None;
         }
         [direct, indirect]
     }

@@ -1,4 +1,4 @@
-//! Error bars of entries whose scores are lopsided.
+//! Error bars of entries whose scores are skewed.
 //!
 //! Where few walks or packets bring most of the light, the mean and its spread rise and fall together: means that came
 //! out low have bars that are too short. By Edgeworth's expansion (Hall, P., 1992, "The Bootstrap and Edgeworth

@@ -1,0 +1,181 @@
+//! Nodes of the tree: eight boxes side by side, made of a tree of pairs, with blocks of triangles for leaves.
+
+use glam::Vec3;
+use obvhs::bvh2::Bvh2;
+
+use super::triangle::{Block, LANES};
+
+/// A child that is a block of triangles has this bit; the rest is its number.
+const LEAF: u32 = 1 << 31;
+/// Stands for no primitive.
+const NONE: u32 = u32::MAX;
+
+/// Eight boxes and what lies in them.
+#[derive(Clone)]
+#[repr(C, align(32))]
+pub(super) struct Node {
+    /// Low and high planes across x, then y, then z; an empty place has its low planes above its high ones.
+    pub planes: [[f32; LANES]; 6],
+    pub children: [Child; LANES],
+}
+
+/// What lies in a box.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(transparent)]
+pub(super) struct Child(u32);
+
+impl Child {
+    /// The root of a tree.
+    pub const ROOT: Child = Child(0);
+
+    /// The number of the block, or that of the node.
+    #[inline(always)]
+    pub fn block_or_node(self) -> Result<usize, usize> {
+        if self.0 & LEAF != 0 { Ok((self.0 & !LEAF) as usize) } else { Err(self.0 as usize) }
+    }
+}
+
+/// An eight-wide tree.
+pub(super) struct Nodes {
+    pub nodes: Vec<Node>,
+    pub blocks: Vec<Block>,
+    /// The primitive in each slot, eight slots to a block; [`u32::MAX`] in empty ones. A triangle whose box was split stands in several.
+    pub primitives: Vec<u32>,
+}
+
+impl Nodes {
+    /// The same tree with eight children a node: the largest box is opened again and again until there are eight, and what holds
+    /// no more than eight primitives is a block.
+    pub fn of(pairs: &Bvh2, corners: impl Fn(u32) -> [Vec3; 3]) -> Nodes {
+        let mut nodes = Nodes { nodes: Vec::new(), blocks: Vec::new(), primitives: Vec::new() };
+        if pairs.primitive_indices.is_empty() {
+            return nodes;
+        }
+        let counts = counts_of(pairs);
+        // What stands there, and the place that waits for its number.
+        let mut open: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
+        while let Some((pair, place)) = open.pop() {
+            let is_block = counts[pair as usize] <= LANES as u32;
+            let child = match is_block && place.is_some() {
+                true => Child(LEAF | nodes.push_block(pairs, pair, &corners)),
+                false => Child(nodes.push_node(pairs, &counts, pair, &mut open)),
+            };
+            if let Some((node, lane)) = place {
+                nodes.nodes[node].children[lane] = child;
+            }
+        }
+        nodes.nodes.shrink_to_fit();
+        nodes.blocks.shrink_to_fit();
+        nodes.primitives.shrink_to_fit();
+        nodes
+    }
+
+    fn push_block(&mut self, pairs: &Bvh2, pair: u32, corners: &impl Fn(u32) -> [Vec3; 3]) -> u32 {
+        let number = self.blocks.len();
+        let mut block = Block::EMPTY;
+        let mut open = vec![pair];
+        while let Some(pair) = open.pop() {
+            let node = &pairs.nodes[pair as usize];
+            if !node.is_leaf() {
+                open.extend([node.first_index + 1, node.first_index]);
+                continue;
+            }
+            for place in node.first_index..node.first_index + node.prim_count {
+                let primitive = pairs.primitive_indices[place as usize];
+                block.set(self.primitives.len() - number * LANES, corners(primitive));
+                self.primitives.push(primitive);
+            }
+        }
+        self.blocks.push(block);
+        self.primitives.resize(self.blocks.len() * LANES, NONE);
+        number as u32
+    }
+
+    fn push_node(
+        &mut self,
+        pairs: &Bvh2,
+        counts: &[u32],
+        pair: u32,
+        open: &mut Vec<(u32, Option<(usize, usize)>)>,
+    ) -> u32 {
+        let number = self.nodes.len();
+        let mut node = Node { planes: [[0.0; LANES]; 6], children: [Child::ROOT; LANES] };
+        for (plane, lanes) in node.planes.iter_mut().enumerate() {
+            *lanes = [if plane % 2 == 0 { f32::INFINITY } else { f32::NEG_INFINITY }; LANES];
+        }
+        let (children, count) = children_of(pairs, counts, pair);
+        for (lane, child) in children[..count].iter().enumerate() {
+            let bounds = pairs.nodes[*child as usize].aabb();
+            for axis in 0..3 {
+                node.planes[2 * axis][lane] = bounds.min[axis];
+                node.planes[2 * axis + 1][lane] = bounds.max[axis];
+            }
+        }
+        open.extend((0..count).rev().map(|lane| (children[lane], Some((number, lane)))));
+        self.nodes.push(node);
+        number as u32
+    }
+
+    /// Number of levels.
+    pub fn depth(&self) -> usize {
+        let mut deepest = 0;
+        let mut open = if self.nodes.is_empty() { vec![] } else { vec![(0, 1)] };
+        while let Some((index, level)) = open.pop() {
+            deepest = deepest.max(level);
+            let node: &Node = &self.nodes[index];
+            let inner = (0..LANES).filter(|lane| node.planes[0][*lane] <= node.planes[1][*lane]);
+            open.extend(inner.filter_map(|lane| Some((node.children[lane].block_or_node().err()?, level + 1))));
+        }
+        deepest
+    }
+}
+
+/// Primitives under each node of a tree of pairs.
+fn counts_of(pairs: &Bvh2) -> Vec<u32> {
+    let mut order = vec![0];
+    let mut next = 0;
+    while let Some(pair) = order.get(next).copied() {
+        next += 1;
+        let node = &pairs.nodes[pair as usize];
+        if !node.is_leaf() {
+            order.extend([node.first_index, node.first_index + 1]);
+        }
+    }
+    let mut counts = vec![0; pairs.nodes.len()];
+    for pair in order.into_iter().rev() {
+        let node = &pairs.nodes[pair as usize];
+        counts[pair as usize] = match node.is_leaf() {
+            true => node.prim_count,
+            false => counts[node.first_index as usize] + counts[node.first_index as usize + 1],
+        };
+    }
+    counts
+}
+
+/// Up to eight nodes of a tree of pairs that stand for the children of one.
+fn children_of(pairs: &Bvh2, counts: &[u32], pair: u32) -> ([u32; LANES], usize) {
+    let node_of = |pair: u32| &pairs.nodes[pair as usize];
+    let half_area = |pair: u32| node_of(pair).aabb().half_area();
+    let mut children = [pair; LANES];
+    let mut count = 1;
+    while count < LANES {
+        let all = 0..count;
+        let can_open = |place: &usize| !node_of(children[*place]).is_leaf();
+        // What will be a node is opened before what can be a block, and that where it saves most.
+        let inner = all.clone().filter(|place| counts[children[*place] as usize] > LANES as u32);
+        let largest = inner.max_by(|one, other| half_area(children[*one]).total_cmp(&half_area(children[*other])));
+        let saved = |place: usize| {
+            let first = node_of(children[place]).first_index;
+            half_area(children[place]) - half_area(first) - half_area(first + 1)
+        };
+        let blocks = all.filter(can_open).map(|place| (place, saved(place))).filter(|(_, saved)| *saved > 0.0);
+        let best_saved = || blocks.max_by(|one, other| one.1.total_cmp(&other.1)).map(|(place, _)| place);
+        let Some(place) = largest.or_else(best_saved) else {
+            break;
+        };
+        let first = node_of(children[place]).first_index;
+        (children[place], children[count]) = (first, first + 1);
+        count += 1;
+    }
+    (children, count)
+}

@@ -1,0 +1,48 @@
+//! The numbers that the engine's files name, and what `validation/tuning/kinds.txt` says they are.
+
+/// Rooms whose numbers are listed.
+pub const ROOMS: &[&str] = &[
+    "caches",
+    "chain",
+    "control",
+    "estimators",
+    "geometry",
+    "light_mesh",
+    "maps",
+    "radiosity",
+    "sampling",
+    "solver",
+    "year",
+];
+
+/// Kinds of numbers that were chosen by trying or by judgement.
+pub const TUNED: &[&str] = &["speed", "forecast", "model"];
+
+/// Names and values of the constants with a digit in their value that stand outside of functions and types.
+pub fn numbers_in(code: &str) -> Vec<(&str, &str)> {
+    let number = |line| {
+        let line: &str = line;
+        let rest = line.strip_prefix("const ").or_else(|| {
+            let public = line.strip_prefix("pub")?;
+            let public = public.strip_prefix('(').and_then(|rest| Some(rest.split_once(')')?.1)).unwrap_or(public);
+            public.strip_prefix(" const ")
+        })?;
+        let (name, rest) = rest.split_once(": ")?;
+        let value = rest.split_once(" = ")?.1.strip_suffix(';')?;
+        value.contains(|sign: char| sign.is_ascii_digit()).then_some((name, value))
+    };
+    code.lines().filter_map(number).collect()
+}
+
+/// File, name and kind of every number that is listed.
+pub fn kinds_in(list: &str) -> Vec<(&str, &str, &str)> {
+    let lines = list.lines().filter(|line| !line.starts_with('#'));
+    let of_files = lines.filter_map(|line| line.split_once(": "));
+    of_files
+        .flat_map(|(file, groups)| groups.split("; ").map(move |group| (file, group)))
+        .flat_map(|(file, group)| {
+            let (kind, names) = group.split_once(' ').unwrap_or((group, ""));
+            names.split(' ').map(move |name| (file, name, kind))
+        })
+        .collect()
+}

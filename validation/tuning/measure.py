@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""Measures what 30 % less and 30 % more of tuned numbers cost, and writes measured.csv.
+
+    cargo build --release        # the dependencies, which are used again
+    python3 validation/tuning/measure.py
+
+The product has no switch for its numbers. This script copies the project to target/tuning/, turns the numbers below into functions that
+multiply them by what an environment variable says, and builds that copy once. Then it solves rooms of the proving ground, with the usual
+numbers and with one number changed at a time, by the same seeds, and compares the work to the same stated error: rays, those of pilots too,
+added up over the seeds. Rays do not depend on the machine. Chance remains, since a run that a look ends later is longer at once: what the
+usual numbers do from one half of the seeds to the other is told as well, as the ratio of "usual" in measured.csv.
+"""
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+COPY = ROOT / "target" / "tuning"
+ROOMS = ["furnished", "coffers", "shelves", "corridor", "dim-and-bright", "door-ajar"]
+ROOM_SEED, SEEDS, TARGET = 2, range(4), "3%"
+FACTORS = ("0.7", "1.3")
+NUMBERS = [
+    ("solver/cells.rs", "EDGES_AN_ERROR"),
+    ("solver/job/cells.rs", "WORK_OF_A_GATHERING_RAY"),
+    ("solver/job/cells.rs", "WALKS_OF_AN_ENTRY"),
+    ("solver/job/cells.rs", "DIRECT_SHARE"),
+    ("solver/job/cells.rs", "RAYS_OF_A_FILL"),
+    ("solver/job/cells.rs", "RAYS_OF_A_WALK"),
+    ("solver/job/cells.rs", "MOST_GROWTH"),
+    ("control/cells.rs", "FILLED"),
+    ("control/schedule.rs", "GROWTH_AFTER_REFUSAL"),
+    ("solver/pilot.rs", "USUAL_LOOKS"),
+    ("solver/pilot.rs", "SHARE_OF_ERROR"),
+    ("estimators/ahead.rs", "LOOKS_PER_DOUBT"),
+    ("estimators/direct.rs", "SHARE_OF_BOUND"),
+    ("chain/sight_map.rs", "PLACES"),
+    ("chain/sight_map.rs", "SHARE_OF_RUN"),
+    ("maps/residuals.rs", "TO_BELIEVE"),
+    ("caches/light.rs", "ENOUGH_SAMPLES"),
+    ("sampling/guide.rs", "EVEN"),
+    ("solver/guide.rs", "WORTHWHILE"),
+    ("solver/local/plan.rs", "IN_FAVOUR_OF_CHAINS"),
+]
+FACTOR_OF = '''//! Factors of numbers, for `validation/tuning/measure.py` alone.
+
+/// A number times the factor that the environment names for it.
+pub fn tuned(name: &str, usual: f64) -> f64 {
+    static CHANGED: std::sync::OnceLock<Option<(String, f64)>> = std::sync::OnceLock::new();
+    let read = || {
+        let text = std::env::var("LUXMC_TUNED").ok()?;
+        let (name, factor) = text.split_once('=')?;
+        Some((name.to_owned(), factor.parse().ok()?))
+    };
+    match CHANGED.get_or_init(read) {
+        Some((changed, factor)) if changed == name => factor * usual,
+        _ => usual,
+    }
+}
+'''
+
+
+def copy_with_functions():
+    """The project's tracked files, with functions in place of the numbers."""
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
+    wanted = [name for name in listed if name.split("/")[0] in ("src", "benches", "examples", "Cargo.toml", "Cargo.lock", "build.rs")]
+    shutil.rmtree(COPY / "tree", ignore_errors=True)
+    for name in wanted:
+        (COPY / "tree" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, COPY / "tree" / name)
+    source = COPY / "tree" / "src"
+    (source / "base" / "tuned.rs").write_text(FACTOR_OF)
+    rooms = source / "base" / "mod.rs"
+    rooms.write_text(rooms.read_text() + "pub mod tuned;\n")
+    for file, name in NUMBERS:
+        path = source / file
+        text = path.read_text()
+        line = re.search(rf"^(pub(?:\([a-z]+\))? )?const {name}: f64 = (.*);$", text, re.M)
+        if not line:
+            sys.exit(f"{file}: no f64 {name}")
+        before, after = text[: line.start()], text[line.end() :]
+        call = rf"\b{name}\b(?!\()"
+        function = f'#[allow(non_snake_case)]\n{line[1] or ""}fn {name}() -> f64 {{ crate::base::tuned::tuned("{file}:{name}", {line[2]}) }}'
+        path.write_text(re.sub(call, f"{name}()", before) + function + re.sub(call, f"{name}()", after))
+
+
+def build():
+    environment = dict(os.environ, CARGO_TARGET_DIR=os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target")))
+    subprocess.run(["cargo", "build", "--release", "--locked", "--bin", "luxmc"], cwd=COPY / "tree", env=environment, check=True)
+    shutil.copy2(Path(environment["CARGO_TARGET_DIR"]) / "release" / "luxmc", COPY / "luxmc")
+
+
+def rays(room, seed, change=None):
+    """Rays of one run, its pilots' too."""
+    environment = dict(os.environ)
+    if change:
+        environment["LUXMC_TUNED"] = change
+    out = COPY / "out"
+    command = [COPY / "luxmc", "solve", COPY / room / "room.json", "--out", out, "--quiet", "--target-error", TARGET]
+    done = subprocess.run([*command, "--seed", str(seed), "--plots", "none"], env=environment, capture_output=True, text=True)
+    if done.returncode not in (0, 3):
+        sys.exit(done.stderr)
+    summary = json.loads((out / "summary.json").read_text())
+    return sum(kind["rays"] for kind in summary["spent"].values())
+
+
+def main():
+    copy_with_functions()
+    build()
+    rows, usual = [], {}
+    for room in ROOMS:
+        if not (COPY / room).exists():
+            new = [COPY / "luxmc", "new", "room", "--kind", room, "--seed", str(ROOM_SEED), "--out", COPY / room]
+            subprocess.run(new, check=True, capture_output=True)
+        usual[room] = [rays(room, seed) for seed in SEEDS]
+        half = len(usual[room]) // 2
+        print(room, usual[room], f"halves {sum(usual[room][half:]) / sum(usual[room][:half]):.3f}", flush=True)
+    for file, name in NUMBERS:
+        for factor in FACTORS:
+            for room in ROOMS:
+                changed = [rays(room, seed, f"{file}:{name}={factor}") for seed in SEEDS]
+                ratio = sum(changed) / sum(usual[room])
+                rows.append([file, name, factor, room, f"{ratio:.4f}"])
+                print(*rows[-1], flush=True)
+        with (HERE / "measured.csv").open("w", newline="") as file_out:
+            writer = csv.writer(file_out, lineterminator="\n")
+            writer.writerow(["file", "name", "factor", "room", "work_over_usual"])
+            writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
