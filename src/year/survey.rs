@@ -15,7 +15,7 @@ use crate::scene::{Openings, Scene};
 
 /// Receivers and walks.
 const SURVEYED: usize = 128;
-const WALKS: u64 = 128;
+const WALKS: u64 = 512;
 /// Occupied hours whose skies are looked at.
 const HOURS: usize = 48;
 
@@ -95,7 +95,9 @@ pub(super) fn survey(
         let mut found = vec![Both::default(); hours.len()];
         at(stage, &scene.receivers[*set].points[*index], |receiver| {
             for walk in 0..WALKS {
-                stream.seek_quasi((number as u64) * WALKS + walk, number as u64, walk);
+                // Halves of one quasi-random sequence would know of each other: each has its own.
+                let sequence = 2 * number as u64 + walk % 2;
+                stream.seek_quasi((number as u64) * WALKS + walk, sequence, walk / 2);
                 let (meetings, half) = (meetings.as_mut_slice(), (walk % 2) as usize);
                 let mut tally = Tally { of: sky, meetings, hours: &hours, found: &mut found, half };
                 rays +=
