@@ -87,6 +87,7 @@ pub fn counted(count: usize, thing: &str) -> String {
 /// How the run ended, where its flux went, and where the results are.
 pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
     let is_unlit = solution.maps.iter().any(|map| map.bound && map.error.dark_upper_bound_lx.is_some());
+    let stated = solution.stated_error().map_or(String::new(), |error| format!("; stated error {}", percent(error)));
     let end = match (solution.stop_reason, solution.target_met) {
         (StopReason::Exact, _) => "exact: nothing is left to chance",
         (StopReason::Interrupted, _) => "interrupted",
@@ -129,11 +130,7 @@ pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> Strin
         format!("\nnot bound by the target: {} (--maps all binds every map)", unbound.join(", "))
     };
     let chains = if solution.chains > 0 { format!(" after {} chains", solution.chains) } else { String::new() };
-    format!(
-        "{end}; stated error {}{chains} in {}{why}{unbound}\n{balance}\nresults in {directory}",
-        percent(solution.estimated_error),
-        time(wall_s)
-    )
+    format!("{end}{stated}{chains} in {}{why}{unbound}\n{balance}\nresults in {directory}", time(wall_s))
 }
 
 /// What is told of surfaces of which something covers a part.

@@ -112,6 +112,20 @@ impl Element {
         (self.corners_m.iter().sum::<DVec3>() / 3.0, self.normal)
     }
 
+    /// A random point of all of it, none where that is covered, and the rays that it took to tell.
+    ///
+    /// What is covered sees nothing, but a ray that starts there within some millionths of the scene's size of an edge is taken to have
+    /// slipped below it, and goes on outside.
+    #[inline]
+    pub fn draw_of_whole(&self, stage: &Stage, stream: &mut Stream) -> (Option<[f64; 2]>, u64) {
+        let at = self.draw(stage, stream);
+        if !self.covered_in_part {
+            return (Some(at), 0);
+        }
+        let (covered, rays) = self.is_covered(stage, at, stream);
+        ((!covered).then_some(at), rays)
+    }
+
     /// A random point that is not covered, and the rays that it took to find it.
     #[inline]
     pub fn draw_exposed(&self, stage: &Stage, stream: &mut Stream) -> ([f64; 2], u64) {

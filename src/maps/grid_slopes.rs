@@ -280,6 +280,7 @@ mod tests {
                 covered_area_m2: 0.0,
                 places,
                 skewness: map.skewness(),
+                average_left_lx: None,
             };
             table_row(&map, &subject)
         })

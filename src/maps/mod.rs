@@ -1,5 +1,6 @@
 //! Even and odd halves of independent replicas, merged into maps with their errors.
 
+mod averages;
 pub mod basis;
 mod daylight;
 mod detail;
@@ -15,6 +16,7 @@ mod skewness;
 mod stated;
 mod tables;
 
+pub use averages::{AverageLeft, left_of_averages};
 pub use daylight::{ComponentMeans, DaylightFactors, NO_SKY_PERCENT, SHARES_WANTED, certainty};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use grid_slopes::{CellSlopes, grid_slopes};

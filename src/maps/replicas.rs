@@ -5,8 +5,9 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::basis::{Linear, SLOPES};
-use super::skewness::{Skewness, Spread};
 use super::pieces::{Piece, on_pieces};
+use super::residuals::within_halves;
+use super::skewness::{Skewness, Spread};
 use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals, ScoreEvidence};
 
 /// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
@@ -250,7 +251,7 @@ impl ReplicaMap {
     /// Squared standard error of the mean over the replicas of a quantity given replica by replica. What the replicas of a half share
     /// through their cells is not in it: that is judged by itself.
     pub fn squared_error(&self, value: impl Fn(usize) -> f64) -> f64 {
-        if self.cells_error.is_some() { squared_error_within_halves(value) } else { squared_error(value) }
+        if self.cells_error.is_some() { within_halves(value) } else { squared_error(value) }
     }
 
     /// Takes off what walks know of the cells' error, for entries that count with these weights; to be called once the sums are those of
@@ -376,16 +377,4 @@ fn squared_error(value: impl Fn(usize) -> f64) -> f64 {
     let mean = (0..REPLICAS).map(&value).sum::<f64>() / REPLICAS as f64;
     let squares: f64 = (0..REPLICAS).map(|replica| (value(replica) - mean).powi(2)).sum();
     squares / (REPLICAS * (REPLICAS - 1)) as f64
-}
-
-/// The same square by the spread within the halves.
-fn squared_error_within_halves(value: impl Fn(usize) -> f64) -> f64 {
-    let squares: f64 = (0..2)
-        .map(|parity| {
-            let half = || (parity..REPLICAS).step_by(2);
-            let mean = half().map(&value).sum::<f64>() / HALF as f64;
-            half().map(|replica| (value(replica) - mean).powi(2)).sum::<f64>()
-        })
-        .sum();
-    squares / (4 * HALF * (HALF - 1)) as f64
 }

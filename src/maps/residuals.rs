@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{HALF, REPLICAS};
 
 /// Standard errors of the squared bias that are added to it where it is stated.
-const SURE: f64 = 0.5;
+pub(super) const SURE: f64 = 0.5;
 
 /// Standard errors at which a plan believes half of a squared error.
 const TO_BELIEVE: f64 = 2.0;
@@ -304,6 +304,21 @@ impl Residuals {
         corrected_lx + of_entry * (own_lx - unsure * region_mean)
     }
 
+    /// How unsure the cells are that an element or point asks, over their root mean square in the map.
+    pub fn unsure(&self, site: usize) -> f64 {
+        self.profile[site]
+    }
+
+    /// Whether walks have started from it.
+    pub fn has_walked(&self, site: usize) -> bool {
+        self.walks > 0 && self.walkers[site]
+    }
+
+    /// What its walks still find wrong in a replica once corrections are taken, in lx.
+    pub fn left_lx(&self, replica: usize, site: usize) -> f64 {
+        self.sums_lx[replica][site] / self.walks as f64 - self.correction_lx(replica, site)
+    }
+
     /// Makes ready what is taken off, for entries that count with these weights.
     pub fn settle(&mut self, weights: &[f64]) {
         if self.walks == 0 {
@@ -372,6 +387,16 @@ impl Residuals {
         let measured = Measured { state: self.state, shares: self.shares };
         CellsError::of(if self.walks == 0 { Measured::default() } else { measured }, &self.profile)
     }
+}
+
+/// Squared standard error of the mean over all replicas by their spread within the halves, whose cells they share.
+pub(super) fn within_halves(value: impl Fn(usize) -> f64) -> f64 {
+    let of_half = |parity: usize| {
+        let half = || (parity..REPLICAS).step_by(2);
+        let mean = half().map(&value).sum::<f64>() / HALF as f64;
+        half().map(|replica| (value(replica) - mean).powi(2)).sum::<f64>()
+    };
+    (of_half(0) + of_half(1)) / (4 * HALF * (HALF - 1)) as f64
 }
 
 /// What replicas say of one scale, in lx².

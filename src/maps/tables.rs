@@ -46,6 +46,8 @@ pub struct TableSubject<'a> {
     pub places: Places<'a>,
     /// How skewed the map's scores are ([`ReplicaMap::skewness`]).
     pub skewness: Skewness,
+    /// What is left of the cells' error in the average, in lx, where walks have measured it.
+    pub average_left_lx: Option<f64>,
 }
 
 /// Illuminance in lx of a place in every replica, and what of its error the replicas do not show.
@@ -157,8 +159,14 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     let averages: Vec<f64> = if shown > 0.0 { (0..REPLICAS).map(average).collect() } else { vec![0.0; REPLICAS] };
     let unseen_lx = map.unseen_bound_lx(counted().map(|(entry, _)| *entry));
     let mean_lx = averages.iter().sum::<f64>() / REPLICAS as f64;
-    let spread_lx = Some(standard_error(|replica| averages[replica])).filter(|spread| *spread > ROUNDING * mean_lx);
-    let average_lx = Estimate { value: mean_lx, standard_error: spread_lx.unwrap_or(0.0).max(unseen_lx) };
+    // What the replicas of a half share through their cells is told by walks, if these know it.
+    let left_lx = subject.average_left_lx.unwrap_or(0.0);
+    let spread_lx = match subject.average_left_lx {
+        Some(_) => map.squared_error(|replica| averages[replica]).sqrt(),
+        None => standard_error(|replica| averages[replica]),
+    };
+    let spread_lx = Some(spread_lx).filter(|spread| *spread > ROUNDING * mean_lx).unwrap_or(0.0);
+    let average_lx = Estimate { value: mean_lx, standard_error: spread_lx.hypot(left_lx).max(unseen_lx) };
 
     let (mut least, mut most) = (Extreme::new(1.0), Extreme::new(-1.0));
     let mut places = 0;
@@ -221,7 +229,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
     let of_most = ud.value * per_most * most.error_lx;
     row.minimum_lx = least.estimate(|lx, _| lx.clamp(0.0, average_lx.value.max(0.0)), 1.0, least_unseen_lx);
     row.maximum_lx = most.estimate(|lx, _| lx.max(0.0), 1.0, 0.0);
-    row.uniformity_u0 = u0;
+    row.uniformity_u0 = Estimate { standard_error: u0.standard_error.hypot(u0.value * per_average * left_lx), ..u0 };
     row.uniformity_ud = Estimate { standard_error: ud.standard_error.hypot(of_most), ..ud };
     row
 }
@@ -257,6 +265,7 @@ mod tests {
             covered_area_m2: 0.0,
             places: Places::Entries,
             skewness,
+            average_left_lx: None,
         };
         table_row(map, &subject)
     }

@@ -6,19 +6,24 @@ use crate::solver::{Solution, StopReason};
 
 /// What was aimed at and what came out.
 pub fn target_words(solution: &Solution) -> String {
-    let stated = percent(solution.estimated_error);
     let meaning = say!(
         "It is the root mean square of the deviations of all values of a map from the exact ones, over the map's \
                    average, as estimated from two independent halves of the computation"
     );
-    match solution.target_error {
-        Some(target) => say!(
+    match (solution.target_error, solution.stated_error().map(percent)) {
+        (Some(target), Some(stated)) => say!(
             "The computation was to go on until the stated error of every map asked for is at most {}; the largest is {}. {}.",
             percent(target),
             stated,
             meaning
         ),
-        None => say!("The largest stated error of the maps asked for is {}. {}.", stated, meaning),
+        (Some(target), None) => say!(
+            "The computation was to go on until the stated error of every map asked for is at most {}; a map that no light has reached has none. {}.",
+            percent(target),
+            meaning
+        ),
+        (None, Some(stated)) => say!("The largest stated error of the maps asked for is {}. {}.", stated, meaning),
+        (None, None) => say!("Light has not reached every map asked for, and there no error is stated. {}.", meaning),
     }
 }
 

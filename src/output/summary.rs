@@ -132,7 +132,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "write_s": record.write_s,
         "wall_s": record.wall_s,
         "target_error": solution.target_error,
-        "estimated_error": solution.estimated_error,
+        "estimated_error": solution.stated_error(),
         "target_met": solution.target_met,
         "stop_reason": solution.stop_reason.name(),
     });

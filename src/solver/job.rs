@@ -87,6 +87,8 @@ pub struct Job {
     pub kind: MapKind,
     /// The elements of an element map; none for receivers.
     pub elements: Elements,
+    /// Share of each that is exposed, where walks or rays start from elements as given: these count as a whole. Else empty.
+    pub exposed: Vec<f64>,
     /// What elements that adapt keep beside their sums.
     pub adaptive: Option<Adaptive>,
     /// The elements that gather indirect light for those that adapt.
@@ -253,6 +255,7 @@ impl Job {
             name: kind.name(context.scene).to_owned(),
             kind,
             elements,
+            exposed: Vec::new(),
             adaptive: None,
             broad: None,
             map,

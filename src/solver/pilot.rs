@@ -27,6 +27,8 @@ const PASSES: u64 = 4;
 const WALKS: u64 = 4;
 /// Passes, and walks, of all points together, at least: a few points need more each to tell how they scatter.
 const LEAST_SAMPLES: u64 = 512;
+/// The same of a point where the run has ended: of thousands of sets each has a pilot.
+const SAMPLES_IN_HASTE: u64 = 2;
 /// Chains traced for elements.
 const CHAINS: usize = 1024;
 /// Chains traced for what leaves the scene.
@@ -165,7 +167,7 @@ fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, Expectatio
 fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f64) {
     let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
     let (mut ahead_rays, mut points) = (0, 0);
-    let passes = PASSES.max(LEAST_SAMPLES / sites_of(context, set));
+    let passes = samples_of_a_site(context, set, PASSES);
     let mut sites = Sites::default();
     let look_at = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
         let mut room = DirectPass::default();
@@ -201,7 +203,7 @@ pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> P
                 return leaving_cost(context, set, table);
             }
             let quantity = scene.receivers[set].quantity;
-            let walks = WALKS.max(LEAST_SAMPLES / sites_of(context, set));
+            let walks = samples_of_a_site(context, set, WALKS);
             let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
                 let mut cut = Cut::default();
                 let mut site = Sites::default();
@@ -260,6 +262,11 @@ pub fn walk_cost_in_elements(context: &Context, elements: &Elements, exposed: &[
 fn sites_of(context: &Context, set: usize) -> u64 {
     let points = context.scene.receivers[set].points.len();
     (points / points.div_ceil(MOST_SITES).max(1)).max(1) as u64
+}
+
+/// Passes, or walks, of each of these points, where usually so many do.
+fn samples_of_a_site(context: &Context, set: usize, usual: u64) -> u64 {
+    if is_over(context) { SAMPLES_IN_HASTE } else { usual.max(LEAST_SAMPLES / sites_of(context, set)) }
 }
 
 /// Looks at some points of a set, spread over it, several at a time, and takes what each found in turn, as long as there is
@@ -437,5 +444,43 @@ impl Sites {
             mean_lx: self.sum_lx / weight,
             pilot_rays: self.rays as u64,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::chain::Stage;
+    use crate::check::scene_from_json;
+    use crate::solver::Method;
+    use crate::solver::pace::Pace;
+
+    /// The pilot of a set of one point takes hundreds of walks and passes, and few where the time is over: a scene may have thousands of
+    /// sets, and each has a pilot.
+    #[test]
+    fn where_the_time_is_over_a_pilot_takes_few_rays() {
+        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" } ],
+            "luminaires": [ { "name": "a", "type": "point", "position": [1,1,1], "luminous_flux_lm": 100 } ],
+            "receivers": [ { "name": "p", "type": "grid", "origin": [2,2,1], "u": [1,0,0], "v": [0,0.5,0], "columns": 1, "rows": 1 } ] }"#;
+        let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
+        let stage = Stage::new(&scene);
+        let rays = |time_left: &(dyn Fn() -> TimeLeft + Sync)| {
+            let context = Context {
+                scene: &scene,
+                stage: &stage,
+                seed: 3,
+                method: Method::Collision,
+                target_error: 0.01,
+                adapt_to: None,
+                time_left,
+                pace: Pace::steady(),
+            };
+            indirect_cost(&context, MapKind::Receivers(0), &Elements::default()).pilot_rays
+        };
+        let [usual, in_haste] = [rays(&|| TimeLeft::Enough), rays(&|| TimeLeft::None)];
+        assert!(usual > 500 && in_haste > 0 && 50 * in_haste < usual, "{usual}, {in_haste}");
     }
 }

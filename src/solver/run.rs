@@ -7,6 +7,7 @@ mod kept;
 mod long_over;
 mod next;
 mod observer;
+mod standing;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -18,6 +19,7 @@ use self::kept::LaterObserver;
 pub use self::kept::{GoingOn, Keeper, KeptRun, RunState, resume};
 use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over};
 pub use self::observer::{Observer, Progress, Silent};
+use self::standing::Standing;
 use super::cells::CellSets;
 use super::choice;
 use super::finish::{Ending, finish};
@@ -119,6 +121,8 @@ pub(super) fn solve_as(
         convergence: Vec::new(),
         spending: Spending::default(),
         clock: Clock::begun(observer.wall_s()),
+        standing: Standing::default(),
+        looked_at: [None; 2],
     };
     let kept_s = going_on.as_ref().map_or(0.0, |going_on| going_on.kept.compute_s());
     let is_whole = match going_on {
@@ -131,6 +135,7 @@ pub(super) fn solve_as(
     heeds_user.store(observer.keeper().is_none() || !is_whole, Ordering::Relaxed);
     observer.progress(&run.progress());
     let stop_reason = run.work();
+    run.standing.forget();
     if is_whole {
         run.keep_end(stop_reason);
     }
@@ -211,6 +216,10 @@ struct Run<'a> {
     spending: Spending,
     /// How fast its rays are.
     clock: Clock,
+    /// How far its maps are.
+    standing: Standing,
+    /// Rays after which all maps were last looked at, to tell of the run and to record it.
+    looked_at: [Option<u64>; 2],
 }
 
 impl Run<'_> {
@@ -218,7 +227,7 @@ impl Run<'_> {
     fn begin(&mut self) -> bool {
         let piloted = Instant::now();
         self.jobs = choose_jobs(self.context, &self.settings.maps);
-        self.context.pace.begin(self.progress().rays, piloted.elapsed());
+        self.context.pace.begin(self.all_rays(), piloted.elapsed());
         self.prepare();
         self.spending.add(Activity::Pilots, self.context.stage.outlook_rays(), piloted.elapsed());
         self.clock.pilots_end(self.all_rays(), self.observer.wall_s());
@@ -251,12 +260,12 @@ impl Run<'_> {
             let Some(index) = self.next_job() else {
                 return self.why_all_is_done();
             };
-            if !self.fits(&self.jobs[index]) {
+            if !self.fits(&self.jobs[index], self.all_rays()) {
                 return StopReason::TimeLimit;
             }
             self.slice(index);
             self.record(false);
-            self.observer.progress(&self.progress());
+            self.tell();
             self.keep_if_due();
         }
     }
@@ -312,19 +321,18 @@ impl Run<'_> {
             return f64::INFINITY;
         };
         let wall_s = self.observer.wall_s();
-        let rays = self.progress().rays as f64;
+        let rays = self.all_rays() as f64;
         0.5 * (limit_s - wall_s).max(0.0) * rays / wall_s.max(f64::MIN_POSITIVE)
     }
 
     /// Whether the least that can be done next of a map ends soon after a time limit, or now where that has passed, at the rate so far: in
     /// a nearly white place that is not refused, a single packet of every replica may take seconds.
-    fn fits(&self, job: &Job) -> bool {
+    fn fits(&self, job: &Job, all_rays: u64) -> bool {
         let Some(limit_s) = self.settings.time_limit_s else {
             return true;
         };
         let wall_s = self.observer.wall_s();
-        let took_s =
-            (wall_s - self.clock.begun_wall_s()) * job.rays_at_least() / (self.progress().rays as f64).max(1.0);
+        let took_s = (wall_s - self.clock.begun_wall_s()) * job.rays_at_least() / (all_rays as f64).max(1.0);
         took_s <= (LONG_OVER * limit_s - wall_s).max(0.0) + PATIENCE_S
     }
 
@@ -383,13 +391,13 @@ impl Run<'_> {
         let slice_started = Instant::now();
         let arrived = job.advance(self.context, self.sets.as_mut(), goal);
         self.context.pace.note(slice_started.elapsed());
-        let within_memory = self.keeps_to_its_memory();
-        let job = &mut self.jobs[index];
-        if !within_memory {
+        self.note(index);
+        if !self.keeps_to_its_memory() {
             // Walks and counts keep sums alone. The next slice is theirs.
+            self.standing.forget();
             return;
         }
-        if !arrived || goal < job.next_judgement {
+        if !arrived || goal < self.jobs[index].next_judgement {
             return;
         }
         self.look(index);
@@ -423,6 +431,7 @@ impl Run<'_> {
             choice::reconsider(self.context, &mut self.jobs[index], target);
             self.spending.add(Activity::Pilots, 0, piloted.elapsed());
         }
+        self.note(index);
         if bound {
             self.record(true);
         }
@@ -431,8 +440,11 @@ impl Run<'_> {
     /// Whether cells, and what maps have asked them, take no more than their share of the memory. Where they would, the map that
     /// takes most and has not met the target goes over to walks or counts, and the cells go with the last map that asks.
     fn keeps_to_its_memory(&mut self) -> bool {
-        let of_cells = self.sets.as_ref().map_or(0, CellSets::bytes);
-        let all = of_cells + self.jobs.iter().map(Job::bytes_of_asking).sum::<usize>();
+        let Some(sets) = &self.sets else {
+            return true;
+        };
+        let of_maps = || self.jobs.iter().map(Job::bytes_of_asking).sum::<usize>();
+        let all = sets.bytes() + self.standing.bytes().unwrap_or_else(of_maps);
         if all as u64 <= self.most_bytes_of_cells {
             return true;
         }
@@ -452,17 +464,13 @@ impl Run<'_> {
         false
     }
 
-    /// Rays so far of all bound, or of all unbound maps.
-    fn rays_of(&self, bound: bool) -> f64 {
-        self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.rays).sum::<u64>() as f64
-    }
-
     /// Every map that was asked for shows something, however the run ended.
     fn give_every_map_a_start(&mut self, in_haste: bool) {
         // In haste no more than some slices take, which were short where rays are slow.
         let in_slices = SLICES_IN_HASTE * self.context.pace.rays_per_slice();
         let most_rays = if in_haste { in_slices.min(RAYS_IN_HASTE) } else { FIRST_LOOK_RAYS };
-        let fits: Vec<bool> = self.jobs.iter().map(|job| self.fits(job)).collect();
+        let all_rays = self.all_rays();
+        let fits: Vec<bool> = self.jobs.iter().map(|job| self.fits(job, all_rays)).collect();
         let starts = |job: &&mut Job| !job.has_started() || in_haste && !job.knows_its_bias();
         let jobs = self.jobs.iter_mut().zip(fits).filter(|(_, fits)| *fits).map(|(job, _)| job);
         for job in jobs.filter(starts).filter(|job| !job.map.is_empty()) {
@@ -496,7 +504,8 @@ impl Run<'_> {
 
     /// Maps that show nothing when a time limit is long over: a walk from each of their points would take far longer.
     fn leave_out(&mut self) -> Vec<(String, bool)> {
-        if (self.context.time_left)() > TimeLeft::None && self.jobs.iter().all(|job| self.fits(job)) {
+        let all_rays = self.all_rays();
+        if (self.context.time_left)() > TimeLeft::None && self.jobs.iter().all(|job| self.fits(job, all_rays)) {
             return Vec::new();
         }
         let shows = |job: &Job| job.has_started() || job.map.is_empty();

@@ -1,9 +1,13 @@
 //! Table rows of finished maps: sides of surfaces, and receiver sets.
 
+use std::collections::BTreeSet;
+
 use super::adapt::{Exposure, exposed_shares};
 use super::job::{Context, Job};
 use super::pilot::is_over;
-use crate::maps::{CellSlopes, HALF, Places, TableKind, TableRow, TableSubject, grid_slopes, table_row};
+use crate::maps::{
+    AverageLeft, CellSlopes, HALF, Places, TableKind, TableRow, TableSubject, grid_slopes, left_of_averages, table_row,
+};
 use crate::scene::{EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid};
 
 /// Weights of the second and third corner of an element at its centroid, where its slopes are 0.
@@ -27,7 +31,9 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
     let skewness = job.map.skewness();
     // Elements that adapt are told without what is covered; the others are means over it too.
     let exposed = if job.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
-    let row = |of: SurfaceSide| {
+    let exposed_of = |entry: usize| exposed.get(entry).copied().unwrap_or(1.0);
+    let left_lx = averages_left_lx(job, sides.iter().map(|of| &of.entries[..]), exposed_of);
+    let row = |(of, average_left_lx): (SurfaceSide, Option<f64>)| {
         let weights: Vec<f64> = of.entries.iter().map(|entry| job.weights[*entry]).collect();
         let mut of = of;
         let mut slopes = Vec::new();
@@ -35,7 +41,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
             fit_to_elements(grid, job, &exposed);
             slopes = slopes_of_given(context.scene, job, &of.entries, &exposed, grid);
         }
-        let covered = |(entry, weight): (&usize, &f64)| weight * (1.0 - exposed.get(*entry).copied().unwrap_or(1.0));
+        let covered = |(entry, weight): (&usize, &f64)| weight * (1.0 - exposed_of(*entry));
         let subject = TableSubject {
             name: &context.scene.surfaces[of.surface as usize].name,
             kind: TableKind::Surface,
@@ -50,6 +56,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
                 slopes: &slopes,
             },
             skewness,
+            average_left_lx,
         };
         let mut row = table_row(&job.map, &subject);
         if job.adaptive.is_some() {
@@ -61,7 +68,31 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
         }
         row
     };
-    sides.into_iter().map(row).collect()
+    sides.into_iter().zip(left_lx).map(row).collect()
+}
+
+/// What is left of the cells' error in the average of each of several rows, in lx, as walks have measured it: of the elements that gathered
+/// for it, or of its own entries.
+fn averages_left_lx<'a>(
+    job: &Job,
+    rows: impl ExactSizeIterator<Item = &'a [usize]>,
+    exposed: impl Fn(usize) -> f64,
+) -> Vec<Option<f64>> {
+    let gathered = job.gathered();
+    let known = gathered.residuals.as_ref().filter(|residuals| residuals.walks > 0).zip(gathered.cells_error.as_ref());
+    let Some((residuals, error)) = known else { return vec![None; rows.len()] };
+    let of_row = |entries: &[usize]| match &job.broad {
+        Some(broad) => {
+            let sites: BTreeSet<usize> = entries.iter().map(|entry| broad.pieces[*entry].above as usize).collect();
+            AverageLeft::of(residuals, error, sites.into_iter().map(|site| (site, broad.weights[site])))
+        }
+        None => {
+            let weight = |entry: &usize| (*entry, job.weights[*entry] * exposed(*entry));
+            AverageLeft::of(residuals, error, entries.iter().map(weight))
+        }
+    };
+    let averages: Vec<AverageLeft> = rows.map(of_row).collect();
+    left_of_averages(&averages).into_iter().map(Some).collect()
 }
 
 /// All sides with their elements, and with the grid of their uniformities where elements are fine enough for it.
@@ -92,6 +123,9 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
 /// leave the average. Where the run has ended, by a limit say, one place of an element tells, and that for grids alone: else what stands
 /// on a floor would make its least value 0.
 fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
+    if !job.exposed.is_empty() {
+        return job.exposed.clone();
+    }
     let mut is_asked_for = vec![false; job.elements.len()];
     for of in sides.iter().filter(|of| of.grid.is_some()) {
         of.entries.iter().for_each(|entry| is_asked_for[*entry] = true);
@@ -162,6 +196,7 @@ pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
         covered_area_m2: 0.0,
         places: Places::Entries,
         skewness: job.map.skewness(),
+        average_left_lx: averages_left_lx(job, std::iter::once(&entries[..]), |_| 1.0)[0],
     };
     table_row(&job.map, &subject)
 }

@@ -217,7 +217,10 @@ impl Report<'_> {
             };
             format!("<small>{words}</small>")
         });
-        facts.push((say!("Stated error").to_owned(), format!("{}{target}", percent(self.solution.estimated_error))));
+        facts.push((
+            say!("Stated error").to_owned(),
+            format!("{}{target}", self.solution.stated_error().map_or("–".to_owned(), percent)),
+        ));
         terms("facts", &facts)
     }
 }

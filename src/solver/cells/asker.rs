@@ -32,8 +32,10 @@ pub struct Asker<'a> {
     pub kind: MapKind,
     /// The elements, where they are what gathers.
     pub elements: &'a Elements,
-    /// Share of every element that is exposed; empty where elements count as they are.
+    /// Share of every element that is exposed.
     pub exposed: &'a [f64],
+    /// Whether elements count as a whole, with what of them is covered.
+    pub as_wholes: bool,
     /// Number of the streams: a map that starts anew draws anew.
     pub number: u32,
     /// Whether elements show slopes.
@@ -60,6 +62,9 @@ impl Asker<'_> {
                 };
                 stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                 let start = self.start(&site, stream);
+                if start.weight == 0.0 {
+                    return (None, start.rays);
+                }
                 let (asked, rays) = look_for_place(stage, &start.receiver(), guide.density_at(entry), cut, stream);
                 (asked, start.rays + rays)
             })
@@ -90,13 +95,15 @@ impl Asker<'_> {
                 if let Some(site) = self.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.start(&site, &mut stream);
-                    let density = guide.density_at(entry);
-                    let found = gather(stage, grid, &start.receiver(), density, &mut cut, &mut stream);
-                    plain_lx = start.weight * found.plain_lx;
-                    let weighted = |asks: Question| Question { factor: start.weight as f32 * asks.factor, ..asks };
-                    question = found.question.map(weighted);
-                    (bin, at) = (found.bin, start.at);
-                    rays += start.rays + found.rays;
+                    (at, rays) = (start.at, rays + start.rays);
+                    if start.weight > 0.0 {
+                        let density = guide.density_at(entry);
+                        let found = gather(stage, grid, &start.receiver(), density, &mut cut, &mut stream);
+                        plain_lx = start.weight * found.plain_lx;
+                        let weighted = |asks: Question| Question { factor: start.weight as f32 * asks.factor, ..asks };
+                        question = found.question.map(weighted);
+                        (bin, rays) = (found.bin, rays + found.rays);
+                    }
                 }
                 if self.slopes {
                     records.starts.push(at.map(|weight| weight as f32));
@@ -130,11 +137,13 @@ impl Asker<'_> {
                 if let Some(site) = self.site(entry) {
                     stream.seek_quasi(stream_index(entry, pass), entry as u64, pass);
                     let start = self.start(&site, &mut stream);
-                    let ask = |question: Question| questions.push(question);
-                    let drawn = (start.weight, guide.density_at(entry));
-                    let walked = residual_walk(stage, grid, &start.receiver(), drawn, &mut cut, &mut stream, ask);
-                    (plain_lx, bin, at) = (walked.plain_lx, walked.bin, start.at);
-                    rays += start.rays + walked.rays;
+                    (at, rays) = (start.at, rays + start.rays);
+                    if start.weight > 0.0 {
+                        let ask = |question: Question| questions.push(question);
+                        let drawn = (start.weight, guide.density_at(entry));
+                        let walked = residual_walk(stage, grid, &start.receiver(), drawn, &mut cut, &mut stream, ask);
+                        (plain_lx, bin, rays) = (walked.plain_lx, walked.bin, rays + walked.rays);
+                    }
                 }
                 if self.slopes {
                     records.walk_starts.push(at.map(|weight| weight as f32));
@@ -196,10 +205,16 @@ impl Asker<'_> {
         let stage = self.context.stage;
         match site {
             Site::Element(element) => {
-                let (at, rays) = element.draw_exposed(stage, stream);
+                let (at, rays) = if self.as_wholes {
+                    element.draw_of_whole(stage, stream)
+                } else {
+                    let (at, rays) = element.draw_exposed(stage, stream);
+                    (Some(at), rays)
+                };
+                let (at, weight) = at.map_or(([0.0; 2], 0.0), |at| (at, 1.0));
                 let origin = element.origin(stage, at);
                 let point_m = stage.tracer.position_m(&origin);
-                Start { at, point_m, normal: element.normal_at(stage, at), origin, weight: 1.0, rays }
+                Start { at, point_m, normal: element.normal_at(stage, at), origin, weight, rays }
             }
             Site::Point { point_m, normal, origin, quantity } => {
                 let receiver = Receiver { point_m: *point_m, normal: *normal, origin };
@@ -218,7 +233,7 @@ struct Start {
     /// Unit normal of the plane that it is for.
     normal: DVec3,
     origin: Origin,
-    /// Weight of what it brings.
+    /// Weight of what it brings; 0 where the place is covered, and no ray starts.
     weight: f64,
     /// Rays that it took to find the place.
     rays: u64,

@@ -71,14 +71,15 @@ pub struct CellGoal {
 fn asker_of<'a>(
     context: &'a Context<'a>,
     kind: MapKind,
-    elements: &'a Elements,
+    (elements, exposed): (&'a Elements, &'a [f64]),
     broad: Option<&'a Broad>,
 ) -> Asker<'a> {
+    let given = Asker { context, kind, elements, exposed, as_wholes: true, number: kind.number(), slopes: false };
     match broad {
         Some(Broad { elements, exposed, shape, .. }) => {
-            Asker { context, kind, elements, exposed, number: shape.stream_number(), slopes: true }
+            Asker { elements, exposed, as_wholes: false, number: shape.stream_number(), slopes: true, ..given }
         }
-        None => Asker { context, kind, elements, exposed: &[], number: kind.number(), slopes: false },
+        None => given,
     }
 }
 
@@ -207,8 +208,9 @@ impl Job {
             adaptive.stand_on(broad);
             self.weights = element_weights(context, &self.elements, Some(adaptive.shows()));
         }
+        self.look_for_cover(context);
         let (sites, walkers) = (self.gathered().len(), self.first_walkers());
-        let asker = asker_of(context, self.kind, &self.elements, self.broad.as_ref());
+        let asker = asker_of(context, self.kind, (&self.elements, &self.exposed), self.broad.as_ref());
         let places: Vec<_> = (0..sites).map(|entry| asker.middle(entry)).collect();
         let regions = regions_of(&places);
         self.asks = Some(match &self.asks {
@@ -223,7 +225,7 @@ impl Job {
     pub(super) fn ask_cells(&mut self, context: &Context, sets: &mut CellSets) -> bool {
         let goal = self.cell_goal;
         let entries = self.gathered().len().max(1) as u64;
-        let asker = asker_of(context, self.kind, &self.elements, self.broad.as_ref());
+        let asker = asker_of(context, self.kind, (&self.elements, &self.exposed), self.broad.as_ref());
         let Some(asks) = &mut self.asks else {
             return true;
         };

@@ -1,6 +1,6 @@
 //! What a job does with the elements of its map: an empty map of them, their refinement, their values.
 
-use super::super::adapt::{Looked, Refined, Spent};
+use super::super::adapt::{Exposure, Looked, Refined, Spent, exposed_shares};
 use super::super::pilot::{DirectShare, direct_cost, indirect_cost};
 use super::{Context, Engine, Job};
 use crate::maps::{MapKind, MapValues, ReplicaMap, Unit, judge};
@@ -66,6 +66,15 @@ impl Job {
             self.begin_asks(context);
         }
         found
+    }
+
+    /// Finds out how much of each element as given is exposed, before walks or rays start from them.
+    pub fn look_for_cover(&mut self, context: &Context) {
+        if self.kind == MapKind::Elements && self.adaptive.is_none() && self.exposed.is_empty() {
+            let (exposed, rays) = exposed_shares(context, &self.elements, |_| Exposure::Unknown);
+            self.exposed = exposed;
+            self.pilot_rays += rays;
+        }
     }
 
     /// Rays, about, that bring chance down to an error in lx.

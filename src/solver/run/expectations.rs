@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::clock::Clock;
+use super::standing::Standing;
 use super::{Context, Observer, Pace, Run, TimeLeft, adapts, choose_jobs};
 use crate::base::memory::limit_bytes;
 use crate::chain::Stage;
@@ -80,6 +81,8 @@ pub fn expectations(
             convergence: Vec::new(),
             spending: Spending::default(),
             clock,
+            standing: Standing::default(),
+            looked_at: [None; 2],
         };
         run.start_asking();
         run.clock.pilots_end(run.all_rays(), observer.wall_s());

@@ -1,5 +1,6 @@
 //! How a run stands, and what it is still to take.
 
+use super::standing::may_look_at_all;
 use super::{FIRST_LOOK_RAYS, Progress, Run, UNBOUND_SHARE};
 use crate::control::Forecast;
 use crate::solver::ConvergenceRow;
@@ -12,6 +13,13 @@ const GROWTH_OF_ROWS: f64 = 0.1;
 
 /// Standard deviation of the logarithm of the rays that maps take which the target does not bind.
 const DEVIATION_OF_UNBOUND: f64 = 0.3;
+
+/// What all maps are looked at for.
+#[derive(Clone, Copy)]
+enum Looking {
+    ToTell,
+    ToRecord,
+}
 
 /// The map that the rest of a run goes to most.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,11 +55,6 @@ impl Left {
 }
 
 impl Run<'_> {
-    /// All rays so far.
-    pub(super) fn all_rays(&self) -> u64 {
-        self.context.stage.outlook_rays() + self.jobs.iter().map(Job::all_rays).sum::<u64>()
-    }
-
     /// Adds a row to the history: where a map was judged, and every so often.
     pub(super) fn record(&mut self, judged: bool) {
         let is_due = match self.convergence.last() {
@@ -61,15 +64,27 @@ impl Run<'_> {
             }
             None => true,
         };
-        if !judged && !is_due {
+        let rays = self.all_rays();
+        if !(judged || is_due) || !may_look_at_all(self.jobs.len(), rays, self.looked_at[Looking::ToRecord as usize]) {
             return;
         }
-        let affordable = self.all_rays() as f64 / self.convergence.len().max(1) as f64;
+        self.looked_at[Looking::ToRecord as usize] = Some(rays);
+        let affordable = rays as f64 / self.convergence.len().max(1) as f64;
         for job in self.jobs.iter_mut().filter(|job| job.bound) {
             job.glance(affordable);
         }
+        self.standing.forget();
         let row = self.convergence_row();
         self.convergence.extend(row);
+    }
+
+    /// Tells how the run stands.
+    pub(super) fn tell(&mut self) {
+        let (rays, last) = (self.all_rays(), Looking::ToTell as usize);
+        if may_look_at_all(self.jobs.len(), rays, self.looked_at[last]) {
+            self.looked_at[last] = Some(rays);
+            self.observer.progress(&self.progress());
+        }
     }
 
     /// The last row: what it came to.

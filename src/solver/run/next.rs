@@ -1,5 +1,6 @@
 //! Which map a run goes on with, and whether all are done.
 
+use super::standing::Stand;
 use super::{FIRST_LOOK_RAYS, Run, UNBOUND_SHARE};
 use crate::solver::StopReason;
 use crate::solver::job::Job;
@@ -7,29 +8,50 @@ use crate::solver::job::Job;
 impl Run<'_> {
     /// The job to go on with: of those that still have work, the bound one of whose work the least share is done, so that the largest of
     /// them is known early; an unbound one where its share allows.
-    pub(super) fn next_job(&self) -> Option<usize> {
-        let open = |job: &&(usize, &Job)| !self.is_done(job.1);
-        let jobs: Vec<(usize, &Job)> = self.jobs.iter().enumerate().collect();
-        let bound = jobs.iter().filter(|(_, job)| job.bound).filter(open);
-        let bound = bound.map(|one| (self.share_done(one.1), one));
-        let bound = bound.min_by(|(share, (_, job)), (other_share, (_, other))| {
-            share.total_cmp(other_share).then(job.rays.cmp(&other.rays))
-        });
-        let bound = bound.map(|(_, one)| one);
-        let unbound = jobs.iter().filter(|(_, job)| !job.bound).filter(open).min_by_key(|(_, job)| job.rays);
-        match (bound, unbound) {
-            (Some((index, _)), Some((other, unbound))) => {
+    pub(super) fn next_job(&mut self) -> Option<usize> {
+        if !self.standing.is_known() {
+            let stands: Vec<Stand> = self.jobs.iter().map(|job| self.stand_of(job)).collect();
+            self.standing.note_all(stands.into_iter());
+        }
+        match self.standing.next() {
+            [Some(index), Some(other)] => {
+                let unbound = &self.jobs[other];
                 let next_rays = unbound.rays_to(self.goal(unbound));
                 let within_share = self.rays_of(false) + next_rays <= UNBOUND_SHARE * self.rays_of(true);
-                Some(if within_share { *other } else { *index })
+                Some(if within_share { other } else { index })
             }
-            (Some((index, _)), None) => Some(*index),
+            [Some(index), None] => Some(index),
             // Every map gets a first look, if that is not much more than what the bound ones needed.
-            (None, Some((index, job))) if self.settings.chains.is_some() || self.affords_first_look(job) => {
-                Some(*index)
+            [None, Some(index)] if self.settings.chains.is_some() || self.affords_first_look(&self.jobs[index]) => {
+                Some(index)
             }
-            (None, _) => None,
+            [None, _] => None,
         }
+    }
+
+    /// Notes how a map stands that has changed.
+    pub(super) fn note(&mut self, index: usize) {
+        let stand = self.stand_of(&self.jobs[index]);
+        self.standing.note(index, stand);
+    }
+
+    fn stand_of(&self, job: &Job) -> Stand {
+        let open = !self.is_done(job);
+        let share = if open && job.bound { self.share_done(job) } else { 0.0 };
+        let (rays, all_rays, bytes) = (job.rays, job.all_rays(), job.bytes_of_asking());
+        Stand { bound: job.bound, open, share, rays, all_rays, bytes }
+    }
+
+    /// Rays so far of all bound, or of all unbound maps.
+    pub(super) fn rays_of(&self, bound: bool) -> f64 {
+        let sum = || self.jobs.iter().filter(|job| job.bound == bound).map(|job| job.rays).sum::<u64>();
+        self.standing.rays_of(bound).unwrap_or_else(sum) as f64
+    }
+
+    /// All rays so far.
+    pub(super) fn all_rays(&self) -> u64 {
+        let sum = || self.jobs.iter().map(Job::all_rays).sum::<u64>();
+        self.context.stage.outlook_rays() + self.standing.all_rays().unwrap_or_else(sum)
     }
 
     /// Share of its work that is done, as far as that can be forecast: else a half of what has begun.

@@ -1,0 +1,172 @@
+//! What is left of the cells' error in averages over many elements or points. Neighbours ask the same cells: what these have wrong does
+//! not average out as chance does, and halves that share it agree on it. Walks measure it, as they do for a map (`residuals.rs`).
+
+use super::residuals::{SURE, within_halves};
+use super::{CellsError, HALF, REPLICAS, Residuals};
+
+/// What walks say of an average, once corrections are taken; squares are in lx².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AverageLeft {
+    /// Weight of all its elements or points, and of those that walk.
+    weight: f64,
+    walked_weight: f64,
+    /// Squared mean of what walks still find wrong less its chance (docs/methods.md (39)): may be below 0 by chance.
+    squared_lx2: f64,
+    /// That chance.
+    chance_lx2: f64,
+    /// Mean of how unsure cells are, and mean of what is left at each place.
+    unsure: f64,
+    by_site_lx: f64,
+    /// What those that walk differ by from all.
+    unseen_lx2: f64,
+}
+
+impl AverageLeft {
+    /// Of the average over elements or points that count with these weights: docs/methods.md (39).
+    pub fn of(residuals: &Residuals, error: &CellsError, sites: impl Iterator<Item = (usize, f64)>) -> AverageLeft {
+        let mut left = AverageLeft::default();
+        let (mut sums_lx, mut walkers, mut by_site_lx2) = ([0.0; REPLICAS], 0.0, 0.0);
+        for (site, weight) in sites.filter(|(_, weight)| *weight > 0.0) {
+            left.weight += weight;
+            left.unsure += weight * residuals.unsure(site);
+            left.by_site_lx += weight * error.by_site_lx[site];
+            by_site_lx2 += weight * error.by_site_lx[site].powi(2);
+            if residuals.has_walked(site) {
+                left.walked_weight += weight;
+                walkers += 1.0;
+                for (replica, sum_lx) in sums_lx.iter_mut().enumerate() {
+                    *sum_lx += weight * residuals.left_lx(replica, site);
+                }
+            }
+        }
+        let whole = left.weight.max(f64::MIN_POSITIVE);
+        (left.unsure, left.by_site_lx) = (left.unsure / whole, left.by_site_lx / whole);
+        if left.walked_weight > 0.0 {
+            let means_lx = sums_lx.map(|sum_lx| sum_lx / left.walked_weight);
+            let mean_lx = means_lx.iter().sum::<f64>() / REPLICAS as f64;
+            left.chance_lx2 = within_halves(|replica| means_lx[replica]);
+            left.squared_lx2 = mean_lx * mean_lx - left.chance_lx2;
+            left.unseen_lx2 = (1.0 - left.walked_weight / whole).max(0.0) * by_site_lx2 / whole / walkers;
+        }
+        left
+    }
+
+    /// Variance of what walks say of its square.
+    fn variance_lx4(&self) -> f64 {
+        let of_spread = HALF as f64 / (HALF - 1) as f64;
+        2.0 * of_spread * self.chance_lx2 * self.chance_lx2 + 4.0 * self.squared_lx2.max(0.0) * self.chance_lx2
+    }
+}
+
+/// What is left of the cells' error in each of the averages of a map, in lx.
+///
+/// All of them together tell how much is left where cells are as unsure as everywhere, half a standard error added, as for the map's own
+/// error. An average whose own walks say more, beyond their standard error, is taken to be off by that. One without walks may be off as
+/// far as its places are by themselves.
+pub fn left_of_averages(averages: &[AverageLeft]) -> Vec<f64> {
+    let walked = || averages.iter().filter(|average| average.walked_weight > 0.0);
+    let sum = |of: &dyn Fn(&AverageLeft) -> f64| walked().map(of).sum::<f64>();
+    let units = sum(&|average| average.weight * average.unsure * average.unsure).max(f64::MIN_POSITIVE);
+    let common = sum(&|average| average.weight * average.squared_lx2) / units;
+    let sure = SURE * sum(&|average| average.weight * average.weight * average.variance_lx4()).sqrt() / units;
+    let common = (common + sure).max(0.0);
+    let left_lx = |average: &AverageLeft| {
+        let usual_lx2 = common * average.unsure * average.unsure;
+        if average.walked_weight <= 0.0 {
+            return usual_lx2.sqrt().max(average.by_site_lx);
+        }
+        let own_lx2 = average.squared_lx2 - average.variance_lx4().sqrt();
+        (usual_lx2.max(own_lx2) + average.unseen_lx2).sqrt()
+    };
+    averages.iter().map(left_lx).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ReplicaMap;
+    use super::super::replicas::Unit;
+    use super::*;
+    use crate::sampling::random::{Purpose, Stream};
+
+    const ROWS: usize = 6;
+    const SITES: usize = 48;
+
+    /// Of so many maps of six rows, the share of averages that their intervals of ±2.13 standard errors hold: by what walks say of the
+    /// averages and, the planted fault, by the spread of the replicas alone. Cells of a half are off by `common_lx` in the mean square over
+    /// rows, alike in both halves, and by as much again each by itself; what single entries are off by beside that has 3 lx, rays
+    /// of a replica 4 lx and a walk from an entry `walk_lx`.
+    fn held(maps: u64, common_lx: f64, walk_lx: f64) -> [f64; 2] {
+        let mut stream = Stream::new(6, Purpose::Pilot, 0, 0);
+        let (mut held, weights) = ([0.0; 2], vec![1.0; ROWS * SITES]);
+        for number in 0..maps {
+            stream.seek(number);
+            let mut normal = || (0..12).map(|_| stream.unit()).sum::<f64>() - 6.0;
+            let regions = (0..ROWS * SITES).map(|site| (site / 24) as u32).collect();
+            let mut map = ReplicaMap::new(ROWS * SITES, Unit::Lux);
+            map.indirect_samples.complete = 1;
+            let mut residuals = Residuals::new(regions, ROWS * SITES);
+            residuals.walks = 1;
+            for row in 0..ROWS {
+                let common = common_lx * normal();
+                let of_halves = [common + common_lx * normal(), common + common_lx * normal()];
+                for site in row * SITES..(row + 1) * SITES {
+                    let own = 3.0 * normal();
+                    for replica in 0..REPLICAS {
+                        let off_lx = of_halves[replica % 2] + own;
+                        map.indirect[replica][site] = 100.0 - off_lx + 4.0 * normal();
+                        residuals.sums_lx[replica][site] = off_lx + walk_lx * normal();
+                    }
+                }
+            }
+            map.residuals = Some(residuals);
+            map.take_residuals(&weights);
+            let (residuals, error) = (map.residuals.as_ref().expect("given"), map.cells_error.as_ref().expect("taken"));
+            let sites = |row: usize| (row * SITES..(row + 1) * SITES).map(|site| (site, 1.0));
+            let averages: Vec<AverageLeft> =
+                (0..ROWS).map(|row| AverageLeft::of(residuals, error, sites(row))).collect();
+            for (row, left_lx) in left_of_averages(&averages).into_iter().enumerate() {
+                let average_lx = |replica: usize| {
+                    sites(row).map(|(site, _)| map.illuminance_lx(replica, site)).sum::<f64>() / SITES as f64
+                };
+                let off_lx = (0..REPLICAS).map(average_lx).sum::<f64>() / REPLICAS as f64 - 100.0;
+                let spread_lx = within_halves(average_lx).sqrt();
+                for (held, left_lx) in held.iter_mut().zip([left_lx, 0.0]) {
+                    *held += f64::from(u8::from(off_lx.abs() <= 2.13 * spread_lx.hypot(left_lx)));
+                }
+            }
+        }
+        held.map(|count| count / (maps as usize * ROWS) as f64)
+    }
+
+    /// At α = 10⁻⁴ a share of 0.93 or more of 1,200 averages, in 200 maps of six, comes out as 0.89 or more, taken that those of a map hang
+    /// together as much as two of three would.
+    #[test]
+    fn intervals_of_averages_hold_what_cells_share() {
+        for (common_lx, walk_lx) in [(0.0, 30.0), (0.5, 30.0), (2.0, 30.0), (2.0, 10.0)] {
+            let [known, by_spread] = held(200, common_lx, walk_lx);
+            assert!(known > 0.89, "{known} by {common_lx} lx, walks {walk_lx} lx");
+            assert!(common_lx < 1.0 || by_spread < 0.8, "the planted fault passed: {by_spread} by {common_lx} lx");
+        }
+    }
+
+    /// A row whose cells are off far more than others', as its own walks say, is told by these; one without walks by its places.
+    #[test]
+    fn an_average_is_told_by_its_own_walks_where_these_say_more() {
+        let usual = AverageLeft {
+            weight: 1.0,
+            walked_weight: 1.0,
+            squared_lx2: 1.0,
+            chance_lx2: 0.1,
+            unsure: 1.0,
+            by_site_lx: 3.0,
+            unseen_lx2: 0.0,
+        };
+        let far = AverageLeft { weight: 1e-3, squared_lx2: 400.0, ..usual };
+        let silent = AverageLeft { walked_weight: 0.0, squared_lx2: 0.0, chance_lx2: 0.0, ..usual };
+        let [one, other, without] = left_of_averages(&[usual, far, silent])[..] else { unreachable!("three") };
+        assert!(
+            (1.0..1.5).contains(&one) && (18.0..20.0).contains(&other) && without == 3.0,
+            "{one} {other} {without}"
+        );
+    }
+}

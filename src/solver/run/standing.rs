@@ -1,0 +1,296 @@
+//! How far each map is, kept from slice to slice: of thousands of maps one alone changes in a slice, and only that one is looked at.
+
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
+
+/// Maps up to which all of them are looked at after every slice, to tell how the run stands. Of more, all are looked at once a run has
+/// traced so many rays a map since it last did: looking at one takes the time of some ten.
+const FEW_MAPS: usize = 64;
+const RAYS_OF_A_LOOK: u64 = 100;
+
+/// How a map stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stand {
+    /// Whether the target binds it.
+    pub bound: bool,
+    /// Whether it still has work.
+    pub open: bool,
+    /// Share of its work that is done; asked of bound maps that are open.
+    pub share: f64,
+    /// Its rays, and those with its pilots'.
+    pub rays: u64,
+    pub all_rays: u64,
+    /// Bytes of what it has asked cells.
+    pub bytes: usize,
+}
+
+/// A share as a key.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Share(f64);
+
+impl Eq for Share {}
+
+impl PartialOrd for Share {
+    fn partial_cmp(&self, other: &Share) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Share {
+    fn cmp(&self, other: &Share) -> Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// How all maps stand; nothing is known until all have been noted.
+#[derive(Debug, Default)]
+pub(super) struct Standing {
+    stands: Vec<Stand>,
+    bound: BTreeSet<(Share, u64, usize)>,
+    unbound: BTreeSet<(u64, usize)>,
+    /// Sums over the maps that the target does not bind, and over those that it does.
+    rays: [u64; 2],
+    all_rays: u64,
+    bytes: usize,
+    /// Maps that were looked at so far.
+    looks: u64,
+}
+
+impl Standing {
+    /// Whether all maps have been noted.
+    pub fn is_known(&self) -> bool {
+        !self.stands.is_empty()
+    }
+
+    /// Forgets all: more than one map may have changed.
+    pub fn forget(&mut self) {
+        *self = Standing { looks: self.looks, ..Standing::default() };
+    }
+
+    /// Notes all maps anew.
+    pub fn note_all(&mut self, stands: impl Iterator<Item = Stand>) {
+        self.forget();
+        for stand in stands {
+            self.looks += 1;
+            self.stands.push(stand);
+            self.add(self.stands.len() - 1, true);
+        }
+    }
+
+    /// Notes a map that has changed, where all are known.
+    pub fn note(&mut self, index: usize, stand: Stand) {
+        if !self.is_known() {
+            return;
+        }
+        self.looks += 1;
+        self.add(index, false);
+        self.stands[index] = stand;
+        self.add(index, true);
+    }
+
+    /// Counts a map, or no more.
+    fn add(&mut self, index: usize, counts: bool) {
+        let Stand { bound, open, share, rays, all_rays, bytes } = self.stands[index];
+        let of_kind = &mut self.rays[usize::from(bound)];
+        (*of_kind, self.all_rays, self.bytes) = match counts {
+            true => (*of_kind + rays, self.all_rays + all_rays, self.bytes + bytes),
+            false => (*of_kind - rays, self.all_rays - all_rays, self.bytes - bytes),
+        };
+        match (open, bound, counts) {
+            (false, ..) => false,
+            (_, true, true) => self.bound.insert((Share(share), rays, index)),
+            (_, true, false) => self.bound.remove(&(Share(share), rays, index)),
+            (_, false, true) => self.unbound.insert((rays, index)),
+            (_, false, false) => self.unbound.remove(&(rays, index)),
+        };
+    }
+
+    /// Of the bound maps that have work left, the one of whose work the least share is done; and of the others the one with the fewest rays.
+    pub fn next(&self) -> [Option<usize>; 2] {
+        [self.bound.first().map(|(_, _, index)| *index), self.unbound.first().map(|(_, index)| *index)]
+    }
+
+    /// Rays of all bound, or of all unbound maps, where all are known.
+    pub fn rays_of(&self, bound: bool) -> Option<u64> {
+        self.is_known().then(|| self.rays[usize::from(bound)])
+    }
+
+    /// Rays of all maps and their pilots, where all are known.
+    pub fn all_rays(&self) -> Option<u64> {
+        self.is_known().then_some(self.all_rays)
+    }
+
+    /// Bytes of what all maps have asked cells, where all are known.
+    pub fn bytes(&self) -> Option<usize> {
+        self.is_known().then_some(self.bytes)
+    }
+
+    /// Maps that were looked at so far.
+    #[cfg(test)]
+    pub fn looks(&self) -> u64 {
+        self.looks
+    }
+}
+
+/// Whether all of so many maps may be looked at again after so many rays, where they were last looked at after others.
+pub(super) fn may_look_at_all(maps: usize, rays: u64, looked_at: Option<u64>) -> bool {
+    let next = |looked_at: u64| looked_at + RAYS_OF_A_LOOK * maps as u64;
+    maps <= FEW_MAPS || looked_at.is_none_or(|looked_at| rays >= next(looked_at))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::atomic::AtomicU64;
+    use std::sync::atomic::Ordering::Relaxed;
+
+    use super::super::clock::Clock;
+    use super::super::{Context, MapSelection, Method, Observer, Pace, Progress, Run, Settings, TimeLeft};
+    use super::*;
+    use crate::chain::Stage;
+    use crate::check::scene_from_json;
+    use crate::sampling::random::{Purpose, Stream};
+    use crate::solver::spending::Spending;
+
+    /// What is kept is what a look at all maps would tell: 2,000 changes of 40 maps (seed 4).
+    #[test]
+    fn what_is_kept_is_what_a_look_at_all_would_tell() {
+        let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
+        stream.seek(0);
+        let mut stand = || {
+            let mut number = |most: f64| (stream.unit() * most) as u64;
+            let (rays, more) = (number(6.0), number(3.0));
+            Stand {
+                bound: number(4.0) > 0,
+                open: number(3.0) > 0,
+                share: number(5.0) as f64 / 5.0,
+                rays,
+                all_rays: rays + more,
+                bytes: more as usize,
+            }
+        };
+        let mut stands: Vec<Stand> = (0..40).map(|_| stand()).collect();
+        let mut standing = Standing::default();
+        assert_eq!((standing.next(), standing.all_rays()), ([None; 2], None));
+        standing.note_all(stands.iter().copied());
+        for change in 0..2000 {
+            let index = change * 7 % 40;
+            stands[index] = stand();
+            standing.note(index, stands[index]);
+            let open = || stands.iter().enumerate().filter(|(_, stand)| stand.open);
+            let bound = open()
+                .filter(|(_, stand)| stand.bound)
+                .min_by(|(_, one), (_, other)| one.share.total_cmp(&other.share).then(one.rays.cmp(&other.rays)));
+            let unbound = open().filter(|(_, stand)| !stand.bound).min_by_key(|(_, stand)| stand.rays);
+            assert_eq!(standing.next(), [bound, unbound].map(|one| one.map(|(index, _)| index)));
+            let sum = |of: &dyn Fn(&Stand) -> u64| stands.iter().map(of).sum::<u64>();
+            assert_eq!(standing.all_rays(), Some(sum(&|stand| stand.all_rays)));
+            assert_eq!(standing.bytes(), Some(sum(&|stand| stand.bytes as u64) as usize));
+            for bound in [false, true] {
+                assert_eq!(
+                    standing.rays_of(bound),
+                    Some(sum(&|stand| if stand.bound == bound { stand.rays } else { 0 }))
+                );
+            }
+        }
+        assert_eq!(standing.looks(), 2040);
+    }
+
+    /// Counts what it is told.
+    #[derive(Default)]
+    struct Counting(AtomicU64);
+
+    impl Observer for Counting {
+        fn progress(&self, _: &Progress) {
+            self.0.fetch_add(1, Relaxed);
+        }
+    }
+
+    /// Slices, rays, looks at maps and how often the observer was told, of a run of so many one-point sets that ends by its target; where
+    /// everything is forgotten after every slice, the planted fault, all maps are looked at for each.
+    fn counts(maps: usize, forgets: bool) -> [u64; 4] {
+        let point = |number: usize| {
+            let x_m = 0.2 + 3.6 * number as f64 / maps as f64;
+            format!(
+                r#"{{ "name": "p{number}", "type": "grid", "origin": [{x_m},1,1], "u": [0.01,0,0], "v": [0,0.01,0], "columns": 1, "rows": 1 }}"#
+            )
+        };
+        let points: Vec<String> = (0..maps).map(point).collect();
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" }} ],
+            "luminaires": [ {{ "name": "a", "type": "point", "position": [1,1,1.5], "luminous_flux_lm": 100 }} ],
+            "receivers": [ {} ] }}"#,
+            points.join(",")
+        );
+        let scene = scene_from_json(&text, None, Path::new(".")).expect("a valid scene");
+        let stage = Stage::new(&scene);
+        let settings = Settings {
+            method: Method::Collision,
+            target_error: Some(0.1),
+            maps: MapSelection::Receivers,
+            ..Settings::default()
+        };
+        let context = Context {
+            scene: &scene,
+            stage: &stage,
+            seed: 0,
+            method: Method::Collision,
+            target_error: 0.1,
+            adapt_to: None,
+            time_left: &|| TimeLeft::Enough,
+            pace: Pace::steady(),
+        };
+        let observer = Counting::default();
+        let mut run = Run {
+            context: &context,
+            settings: &settings,
+            target_error: Some(0.1),
+            observer: &observer,
+            jobs: Vec::new(),
+            sets: None,
+            most_bytes_of_cells: 0,
+            convergence: Vec::new(),
+            spending: Spending::default(),
+            clock: Clock::default(),
+            standing: Standing::default(),
+            looked_at: [None; 2],
+        };
+        run.begin();
+        let mut slices = 0;
+        while let Some(index) = run.next_job() {
+            run.slice(index);
+            run.record(false);
+            run.tell();
+            slices += 1;
+            if forgets {
+                run.standing.forget();
+            }
+        }
+        [slices, run.jobs.iter().map(|job| job.rays).sum(), run.standing.looks(), observer.0.into_inner()]
+    }
+
+    /// A slice looks at its own map, twice, and all maps are looked at for so many rays each.
+    #[test]
+    fn a_slice_of_one_map_looks_at_no_others() {
+        let maps = 200;
+        let [slices, rays, looks, told] = counts(maps, false);
+        let of_all = rays / (RAYS_OF_A_LOOK * maps as u64) + 2;
+        assert!(
+            slices > 100 && looks <= 2 * slices + of_all * maps as u64 && told <= of_all,
+            "{slices} {rays} {looks} {told}"
+        );
+        let [slices, rays, looks, _] = counts(maps, true);
+        let of_all = rays / (RAYS_OF_A_LOOK * maps as u64) + 2;
+        assert!(looks > 2 * slices + of_all * maps as u64, "the planted fault passed: {slices} {rays} {looks}");
+        // Of few maps all are looked at every time.
+        let [slices, _, _, told] = counts(3, false);
+        assert_eq!(slices, told);
+    }
+
+    #[test]
+    fn few_maps_are_all_looked_at_every_time_and_many_for_some_work() {
+        assert!(may_look_at_all(64, 5, Some(5)) && may_look_at_all(10_000, 5, None));
+        assert!(!may_look_at_all(10_000, 999_999, Some(0)) && may_look_at_all(10_000, 1_000_000, Some(0)));
+    }
+}
