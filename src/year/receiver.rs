@@ -169,7 +169,7 @@ pub(super) fn year_of(
             return ReceiverHours { walks: walked * PARTED as u64, rays, ..found };
         }
         let needed = walked as f64 * RESERVE * (found.error / context.target_error).powi(2);
-        wanted = (needed.min(MOST_WALKS as f64) as u64).clamp(walked + walked / 4, MOST_WALKS);
+        wanted = (needed.min(MOST_WALKS as f64) as u64).max(walked + walked / 4).min(MOST_WALKS);
     }
 }
 

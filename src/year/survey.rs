@@ -23,8 +23,8 @@ const HOURS: usize = 48;
 pub(super) struct Survey {
     /// How often walks met each side of a triangle.
     pub meetings: Vec<u32>,
-    /// Root mean square, over surveyed receivers and hours, of what patches of even luminance make of the light of the sky, as a part of it. 0 where
-    /// chance leaves nothing of it.
+    /// Root mean square, over surveyed receivers and hours, of what patches of even luminance make of the light of the sky, over that of the light itself.
+    /// 0 where chance leaves nothing of it.
     pub patch_error: f64,
     pub rays: u64,
 }
@@ -107,10 +107,10 @@ pub(super) fn survey(
         for [one, other] in found {
             let all = one[1] + other[1];
             if all > 0.0 {
-                squares += 4.0 * (one[0] - one[1]) * (other[0] - other[1]) / (all * all);
-                told += 1.0;
+                squares += 4.0 * (one[0] - one[1]) * (other[0] - other[1]);
+                told += all * all;
             }
         }
     }
-    Survey { meetings, patch_error: (squares / told.max(1.0)).max(0.0).sqrt(), rays }
+    Survey { meetings, patch_error: (squares / told.max(f64::MIN_POSITIVE)).max(0.0).sqrt(), rays }
 }

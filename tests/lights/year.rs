@@ -296,7 +296,9 @@ fn light_that_comes_by_a_bounce_alone_is_met() {
 /// taken for the next day's but ten, the planted fault, are off by more.
 #[test]
 fn nodes_of_the_suns_way_stand_for_its_hours() {
-    let scene = scene(room("paint", false), vec![sky()], work_plane());
+    // Points that look to the back wall: the sun never shines on them straight.
+    let receivers = json!([grid("back", [0.5, 2.0, 0.5], [0.0, 0.0, 1.0], [3.0, 0.0, 0.0], 3, 4)]);
+    let scene = scene(room("paint", false), vec![sky()], receivers);
     let hours = |from: u32, days: u32| {
         let hour = |day: u32, at: u32| (3 + day / 31, 1 + day % 31, f64::from(at) + 0.5, [60_000.0, 15_000.0]);
         (from..from + days).flat_map(|day| (8..17).map(move |at| hour(day, at))).collect::<Vec<_>>()
