@@ -145,6 +145,9 @@ pub fn run(arguments: &YearArguments, started: Instant) -> Outcome {
     let summary = year_summary((&paths[0], &scene), (&paths[1], &weather), &settings, &solution, wall_s, &names);
     directory.stage(&summary)?;
     directory.commit()?;
+    for warning in &solution.warnings {
+        console::message(&format!("warning: {warning}"));
+    }
     if let [_, ..] = solution.left_out.as_slice() {
         let names = solution.left_out.join(", ");
         console::message(&format!("warning: sets that ask for other than illuminance on planes have no year: {names}"));
@@ -185,9 +188,10 @@ fn closing_line(solution: &YearSolution, wall_s: f64, out: &str) -> String {
     let worst = solution.sets.iter().map(|set| set.worst_error).fold(0.0, f64::max);
     let met = if solution.target_met() { "met" } else { "not met at all points" };
     format!(
-        "{} hours with light, {} patches, {} suns; {} rays in {}; target {} {met} (worst point {}); results in {out}",
+        "{} hours with light, {} patches (off the sky's own light by {}), {} suns; {} rays in {}; target {} {met} (worst point {}); results in {out}",
         sky.hours.len(),
         sky.patches.count(),
+        percent(solution.patch_error),
         sky.suns.towards.len(),
         count(solution.rays as f64),
         time(wall_s),

@@ -70,16 +70,27 @@ pub enum SkyWay {
     FromInside,
 }
 
+/// Ways by which light of the sky comes.
+pub const SKY_WAYS: usize = 3;
+
+impl SkyWay {
+    /// The component of the daylight factor that light from a direction counts in: what the ground brings straight has been reflected outside.
+    #[inline]
+    pub fn component(self, towards: DVec3) -> SkyWay {
+        if self == SkyWay::Straight && towards.z <= 0.0 { SkyWay::FromOutside } else { self }
+    }
+}
+
 /// What a walk finds.
 pub trait CoefficientTally {
-    /// Illuminance in lx at the receiver from a unit direction, of a sky of 1 cd/m².
+    /// Illuminance in lx at the receiver from a unit direction.
     fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay);
 
     /// A place that would light the receiver.
     fn met(&mut self, place: &MetPlace);
 }
 
-/// One walk from a receiver in a scene whose only luminaire is a sky of 1 cd/m² all around; returns the rays.
+/// One walk from a receiver in a scene whose only luminaire is a sky, of 1 cd/m² all around where coefficients are asked for; returns the rays.
 pub fn walk_for_coefficients(
     (stage, openings): (&Stage, &Openings),
     receiver: &Receiver,
@@ -124,8 +135,8 @@ fn follow(
             Meeting::Ball(_) => return rays,
             Meeting::Nothing => {
                 // No light sample finds the sky in a mirror.
-                if is_mirrored {
-                    tally.add_sky(direction, PI, way);
+                if let Some(sky) = stage.emitters.sky().filter(|_| is_mirrored) {
+                    tally.add_sky(direction, PI * sky.luminance_cd_m2(direction), way);
                 }
                 return rays;
             }

@@ -6,6 +6,9 @@ use crate::scene::{DaylightTargets, ReceiverPoint};
 /// Shares of the area that EN 17037 wants above the target and above the least daylight factor.
 pub const SHARES_WANTED: [f64; 2] = [0.5, 0.95];
 
+/// Sky component in % below which a place counts as one that sees no sky: it lies beyond the no-sky line.
+pub const NO_SKY_PERCENT: f64 = 0.02;
+
 /// Steps in which the ends of the median's interval are found.
 const BISECTIONS: u32 = 32;
 
@@ -28,6 +31,17 @@ pub struct DaylightFactors {
     pub shares_above: [Estimate; 2],
     /// How certain it is that these shares are those wanted, 0 to 1: see [`SHARES_WANTED`].
     pub certainties: [f64; 2],
+    /// The mean in its components, where they are known.
+    pub components: Option<ComponentMeans>,
+}
+
+/// Mean components of the daylight factor.
+#[derive(Clone, Copy, Debug)]
+pub struct ComponentMeans {
+    /// Sky component, externally and internally reflected component in %; together the mean daylight factor.
+    pub percents: [Estimate; 3],
+    /// Share of the area beyond the no-sky line: see [`NO_SKY_PERCENT`].
+    pub without_sky: Estimate,
 }
 
 impl DaylightFactors {
@@ -56,8 +70,45 @@ impl DaylightFactors {
             targets_percent,
             shares_above,
             certainties: [0, 1].map(|which| certainty(shares_above[which], SHARES_WANTED[which])),
+            components: component_means(map, points, outside_lx, factor(row.average_lx)),
         })
     }
+}
+
+/// Means over the area. Shares of points know nothing of each other, while what the map itself has wrong they may have alike.
+fn component_means(
+    map: &MapResult,
+    points: &[ReceiverPoint],
+    outside_lx: f64,
+    average_percent: Estimate,
+) -> Option<ComponentMeans> {
+    let components = &map.values.sky_components_lx;
+    let counted: Vec<(&[Estimate; 3], f64)> = (components.iter().zip(points))
+        .filter(|(_, point)| !point.inside && point.weight > 0.0)
+        .map(|(components, point)| (components, point.weight))
+        .collect();
+    let all: f64 = counted.iter().map(|(_, weight)| weight).sum();
+    if counted.is_empty() {
+        return None;
+    }
+    let percent = 100.0 / outside_lx;
+    let percents = [0, 1, 2].map(|which| {
+        let sum: f64 = counted.iter().map(|(components, weight)| weight * components[which].value).sum();
+        let squares: f64 =
+            counted.iter().map(|(components, weight)| (weight * components[which].standard_error).powi(2)).sum();
+        let value = percent * sum / all;
+        let alike = if average_percent.value > 0.0 { value / average_percent.value } else { 0.0 };
+        let standard_error = (percent * squares.sqrt() / all).hypot(alike * average_percent.standard_error);
+        Estimate { value, standard_error }
+    });
+    let skies: Vec<(Estimate, f64)> = counted
+        .iter()
+        .map(|([sky, ..], weight)| {
+            (Estimate { value: percent * sky.value, standard_error: percent * sky.standard_error }, *weight)
+        })
+        .collect();
+    let seen = share_above(&skies, NO_SKY_PERCENT);
+    Some(ComponentMeans { percents, without_sky: Estimate { value: 1.0 - seen.value, ..seen } })
 }
 
 /// The median with its error: what errors of places that know nothing of each other leave it, and what all places have wrong alike, of which

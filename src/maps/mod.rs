@@ -17,7 +17,7 @@ mod stated;
 mod tables;
 
 pub use averages::{AverageLeft, left_of_averages};
-pub use daylight::{DaylightFactors, SHARES_WANTED, certainty};
+pub use daylight::{ComponentMeans, DaylightFactors, NO_SKY_PERCENT, SHARES_WANTED, certainty};
 pub use detail::{Detail, DirectDetail, IndirectDetail, Variation};
 pub use grid_slopes::{CellSlopes, grid_slopes};
 pub use history::{History, PastJudgement};

@@ -72,6 +72,9 @@ pub struct MapValues {
     pub slopes_lx: Vec<[f64; 2]>,
     /// Adaptive elements: estimated root mean square in lx of what the element cannot show. Else empty.
     pub discretisation_lx: Vec<f64>,
+    /// Of planes where all light is the sky's what comes straight from the sky, by way of something outside, and by way of something inside, in lx;
+    /// together the illuminance. Else empty.
+    pub sky_components_lx: Vec<[Estimate; 3]>,
     /// Whether something that stands on it covers all of an element that adapts; none where they do not.
     pub covered: Vec<bool>,
 }

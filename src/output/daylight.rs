@@ -2,19 +2,29 @@
 
 use super::daylight_factors::daylight_factors;
 use super::html::{HtmlTable, with_error};
-use super::numbers::{lux, percent, uncertainty};
+use super::numbers::{lux, percent, tick, uncertainty};
 use super::picture::escaped;
 use super::sheet::{Field, Sheet};
 use super::texts::say;
 use super::verdicts::probability_words;
 use super::{OutputError, ResultFile};
-use crate::maps::{Estimate, SHARES_WANTED};
+use crate::maps::{ComponentMeans, DaylightFactors, Estimate, MapValues, NO_SKY_PERCENT, SHARES_WANTED};
 use crate::scene::Scene;
 use crate::solver::Solution;
 
 /// Behind the columns of `receivers.csv` where all light is the sky's.
 pub(super) const DAYLIGHT_FACTOR_COLUMNS: &[&str] =
     &["daylight_factor_percent", "daylight_factor_standard_error_percent"];
+
+/// Components of the daylight factor, in files of runs and of years.
+pub(super) const COMPONENT_COLUMNS: [&str; 6] = [
+    "sky_component_percent",
+    "sky_component_standard_error_percent",
+    "externally_reflected_percent",
+    "externally_reflected_standard_error_percent",
+    "internally_reflected_percent",
+    "internally_reflected_standard_error_percent",
+];
 
 const COLUMNS: &[&str] = &[
     "receiver",
@@ -45,7 +55,8 @@ pub(super) fn daylight_file(scene: &Scene, solution: &Solution) -> Result<Option
     if factors.is_empty() {
         return Ok(None);
     }
-    let mut sheet = Sheet::new("daylight.csv", COLUMNS);
+    let columns = [COLUMNS, &COMPONENT_COLUMNS, &["share_without_sky", "share_without_sky_standard_error"]].concat();
+    let mut sheet = Sheet::new("daylight.csv", &columns);
     for set in &factors {
         let mut fields = vec![Field::Text(&set.name), Field::Number(set.outside_lx)];
         for estimate in [set.average_percent, set.minimum_percent, set.median_percent] {
@@ -59,9 +70,27 @@ pub(super) fn daylight_file(scene: &Scene, solution: &Solution) -> Result<Option
                 Field::Number(set.certainties[which]),
             ]);
         }
+        match &set.components {
+            Some(means) => {
+                let estimates = means.percents.iter().chain([&means.without_sky]);
+                fields.extend(
+                    estimates.flat_map(|estimate| [estimate.value, estimate.standard_error].map(Field::Number)),
+                );
+            }
+            None => fields.extend([const { Field::Text("") }; 8]),
+        }
         sheet.row(&fields)?;
     }
     Ok(Some(sheet.finish()))
+}
+
+/// Behind a point's daylight factor its components in %; nothing where they are not known.
+pub(super) fn component_fields(values: &MapValues, index: usize, outside_lx: f64) -> [Field<'static>; 6] {
+    let Some(components) = values.sky_components_lx.get(index) else {
+        return [const { Field::Text("") }; 6];
+    };
+    let numbers = components.map(|component| [component.value, component.standard_error]);
+    std::array::from_fn(|place| Field::Number(100.0 * numbers[place / 2][place % 2] / outside_lx))
 }
 
 /// The report's table; empty where there are no daylight factors.
@@ -102,8 +131,9 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
             share(1),
         ]);
     }
+    let parts = component_table(&factors);
     format!(
-        "<h2>{}</h2>\n<p>{}</p>\n{}",
+        "<h2>{}</h2>\n<p>{}</p>\n{}{parts}",
         say!("Daylight factors"),
         say!(
             "Illuminance over the {} lx of an open horizontal plane under the same sky. Targets after EN 17037.",
@@ -111,4 +141,31 @@ pub(super) fn daylight_table(scene: &Scene, solution: &Solution) -> String {
         ),
         table.markup()
     )
+}
+
+/// Mean components of the daylight factor; empty where they are not known.
+fn component_table(factors: &[DaylightFactors]) -> String {
+    let without = say!("Area without sky<small>sky component below {}%</small>", tick(NO_SKY_PERCENT));
+    let mut table = HtmlTable::new(
+        "",
+        &[
+            (say!("Receivers"), true),
+            (say!("Sky component<small>mean, %</small>"), false),
+            (say!("Externally reflected<small>mean, %</small>"), false),
+            (say!("Internally reflected<small>mean, %</small>"), false),
+            (&without, false),
+        ],
+    );
+    let known: Vec<(&str, &ComponentMeans)> =
+        factors.iter().filter_map(|set| Some((set.name.as_str(), set.components.as_ref()?))).collect();
+    if known.is_empty() {
+        return String::new();
+    }
+    for (name, means) in known {
+        let mut cells = vec![escaped(name)];
+        cells.extend(means.percents.map(|mean| with_error(&lux(mean.value), &uncertainty(mean.standard_error))));
+        cells.push(percent(means.without_sky.value));
+        table.row(cells);
+    }
+    table.markup()
 }

@@ -1,14 +1,18 @@
 //! The plot of daylight factors on a grid.
 
+use super::color::SOFT;
 use super::flat::FlatMap;
 use super::map_plot::{GAP, Layout, ROOM, draw_map, foot, head, plus_minus};
-use super::numbers::{lux, lux_with_error, percent};
+use super::numbers::{lux, lux_with_error, percent, tick};
 use super::picture::{Picture, Words};
 use super::texts::say;
-use crate::maps::{DaylightFactors, Estimate};
+use crate::maps::{DaylightFactors, Estimate, MapResult, MapValues, NO_SKY_PERCENT};
 
 /// Daylight factors in % along which lines run.
 pub(super) const LEVELS_PERCENT: [f64; 6] = [0.5, 1.0, 2.0, 3.0, 5.0, 10.0];
+
+/// The same of sky components.
+const SKY_LEVELS_PERCENT: [f64; 6] = [NO_SKY_PERCENT, 0.5, 1.0, 2.0, 5.0, 10.0];
 
 /// False colours with lines of equal daylight factor, and what EN 17037 asks for.
 pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &str) -> Picture {
@@ -30,4 +34,58 @@ pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &
     let remark = draw_map(&mut picture, &shown, &layout, (levels, say!("lines")), "%");
     foot(&mut picture, &shown, &format!("{remark}{note}"));
     picture
+}
+
+/// What a plot of percents on a grid tells beside them.
+pub(super) struct PercentWords<'a> {
+    pub title: &'a str,
+    pub remark: &'a str,
+    /// Means and the like, with their errors.
+    pub numbers: String,
+    /// Values along which lines run, where the grid has them.
+    pub levels: &'a [f64],
+    pub note: &'a str,
+}
+
+/// False colours of percents at the points of a grid.
+pub(super) fn percent_picture(flat: &FlatMap, words: &PercentWords) -> Picture {
+    let (layout, mut picture) = Layout::of(flat);
+    head(&mut picture, flat, words.title, words.remark);
+    picture.words(Words::new(words.numbers.clone(), [ROOM.left, 65.0], 13.0));
+    let range = flat.field.range().unwrap_or_default();
+    let levels = words.levels.iter().copied().filter(|level| (range[0]..range[1]).contains(level)).collect();
+    let remark = draw_map(&mut picture, flat, &layout, (levels, say!("lines")), "%");
+    let told = format!("{remark}{} {}", say!("± is one standard error."), words.note);
+    picture.words(Words::new(told.trim_end().to_owned(), [ROOM.left, picture.height - 26.0], 11.0).ink(SOFT));
+    picture
+}
+
+/// The same of sky components: the first line is the no-sky line, beyond which hardly any sky is seen.
+pub(super) fn sky_component_picture(flat: &FlatMap, means: &[(&str, Estimate)], note: &str) -> Picture {
+    let told = |(name, mean): &(&str, Estimate)| format!("{name} = {} %", lux_with_error(*mean, plus_minus));
+    percent_picture(
+        flat,
+        &PercentWords {
+            title: say!("Sky component of the daylight factor"),
+            remark: &say!("; the no-sky line at {} %", tick(NO_SKY_PERCENT)),
+            numbers: means.iter().map(told).collect::<Vec<_>>().join(GAP),
+            levels: &SKY_LEVELS_PERCENT,
+            note,
+        },
+    )
+}
+
+/// The sky components of a map as one of their own, in %, for the drawing; `None` where they are not known.
+pub(super) fn sky_component_map(map: &MapResult, outside_lx: f64) -> Option<MapResult> {
+    let components = &map.values.sky_components_lx;
+    if components.is_empty() {
+        return None;
+    }
+    let percent = |lx: f64| 100.0 * lx / outside_lx;
+    let values = MapValues {
+        illuminance_lx: components.iter().map(|[sky, ..]| percent(sky.value)).collect(),
+        standard_error_lx: components.iter().map(|[sky, ..]| percent(sky.standard_error)).collect(),
+        ..MapValues::default()
+    };
+    Some(MapResult { values, ..map.clone() })
 }

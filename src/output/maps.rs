@@ -5,7 +5,7 @@ use std::io::Write;
 
 use glam::DVec3;
 
-use super::daylight::{DAYLIGHT_FACTOR_COLUMNS, daylight_file};
+use super::daylight::{COMPONENT_COLUMNS, DAYLIGHT_FACTOR_COLUMNS, component_fields, daylight_file};
 use super::intensity::intensity_files;
 use super::observers::{maps_of, observer_files, point_fields};
 use super::radiance_grids::grid_files;
@@ -263,8 +263,12 @@ fn halves(map: &MapResult, index: usize) -> [Field<'static>; 2] {
 
 fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn Write) -> Result<(), OutputError> {
     let outside_lx = scene.daylight().map(|(outside_lx, _)| outside_lx);
-    let daylight = if outside_lx.is_some() { DAYLIGHT_FACTOR_COLUMNS } else { &[] };
-    let mut sheet = Sheet::to(RECEIVERS, &[RECEIVER_COLUMNS, daylight].concat(), writer)?;
+    let mut columns = RECEIVER_COLUMNS.to_vec();
+    if outside_lx.is_some() {
+        columns.extend(DAYLIGHT_FACTOR_COLUMNS);
+        columns.extend(COMPONENT_COLUMNS);
+    }
+    let mut sheet = Sheet::to(RECEIVERS, &columns, writer)?;
     for (map, set) in maps {
         let set = &scene.receivers[*set];
         for (index, point) in set.points.iter().enumerate() {
@@ -275,6 +279,7 @@ fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn
             if let Some(outside_lx) = outside_lx {
                 let both_lx = [map.values.illuminance_lx[index], map.values.standard_error_lx[index]];
                 fields.extend(both_lx.map(|lx| Field::Number(100.0 * lx / outside_lx)));
+                fields.extend(component_fields(&map.values, index, outside_lx));
             }
             sheet.row(&fields)?;
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::convergence_plot::convergence_picture;
 use super::daylight_factors::daylight_factors;
-use super::daylight_plot::daylight_picture;
+use super::daylight_plot::{daylight_picture, sky_component_map, sky_component_picture};
 use super::flat::{FlatMap, RowsOfSides, grid_map, surface_maps};
 use super::halves_plot::{deviations, difference_picture, histogram_picture};
 use super::leaving_light::leaving_light;
@@ -43,6 +43,8 @@ pub enum PlotKind {
     Values,
     /// False colours and lines of daylight factors of a grid.
     Daylight,
+    /// The same of the part that comes straight from the sky.
+    SkyComponent,
     /// Where the two halves of a grid differ.
     Halves,
     /// How often by how much they do.
@@ -100,6 +102,14 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             add(format!("map-{name}-values"), PlotKind::Values, value_chart(&flat, &note));
             if let Some(factors) = factors.iter().find(|factors| factors.name == map.name) {
                 add(format!("map-{name}-daylight"), PlotKind::Daylight, daylight_picture(&flat, factors, &note));
+                let skies = sky_component_map(map, factors.outside_lx);
+                if let (Some(skies), Some(means)) = (&skies, &factors.components)
+                    && let Some(flat) = grid_map(scene, skies)
+                {
+                    let named: Vec<_> = ["SC", "ERC", "IRC"].into_iter().zip(means.percents).collect();
+                    let picture = sky_component_picture(&flat, &named, &note);
+                    add(format!("map-{name}-sky-component"), PlotKind::SkyComponent, picture);
+                }
             }
             // The halves of the main set alone: the others tell no more.
             let deviations = deviations(map);

@@ -187,6 +187,12 @@ impl Report<'_> {
                     );
                     page += &figure(&plot.picture, words);
                 }
+                PlotKind::SkyComponent => {
+                    let words = say!(
+                        "The part that comes straight from the sky: SC, with ERC by way of something outside and IRC by way of something inside the daylight factor."
+                    );
+                    page += &figure(&plot.picture, words);
+                }
                 _ => {}
             }
         }

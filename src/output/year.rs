@@ -5,6 +5,7 @@ use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 
 use serde_json::json;
 
+use super::daylight::COMPONENT_COLUMNS;
 use super::sheet::{Field, Sheet};
 use super::streamed::unwritable;
 use super::{OutputError, ResultFile, StreamedFile, file_name_part};
@@ -17,8 +18,8 @@ use crate::year::{
 /// Shares of the area with autonomous daylight that IES LM-83 asks for: accepted, and preferred.
 pub const AUTONOMY_WANTED: [f64; 2] = [0.55, 0.75];
 
-/// Each of [`MEASURES`], with its error.
-const MEASURE_COLUMNS: [&str; 2 * MEASURES.len()] = [
+/// Each of [`MEASURES`] with its error, but for the components of the daylight factor at their end.
+const MEASURE_COLUMNS: [&str; 2 * MEASURES.len() - COMPONENT_COLUMNS.len()] = [
     "daylight_autonomy",
     "daylight_autonomy_standard_error",
     "useful_below_100_lx",
@@ -33,12 +34,6 @@ const MEASURE_COLUMNS: [&str; 2 * MEASURES.len()] = [
     "sunlit_hours_standard_error",
     "light_exposure_lx_h",
     "light_exposure_standard_error_lx_h",
-    "sky_component_percent",
-    "sky_component_standard_error_percent",
-    "externally_reflected_percent",
-    "externally_reflected_standard_error_percent",
-    "internally_reflected_percent",
-    "internally_reflected_standard_error_percent",
 ];
 /// Columns of sets, and of points, before and after these.
 const SET_COLUMNS: [&[&str]; 2] = [
@@ -74,7 +69,7 @@ const HOUR_COLUMNS: &[&str] = &[
 ];
 
 fn with_measures([before, after]: [&[&'static str]; 2]) -> Vec<&'static str> {
-    [before, &MEASURE_COLUMNS, after].concat()
+    [before, &MEASURE_COLUMNS, &COMPONENT_COLUMNS, after].concat()
 }
 
 fn pairs<'a>(estimates: &[Estimate]) -> Vec<Field<'a>> {
@@ -171,6 +166,7 @@ pub fn year_summary(
         },
         "subdivision": settings.subdivision,
         "sky_patches": solution.sky.patches.count(),
+        "patch_error": solution.patch_error,
         "suns": solution.sky.suns.towards.len(),
         "hours_with_light": solution.sky.hours.len(),
         "occupied_hours": solution.sky.occupied,
@@ -184,7 +180,7 @@ pub fn year_summary(
         "wall_s": wall_s,
         "left_out": solution.left_out,
         "sets": solution.sets.iter().map(set).collect::<Vec<_>>(),
-        "warnings": scene.warnings,
+        "warnings": scene.warnings.iter().chain(&solution.warnings).collect::<Vec<_>>(),
         "files": files,
     });
     let mut bytes = serde_json::to_vec_pretty(&summary).unwrap_or_default();

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use super::axes::{Frame, Scale, TYPE};
 use super::color::{BLACK, Ink, SOFT, perceptual};
+use super::daylight_plot::{PercentWords, percent_picture, sky_component_picture};
 use super::flat::{FlatMap, grid_map};
-use super::map_plot::{GAP, Layout, ROOM, draw_map, head, plus_minus};
+use super::map_plot::{GAP, ROOM, plus_minus};
 use super::numbers::{lux_with_error, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::raster::png;
@@ -26,8 +27,6 @@ const TICKS_LX: [f64; 6] = [30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0];
 const BEFORE_MONTHS: [u32; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
 /// Shares in % along which lines run.
 const LEVELS_PERCENT: [f64; 3] = [25.0, 50.0, 75.0];
-/// The same of sky components: the first is the no-sky line, beyond which hardly any sky is seen.
-const SKY_LEVELS_PERCENT: [f64; 6] = [0.02, 0.5, 1.0, 2.0, 5.0, 10.0];
 
 /// The plots of a year, as SVG, and as PNG where that is asked for.
 pub fn year_plots(scene: &Scene, weather: &Weather, solution: &YearSolution, also_png: bool) -> Vec<ResultFile> {
@@ -141,45 +140,28 @@ fn draw_panel(
 /// False colours of what is counted at the points of a grid; `None` for points in no order.
 fn measure_picture(scene: &Scene, (set, occupied): (&SetYear, usize), measure: YearMeasure) -> Option<Picture> {
     let place = MEASURES.iter().position(|one| *one == measure)?;
-    let is_percent = measure == YearMeasure::SkyComponent;
-    let times = if is_percent { 1.0 } else { 100.0 };
+    let times = if measure == YearMeasure::SkyComponent { 1.0 } else { 100.0 };
     let map = map_of(set, place, times);
     let flat: FlatMap = grid_map(scene, &map)?;
-    let (layout, mut picture) = Layout::of(&flat);
-    let in_percent = |estimate: Estimate, times: f64| {
+    let mean = set.averages[place];
+    if measure == YearMeasure::SkyComponent {
+        return Some(sky_component_picture(&flat, &[(say!("mean"), mean)], ""));
+    }
+    let told = |estimate: Estimate| {
         let estimate = Estimate { value: times * estimate.value, standard_error: times * estimate.standard_error };
         format!("{} %", lux_with_error(estimate, plus_minus))
     };
-    let told = |estimate: Estimate| in_percent(estimate, times);
+    let mean = format!("{} = {}", say!("mean"), told(mean));
     let (title, numbers) = match measure {
         YearMeasure::Autonomy => (
             say!("Daylight autonomy, 300 lx"),
-            format!(
-                "sDA = {}{GAP}ASE = {}{GAP}{} = {}",
-                told(set.autonomy),
-                told(set.sunlit),
-                say!("mean"),
-                told(set.averages[place])
-            ),
+            format!("sDA = {}{GAP}ASE = {}{GAP}{mean}", told(set.autonomy), told(set.sunlit)),
         ),
-        YearMeasure::SkyComponent => {
-            (say!("Sky component of the daylight factor"), format!("{} = {}", say!("mean"), told(set.averages[place])))
-        }
-        _ => (say!("Useful daylight, 300 to 3000 lx"), format!("{} = {}", say!("mean"), told(set.averages[place]))),
+        _ => (say!("Useful daylight, 300 to 3000 lx"), mean),
     };
-    let remark = match is_percent {
-        true => say!("; the no-sky line at {} %", tick(SKY_LEVELS_PERCENT[0])),
-        false => say!("; share of {} occupied hours", occupied),
-    };
-    head(&mut picture, &flat, title, &remark);
-    picture.words(Words::new(numbers, [ROOM.left, 65.0], 13.0));
-    let range = flat.field.range().unwrap_or_default();
-    let levels = if is_percent { SKY_LEVELS_PERCENT.as_slice() } else { LEVELS_PERCENT.as_slice() };
-    let levels = levels.iter().copied().filter(|level| (range[0]..range[1]).contains(level)).collect();
-    let remark = draw_map(&mut picture, &flat, &layout, (levels, say!("lines")), "%");
-    let y = picture.height - 26.0;
-    picture.words(Words::new(format!("{remark}{}", say!("± is one standard error.")), [ROOM.left, y], 11.0).ink(SOFT));
-    Some(picture)
+    let remark = say!("; share of {} occupied hours", occupied);
+    let words = PercentWords { title, remark: &remark, numbers, levels: &LEVELS_PERCENT, note: "" };
+    Some(percent_picture(&flat, &words))
 }
 
 /// A measure of a set's points in % as a map, for the drawing.

@@ -2,7 +2,8 @@
 
 use super::glare::{GlareRating, rate, words_on_outside, worst_of_sets};
 use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
-use super::spending::Spending;
+use super::sky_components::sky_components_lx;
+use super::spending::{Activity, Spending};
 use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solution, StopReason};
 use crate::chain::MOST_RAYS_OF_A_CHAIN;
@@ -10,6 +11,7 @@ use crate::check::luminaires_behind_surfaces;
 use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
 use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, TableRow, standard_error};
 use crate::sampling::reflection::Law;
+use std::time::Instant;
 
 /// Standard errors by which the flux that elements absorb may miss the one emitted: Student's t of 15 degrees of freedom is
 /// beyond them once in 20,000 runs.
@@ -27,7 +29,7 @@ pub(super) struct Ending {
 }
 
 pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], ending: Ending) -> Solution {
-    let Ending { target_error, convergence, spending, stop_reason, begun_wall_s, build_s, compute_s } = ending;
+    let Ending { target_error, convergence, mut spending, stop_reason, begun_wall_s, build_s, compute_s } = ending;
     let is_dark = context.stage.emitters.list().is_empty();
     let ends = ends_of_chains(jobs, is_dark);
     let flux_balance = ends.map(|ends| flux_balance(context, ends));
@@ -38,7 +40,17 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
     let walks = jobs.iter().any(|job| job.engine != Engine::Counting && !job.is_black());
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
     let glare: Vec<GlareRating> = jobs.iter().flat_map(|job| rate(context, job)).collect();
-    let maps: Vec<MapResult> = jobs.iter().map(|job| map_result(context, job, target_error)).collect();
+    let mut split_rays = 0;
+    let maps = jobs.iter().map(|job| {
+        let mut map = map_result(context, job, target_error);
+        let started = Instant::now();
+        let (components, rays) = sky_components_lx(context, job, &map.values);
+        map.values.sky_components_lx = components;
+        spending.add(Activity::Walks, rays, started.elapsed());
+        split_rays += rays;
+        map
+    });
+    let maps: Vec<MapResult> = maps.collect();
     let mut notes: Vec<String> = words_on_near_lights(context, settings, jobs).into_iter().collect();
     notes.extend(worst_of_sets(&glare).into_iter().flat_map(|(rating, _)| words_on_outside(context, rating)));
     let mut warnings = flux_balance.as_ref().map_or(Vec::new(), |balance| warnings_of_flux(context, balance));
@@ -52,7 +64,7 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
         seed: settings.seed,
         target_error,
         chains: jobs.iter().map(Job::chains).sum(),
-        rays: context.stage.outlook_rays() + jobs.iter().map(Job::all_rays).sum::<u64>(),
+        rays: context.stage.outlook_rays() + split_rays + jobs.iter().map(Job::all_rays).sum::<u64>(),
         replicas: REPLICAS,
         elements: elements.unwrap_or_else(|| context.stage.elements.clone()),
         glare,

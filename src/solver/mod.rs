@@ -15,6 +15,7 @@ mod pace;
 mod pilot;
 mod run;
 mod share;
+mod sky_components;
 mod solution;
 mod sparse;
 mod spending;

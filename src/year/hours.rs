@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::sun_nodes::SunNodes;
 use crate::base::perez::SkyClass;
 use crate::base::sky::SkyPattern;
 use crate::base::sky_patches::SkyPatches;
@@ -54,6 +55,10 @@ pub struct YearSky {
     pub suns: Suns,
     /// The hour of each sun.
     pub hours_of_suns: Vec<u32>,
+    /// What stands for them where surfaces reflect their light.
+    pub(super) nodes: SunNodes,
+    /// How the luminance of each hour's sky is spread.
+    pub(super) patterns: Vec<SkyPattern>,
     /// Luminances in cd/m²: of each hour those of all patches, and at last the ground's.
     luminances_cd_m2: Vec<f64>,
 }
@@ -71,32 +76,35 @@ impl YearSky {
         let parts = PARTS.div_ceil(subdivision);
         let directions: Vec<Vec<DVec3>> =
             (0..patches.count()).map(|patch| patches.directions(patch, parts).collect()).collect();
-        let made: Vec<Option<(YearHour, Vec<f64>)>> = weather
+        let made: Vec<Option<(YearHour, HourSky)>> = weather
             .hours
             .par_iter()
             .map(|hour| {
-                let (mut lit, mut luminances) = sky_of(weather, hour, &patches, &directions)?;
+                let (mut lit, mut sky) = sky_of(weather, hour, &patches, &directions)?;
                 let ground = ground_reflectance / PI * (lit.outside_lx[0] + lit.outside_lx[1]);
-                luminances.push(ground);
-                luminances.iter_mut().for_each(|luminance| *luminance *= maintained);
+                sky.luminances_cd_m2.push(ground);
+                sky.luminances_cd_m2.iter_mut().for_each(|luminance| *luminance *= maintained);
                 lit.is_occupied = is_occupied(hour.middle_hours);
                 lit.sun_lx *= maintained;
                 lit.outside_lx = lit.outside_lx.map(|lx| maintained * lx);
-                Some((lit, luminances))
+                Some((lit, sky))
             })
             .collect();
-        let (hours, luminances): (Vec<YearHour>, Vec<Vec<f64>>) = made.into_iter().flatten().unzip();
+        let (hours, skies): (Vec<YearHour>, Vec<HourSky>) = made.into_iter().flatten().unzip();
         let disk = Sun::of_normal(DVec3::Z, 1.0);
         let shining = hours.iter().zip(0u32..).filter(|(hour, _)| hour.sun_lx > 0.0);
         let (towards, hours_of_suns) = shining.map(|(hour, number)| (hour.towards_sun, number)).unzip();
+        let suns = Suns { towards, disk: [disk.sine(), disk.one_minus_cosine()] };
         YearSky {
             patches,
             ground_reflectance,
             occupied: weather.hours.iter().filter(|hour| is_occupied(hour.middle_hours)).count(),
             all: weather.hours.len(),
-            suns: Suns { towards, disk: [disk.sine(), disk.one_minus_cosine()] },
+            nodes: SunNodes::of(&suns, weather.latitude_deg),
+            suns,
             hours_of_suns,
-            luminances_cd_m2: luminances.concat(),
+            patterns: skies.iter().map(|sky| sky.pattern).collect(),
+            luminances_cd_m2: skies.into_iter().flat_map(|sky| sky.luminances_cd_m2).collect(),
             hours,
         }
     }
@@ -129,7 +137,14 @@ impl YearSky {
     }
 }
 
-/// An hour with light, and the luminances of the patches in cd/m²; `None` of a dark one.
+/// The sky of an hour.
+struct HourSky {
+    pattern: SkyPattern,
+    /// Of all patches, and at last the ground's.
+    luminances_cd_m2: Vec<f64>,
+}
+
+/// An hour with light and its sky, the ground's luminance left out; `None` of a dark one.
 ///
 /// Patches have the mean luminance of Perez's sky, scaled so that an open horizontal plane receives what the weather says. Where the sun
 /// stands below the horizon, or that sky has no light in its zenith, the overcast sky stands in.
@@ -138,7 +153,7 @@ fn sky_of(
     hour: &WeatherHour,
     patches: &SkyPatches,
     directions: &[Vec<DVec3>],
-) -> Option<(YearHour, Vec<f64>)> {
+) -> Option<(YearHour, HourSky)> {
     let moment = Moment::of_date(YEAR, hour.month, hour.day, hour.middle_hours - weather.time_zone_hours);
     let [elevation_deg, azimuth_deg] = solar_position_deg(weather.latitude_deg, weather.longitude_deg, moment);
     let towards_sun = direction_of(elevation_deg, azimuth_deg);
@@ -180,5 +195,5 @@ fn sky_of(
         sun_lx,
         outside_lx: [diffuse_lx, Sun::of_normal(towards_sun, sun_lx).illuminance_lx(DVec3::Z)],
     };
-    Some((lit, luminances))
+    Some((lit, HourSky { pattern, luminances_cd_m2: luminances }))
 }

@@ -10,6 +10,8 @@ mod receiver;
 mod result;
 mod run;
 mod sun_cells;
+mod sun_nodes;
+mod survey;
 
 pub use count::{
     ASE_HOURS, ASE_LX, ASE_SHARE, AUTONOMY_LX, BLINDS_SHARE, MEASURES, SDA_SHARE, UDI_LIMITS_LX, YearMeasure,

@@ -5,7 +5,7 @@ use super::hours::YearSky;
 use super::sun_cells::SunCells;
 use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves};
 use crate::chain::Stage;
-use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyWay, walk_for_coefficients};
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -15,8 +15,6 @@ use glam::DVec3;
 /// Walks of a replica before the error is looked at first, and at most.
 const FIRST_WALKS: u64 = 64;
 const MOST_WALKS: u64 = 1 << 15;
-/// Ways by which light comes to a receiver: straight, from outside, from inside.
-const WAYS: usize = 3;
 /// More walks than the error asks for by itself, since it is an estimate.
 const RESERVE: f64 = 1.15;
 
@@ -76,10 +74,7 @@ impl CoefficientTally for RowTally<'_> {
     #[inline]
     fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay) {
         self.columns[self.sky.column_of(towards)] += lx;
-        // What the ground brings straight has been reflected outside.
-        let is_ground = way == SkyWay::Straight && towards.z <= 0.0;
-        let way = if is_ground { SkyWay::FromOutside } else { way };
-        self.ways[way as usize] += lx * self.sky.overcast_percent(towards);
+        self.ways[way.component(towards) as usize] += lx * self.sky.overcast_percent(towards);
     }
 
     #[inline]
@@ -87,7 +82,7 @@ impl CoefficientTally for RowTally<'_> {
         let shining = self.cells.suns_on(self.replica, place.spot, place.barycentric);
         match place.brings_evenly() {
             Some(share) => shining.for_each(|(sun, lx)| self.suns[sun] += share * lx),
-            None => shining.for_each(|(sun, lx)| self.suns[sun] += place.brings(self.sky.suns.towards[sun]) * lx),
+            None => shining.for_each(|(sun, lx)| self.suns[sun] += place.brings(self.sky.nodes.suns.towards[sun]) * lx),
         }
     }
 }
@@ -136,8 +131,8 @@ pub(super) fn year_of(
     let direct = DirectSuns::of(context, (set, index), receiver);
     let mut rays = direct.rays;
     let mut columns = Replicas::new(sky.columns());
-    let mut suns = Replicas::new(sky.suns.towards.len());
-    let mut ways = Replicas::new(WAYS);
+    let mut suns = Replicas::new(sky.nodes.suns.towards.len());
+    let mut ways = Replicas::new(SKY_WAYS);
     let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
     let mut walked = 0;
     let mut wanted = FIRST_WALKS;
@@ -167,14 +162,14 @@ pub(super) fn year_of(
         let mut found = hours_of(sky, (&columns, &suns, &direct), walked, closed);
         let is_done = found.error <= context.target_error || walked >= MOST_WALKS;
         if is_done {
-            for way in 0..WAYS {
+            for way in 0..SKY_WAYS {
                 let percents = ways.across(way).map(|sum| sum / walked as f64);
                 found.counts.of[YearMeasure::SkyComponent as usize + way] = Counted::of(&percents);
             }
             return ReceiverHours { walks: walked * PARTED as u64, rays, ..found };
         }
         let needed = walked as f64 * RESERVE * (found.error / context.target_error).powi(2);
-        wanted = (needed.min(MOST_WALKS as f64) as u64).next_power_of_two().clamp(2 * walked, MOST_WALKS);
+        wanted = (needed.min(MOST_WALKS as f64) as u64).max(walked + walked / 4).min(MOST_WALKS);
     }
 }
 
@@ -207,9 +202,9 @@ fn hours_of(
         let mut of_sun = [0.0; PARTED];
         if sky.hours_of_suns.get(sun) == Some(&(number as u32)) {
             of_sun = direct.lx.across(sun).map(|lx| hour.sun_lx * lx);
-            let reflected = suns.across(sun);
-            for (sum, reflected) in all.iter_mut().zip(reflected) {
-                *sum += hour.sun_lx * share * reflected;
+            for (node, weight) in sky.nodes.around(sun) {
+                let by_suns = weight * hour.sun_lx * share;
+                all.iter_mut().zip(suns.across(node)).for_each(|(sum, reflected)| *sum += by_suns * reflected);
             }
             sun += 1;
         }

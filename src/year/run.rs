@@ -6,23 +6,16 @@ use super::count::{ASE_HOURS, ASE_LX, BLINDS_SHARE, Counted, MEASURES, SDA_SHARE
 use super::hours::YearSky;
 use super::receiver::{DirectSuns, ReceiverHours, YearContext, at, year_of};
 use super::result::{SetYear, YearPoint, YearSolution};
-use super::sun_cells::{SunCells, side_index};
+use super::sun_cells::SunCells;
+use super::survey::survey;
 use crate::base::half_samples::{PARTINGS, error_of_mean};
 use crate::base::sky::{Sky, SkyPattern};
 use crate::chain::Stage;
-use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
-use crate::estimators::direct::DirectPass;
-use crate::sampling::emitter_tree::Cut;
-use crate::sampling::random::{Purpose, Stream};
-use crate::scene::{Emission, Openings, Quantity, Scene, Weather};
-use glam::DVec3;
+use crate::scene::{Emission, Openings, Quantity, ReflectionLaw, Scene, Weather};
 use std::sync::Arc;
 
 /// Receivers that are worked on before their hours are handed out.
 const CHUNK: usize = 64;
-/// Receivers and walks of the survey that tells where walks meet surfaces.
-const SURVEYED: usize = 128;
-const SURVEY_WALKS: u64 = 128;
 
 /// What a year is to be.
 #[derive(Clone, Copy, Debug)]
@@ -122,8 +115,10 @@ pub fn solve_year<E: From<NotForYear>>(
     let openings = scene.luminaires[0].emission.openings().unwrap_or(&none);
     let is_plane = |set: &usize| scene.receivers[*set].quantity == Quantity::Perpendicular;
     let (planes, others): (Vec<usize>, Vec<usize>) = (0..scene.receivers.len()).partition(is_plane);
-    let meetings = survey(&scene, (&stage, openings), &planes, settings.seed);
-    let cells = SunCells::new((&scene, &stage), &sky.suns, openings.if_all(), &meetings, settings.seed);
+    let survey = survey((&scene, &stage), openings, &sky, &planes, settings.seed);
+    let suns = &sky.nodes.suns;
+    let tuning = (settings.target_error, settings.seed);
+    let cells = SunCells::new((&scene, &stage), suns, openings.if_all(), &survey.meetings, tuning);
     let context = YearContext {
         scene: &scene,
         stage: &stage,
@@ -142,7 +137,7 @@ pub fn solve_year<E: From<NotForYear>>(
         }));
     }
     let mut sets = Vec::with_capacity(planes.len());
-    let mut rays = 0;
+    let mut rays = survey.rays;
     for set in planes {
         let (solved, set_rays) = set_year(&context, set, settings.blinds, |hours| hand_out(&sky, hours))?;
         sets.push(solved);
@@ -151,37 +146,35 @@ pub fn solve_year<E: From<NotForYear>>(
     rays += cells.rays();
     let left_out = others.iter().map(|set| scene.receivers[*set].name.clone()).collect();
     let walks_given_up = stage.patience.walks_given_up();
-    Ok(YearSolution { sets, left_out, target_error: settings.target_error, rays, walks_given_up, sky })
+    Ok(YearSolution {
+        sets,
+        left_out,
+        target_error: settings.target_error,
+        patch_error: survey.patch_error,
+        rays,
+        walks_given_up,
+        warnings: warnings(&scene, &sky),
+        sky,
+    })
 }
 
-/// How often walks meet each side of a triangle.
-fn survey(scene: &Scene, (stage, openings): (&Stage, &Openings), planes: &[usize], seed: u64) -> Vec<u32> {
-    /// Counts meetings.
-    struct Meetings(Vec<u32>);
-    impl CoefficientTally for Meetings {
-        fn add_sky(&mut self, _: DVec3, _: f64, _: SkyWay) {}
-        fn met(&mut self, place: &MetPlace) {
-            self.0[side_index(place.spot)] += 1;
-        }
-    }
-    let places: Vec<(usize, usize)> = planes
+/// What a year leaves out, in words: the suns that mirrors throw.
+fn warnings(scene: &Scene, sky: &YearSky) -> Vec<String> {
+    let is_mirror = |material: u32| matches!(scene.materials[material as usize].law, ReflectionLaw::Mirror { .. });
+    let mirrors: Vec<&str> = scene
+        .surfaces
         .iter()
-        .flat_map(|set| (0..scene.receivers[*set].points.len()).map(move |index| (*set, index)))
-        .filter(|(set, index)| !scene.receivers[*set].points[*index].inside)
+        .filter(|surface| is_mirror(surface.material))
+        .map(|surface| surface.name.as_str())
         .collect();
-    let step = places.len().div_ceil(SURVEYED).max(1);
-    let mut meetings = Meetings(vec![0; 2 * scene.triangles.len()]);
-    let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
-    let mut stream = Stream::new(seed, Purpose::Pilot, u32::MAX, 0);
-    for (number, (set, index)) in places.iter().step_by(step).enumerate() {
-        at(stage, &scene.receivers[*set].points[*index], |receiver| {
-            for walk in 0..SURVEY_WALKS {
-                stream.seek_quasi((number as u64) * SURVEY_WALKS + walk, number as u64, walk);
-                walk_for_coefficients((stage, openings), receiver, (&mut pass, &mut cut), &mut meetings, &mut stream);
-            }
-        });
+    if mirrors.is_empty() || sky.suns.towards.is_empty() {
+        return Vec::new();
     }
-    meetings.0
+    let more = if mirrors.len() > 3 { format!(" and {} more", mirrors.len() - 3) } else { String::new() };
+    let named = mirrors[..mirrors.len().min(3)].join(", ");
+    vec![format!(
+        "light of the sun that comes by way of mirrors is left out of the year ({named}{more}): hours in which they throw it are too dark"
+    )]
 }
 
 /// The hours in which blinds are closed, and the rays.

@@ -17,8 +17,10 @@ use crate::sampling::warp::uniform_triangle;
 use crate::scene::elements::{part_at, part_corners};
 use crate::scene::{Openings, Scene, Side};
 
-/// Cells of a replica, about: they go to where walks meet surfaces.
+/// Cells of a replica, about, at an error of 3 %, and at most: they go to where walks meet surfaces.
 const CELLS: f64 = 8192.0;
+const MOST_CELLS: f64 = 16_384.0;
+const AT_ERROR: f64 = 0.03;
 /// The least edge of a cell in m.
 const LEAST_M: f64 = 0.02;
 /// Steps of a share of the sun's light.
@@ -54,8 +56,9 @@ impl<'a> SunCells<'a> {
         suns: &'a Suns,
         openings: Option<&'a Openings>,
         meetings: &[u32],
-        seed: u64,
+        (target_error, seed): (f64, u64),
     ) -> SunCells<'a> {
+        let cells = (CELLS * AT_ERROR / target_error).min(MOST_CELLS);
         let can_shine = |index: usize| {
             let side = if index.is_multiple_of(2) { Side::Front } else { Side::Back };
             let normal = stage.normal((index / 2) as u32, side);
@@ -71,7 +74,7 @@ impl<'a> SunCells<'a> {
             .map(|(index, count)| {
                 let [a, b, c] = scene.corners_m((index / 2) as u32);
                 let longest_m = a.distance(b).max(b.distance(c)).max(c.distance(a));
-                let wanted = (CELLS * count / all).sqrt().ceil();
+                let wanted = (cells * count / all).sqrt().ceil();
                 wanted.min((longest_m / LEAST_M).ceil()).clamp(1.0, 1024.0) as u32
             })
             .collect();

@@ -102,14 +102,14 @@ fn differences(points: &[Estimate], others: &[Estimate]) -> (f64, f64) {
 
 /// Two roads to one hour: daylight coefficients times Perez's patches and the sun's own, and `solve` with that sky and sun as luminaires, whose walks,
 /// cells and openings share nothing with the first but rays and laws. A clear noon in March through a pane, and a dull one without sun through an
-/// opening. Seed 3, errors of 2% and of 1.5%: twelve points within 6 common errors (α some 1e-4 for all with 15 degrees of freedom), their mean within 2%,
-/// of which the patches may have 1%. The sun 7% stronger, the planted fault, is found out by the mean.
+/// opening. Seed 3, errors of 1% and of 0.7%: twelve points within 6 common errors (α some 1e-4 for all with 15 degrees of freedom), their mean within 1.5%,
+/// of which the patches may have 1%. The sun 5% stronger, the planted fault, is found out by the mean.
 #[test]
 fn an_hour_of_the_year_is_the_run_with_its_sky_and_sun() {
     for (is_glazed, direct_lx, month) in [(true, DIRECT_LX, 3), (false, 0.0, 11)] {
         let given = weather(&[(month, 10, 12.5, [direct_lx, DIFFUSE_LX])]);
         let (solution, points) =
-            year(&scene(room("paint", is_glazed), vec![sky()], work_plane()), &given, &settings(4, 3, 0.02));
+            year(&scene(room("paint", is_glazed), vec![sky()], work_plane()), &given, &settings(4, 3, 0.01));
         let hour = solution.sky.hours[0];
         let elevation_deg = hour.towards_sun.z.asin().to_degrees();
         let azimuth_deg = hour.towards_sun.x.atan2(hour.towards_sun.y).to_degrees();
@@ -135,10 +135,10 @@ fn an_hour_of_the_year_is_the_run_with_its_sky_and_sun() {
         };
         let found: Vec<Estimate> = points.iter().map(|hours| hours[0]).collect();
         let (worst, mean) = differences(&found, &run(direct_lx));
-        assert!(worst < 6.0 && mean.abs() < 0.02, "glazed {is_glazed}: {worst:.2} errors, mean {mean:.4}");
+        assert!(worst < 6.0 && mean.abs() < 0.015, "glazed {is_glazed}: {worst:.2} errors, mean {mean:.4}");
         if direct_lx > 0.0 {
-            let (_, mean) = differences(&found, &run(1.07 * direct_lx));
-            assert!(mean.abs() > 0.02, "the planted fault passed: {mean}");
+            let (_, mean) = differences(&found, &run(1.05 * direct_lx));
+            assert!(mean.abs() > 0.015, "the planted fault passed: {mean}");
         }
     }
 }
@@ -208,6 +208,19 @@ fn overcast_hours_are_daylight_factors() {
         "{sums:?}, {direct:?}"
     );
     assert!((sums[0] / direct[1] - 1.0).abs() > 0.01, "the planted fault passed");
+    // The run's own split, whose walks go under its sky: each part of the mean within 3%, and 8% more is not.
+    let split = |way: usize, times: f64| {
+        let of_run: f64 = values.sky_components_lx.iter().map(|parts| times * percent(parts[way].value)).sum();
+        let of_year: f64 = (0..points.len()).map(|index| components(&solution, index)[way].value).sum();
+        (of_run / of_year - 1.0).abs()
+    };
+    for way in 0..3 {
+        assert!(split(way, 1.0) < 0.03 && split(way, 1.08) > 0.03, "part {way}: {}", split(way, 1.0));
+    }
+    for (parts, lx) in values.sky_components_lx.iter().zip(&values.illuminance_lx) {
+        assert!((parts.iter().map(|part| part.value).sum::<f64>() / lx - 1.0).abs() < 1e-9);
+        assert!(parts.iter().all(|part| part.standard_error < 0.1 * lx));
+    }
     // Where walls are black nothing is reflected inside.
     let mut parts = room("black", false);
     parts.push(rectangle("outside", [-1.0, -1.5, 0.0], [0.0, 0.0, 4.0], [6.0, 0.0, 0.0], "paint"));
@@ -236,6 +249,102 @@ fn shutters_and_poles() {
     let [midnight, noon] = [0, 1].map(|hour: usize| solution.sky.hours[hour]);
     assert!((midnight.towards_sun.z.asin().to_degrees() - 13.4).abs() < 0.2 && midnight.sun_lx > 0.0);
     assert!(noon.towards_sun.z < 0.0 && noon.sun_lx == 0.0);
+}
+
+/// In the open field again, with the sun in the zenith of a tropic and hardly above the horizon: what the weather says, within 7 errors and 1%; 3% more is not.
+#[test]
+fn the_sun_in_the_zenith_and_on_the_horizon() {
+    let hours = [(6, 21, 12.03, [90_000.0, 12_000.0]), (6, 21, 5.35, [3000.0, 900.0])];
+    let tropic = Weather { latitude_deg: 23.44, longitude_deg: 15.0, ..weather(&hours) };
+    let pit = vec![rectangle("pit", [0.0, 0.0, -9.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], "black")];
+    let receivers = json!([grid("up", [1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 2, 2)]);
+    let (solution, points) = year(&scene(pit, vec![sky()], receivers), &tropic, &settings(1, 1, 0.002));
+    let heights_deg = [0, 1].map(|hour: usize| solution.sky.hours[hour].towards_sun.z.asin().to_degrees());
+    assert!(heights_deg[0] > 89.5 && (0.3..1.5).contains(&heights_deg[1]), "{heights_deg:?}");
+    for (found, hour) in points.iter().flat_map(|point| point.iter().zip(&solution.sky.hours)) {
+        let outside_lx = hour.outside_lx[0] + hour.outside_lx[1];
+        let off = |lx: f64| ((found.value - lx).abs() / found.standard_error, (found.value / lx - 1.0).abs());
+        let ((errors, share), (_, faulty)) = (off(outside_lx), off(1.03 * outside_lx));
+        assert!(errors < 7.0 && share < 0.01 && faulty > 0.01, "{errors}, {share}, {faulty}");
+    }
+}
+
+/// Points that see no sky, since a board stands between them and the window, have the light of the run under the same sky, and no sky component. Seeds 5 and 6,
+/// errors of 1%: the mean within 1.5%; 4% more, the planted fault, is not.
+#[test]
+fn light_that_comes_by_a_bounce_alone_is_met() {
+    let mut parts = room("paint", false);
+    let mut board = rectangle("board", [0.0, 0.6, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 2.9], "paint");
+    board["two_sided"] = json!(true);
+    parts.push(board);
+    let receivers = json!([grid("plane", [0.5, 2.0, 0.85], [3.0, 0.0, 0.0], [0.0, 1.5, 0.0], 3, 4)]);
+    let scene = scene(parts, vec![sky()], receivers);
+    let (solution, points) = year(&scene, &weather(&[(12, 20, 20.5, [0.0, 1000.0])]), &settings(4, 5, 0.01));
+    let run = common::to_target(&scene, 6, MapSelection::Receivers, 0.01);
+    let sum_lx: f64 = points.iter().map(|hours| hours[0].value).sum();
+    let run_lx: f64 = run.maps[0].values.illuminance_lx.iter().sum();
+    assert!(run_lx > 0.0 && (sum_lx / run_lx - 1.0).abs() < 0.015, "{sum_lx}, {run_lx}");
+    assert!((1.04 * sum_lx / run_lx - 1.0).abs() > 0.015, "the planted fault passed");
+    let measures = |measure: YearMeasure| solution.sets[0].averages[measure as usize];
+    assert!(measures(YearMeasure::SkyComponent).value == 0.0 && measures(YearMeasure::FromInside).value > 0.0);
+    let parts = &run.maps[0].values.sky_components_lx;
+    assert!(parts.iter().all(|[sky, _, inside]| sky.value == 0.0 && inside.value > 0.0));
+}
+
+/// What suns of many days have together is what each has alone: nine hours of sixty-one days, whose reflected suns come from nodes among them, against the hours
+/// of single days, which are nodes themselves. Seed 2, errors of 1.5%: hours within 2% in the root mean square over the plane's means, 1% in the mean. Hours
+/// taken for the next day's but ten, the planted fault, are off by more.
+#[test]
+fn nodes_of_the_suns_way_stand_for_its_hours() {
+    // Points that look to the back wall: the sun never shines on them straight.
+    let receivers = json!([grid("back", [0.5, 2.0, 0.5], [0.0, 0.0, 1.0], [3.0, 0.0, 0.0], 3, 4)]);
+    let scene = scene(room("paint", false), vec![sky()], receivers);
+    let hours = |from: u32, days: u32| {
+        let hour = |day: u32, at: u32| (3 + day / 31, 1 + day % 31, f64::from(at) + 0.5, [60_000.0, 15_000.0]);
+        (from..from + days).flat_map(|day| (8..17).map(move |at| hour(day, at))).collect::<Vec<_>>()
+    };
+    let means = |from: u32, days: u32| {
+        let (solution, _) = year(&scene, &weather(&hours(from, days)), &settings(1, 2, 0.015));
+        solution.sets[0].hourly_lx.clone()
+    };
+    let all = means(0, 61);
+    let off = |shift: usize| {
+        let days = [3, 17, 30, 44];
+        let ratios = days.into_iter().flat_map(|day| {
+            let alone = means(day as u32, 1);
+            let together = all[9 * (day + shift)..9 * (day + shift + 1)].to_vec();
+            together.into_iter().zip(alone).map(|(together, alone)| together / alone - 1.0)
+        });
+        let ratios: Vec<f64> = ratios.collect();
+        let count = ratios.len() as f64;
+        [(ratios.iter().map(|off| off * off).sum::<f64>() / count).sqrt(), ratios.iter().sum::<f64>() / count]
+    };
+    let [spread, mean] = off(0);
+    assert!(spread < 0.02 && mean.abs() < 0.01, "{spread}, {mean}");
+    assert!(off(10)[0] > 0.02, "the planted fault passed: {:?}", off(10));
+}
+
+/// A mirror is told of, since suns that it throws are left out; patches are off the sky by what they are: more where they are large.
+#[test]
+fn what_is_left_out_is_told() {
+    let mut parts = room("paint", false);
+    let told = |parts: &[Value], subdivision: u32| {
+        let value = json!({ "version": 1,
+            "materials": { "paint": { "type": "diffuse", "reflectance": 0.6 }, "glass": { "type": "mirror", "reflectance": 0.9 } },
+            "geometry": parts, "luminaires": [sky()], "receivers": work_plane() });
+        year(&common::scene_of(&value.to_string()), &a_day(), &settings(subdivision, 1, 0.1)).0
+    };
+    let (coarse, fine) = (told(&parts, 1), told(&parts, 4));
+    assert!(coarse.warnings.is_empty());
+    assert!(
+        coarse.patch_error > 2.0 * fine.patch_error && coarse.patch_error < 0.2,
+        "{} {}",
+        coarse.patch_error,
+        fine.patch_error
+    );
+    parts.push(rectangle("looking glass", [0.1, 1.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], "glass"));
+    let warned = told(&parts, 1).warnings.join("\n");
+    assert!(warned.contains("looking glass") && warned.contains("mirrors"), "{warned}");
 }
 
 fn a_day() -> Weather {

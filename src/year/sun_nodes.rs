@@ -1,0 +1,139 @@
+//! Fewer suns than hours: a grid over the sun's ways of the year, among whose nodes what surfaces reflect of the sun is interpolated.
+//!
+//! The grid lies in declination and hour angle, in which the sun of every hour of a year has a neighbour within a degree or two: what is looked for at a node
+//! serves all of them (docs/methods.md, section 31). The sun's own light, which has edges, is looked for at each hour's own place.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::estimators::sunlight::Suns;
+
+/// Steps of the grid in degrees of declination and of hour angle.
+const STEP_DEG: f64 = 4.0;
+/// Nodes around a sun.
+const AROUND: usize = 4;
+
+/// Nodes, and the weights by which suns take theirs.
+#[derive(Clone, Debug)]
+pub(super) struct SunNodes {
+    /// The nodes as suns of 1 lx across their rays.
+    pub suns: Suns,
+    /// Of each sun the nodes around it with their weights, which add up to 1.
+    around: Vec<[(u32, f64); AROUND]>,
+}
+
+impl SunNodes {
+    /// Nodes for suns that are seen from a latitude. Where these are fewer each is a node by itself.
+    pub fn of(suns: &Suns, latitude_deg: f64) -> SunNodes {
+        let frame = Frame::at(latitude_deg);
+        let corners: Vec<[(Node, f64); AROUND]> = suns.towards.iter().map(|towards| frame.corners(*towards)).collect();
+        let used = corners.iter().flatten().filter(|(_, weight)| *weight > 0.0).map(|(node, _)| (*node, 0));
+        let mut numbers: BTreeMap<Node, u32> = used.collect();
+        if numbers.len() >= suns.towards.len() {
+            let itself = (0..suns.towards.len() as u32).map(|sun| [(sun, 1.0), (sun, 0.0), (sun, 0.0), (sun, 0.0)]);
+            return SunNodes { suns: suns.clone(), around: itself.collect() };
+        }
+        numbers.values_mut().zip(0..).for_each(|(place, number)| *place = number);
+        let around = corners
+            .iter()
+            .map(|corners| corners.map(|(node, weight)| (numbers.get(&node).copied().unwrap_or_default(), weight)));
+        let around = around.collect();
+        let towards = numbers.keys().map(|node| frame.towards(*node)).collect();
+        SunNodes { suns: Suns { towards, disk: suns.disk }, around }
+    }
+
+    /// The nodes of a sun, and their weights.
+    #[inline]
+    pub fn around(&self, sun: usize) -> impl Iterator<Item = (usize, f64)> {
+        let around = self.around[sun].iter().filter(|(_, weight)| *weight > 0.0);
+        around.map(|(node, weight)| (*node as usize, *weight))
+    }
+}
+
+/// A node by its steps of declination and of hour angle.
+type Node = (i32, i32);
+
+/// Axes towards the pole, where the sun stands at noon of an equinox, and west.
+struct Frame {
+    pole: DVec3,
+    noon: DVec3,
+    west: DVec3,
+}
+
+impl Frame {
+    fn at(latitude_deg: f64) -> Frame {
+        let (sin, cos) = latitude_deg.to_radians().sin_cos();
+        Frame { pole: DVec3::new(0.0, cos, sin), noon: DVec3::new(0.0, -sin, cos), west: DVec3::NEG_X }
+    }
+
+    fn towards(&self, (declination, hour_angle): Node) -> DVec3 {
+        let (sin, cos) = (STEP_DEG * f64::from(declination)).to_radians().sin_cos();
+        let (across, along) = (STEP_DEG * f64::from(hour_angle)).to_radians().sin_cos();
+        sin * self.pole + cos * (along * self.noon + across * self.west)
+    }
+
+    /// The nodes around a direction with their bilinear weights; those below the horizon leave theirs to the others.
+    fn corners(&self, towards: DVec3) -> [(Node, f64); AROUND] {
+        let declination = towards.dot(self.pole).clamp(-1.0, 1.0).asin().to_degrees() / STEP_DEG;
+        let hour_angle = towards.dot(self.west).atan2(towards.dot(self.noon)).to_degrees() / STEP_DEG;
+        let (row, column) = (declination.floor(), hour_angle.floor());
+        let (up, on) = (declination - row, hour_angle - column);
+        let turn = (360.0 / STEP_DEG) as i32;
+        let node = |i: i32, j: i32| (row as i32 + i, (column as i32 + j).rem_euclid(turn));
+        let mut corners = [
+            (node(0, 0), (1.0 - up) * (1.0 - on)),
+            (node(0, 1), (1.0 - up) * on),
+            (node(1, 0), up * (1.0 - on)),
+            (node(1, 1), up * on),
+        ];
+        for (node, weight) in &mut corners {
+            *weight *= f64::from(u8::from(self.towards(*node).z > 0.0));
+        }
+        let all: f64 = corners.iter().map(|(_, weight)| weight).sum();
+        if all > 0.0 {
+            corners.iter_mut().for_each(|(_, weight)| *weight /= all);
+        } else {
+            corners[0].1 = 1.0;
+        }
+        corners
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
+    use crate::base::sun::Sun;
+
+    /// The suns of a year at 52° N: an eighth of them as nodes, all above the horizon, within a step of the sun; a smooth function of direction comes out of
+    /// its nodes within 0.2%, and by the nearest of them alone, the planted fault, it does not. Few suns stay themselves.
+    #[test]
+    fn nodes_stand_for_suns() {
+        let disk = Sun::of_normal(DVec3::Z, 1.0);
+        let at = |day: u32, hour: u32| {
+            let moment = Moment::of_date(2026, 1 + day / 28, 1 + day % 28, f64::from(hour) - 0.5);
+            let [elevation_deg, azimuth_deg] = solar_position_deg(52.0, 13.0, moment);
+            (elevation_deg > 0.0).then(|| direction_of(elevation_deg, azimuth_deg))
+        };
+        let towards: Vec<DVec3> = (0..336).flat_map(|day| (0..24).filter_map(move |hour| at(day, hour))).collect();
+        let suns = Suns { towards, disk: [disk.sine(), disk.one_minus_cosine()] };
+        let nodes = SunNodes::of(&suns, 52.0);
+        assert!(7 * nodes.suns.towards.len() < suns.towards.len(), "{}", nodes.suns.towards.len());
+        assert!(nodes.suns.towards.iter().all(|towards| towards.z > 0.0));
+        let smooth = |towards: DVec3| 2.0 + towards.dot(DVec3::new(0.5, -0.7, 0.5)).powi(3);
+        let (mut worst, mut worst_of_nearest) = (0.0f64, 0.0f64);
+        for (sun, towards) in suns.towards.iter().enumerate().filter(|(_, towards)| towards.z > 0.15) {
+            let around: Vec<(usize, f64)> = nodes.around(sun).collect();
+            let value = |(node, weight): &(usize, f64)| weight * smooth(nodes.suns.towards[*node]);
+            assert!((around.iter().map(|(_, weight)| weight).sum::<f64>() - 1.0).abs() < 1e-12);
+            assert!(around.iter().all(|(node, _)| nodes.suns.towards[*node].dot(*towards) > 0.994));
+            worst = worst.max((around.iter().map(value).sum::<f64>() / smooth(*towards) - 1.0).abs());
+            let nearest = around.iter().max_by(|one, other| one.1.total_cmp(&other.1)).expect("a node");
+            worst_of_nearest = worst_of_nearest.max((value(&(nearest.0, 1.0)) / smooth(*towards) - 1.0).abs());
+        }
+        assert!(worst < 0.002 && worst_of_nearest > 0.01, "{worst}, {worst_of_nearest}");
+        let few = Suns { towards: suns.towards[..3].to_vec(), disk: suns.disk };
+        assert_eq!(SunNodes::of(&few, 52.0).suns.towards, few.towards);
+    }
+}

@@ -1,0 +1,116 @@
+//! A survey before the year: where walks meet surfaces, and what patches of even luminance make of the sky.
+
+use glam::DVec3;
+
+use super::hours::YearSky;
+use super::receiver::at;
+use super::sun_cells::side_index;
+use crate::base::sky::Sky;
+use crate::chain::Stage;
+use crate::estimators::coefficients::{CoefficientTally, MetPlace, SkyWay, walk_for_coefficients};
+use crate::estimators::direct::DirectPass;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::{Purpose, Stream};
+use crate::scene::{Openings, Scene};
+
+/// Receivers and walks.
+const SURVEYED: usize = 128;
+const WALKS: u64 = 512;
+/// Occupied hours whose skies are looked at.
+const HOURS: usize = 48;
+
+/// What the survey found.
+pub(super) struct Survey {
+    /// How often walks met each side of a triangle.
+    pub meetings: Vec<u32>,
+    /// Root mean square, over surveyed receivers and hours, of what patches of even luminance make of the light of the sky, over that of the light itself.
+    /// 0 where chance leaves nothing of it.
+    pub patch_error: f64,
+    pub rays: u64,
+}
+
+/// An hour under both skies.
+struct Compared<'a> {
+    patches_cd_m2: &'a [f64],
+    sky: Sky,
+}
+
+/// What walks find under the patches and under the sky itself in lx, of both halves of the walks.
+type Both = [[f64; 2]; 2];
+
+struct Tally<'a> {
+    of: &'a YearSky,
+    meetings: &'a mut [u32],
+    hours: &'a [Compared<'a>],
+    found: &'a mut [Both],
+    half: usize,
+}
+
+impl CoefficientTally for Tally<'_> {
+    fn add_sky(&mut self, towards: DVec3, lx: f64, _: SkyWay) {
+        let column = self.of.column_of(towards);
+        for (hour, both) in self.hours.iter().zip(self.found.iter_mut()) {
+            let even_cd_m2 = hour.patches_cd_m2[column];
+            let own_cd_m2 = if towards.z > 0.0 { hour.sky.luminance_cd_m2(towards) } else { even_cd_m2 };
+            both[self.half][0] += lx * even_cd_m2;
+            both[self.half][1] += lx * own_cd_m2;
+        }
+    }
+
+    fn met(&mut self, place: &MetPlace) {
+        self.meetings[side_index(place.spot)] += 1;
+    }
+}
+
+/// Walks from receivers all over the planes.
+///
+/// Patches and sky share their walks, so that chance is small in their difference; what is left of it falls out of the product of two halves of the walks.
+pub(super) fn survey(
+    (scene, stage): (&Scene, &Stage),
+    openings: &Openings,
+    sky: &YearSky,
+    planes: &[usize],
+    seed: u64,
+) -> Survey {
+    let places: Vec<(usize, usize)> = planes
+        .iter()
+        .flat_map(|set| (0..scene.receivers[*set].points.len()).map(move |index| (*set, index)))
+        .filter(|(set, index)| !scene.receivers[*set].points[*index].inside)
+        .collect();
+    let step = places.len().div_ceil(SURVEYED).max(1);
+    let occupied: Vec<usize> = (0..sky.hours.len()).filter(|hour| sky.hours[*hour].is_occupied).collect();
+    let hours: Vec<Compared> = (0..HOURS.min(occupied.len()))
+        .map(|number| {
+            let hour = occupied[number * occupied.len() / HOURS.min(occupied.len())];
+            let outside_lx = sky.hours[hour].outside_lx[0];
+            let own = Sky::of_horizontal(sky.patterns[hour], outside_lx, 0.0);
+            Compared { patches_cd_m2: sky.luminances_cd_m2(hour), sky: own }
+        })
+        .collect();
+    let mut meetings = vec![0; 2 * scene.triangles.len()];
+    let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
+    let mut stream = Stream::new(seed, Purpose::Pilot, u32::MAX, 0);
+    let (mut squares, mut told, mut rays) = (0.0, 0.0f64, 0);
+    for (number, (set, index)) in places.iter().step_by(step).enumerate() {
+        let mut found = vec![Both::default(); hours.len()];
+        at(stage, &scene.receivers[*set].points[*index], |receiver| {
+            for walk in 0..WALKS {
+                // Halves of one quasi-random sequence would know of each other: each has its own.
+                let sequence = 2 * number as u64 + walk % 2;
+                stream.seek_quasi((number as u64) * WALKS + walk, sequence, walk / 2);
+                let (meetings, half) = (meetings.as_mut_slice(), (walk % 2) as usize);
+                let mut tally = Tally { of: sky, meetings, hours: &hours, found: &mut found, half };
+                rays +=
+                    walk_for_coefficients((stage, openings), receiver, (&mut pass, &mut cut), &mut tally, &mut stream);
+            }
+        });
+        for [one, other] in found {
+            let all = one[1] + other[1];
+            if all > 0.0 {
+                squares += 4.0 * (one[0] - one[1]) * (other[0] - other[1]);
+                told += all * all;
+            }
+        }
+    }
+    Survey { meetings, patch_error: (squares / told.max(f64::MIN_POSITIVE)).max(0.0).sqrt(), rays }
+}
