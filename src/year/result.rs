@@ -15,7 +15,7 @@ pub struct YearSolution {
     pub left_out: Vec<String>,
     /// The error that was asked for: see [`YearPoint::error`].
     pub target_error: f64,
-    /// What patches of even luminance make of the sky's light, as a part of it: root mean square over points and hours of a survey, measured. No
+    /// What patches of even luminance make of the sky's light, as a part of it: root mean square over points, in the median hour of a survey, measured. No
     /// replica shows it, so that it comes on top of what the errors of hours tell.
     pub patch_error: f64,
     /// Rays traced.

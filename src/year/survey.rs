@@ -23,8 +23,9 @@ const HOURS: usize = 48;
 pub(super) struct Survey {
     /// How often walks met each side of a triangle.
     pub meetings: Vec<u32>,
-    /// Root mean square, over surveyed receivers and hours, of what patches of even luminance make of the light of the sky, over that of the light itself.
-    /// 0 where chance leaves nothing of it.
+    /// In the median hour: root mean square, over surveyed receivers, of what patches of even luminance make of the light of the sky, over that
+    /// of the light itself; 0 where chance leaves nothing of it. In the first and the last minutes of a day the model of the sky has its light
+    /// in a rim about the horizon, so that a mean over hours would tell of these alone.
     pub patch_error: f64,
     pub rays: u64,
 }
@@ -90,7 +91,7 @@ pub(super) fn survey(
     let mut meetings = vec![0; 2 * scene.triangles.len()];
     let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
     let mut stream = Stream::new(seed, Purpose::Pilot, u32::MAX, 0);
-    let (mut squares, mut told, mut rays) = (0.0, 0.0f64, 0);
+    let (mut of_hours, mut rays) = (vec![[0.0f64; 2]; hours.len()], 0);
     for (number, (set, index)) in places.iter().step_by(step).enumerate() {
         let mut found = vec![Both::default(); hours.len()];
         at(stage, &scene.receivers[*set].points[*index], |receiver| {
@@ -104,13 +105,14 @@ pub(super) fn survey(
                     walk_for_coefficients((stage, openings), receiver, (&mut pass, &mut cut), &mut tally, &mut stream);
             }
         });
-        for [one, other] in found {
-            let all = one[1] + other[1];
-            if all > 0.0 {
-                squares += 4.0 * (one[0] - one[1]) * (other[0] - other[1]);
-                told += all * all;
-            }
+        for ([squares, told], [one, other]) in of_hours.iter_mut().zip(found) {
+            *squares += 4.0 * (one[0] - one[1]) * (other[0] - other[1]);
+            *told += (one[1] + other[1]).powi(2);
         }
     }
-    Survey { meetings, patch_error: (squares / told.max(f64::MIN_POSITIVE)).max(0.0).sqrt(), rays }
+    let lit = of_hours.into_iter().filter(|[_, told]| *told > 0.0);
+    let mut errors: Vec<f64> = lit.map(|[squares, told]| (squares / told).max(0.0).sqrt()).collect();
+    errors.sort_by(f64::total_cmp);
+    let patch_error = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
+    Survey { meetings, patch_error, rays }
 }
