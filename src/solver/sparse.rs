@@ -155,7 +155,7 @@ mod tests {
     /// The top of a beam lies on the ceiling: no packet comes there, and so no walk from there finds light, as those do that take it to be
     /// exposed (the planted fault) and start within millimetres of its edge. Seed 2, 40 walks from each element.
     #[test]
-    fn walks_from_what_is_covered_find_nothing_up_to_its_edge() {
+    fn walks_from_an_element_that_is_covered_find_nothing() {
         let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
             "geometry": [
                 { "name": "room", "type": "box", "min": [0,0,0], "max": [4.1,3.3,2.7], "facing": "inward", "material": "m" },
