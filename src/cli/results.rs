@@ -86,7 +86,6 @@ pub fn counted(count: usize, thing: &str) -> String {
 
 /// How the run ended, where its flux went, and where the results are.
 pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> String {
-    let is_unlit = solution.maps.iter().any(|map| map.bound && map.error.dark_upper_bound_lx.is_some());
     let stated = solution.stated_error().map_or(String::new(), |error| format!("; stated error {}", percent(error)));
     let end = match (solution.stop_reason, solution.target_met) {
         (StopReason::Exact, _) => "exact: nothing is left to chance",
@@ -98,7 +97,9 @@ pub fn closing_lines(solution: &Solution, directory: &str, wall_s: f64) -> Strin
         (_, Some(true)) => "target met",
         (StopReason::FinestMesh, Some(false)) => "target not met by the finest mesh",
         (StopReason::FinestMesh, None) => "finest mesh reached",
-        (StopReason::Chains, Some(false)) if is_unlit => "target not met: no light was found in a map that it binds",
+        (StopReason::Chains, Some(false)) if solution.is_unlit() => {
+            "target not met: no light was found in a map that it binds"
+        }
         (StopReason::Shares, Some(false)) => "target not met by these shares",
         (StopReason::Shares, None) => "shares merged",
         (StopReason::TimeLimit, Some(false)) => "target not met: the time limit came first",

@@ -241,8 +241,7 @@ mod tests {
             assert!(!pairs_up(&boxes));
             let tree = build(boxes.len() as u32, |triangle| corners(&boxes[triangle as usize]), &[]);
             assert!(tree.depth() <= 12, "{} levels", tree.depth());
-            let mut found = tree.primitives.clone();
-            found.retain(|primitive| *primitive != u32::MAX);
+            let mut found: Vec<u32> = tree.filled().map(|(_, primitive)| primitive).collect();
             found.sort_unstable();
             found.dedup();
             assert!(found.into_iter().eq(0..boxes.len() as u32));
@@ -280,8 +279,7 @@ mod tests {
             |number: u32| Ball { center: DVec3::splat(0.1 * f64::from(number)), radius: 0.05, luminaire: number };
         let balls: Vec<Ball> = (0..5).map(ball).collect();
         let tree = build(all.len() as u32, |triangle| all[triangle as usize], &balls);
-        let mut found = tree.primitives.clone();
-        found.retain(|primitive| *primitive != u32::MAX);
+        let mut found: Vec<u32> = tree.filled().map(|(_, primitive)| primitive).collect();
         assert!(found.len() > 506, "the large triangle is split");
         found.sort_unstable();
         found.dedup();

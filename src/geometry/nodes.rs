@@ -7,7 +7,7 @@ use super::triangle::{Block, LANES};
 
 /// A child that is a block of triangles has this bit; the rest is its number.
 const LEAF: u32 = 1 << 31;
-/// Stands for no primitive.
+/// Stands for no primitive in an empty slot.
 const NONE: u32 = u32::MAX;
 
 /// Eight boxes and what lies in them.
@@ -28,18 +28,25 @@ impl Child {
     /// The root of a tree.
     pub const ROOT: Child = Child(0);
 
-    /// The number of the block, or that of the node.
+    /// What it is, by its number.
     #[inline(always)]
-    pub fn block_or_node(self) -> Result<usize, usize> {
-        if self.0 & LEAF != 0 { Ok((self.0 & !LEAF) as usize) } else { Err(self.0 as usize) }
+    pub fn what(self) -> Below {
+        if self.0 & LEAF != 0 { Below::Block((self.0 & !LEAF) as usize) } else { Below::Node(self.0 as usize) }
     }
+}
+
+/// A block of triangles, or a node, by its number.
+pub(super) enum Below {
+    Block(usize),
+    Node(usize),
 }
 
 /// An eight-wide tree.
 pub(super) struct Nodes {
     pub nodes: Vec<Node>,
     pub blocks: Vec<Block>,
-    /// The primitive in each slot, eight slots to a block; [`u32::MAX`] in empty ones. A triangle whose box was split stands in several.
+    /// The primitive in each slot, eight slots to a block; no primitive's number in empty ones. A triangle whose box was split stands in
+    /// several.
     pub primitives: Vec<u32>,
 }
 
@@ -116,6 +123,18 @@ impl Nodes {
         number as u32
     }
 
+    /// Numbers of the slots that are filled, and the primitive in each.
+    pub fn filled(&self) -> impl Iterator<Item = (usize, u32)> {
+        self.primitives.iter().copied().enumerate().filter(|(_, primitive)| *primitive != NONE)
+    }
+
+    /// Gives the primitives other numbers.
+    pub fn renumber(&mut self, number: impl Fn(u32) -> u32) {
+        for primitive in self.primitives.iter_mut().filter(|primitive| **primitive != NONE) {
+            *primitive = number(*primitive);
+        }
+    }
+
     /// Number of levels.
     pub fn depth(&self) -> usize {
         let mut deepest = 0;
@@ -124,7 +143,10 @@ impl Nodes {
             deepest = deepest.max(level);
             let node: &Node = &self.nodes[index];
             let inner = (0..LANES).filter(|lane| node.planes[0][*lane] <= node.planes[1][*lane]);
-            open.extend(inner.filter_map(|lane| Some((node.children[lane].block_or_node().err()?, level + 1))));
+            open.extend(inner.filter_map(|lane| match node.children[lane].what() {
+                Below::Node(node) => Some((node, level + 1)),
+                Below::Block(_) => None,
+            }));
         }
         deepest
     }

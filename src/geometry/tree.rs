@@ -12,9 +12,9 @@ use glam::Vec3;
 use super::ball::{Ball, ball_parts, meet_ball};
 use super::body::LocalBody;
 use super::build::{DEEPEST, build};
-use super::nodes::{Child, Node, Nodes};
+use super::nodes::{Below, Child, Node, Nodes};
 use super::origin::{BEFORE, Origin};
-use super::triangle::{Crossing, LANES, Ray, Slot};
+use super::triangle::{Crossing, LANES, Lanes, Ray, Slot};
 use crate::scene::body_of;
 
 /// Children that wait on a walk's stack, at most: all but one of every level, and the last level's.
@@ -54,19 +54,16 @@ impl Tree {
         };
         let round: Vec<Ball> = balls.iter().copied().chain(bodies.iter().map(around)).collect();
         let mut nodes = build(flat.len() as u32, |triangle| corners(flat[triangle as usize]), &round);
-        for primitive in nodes.primitives.iter_mut().filter(|primitive| **primitive != u32::MAX) {
-            *primitive = match primitive.checked_sub(flat.len() as u32) {
-                Some(after) => triangles + after,
-                None => flat[*primitive as usize],
-            };
-        }
+        nodes.renumber(|primitive| match primitive.checked_sub(flat.len() as u32) {
+            Some(after) => triangles + after,
+            None => flat[primitive as usize],
+        });
         Tree { nodes, balls, bodies, triangles, has_avx2: has_avx2() }
     }
 
     /// Numbers of the slots that hold a triangle, and its number in the scene; balls follow after the last triangle.
     pub fn slots(&self) -> impl Iterator<Item = (usize, u32)> {
-        let all = self.nodes.primitives.iter().copied().enumerate();
-        all.filter(|(_, primitive)| *primitive != u32::MAX)
+        self.nodes.filled()
     }
 
     /// What stands in a slot.
@@ -126,17 +123,15 @@ impl Tree {
     fn for_each_crossing(&self, ray: &Ray, last: f32, mut each: impl FnMut(usize, Crossing)) {
         let mut open = if self.nodes.nodes.is_empty() { vec![] } else { vec![Child::ROOT] };
         while let Some(child) = open.pop() {
-            match child.block_or_node() {
-                Err(node) => {
+            match child.what() {
+                Below::Node(node) => {
                     let node = &self.nodes.nodes[node];
-                    let (mut entered, _) = enter(node, ray, BEFORE, last, signs_portable);
-                    while let Some(lane) = next_lane(&mut entered) {
-                        open.push(node.children[lane]);
-                    }
+                    let (entered, _) = enter(node, ray, BEFORE, last, signs_portable);
+                    open.extend(entered.map(|lane| node.children[lane]));
                 }
-                Ok(block) => {
-                    let mut crossings = ray.cross(&self.nodes.blocks[block], signs_portable);
-                    while let Some(lane) = next_lane(&mut crossings.lanes) {
+                Below::Block(block) => {
+                    let crossings = ray.cross(&self.nodes.blocks[block], signs_portable);
+                    for lane in crossings.lanes {
                         each(block * LANES + lane, crossings.lane(lane));
                     }
                 }
@@ -151,7 +146,8 @@ impl Tree {
         let (first, last) = (BEFORE * near / NEAR, 1.0 - BEFORE * near / NEAR);
         self.nodes.blocks.iter().enumerate().any(|(number, block)| {
             let crossings = ray.cross(block, signs_portable);
-            (0..LANES).filter(|lane| crossings.lanes >> lane & 1 == 1).any(|lane| {
+            let mut lanes = crossings.lanes;
+            lanes.any(|lane| {
                 let crossing = crossings.lane(lane);
                 let plain = crossing.t > near && crossing.t < 1.0 - near;
                 !(crossing.t > last || crossing.t < first)
@@ -250,14 +246,14 @@ macro_rules! walks {
                 let mut stack = Stack::<(Child, f32)>::new();
                 let mut next = (!self.nodes.nodes.is_empty()).then_some(Child::ROOT);
                 while let Some(child) = next {
-                    match child.block_or_node() {
-                        Err(node) => {
+                    match child.what() {
+                        Below::Node(node) => {
                             let node = &self.nodes.nodes[node];
                             let (mut entered, distances) = enter(node, ray, BEFORE, rank, |words| $signs(words));
-                            if let Some(lane) = next_lane(&mut entered) {
+                            if let Some(lane) = entered.next() {
                                 let (mut nearest, mut distance) = (node.children[lane], distances[lane]);
                                 let nearer_wait_after = stack.count;
-                                while let Some(lane) = next_lane(&mut entered) {
+                                for lane in entered {
                                     let mut other = (node.children[lane], distances[lane]);
                                     if other.1 < distance {
                                         std::mem::swap(&mut nearest, &mut other.0);
@@ -269,9 +265,9 @@ macro_rules! walks {
                                 continue;
                             }
                         }
-                        Ok(block) => {
-                            let mut crossings = ray.cross(&self.nodes.blocks[block], |words| $signs(words));
-                            while let Some(lane) = next_lane(&mut crossings.lanes) {
+                        Below::Block(block) => {
+                            let crossings = ray.cross(&self.nodes.blocks[block], |words| $signs(words));
+                            for lane in crossings.lanes {
                                 let t = crossings.t[lane];
                                 if t > rank || t < BEFORE {
                                     continue;
@@ -305,17 +301,17 @@ macro_rules! walks {
                 let mut stack = Stack::<Child>::new();
                 let mut next = (!self.nodes.nodes.is_empty()).then_some(Child::ROOT);
                 while let Some(child) = next {
-                    match child.block_or_node() {
-                        Err(node) => {
+                    match child.what() {
+                        Below::Node(node) => {
                             let node = &self.nodes.nodes[node];
-                            let (mut entered, _) = enter(node, ray, first, last, |words| $signs(words));
-                            while let Some(lane) = next_lane(&mut entered) {
+                            let (entered, _) = enter(node, ray, first, last, |words| $signs(words));
+                            for lane in entered {
                                 stack.push(node.children[lane]);
                             }
                         }
-                        Ok(block) => {
-                            let mut crossings = ray.cross(&self.nodes.blocks[block], |words| $signs(words));
-                            while let Some(lane) = next_lane(&mut crossings.lanes) {
+                        Below::Block(block) => {
+                            let crossings = ray.cross(&self.nodes.blocks[block], |words| $signs(words));
+                            for lane in crossings.lanes {
                                 let t = crossings.t[lane];
                                 if t > last || t < first {
                                     continue;
@@ -403,18 +399,10 @@ impl Stack<(Child, f32)> {
     }
 }
 
-/// The lowest bit's number; the bit is taken off.
-#[inline(always)]
-fn next_lane(lanes: &mut u32) -> Option<usize> {
-    let lane = (*lanes != 0).then_some(lanes.trailing_zeros() as usize);
-    *lanes &= lanes.wrapping_sub(1);
-    lane
-}
-
-/// Which boxes of a node the ray enters between two distances, the first one's bit the lowest, and where. `signs` gives the top bits of
+/// Which boxes of a node the ray enters between two distances, and where. `signs` gives the top bits of
 /// eight words.
 #[inline(always)]
-fn enter(node: &Node, ray: &Ray, first: f32, last: f32, signs: impl Fn(&[u32; LANES]) -> u32) -> (u32, [f32; LANES]) {
+fn enter(node: &Node, ray: &Ray, first: f32, last: f32, signs: impl Fn(&[u32; LANES]) -> u32) -> (Lanes, [f32; LANES]) {
     let (mut enters, mut leaves) = ([first; LANES], [last; LANES]);
     for axis in 0..3 {
         let (near, far) = (&node.planes[2 * axis + ray.near[axis]], &node.planes[2 * axis + 1 - ray.near[axis]]);
@@ -429,7 +417,7 @@ fn enter(node: &Node, ray: &Ray, first: f32, last: f32, signs: impl Fn(&[u32; LA
     for lane in 0..LANES {
         entered[lane] = if enters[lane] <= leaves[lane] { u32::MAX } else { 0 };
     }
-    (signs(&entered), enters)
+    (Lanes(signs(&entered)), enters)
 }
 
 /// The top bits of eight words, that of the first word last.

@@ -93,10 +93,25 @@ pub(super) struct Crossing {
     pub sum: f32,
 }
 
+/// Some of what stands side by side, one bit each, the first one's the lowest; gives their numbers in turn.
+#[derive(Clone, Copy)]
+pub(super) struct Lanes(pub u32);
+
+impl Iterator for Lanes {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let lane = (self.0 != 0).then_some(self.0.trailing_zeros() as usize);
+        self.0 &= self.0.wrapping_sub(1);
+        lane
+    }
+}
+
 /// Where a ray runs through triangles side by side.
 pub(super) struct Crossings {
-    /// One bit for each triangle that is crossed, the first one's the lowest.
-    pub lanes: u32,
+    /// Those that are crossed.
+    pub lanes: Lanes,
     pub t: [f32; LANES],
     weights: [[f32; LANES]; 3],
     sum: [f32; LANES],
@@ -202,7 +217,7 @@ impl Ray {
             let back = (a <= 0.0) & (b <= 0.0) & (c <= 0.0);
             crossed[lane] = if front | back { u32::MAX } else { 0 };
         }
-        Crossings { lanes: signs(&crossed), t, weights, sum }
+        Crossings { lanes: Lanes(signs(&crossed)), t, weights, sum }
     }
 
     /// The same for a triangle that is seen so nearly edge-on that all its edge functions rounded to zero: f64

@@ -39,7 +39,7 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::spending::{Activity, Spending};
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::{CellGrowth, ErrorHistory, USUAL_EXPONENT};
+use crate::control::{CellGrowth, ErrorHistory};
 use crate::estimators::ahead::Expectations;
 use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, judge};
 use crate::scene::{Elements, Scene};
@@ -76,6 +76,15 @@ pub struct Context<'a> {
     pub time_left: &'a (dyn Fn() -> TimeLeft + Sync),
     /// How much work it does between two looks at the clock.
     pub pace: Pace,
+}
+
+#[cfg(test)]
+impl<'a> Context<'a> {
+    /// Of a test that is in no hurry: by counts, to 1 %.
+    pub fn of_a_test(scene: &'a Scene, stage: &'a Stage, seed: u64) -> Context<'a> {
+        let (method, target_error, time_left) = (Method::Collision, 0.01, &|| TimeLeft::Enough);
+        Context { scene, stage, seed, method, target_error, adapt_to: None, time_left, pace: Pace::steady() }
+    }
 }
 
 /// One map in the making.
@@ -551,12 +560,6 @@ impl Job {
 }
 
 impl Job {
-    /// Power of the work with which its error falls, by its own history.
-    pub fn error_exponent(&self) -> f64 {
-        // Nothing is gained by quasi-random chains where packets are counted.
-        if self.engine == Engine::Counting { USUAL_EXPONENT } else { self.past_errors.exponent() }
-    }
-
     /// Starts a new history: the map begins anew.
     fn forget_looks(&mut self) {
         self.history.clear();

@@ -275,7 +275,6 @@ mod tests {
     use crate::check::scene_from_json;
     use crate::maps::{REPLICAS, Unit};
     use crate::solver::Method;
-    use crate::solver::pace::Pace;
 
     const CUBE: &str = r#"{ "version": 1, "materials": { "grey": { "type": "diffuse", "reflectance": 0.5 } },
       "geometry": [ { "name": "cube", "type": "box", "min": [0,0,0], "max": [1,1,1], "facing": "inward", "material": "grey" } ],
@@ -289,16 +288,7 @@ mod tests {
       "receivers": [ { "name": "row", "type": "grid", "origin": [1.5, 1.5, 0.01], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 5, "rows": 5 } ] }"#;
 
     fn context<'a>(scene: &'a crate::scene::Scene, stage: &'a Stage, seed: u64) -> Context<'a> {
-        Context {
-            scene,
-            stage,
-            seed,
-            method: Method::Local,
-            target_error: 0.01,
-            adapt_to: None,
-            time_left: &|| TimeLeft::Enough,
-            pace: Pace::steady(),
-        }
+        Context { method: Method::Local, ..Context::of_a_test(scene, stage, seed) }
     }
 
     /// A table hides most of a floor from the lamp's spot. What a pilot that traces its connections finds is what walks find: over seeds

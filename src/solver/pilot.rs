@@ -454,8 +454,6 @@ mod tests {
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
-    use crate::solver::Method;
-    use crate::solver::pace::Pace;
 
     /// The pilot of a set of one point takes hundreds of walks and passes, and few where the time is over: a scene may have thousands of
     /// sets, and each has a pilot.
@@ -468,16 +466,7 @@ mod tests {
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
         let rays = |time_left: &(dyn Fn() -> TimeLeft + Sync)| {
-            let context = Context {
-                scene: &scene,
-                stage: &stage,
-                seed: 3,
-                method: Method::Collision,
-                target_error: 0.01,
-                adapt_to: None,
-                time_left,
-                pace: Pace::steady(),
-            };
+            let context = Context { time_left, ..Context::of_a_test(&scene, &stage, 3) };
             indirect_cost(&context, MapKind::Receivers(0), &Elements::default()).pilot_rays
         };
         let [usual, in_haste] = [rays(&|| TimeLeft::Enough), rays(&|| TimeLeft::None)];

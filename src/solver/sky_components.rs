@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::job::{Context, Job};
-use super::pace::TimeLeft;
+use super::pilot::is_over;
 use crate::base::half_samples::{PARTED, mean_and_halves, standard_error};
 use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyWay, walk_for_coefficients};
 use crate::estimators::direct::{DirectPass, Receiver};
@@ -58,7 +58,7 @@ pub(super) fn sky_components_lx(context: &Context, job: &Job, values: &MapValues
     let MapKind::Receivers(set) = job.kind else { return (Vec::new(), 0) };
     let receivers = &context.scene.receivers[set];
     let is_daylit = context.scene.daylight().is_some_and(|(outside_lx, _)| outside_lx > 0.0);
-    if !is_daylit || receivers.quantity != Quantity::Perpendicular || (context.time_left)() <= TimeLeft::None {
+    if !is_daylit || receivers.quantity != Quantity::Perpendicular || is_over(context) {
         return (Vec::new(), 0);
     }
     let none = Openings::default();

@@ -264,8 +264,12 @@ impl Solution {
     /// Worst stated error of the bound maps; `None` where light has not reached one of them, or all are left out: of nothing nobody knows
     /// an error.
     pub fn stated_error(&self) -> Option<f64> {
-        let is_unlit = |map: &MapResult| map.bound && map.error.dark_upper_bound_lx.is_some();
-        Some(self.estimated_error).filter(|error| error.is_finite() && !self.maps.iter().any(is_unlit))
+        Some(self.estimated_error).filter(|error| error.is_finite() && !self.is_unlit())
+    }
+
+    /// Whether light has not reached one of the bound maps.
+    pub fn is_unlit(&self) -> bool {
+        self.maps.iter().any(|map| map.bound && map.error.dark_upper_bound_lx.is_some())
     }
 
     /// Why a target was not met, where it is not for want of work alone: words that follow "since"; `None` where it was met, where

@@ -131,8 +131,9 @@ fn walk_from_cell(
     }
     stream.seek((u64::from(cell) << 32) | walk);
     let element = Element::of(stage, context.scene, &stage.elements, cell).exposed(exposed);
-    let (Some(at), asked) = element.draw_of_whole(stage, stream) else {
-        return (0.0, 1);
+    let (at, asked) = element.draw_of_whole(stage, stream);
+    let Some(at) = at else {
+        return (0.0, asked);
     };
     let origin = element.origin(stage, at);
     let receiver =
@@ -148,9 +149,7 @@ mod tests {
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
-    use crate::solver::Method;
     use crate::solver::adapt::{Exposure, exposed_shares};
-    use crate::solver::pace::Pace;
 
     /// The top of a beam lies on the ceiling: no packet comes there, and so no walk from there finds light, as those do that take it to be
     /// exposed (the planted fault) and start within millimetres of its edge. Seed 2, 40 walks from each element.
@@ -164,16 +163,7 @@ mod tests {
             "luminaires": [ { "name": "a", "type": "point", "position": [3,2,1.5], "luminous_flux_lm": 10000 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
-        let context = Context {
-            scene: &scene,
-            stage: &stage,
-            seed: 2,
-            method: Method::Collision,
-            target_error: 0.01,
-            adapt_to: None,
-            time_left: &|| TimeLeft::Enough,
-            pace: Pace::steady(),
-        };
+        let context = Context::of_a_test(&scene, &stage, 2);
         let exposed = exposed_shares(&context, &stage.elements, |_| Exposure::Unknown).0;
         let top = scene.surfaces.iter().position(|surface| surface.name == "beam/ceiling").expect("a top");
         let mut stream = Stream::new(context.seed, Purpose::Walks, 0, 0);

@@ -390,8 +390,6 @@ mod tests {
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
-    use crate::solver::Method;
-    use crate::solver::pace::{Pace, TimeLeft};
 
     #[test]
     fn choices_spread_evenly_and_stay_below_one() {
@@ -418,16 +416,7 @@ mod tests {
                             { "name": "b", "type": "point", "position": [0.4,0.6,0.5], "luminous_flux_lm": 50 } ] }"#;
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
-        let context = Context {
-            scene: &scene,
-            stage: &stage,
-            seed: 3,
-            method: Method::Collision,
-            target_error: 0.01,
-            adapt_to: None,
-            time_left: &|| TimeLeft::Enough,
-            pace: Pace::steady(),
-        };
+        let context = Context::of_a_test(&scene, &stage, 3);
         let counts = |first: u64| -> Vec<f64> {
             let unit = Unit::Packets { luminous_flux_lm: 150.0, area_m2: vec![0.5; 12] };
             let mut map = ReplicaMap::new(12, unit);

@@ -11,7 +11,7 @@ use super::survey::survey;
 use crate::base::half_samples::{PARTINGS, error_of_mean};
 use crate::base::sky::{Sky, SkyPattern};
 use crate::chain::Stage;
-use crate::scene::{Emission, Openings, Quantity, ReflectionLaw, Scene, Weather};
+use crate::scene::{Emission, Openings, Quantity, ReflectionLaw, Scene, Weather, joined};
 use std::sync::Arc;
 
 /// Receivers that are worked on before their hours are handed out.
@@ -161,19 +161,18 @@ pub fn solve_year<E: From<NotForYear>>(
 /// What a year leaves out, in words: the suns that mirrors throw.
 fn warnings(scene: &Scene, sky: &YearSky) -> Vec<String> {
     let is_mirror = |material: u32| matches!(scene.materials[material as usize].law, ReflectionLaw::Mirror { .. });
-    let mirrors: Vec<&str> = scene
+    let mirrors: Vec<String> = scene
         .surfaces
         .iter()
         .filter(|surface| is_mirror(surface.material))
-        .map(|surface| surface.name.as_str())
+        .map(|surface| surface.name.clone())
         .collect();
     if mirrors.is_empty() || sky.suns.towards.is_empty() {
         return Vec::new();
     }
-    let more = if mirrors.len() > 3 { format!(" and {} more", mirrors.len() - 3) } else { String::new() };
-    let named = mirrors[..mirrors.len().min(3)].join(", ");
     vec![format!(
-        "light of the sun that comes by way of mirrors is left out of the year ({named}{more}): hours in which they throw it are too dark"
+        "light of the sun that comes by way of mirrors is left out of the year ({}): hours in which they throw it are too dark",
+        joined(&mirrors)
     )]
 }
 

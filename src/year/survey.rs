@@ -1,6 +1,7 @@
 //! A survey before the year: where walks meet surfaces, and what patches of even luminance make of the sky.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::hours::YearSky;
 use super::receiver::at;
@@ -39,18 +40,19 @@ struct Compared<'a> {
 /// What walks find under the patches and under the sky itself in lx, of both halves of the walks.
 type Both = [[f64; 2]; 2];
 
+/// What walks from one receiver find: the sides of triangles that they meet, and the light of each hour.
 struct Tally<'a> {
     of: &'a YearSky,
-    meetings: &'a mut [u32],
     hours: &'a [Compared<'a>],
-    found: &'a mut [Both],
+    met: Vec<usize>,
+    found: Vec<Both>,
     half: usize,
 }
 
 impl CoefficientTally for Tally<'_> {
     fn add_sky(&mut self, towards: DVec3, lx: f64, _: SkyWay) {
         let column = self.of.column_of(towards);
-        for (hour, both) in self.hours.iter().zip(self.found.iter_mut()) {
+        for (hour, both) in self.hours.iter().zip(&mut self.found) {
             let even_cd_m2 = hour.patches_cd_m2[column];
             let own_cd_m2 = if towards.z > 0.0 { hour.sky.luminance_cd_m2(towards) } else { even_cd_m2 };
             both[self.half][0] += lx * even_cd_m2;
@@ -59,7 +61,7 @@ impl CoefficientTally for Tally<'_> {
     }
 
     fn met(&mut self, place: &MetPlace) {
-        self.meetings[side_index(place.spot)] += 1;
+        self.met.push(side_index(place.spot));
     }
 }
 
@@ -88,23 +90,31 @@ pub(super) fn survey(
             Compared { patches_cd_m2: sky.luminances_cd_m2(hour), sky: own }
         })
         .collect();
-    let mut meetings = vec![0; 2 * scene.triangles.len()];
-    let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
-    let mut stream = Stream::new(seed, Purpose::Pilot, u32::MAX, 0);
-    let (mut of_hours, mut rays) = (vec![[0.0f64; 2]; hours.len()], 0);
-    for (number, (set, index)) in places.iter().step_by(step).enumerate() {
-        let mut found = vec![Both::default(); hours.len()];
+    let surveyed: Vec<(usize, usize)> = places.into_iter().step_by(step).collect();
+    let from_place = |(number, (set, index)): (usize, &(usize, usize))| {
+        let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
+        let mut stream = Stream::new(seed, Purpose::Pilot, u32::MAX, 0);
+        let found = vec![Both::default(); hours.len()];
+        let mut tally = Tally { of: sky, hours: &hours, met: Vec::new(), found, half: 0 };
+        let mut rays = 0;
         at(stage, &scene.receivers[*set].points[*index], |receiver| {
             for walk in 0..WALKS {
                 // Halves of one quasi-random sequence would know of each other: each has its own.
                 let sequence = 2 * number as u64 + walk % 2;
                 stream.seek_quasi((number as u64) * WALKS + walk, sequence, walk / 2);
-                let (meetings, half) = (meetings.as_mut_slice(), (walk % 2) as usize);
-                let mut tally = Tally { of: sky, meetings, hours: &hours, found: &mut found, half };
+                tally.half = (walk % 2) as usize;
                 rays +=
                     walk_for_coefficients((stage, openings), receiver, (&mut pass, &mut cut), &mut tally, &mut stream);
             }
         });
+        (tally.met, tally.found, rays)
+    };
+    let of_places: Vec<(Vec<usize>, Vec<Both>, u64)> = surveyed.par_iter().enumerate().map(from_place).collect();
+    let mut meetings = vec![0; 2 * scene.triangles.len()];
+    let (mut of_hours, mut rays) = (vec![[0.0f64; 2]; hours.len()], 0);
+    for (met, found, rays_of_place) in of_places {
+        met.into_iter().for_each(|side| meetings[side] += 1);
+        rays += rays_of_place;
         for ([squares, told], [one, other]) in of_hours.iter_mut().zip(found) {
             *squares += 4.0 * (one[0] - one[1]) * (other[0] - other[1]);
             *told += (one[1] + other[1]).powi(2);

@@ -46,3 +46,10 @@ pub fn kinds_in(list: &str) -> Vec<(&str, &str, &str)> {
         })
         .collect()
 }
+
+#[test]
+fn numbers_and_kinds_are_read() {
+    let code = "const A: f64 = 0.5;\npub(super) const B: u32 = 1 << 3;\nconst C: f64 = A;\n    const D: u8 = 1;\npub const E: [f64; 2] = [1.0; 2];";
+    assert_eq!(numbers_in(code), [("A", "0.5"), ("B", "1 << 3"), ("E", "[1.0; 2]")]);
+    assert_eq!(kinds_in("# a: b C\nx.rs: speed A B; guard C").len(), 3);
+}

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
-use crate::control::{Forecast, GROWTH_AFTER_REFUSAL, deviation_of_work, effective_scores, needed_work, work_to_pass};
+use crate::control::{
+    Forecast, GROWTH_AFTER_REFUSAL, USUAL_EXPONENT, deviation_of_work, effective_scores, needed_work, work_to_pass,
+};
 use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
 
@@ -280,6 +282,12 @@ impl Job {
             }
             _ => (GROWTH_AFTER_REFUSAL - 1.0) * all,
         }
+    }
+
+    /// Power of the work with which its error falls, by its own history.
+    pub fn error_exponent(&self) -> f64 {
+        // Nothing is gained by quasi-random chains where packets are counted.
+        if self.engine == Engine::Counting { USUAL_EXPONENT } else { self.past_errors.exponent() }
     }
 
     /// Standard deviation of the power of the work with which its error falls.

@@ -145,7 +145,7 @@ mod tests {
     use std::sync::atomic::Ordering::Relaxed;
 
     use super::super::clock::Clock;
-    use super::super::{Context, MapSelection, Method, Observer, Pace, Progress, Run, Settings, TimeLeft};
+    use super::super::{Context, MapSelection, Method, Observer, Progress, Run, Settings};
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
@@ -231,16 +231,7 @@ mod tests {
             maps: MapSelection::Receivers,
             ..Settings::default()
         };
-        let context = Context {
-            scene: &scene,
-            stage: &stage,
-            seed: 0,
-            method: Method::Collision,
-            target_error: 0.1,
-            adapt_to: None,
-            time_left: &|| TimeLeft::Enough,
-            pace: Pace::steady(),
-        };
+        let context = Context { target_error: 0.1, ..Context::of_a_test(&scene, &stage, 0) };
         let observer = Counting::default();
         let mut run = Run {
             context: &context,
