@@ -26,9 +26,6 @@ const DEVIATION_BY_PILOT_OF_CELLS: f64 = 0.6;
 const DEVIATION_OF_LOOK: f64 = 0.15;
 const DEVIATION_OF_COUNTS: f64 = 0.05;
 const DEVIATION_OF_PLAN: f64 = 0.3;
-/// What is left of a plan takes so many times its rays (median of 32 plans in nine made-up rooms): error that a half shares is no part
-/// of plans, and what walks find wrong with cells shrinks slower than they hope.
-const WORK_OVER_PLAN: f64 = 1.35;
 const DEVIATION_BY_REFUSAL: f64 = 0.6;
 const DEVIATION_BY_CUTTING: f64 = 0.7;
 /// Powers of the work with which errors fall: of walks and connections from quasi-random points, and of what gathers (to a look, where
@@ -169,13 +166,12 @@ impl Job {
     /// By its plan, of which so many rays are left.
     fn left_by_plan(&self, rays: f64) -> Forecast {
         let done = self.rays as f64;
-        let rays = WORK_OVER_PLAN * rays;
         let all = done + rays;
         if self.refused {
             return Forecast { low: all, ..Forecast::spread(WORK_OF_REFUSED * all, DEVIATION_BY_REFUSAL) }.less(done);
         }
         let [low, high] = match (&self.plan_bounds, &self.cell_growth) {
-            (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + WORK_OVER_PLAN * more),
+            (Some(bounds), Some((_, planned_at))) => bounds.map(|more| *planned_at as f64 + more),
             _ => [all; 2],
         };
         let model = Forecast::spread(rays, DEVIATION_OF_PLAN);
