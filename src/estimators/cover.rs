@@ -1,6 +1,6 @@
 //! Points that are covered: something lies on them, a partition on the floor say, or they lie inside of a solid.
 //!
-//! Along its normal such a point meets a surface at once, or all that it sees is the backs of one-sided surfaces. Its
+//! A surface touches such a point, or lies a little above it, or all that it sees is the backs of one-sided surfaces. Its
 //! illuminance is 0, and nobody sees it.
 
 use glam::DVec3;
@@ -14,29 +14,87 @@ use crate::sampling::warp::cosine_hemisphere;
 const RAYS: u64 = 12;
 /// What lies on a point is at most so many times as far from it as positions are accurate.
 const CLOSE: f64 = 10.0;
-/// A ray that goes so many times as far has not met what lies on a point, but for one in ten thousand.
-const FAR: f64 = 100.0;
 
 /// Whether a point with a unit normal is covered, and the rays that it took to tell.
 pub fn is_covered(stage: &Stage, origin: &Origin, normal: DVec3, stream: &mut Stream) -> (bool, u64) {
+    // What stands there may hold others: where beams cross a ray within one meets the other from outside.
+    if stage.tracer.is_pressed(origin) {
+        return (true, 1);
+    }
     let close_m = CLOSE * stage.tracer.position_accuracy_m();
-    let first_hit = |stream: &mut Stream| stage.tracer.first_hit(origin, cosine_hemisphere(normal, stream.pair()));
-    let meets_back = |met: &Meeting| matches!(met, Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side));
-    let met = first_hit(stream);
-    let is_near = matches!(met, Meeting::Surface(hit) if hit.distance_m < FAR * close_m);
-    if !is_near && !meets_back(&met) {
-        return (false, 1);
-    }
-    if matches!(stage.tracer.first_hit(origin, normal), Meeting::Surface(hit) if hit.distance_m < close_m) {
-        return (true, 2);
-    }
-    if !meets_back(&met) {
-        return (false, 2);
-    }
-    for ray in 2..=RAYS {
-        if !meets_back(&first_hit(stream)) {
-            return (false, 1 + ray);
+    for ray in 1..=RAYS {
+        // The first ray goes along the normal, straight into what lies just above the point.
+        let direction = if ray == 1 { normal } else { cosine_hemisphere(normal, stream.pair()) };
+        match stage.tracer.first_hit_from_there(origin, direction) {
+            Meeting::Surface(hit) if ray == 1 && hit.distance_m < close_m => return (true, 1 + ray),
+            Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side) => {}
+            _ => return (false, 1 + ray),
         }
     }
     (true, 1 + RAYS)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::check::scene_from_json;
+    use crate::estimators::element::Element;
+    use crate::sampling::random::Purpose;
+
+    /// Two beams that cross below a ceiling, one of which ends at a wall, and a duct that goes through the ceiling: at 20,000 places of each
+    /// element of both surfaces (seed 3) what is covered is what lies in their footprints, up to 0.1 mm from the edges. What a ray meets
+    /// that may look from beside its origin, or one that starts within a beam and meets the other from outside (the planted faults), tells
+    /// otherwise at some of them.
+    #[test]
+    fn covered_is_what_lies_in_a_footprint_up_to_its_edge() {
+        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [
+                { "name": "room", "type": "box", "min": [0,0,0], "max": [4.1,3.3,2.7], "facing": "inward", "material": "m" },
+                { "name": "one", "type": "box", "min": [1.01,1.03,2.3], "max": [1.17,2.51,2.7], "facing": "outward", "material": "m" },
+                { "name": "other", "type": "box", "min": [0,1.6,2.35], "max": [2.2,1.76,2.7], "facing": "outward", "material": "m" },
+                { "name": "duct", "type": "box", "min": [3.0,0.5,2.3], "max": [3.3,0.8,3.1], "facing": "outward", "material": "m" } ],
+            "luminaires": [ { "name": "a", "type": "point", "position": [3,2,1.5], "luminous_flux_lm": 10000 } ] }"#;
+        let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
+        let stage = Stage::new(&scene);
+        // Least and most along the two axes that follow in the room's order.
+        let on_ceiling = [[1.01, 1.17, 1.03, 2.51], [0.0, 2.2, 1.6, 1.76], [3.0, 3.3, 0.5, 0.8]];
+        let surfaces = [("room/ceiling", &on_ceiling[..]), ("room/x_min", &[[1.6, 1.76, 2.35, 2.7]][..])];
+        for (name, footprints) in surfaces {
+            let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface") as u32;
+            let mut stream = Stream::new(3, Purpose::Pilot, 0, 0);
+            let (mut inside, mut near_edges, mut beside, mut within) = (0, 0, 0, 0);
+            for cell in stage.elements.cells_of_surface(&scene, surface) {
+                let element = Element::of(&stage, &scene, &stage.elements, cell);
+                for place in 0..20_000 {
+                    stream.seek((u64::from(cell) << 32) | place);
+                    let at = element.draw(&stage, &mut stream);
+                    let point_m = element.point_m(&stage, at);
+                    let (u, v) = if name == "room/ceiling" { (point_m.x, point_m.y) } else { (point_m.y, point_m.z) };
+                    // How far inside of the footprint that holds it most.
+                    let depth_m = |[a, b, c, d]: &[f64; 4]| (u - a).min(b - u).min(v - c).min(d - v);
+                    let depth_m = footprints.iter().map(depth_m).fold(f64::NEG_INFINITY, f64::max);
+                    if depth_m.abs() < 1e-4 {
+                        continue;
+                    }
+                    let (covered, _) = element.is_covered(&stage, at, &mut stream);
+                    assert_eq!(covered, depth_m > 0.0, "{name} {point_m} {depth_m}");
+                    if depth_m > 0.0 {
+                        let (origin, normal) = (element.origin(&stage, at), element.normal_at(&stage, at));
+                        let met = stage.tracer.first_hit(&origin, cosine_hemisphere(normal, stream.pair()));
+                        let straight = stage.tracer.first_hit_from_there(&origin, normal);
+                        let shows = |met: &Meeting| matches!(met, Meeting::Surface(hit) if stage.receives(hit.triangle, hit.side) && hit.distance_m > 1e-3);
+                        inside += 1;
+                        near_edges += u32::from(depth_m < 5e-3);
+                        beside += u32::from(shows(&met));
+                        within += u32::from(shows(&straight));
+                    }
+                }
+            }
+            assert!(inside > 100 && near_edges > 5, "{name}: {inside} {near_edges}");
+            assert!(beside > 0, "{name}: the planted fault told the same, {beside} {within}");
+            assert!(name == "room/ceiling" || within > 0, "{name}: the planted fault told the same");
+        }
+    }
 }

@@ -174,6 +174,19 @@ impl Tracer {
         }
     }
 
+    /// The same without a look from beside the origin: within a solid that reaches through the surface that the ray leaves, the ray meets
+    /// the solid's inside, and is not taken to have slipped below its edge.
+    #[inline]
+    pub fn first_hit_from_there(&self, origin: &Origin, direction: DVec3) -> Meeting {
+        let ray = Ray::new(origin.point, direction.as_vec3a());
+        self.tree.closest(&ray, origin).map_or_else(|| self.first_hit(origin, direction), |found| self.meeting(&found))
+    }
+
+    /// Whether the front of another surface touches the one that an origin lies on, just there: a solid stands on it.
+    pub fn is_pressed(&self, origin: &Origin) -> bool {
+        self.tree.pressed(&Ray::new(origin.point, origin.normal.into()), origin).is_some()
+    }
+
     /// Whether anything stands between two origins. In a convex scene the answer is known without a ray.
     #[inline]
     pub fn is_occluded(&self, from: &Origin, to: &Origin) -> bool {

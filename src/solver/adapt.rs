@@ -41,8 +41,10 @@ const USUAL_SLOPE: f64 = 2.0;
 const POINTS: f64 = 12.0;
 const MOST_TIMES: f64 = 16.0;
 /// Points of an element, where the pilot has not looked, that tell whether it is exposed, and of one that is in part how much.
-const COVER_POINTS: u64 = 16;
+pub(super) const COVER_POINTS: u64 = 16;
 const MOST_COVER_POINTS: u64 = 128;
+/// Points near the corners of an element that are asked too, by the weights of its second and third corner.
+const NEAR_CORNERS: [[f64; 2]; 3] = [[0.02, 0.02], [0.96, 0.02], [0.02, 0.96]];
 /// Rounds of the pilot, and of the run, at most.
 const PILOT_ROUNDS: u32 = 10;
 const RUN_ROUNDS: u32 = 12;
@@ -367,8 +369,17 @@ pub(super) fn exposed_shares(
             if !covered && matches!(known, Exposure::AsAWhole) {
                 return (1.0, rays);
             }
-            if points == COVER_POINTS && (1..points).contains(&exposed) {
-                most = MOST_COVER_POINTS;
+            if points == COVER_POINTS && most == points {
+                // What covers an element in part mostly reaches over one of its corners; a few points may all lie beside it.
+                let differs = (1..points).contains(&exposed)
+                    || NEAR_CORNERS.into_iter().any(|at| {
+                        let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
+                        rays += asked;
+                        covered == (exposed > 0)
+                    });
+                if differs {
+                    most = MOST_COVER_POINTS;
+                }
             }
         }
         (exposed as f64 / points as f64, rays)

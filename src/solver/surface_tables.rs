@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::adapt::{Exposure, exposed_shares};
+use super::adapt::{COVER_POINTS, Exposure, exposed_shares};
 use super::job::{Context, Job};
 use super::pilot::is_over;
 use crate::maps::{
@@ -12,6 +12,9 @@ use crate::scene::{EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, Surfac
 
 /// Weights of the second and third corner of an element at its centroid, where its slopes are 0.
 const CENTROID: [f64; 2] = [1.0 / 3.0; 2];
+
+/// Points that are asked whether they are covered may be such a share of a map's rays.
+const SHARE_OF_COVER: f64 = 0.1;
 
 /// A side of a surface that the element map reports.
 struct SurfaceSide {
@@ -119,9 +122,9 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
     sides
 }
 
-/// Share of every given element that shows, looked for closely where a grid asks for it; on other sides elements that are wholly covered
-/// leave the average. Where the run has ended, by a limit say, one place of an element tells, and that for grids alone: else what stands
-/// on a floor would make its least value 0.
+/// Share of every given element that shows, looked for closely, unless there are so many that this would take long beside the map's own
+/// rays: then where a grid asks for it, and elsewhere elements that are wholly covered leave the average. Where the run has ended, by a limit
+/// say, one place of an element tells, and that for grids alone: else what stands on a floor would make its least value 0.
 fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<f64> {
     if !job.exposed.is_empty() {
         return job.exposed.clone();
@@ -131,10 +134,11 @@ fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<
         of.entries.iter().for_each(|entry| is_asked_for[*entry] = true);
     }
     let has_ended = is_over(context);
+    let is_cheap = (COVER_POINTS * job.elements.len() as u64) as f64 <= SHARE_OF_COVER * job.all_rays() as f64;
     let known = |index: u32| match is_asked_for[index as usize] {
         true if has_ended => Exposure::AtAPlace,
-        true => Exposure::Unknown,
-        false => Exposure::AsAWhole,
+        false if has_ended || !is_cheap => Exposure::AsAWhole,
+        _ => Exposure::Unknown,
     };
     exposed_shares(context, &job.elements, known).0
 }
