@@ -54,7 +54,7 @@ const MOST_ELEMENTS: usize = 400_000;
 const SIDES_A_SECOND: f64 = 12_500.0;
 /// Bytes of a side that adapts and gathers at the peak of a run: sums of 16 replicas with slopes, the same on the broader elements, and what
 /// tells how light varies within both (`docs/performance.md`). They may take half of the memory.
-pub const BYTES_OF_A_SIDE: u64 = 4800;
+pub const BYTES_OF_A_SIDE: u64 = 6700;
 /// The loss must be known this many standard errors above what is allowed to start anew.
 const CERTAINTY: f64 = 2.0;
 

@@ -17,7 +17,7 @@ pub use self::expectations::{Expectation, expectations};
 pub use self::forecast::SlowestMap;
 use self::kept::LaterObserver;
 pub use self::kept::{GoingOn, Keeper, KeptRun, RunState, resume};
-use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over};
+use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over, rays_in_patience};
 pub use self::observer::{Observer, Progress, Silent};
 use self::standing::Standing;
 use super::adapt::most_that_adapt;
@@ -343,13 +343,10 @@ impl Run<'_> {
         took_s <= (LONG_OVER * limit_s - wall_s).max(0.0) + PATIENCE_S
     }
 
-    /// Rays that end within a time limit and the patience beyond it, at the rate so far; without a limit all do.
+    /// Rays that end within a time limit and the patience beyond it, at the rate so far.
     fn rays_in_patience(&self) -> f64 {
-        let Some(limit_s) = self.settings.time_limit_s else {
-            return f64::INFINITY;
-        };
         let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
-        (LONG_OVER * limit_s + PATIENCE_S - wall_s).max(0.0) * self.clock.rays_per_s(rays, wall_s)
+        rays_in_patience(self.settings.time_limit_s, wall_s, self.clock.rays_per_s(rays, wall_s))
     }
 
     /// Whether the next slice ends in time where the clock has no say in how large it is: where rays are slow, one of a fixed number of

@@ -27,49 +27,21 @@ pub fn give_up_long_paths(stage: &Stage, settings: &Settings, wall_s: f64) {
     }
 }
 
+/// Rays that end within a time limit and the patience beyond it, so many a second; without a limit all do.
+pub fn rays_in_patience(limit_s: Option<f64>, wall_s: f64, rays_per_s: f64) -> f64 {
+    limit_s.map_or(f64::INFINITY, |limit_s| (LONG_OVER * limit_s + PATIENCE_S - wall_s).max(0.0) * rays_per_s)
+}
+
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-    use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-
     use super::*;
-    use crate::check::scene_from_json;
-    use crate::solver::{MapSelection, Method, Progress, solve};
 
-    /// Every ray takes a tenth of a millisecond by this clock, which is set after each slice.
-    #[derive(Default)]
-    struct SlowRays(AtomicU64);
-
-    impl Observer for SlowRays {
-        fn wall_s(&self) -> f64 {
-            1e-4 * self.0.load(Relaxed) as f64
-        }
-
-        fn progress(&self, progress: &Progress) {
-            self.0.store(progress.rays, Relaxed);
-        }
-    }
-
-    /// Slices of a fixed number of chains grow whatever they take. One that would end long after the limit is not begun: of 4,000, 8,000,
-    /// 16,000 and 32,000 rays, the pilots' apart, the fourth would end at 6 s of 3, and 3.8 are allowed.
+    /// Of rays that take a tenth of a millisecond 10,000 end a second after 2.8 s of 3, so that a slice of 8,000 is begun and one of 16,000
+    /// is not; after 3.8 s none is.
     #[test]
-    fn a_slice_that_would_end_long_after_the_limit_is_not_begun() {
-        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
-            "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" } ],
-            "luminaires": [ { "name": "a", "type": "point", "position": [1,1,1], "luminous_flux_lm": 100 } ],
-            "receivers": [ { "name": "p", "type": "grid", "origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 2, "rows": 2 } ] }"#;
-        let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
-        let settings = |time_limit_s: f64| Settings {
-            method: Method::Collision,
-            chains: Some(1_000_000),
-            time_limit_s: Some(time_limit_s),
-            maps: MapSelection::Receivers,
-            ..Settings::default()
-        };
-        for (limit_s, least) in [(3.0, 15_000), (6.0, 40_000)] {
-            let solution = solve(&scene, &settings(limit_s), &SlowRays::default());
-            let most = (LONG_OVER * limit_s + PATIENCE_S) / 1e-4;
-            assert!(solution.rays > least && (solution.rays as f64) < most, "{} of {most}", solution.rays);
-        }
+    fn rays_that_would_end_long_after_the_limit_have_no_room() {
+        let room = |wall_s: f64| rays_in_patience(Some(3.0), wall_s, 1e4).round();
+        assert_eq!([room(2.8), room(3.7), room(4.0)], [10_000.0, 1000.0, 0.0]);
+        assert_eq!(rays_in_patience(None, 1e6, 1e4), f64::INFINITY);
     }
 }
