@@ -105,7 +105,7 @@ fn simulated_to(
         }
         goal = super::super::next_judgement(
             samples,
-            super::super::needed_work(target, &judgement, super::super::USUAL_EXPONENT),
+            super::super::needed_work(target, &judgement, super::super::EXPONENT_OF_INDEPENDENT_SAMPLES),
         )
         .min(most);
     }

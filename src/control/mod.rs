@@ -3,7 +3,6 @@
 mod adapt;
 mod cells;
 mod checks;
-mod exponent;
 mod forecast;
 mod plan_bounds;
 mod schedule;
@@ -13,8 +12,7 @@ mod verdict;
 pub use adapt::{ElementLoss, cuts_for};
 pub use cells::{CellGrowth, CellParts, KINDS};
 pub use checks::{effective_scores, statistical_checks};
-pub use exponent::{ErrorHistory, USUAL_EXPONENT};
 pub use forecast::{Forecast, NINE_OF_TEN, deviation_of_work, work_to_pass};
 pub use schedule::{GROWTH_AFTER_REFUSAL, after_refusal, next_judgement};
-pub use stop::{CONFIDENCE, accepts, margin, needed_work};
+pub use stop::{CONFIDENCE, EXPONENT_OF_INDEPENDENT_SAMPLES, accepts, margin, needed_work};
 pub use verdict::{Certainty, INTERVAL, Limit, Ruling, certainty, is_decided_at_look};

@@ -7,6 +7,9 @@ use crate::maps::{Judgement, REPLICAS};
 /// Of the runs that say "target met", at least this share truly are at or under the target.
 pub const CONFIDENCE: f64 = 0.95;
 
+/// α of error ∝ work^(−α) where samples are independent.
+pub const EXPONENT_OF_INDEPENDENT_SAMPLES: f64 = 0.5;
+
 /// Above this many degrees of freedom the margin is within 0.2% of 1 and no longer changes.
 const MOST_DEGREES: f64 = 1e6;
 

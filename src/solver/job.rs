@@ -39,7 +39,7 @@ use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::spending::{Activity, Spending};
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
-use crate::control::{CellGrowth, ErrorHistory};
+use crate::control::CellGrowth;
 use crate::estimators::ahead::Expectations;
 use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, judge};
 use crate::scene::{Elements, Scene};
@@ -162,7 +162,6 @@ pub struct Job {
     /// Scores that carried its variance then, effectively.
     scores_seen: f64,
     /// Errors of its looks, from which the power of the work is read with which they fall.
-    past_errors: ErrorHistory,
     direct: PartCost,
     indirect: PartCost,
     /// The same of walks from where rays start that ask cells.
@@ -298,7 +297,6 @@ impl Job {
             judged_samples: 0,
             seen: None,
             scores_seen: f64::INFINITY,
-            past_errors: ErrorHistory::default(),
             direct: PartCost::default(),
             indirect: PartCost::default(),
             walked: PartCost::default(),
@@ -527,7 +525,6 @@ impl Job {
             let lost_lx2 = self.loss.mean_lx2.max(0.0) + self.loss.standard_error_lx2;
             self.judgement.discretisation = lost_lx2.sqrt() / self.judgement.mean_lx.max(f64::MIN_POSITIVE);
         }
-        self.past_errors.note(self.samples, &self.judgement, self.scatter_of_looks());
         self.learn_directions();
         self.bound_unseen(context, self.chains());
         if self.engine == Engine::Gathering {
@@ -563,7 +560,6 @@ impl Job {
     /// Starts a new history: the map begins anew.
     fn forget_looks(&mut self) {
         self.history.clear();
-        self.past_errors.clear();
         self.held_since = None;
         self.seen = None;
     }

@@ -18,7 +18,7 @@ use super::share::{MapOfShare, MapSums, ShareRecord};
 use super::spending::{Activity, Spending};
 use super::{ConvergenceRow, ErrorParts, Settings, Solution, StopReason};
 use crate::chain::Stage;
-use crate::control::{Forecast, USUAL_EXPONENT, deviation_of_work, needed_work};
+use crate::control::{EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, deviation_of_work, needed_work};
 use crate::maps::{CellsError, MapKind, MeasuredPart};
 use crate::scene::{ReceiversPart, Scene};
 
@@ -334,8 +334,16 @@ fn times_of_all(maps: &[MergedMap], target: f64) -> (f64, f64) {
         maps.iter().filter(|map| map.job.bound && !map.job.is_exact() && map.job.weights.iter().any(|w| *w > 0.0));
     let times = open.map(|map| {
         let judgement = &map.job.judgement;
-        let times = needed_work(target, judgement, USUAL_EXPONENT);
-        (times, deviation_of_work(judgement.degrees_of_freedom, f64::INFINITY, 1.0 / times.max(1.0), USUAL_EXPONENT))
+        let times = needed_work(target, judgement, EXPONENT_OF_INDEPENDENT_SAMPLES);
+        (
+            times,
+            deviation_of_work(
+                judgement.degrees_of_freedom,
+                f64::INFINITY,
+                1.0 / times.max(1.0),
+                EXPONENT_OF_INDEPENDENT_SAMPLES,
+            ),
+        )
     });
     times.max_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or((0.0, 0.0))
 }

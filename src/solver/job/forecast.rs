@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{CHAINS_OF_BALANCE, Context, Engine, Job};
 use crate::control::{
-    Forecast, GROWTH_AFTER_REFUSAL, USUAL_EXPONENT, deviation_of_work, effective_scores, needed_work, work_to_pass,
+    EXPONENT_OF_INDEPENDENT_SAMPLES, Forecast, GROWTH_AFTER_REFUSAL, deviation_of_work, effective_scores, needed_work,
+    work_to_pass,
 };
 use crate::maps::{Judgement, MapKind, REPLICAS, judge};
 use crate::solver::ErrorParts;
@@ -27,8 +28,13 @@ const DEVIATION_OF_COUNTS: f64 = 0.05;
 const DEVIATION_OF_PLAN: f64 = 0.3;
 const DEVIATION_BY_REFUSAL: f64 = 0.6;
 const DEVIATION_BY_CUTTING: f64 = 0.7;
-/// Standard deviation of the logarithm of an error of chains from quasi-random points about its law.
-const SCATTER_OF_QUASI_RANDOM: f64 = 0.06;
+/// Powers of the work with which errors fall: of walks and connections from quasi-random points, and of what gathers (to a look, where
+/// cells grow with the rays), and their standard deviation among maps.
+const EXPONENT_OF_WALKS: f64 = 0.53;
+const EXPONENT_OF_GATHERING: f64 = 0.44;
+const DEVIATION_OF_EXPONENT: f64 = 0.04;
+/// Standard deviation of the logarithm of an error of connections from quasi-random points about its law.
+const SCATTER_OF_CONNECTIONS: f64 = 0.06;
 /// What local estimation takes over what its pilot says (measured in six made-up rooms and the office).
 const LOCAL_OVER_PILOT: f64 = 1.4;
 /// Half of the maps that a check refuses are refused again: what one takes over the work to its next look, as likely more as less.
@@ -138,11 +144,6 @@ impl Job {
         self.scores_seen = effective_scores(self.score_parts()).unwrap_or(f64::INFINITY);
     }
 
-    /// By how much its errors scatter about their law beside their own chance.
-    pub(super) fn scatter_of_looks(&self) -> f64 {
-        if matches!(self.engine, Engine::Connecting(_)) { SCATTER_OF_QUASI_RANDOM } else { 0.0 }
-    }
-
     /// Rays that it still takes to a target: by its plan, its latest look, or before these by its pilot; none where the pilot found
     /// no light.
     pub fn rays_left(&self, context: &Context, target: f64) -> Option<Forecast> {
@@ -248,8 +249,10 @@ impl Job {
         }
         let left = (1.0 - 1.0 / needed).max(0.0);
         let of_chance = deviation_of_work(judgement.degrees_of_freedom, self.scores_seen, 1.0 / needed, exponent);
-        let of_law = self.deviation_of_exponent() * needed.ln().max(0.0) / exponent;
-        let of_errors = self.scatter_of_looks() * left.sqrt() / exponent;
+        let is_of_law = self.engine != Engine::Counting;
+        let of_law = if is_of_law { DEVIATION_OF_EXPONENT * needed.ln().max(0.0) / exponent } else { 0.0 };
+        let scatter = if self.connects() { SCATTER_OF_CONNECTIONS } else { 0.0 };
+        let of_errors = scatter * left.sqrt() / exponent;
         let of_kind = if self.engine == Engine::Counting { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
         let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt());
         // What the pilot said counts the more the less the look tells.
@@ -284,14 +287,12 @@ impl Job {
         }
     }
 
-    /// Power of the work with which its error falls, by its own history.
+    /// Power of the work with which its error falls: docs/methods.md, "The forecast".
     pub fn error_exponent(&self) -> f64 {
-        // Nothing is gained by quasi-random chains where packets are counted.
-        if self.engine == Engine::Counting { USUAL_EXPONENT } else { self.past_errors.exponent() }
-    }
-
-    /// Standard deviation of the power of the work with which its error falls.
-    fn deviation_of_exponent(&self) -> f64 {
-        if self.engine == Engine::Counting { 0.0 } else { self.past_errors.deviation() }
+        match self.engine {
+            Engine::Counting => EXPONENT_OF_INDEPENDENT_SAMPLES,
+            Engine::Walking | Engine::Connecting(_) => EXPONENT_OF_WALKS,
+            Engine::Gathering => EXPONENT_OF_GATHERING,
+        }
     }
 }
