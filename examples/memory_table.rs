@@ -92,7 +92,7 @@ fn number(key: &'static str, summary: &Value) -> f64 {
     summary[key].as_f64().unwrap_or(0.0)
 }
 
-const ROWS: [Row; 5] = [
+const ROWS: [Row; 8] = [
     Row {
         name: "triangle of a mesh file",
         condition: "read from OBJ, two-sided, one receiver",
@@ -103,10 +103,18 @@ const ROWS: [Row; 5] = [
     },
     Row {
         name: "element",
-        condition: "as given, by counting, with `elements.csv` and `scene.vtp`",
+        condition: "as given, by counting, with `elements.csv`, `scene.vtp` and `scene.glb`",
         counts: [20_000, 80_000],
         scene: elements,
         arguments: &["--method", "collision", "--chains", "1", "--maps", "elements", "--elements", "given"],
+        count_of: |summary| number("elements", summary),
+    },
+    Row {
+        name: "element",
+        condition: "that adapts and gathers, with the same files",
+        counts: [20_000, 80_000],
+        scene: elements,
+        arguments: &["--method", "gather", "--chains", "1", "--maps", "elements"],
         count_of: |summary| number("elements", summary),
     },
     Row {
@@ -115,6 +123,22 @@ const ROWS: [Row; 5] = [
         counts: [10_000, 40_000],
         scene: points,
         arguments: WALKS,
+        count_of: |summary| summary["count"].as_f64().unwrap_or(0.0),
+    },
+    Row {
+        name: "receiver",
+        condition: "the same by gathering",
+        counts: [10_000, 40_000],
+        scene: points,
+        arguments: &["--method", "gather", "--chains", "1", "--maps", "receivers"],
+        count_of: |summary| summary["count"].as_f64().unwrap_or(0.0),
+    },
+    Row {
+        name: "receiver",
+        condition: "the same by local estimation",
+        counts: [10_000, 40_000],
+        scene: points,
+        arguments: &["--method", "local", "--chains", "1", "--maps", "receivers"],
         count_of: |summary| summary["count"].as_f64().unwrap_or(0.0),
     },
     Row {

@@ -34,6 +34,11 @@ pub fn limit_bytes() -> u64 {
     }
 }
 
+/// Bytes that it has taken and not given back; 0 where they are not counted.
+pub fn used_bytes() -> u64 {
+    USED_BYTES.load(Ordering::Relaxed) as u64
+}
+
 /// Bytes that it has taken at most at a time; 0 where they are not counted.
 pub fn peak_bytes() -> u64 {
     PEAK_BYTES.load(Ordering::Relaxed) as u64

@@ -22,6 +22,9 @@ const A_BYTE_OF_TEXT: Seconds = [40e-9, 0.0];
 const AN_ELEMENT: Seconds = [0.0, 12e-6];
 const A_POINT: Seconds = [0.2e-6, 8e-6];
 
+/// Reading that takes as long as this tells how fast a machine is.
+const TELLING_S: f64 = 0.1;
+
 /// Bytes that a triangle of a closed mesh takes in a file, by its ending.
 const BYTES_OF_A_TRIANGLE: [(&str, f64); 4] = [("gltf", 18.0), ("glb", 18.0), ("ply", 19.0), ("stl", 50.0)];
 const BYTES_OF_AN_OBJ_TRIANGLE: f64 = 36.0;
@@ -94,6 +97,8 @@ impl Kinds {
 pub struct Beforehand {
     reading_s: f64,
     rest_s: f64,
+    /// Of the rest, what element sides take.
+    sides_s: f64,
 }
 
 impl Beforehand {
@@ -129,7 +134,13 @@ impl Beforehand {
             (if kinds.receivers { points.min(MOST_POINTS) } else { 0.0 }, A_POINT),
         ];
         let [reading_s, rest_s] = [0, 1].map(|part| parts.iter().map(|(count, seconds)| count * seconds[part]).sum());
-        Some(Beforehand { reading_s, rest_s })
+        Some(Beforehand { reading_s, rest_s, sides_s: parts[4].0 * AN_ELEMENT[1] })
+    }
+
+    /// The same with as many element sides as the scene has, once it is read: of a surface that is cut finely a file says little.
+    pub fn with_sides(self, sides: usize) -> Beforehand {
+        let sides_s = sides as f64 * AN_ELEMENT[1];
+        Beforehand { rest_s: self.rest_s - self.sides_s + sides_s, sides_s, ..self }
     }
 
     /// What is told before reading where a limit is shorter than all that.
@@ -154,9 +165,10 @@ impl Beforehand {
         [self.reading_s, self.rest_s]
     }
 
-    /// Seconds of the rest on a machine on which reading took so long.
+    /// Seconds of the rest on a machine on which reading took so long; reading that takes next to nothing tells nothing of a machine.
     pub fn rest_after_s(&self, read_s: f64) -> f64 {
-        if self.reading_s > 0.0 { self.rest_s * read_s / self.reading_s } else { 0.0 }
+        let slowness = if self.reading_s > TELLING_S { read_s / self.reading_s } else { 1.0 };
+        self.rest_s * slowness
     }
 }
 
@@ -203,6 +215,12 @@ mod tests {
         assert!(mesh(1 << 10, ALL).line(0.1).is_none() && mesh(4 << 20, ALL).line(0.1).is_some());
         let receivers = Kinds::of(Some("receivers"));
         assert!(mesh(4 << 20, receivers).rest_s < 0.5 * mesh(4 << 20, Kinds::of(Some("desk, elements"))).rest_s);
+
+        // A rectangle that is cut into a million elements is one geometry in its file. Where reading takes nothing the rest is what it is.
+        let floor = of(r#"{ "geometry": [ { "name": "floor" } ], "luminaires": [] }"#, &[], ALL).expect("read");
+        assert!(floor.rest_after_s(0.02) < 1e-3);
+        let rest_s = floor.with_sides(1_000_000).rest_after_s(0.02);
+        assert!((rest_s - floor.rest_s - 12.0).abs() < 0.01, "{rest_s}");
 
         // Points and what luminaires say of themselves, read once where many share it.
         let text =

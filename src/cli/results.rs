@@ -7,9 +7,10 @@ use super::exit::{Exit, Failure};
 use super::method::Plots;
 use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
-use crate::maps::{TableKind, TableRow};
+use crate::maps::{MapKind, TableKind, TableRow};
 use crate::output::{
-    Language, ReportContext, ResultDirectory, glb_file, in_language, plots, report_files, streamed_files, vtk_file,
+    Language, MOST_SETS, ReportContext, ResultDirectory, glb_file, in_language, plots, report_files, streamed_files,
+    vtk_file,
 };
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
@@ -64,6 +65,9 @@ pub fn tell_results(
         tell(&line);
     }
     if let Some(line) = unreported_line(scene, solution) {
+        tell(&line);
+    }
+    if let Some(line) = unplotted_line(solution) {
         tell(&line);
     }
     for warning in &solution.warnings {
@@ -157,6 +161,14 @@ fn unreported_line(scene: &Scene, solution: &Solution) -> Option<String> {
             "note: in tables.csv alone, and not in this table: {} of luminaires or with \"report\": false",
             counted(count, "surface")
         )
+    })
+}
+
+/// What is told of more receiver sets than are plotted.
+fn unplotted_line(solution: &Solution) -> Option<String> {
+    let sets = solution.maps.iter().filter(|map| map.kind != MapKind::Elements).count();
+    (sets > MOST_SETS).then(|| {
+        format!("note: plots and sensor grids are those of the first {MOST_SETS} of {sets} receiver sets; tables and receivers.csv have all")
     })
 }
 

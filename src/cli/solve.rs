@@ -26,7 +26,7 @@ use crate::maps::MapKind;
 use crate::output::{CheckpointFile, Language, PartOfRun, ResultDirectory, ShareHeader, share_file};
 use crate::scene::under_way::reading_so_far;
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
-use crate::solver::{ElementChoice, Portion, Settings, Share, Solution};
+use crate::solver::{ElementChoice, Portion, Settings, Share, Solution, map_requests};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -220,6 +220,12 @@ fn open_results(arguments: &SolveArguments, out: &Path, guard: &TimeGuard) -> Re
     Ok(directory)
 }
 
+/// Element sides of a scene whose map is asked for.
+fn sides_asked_for(scene: &Scene, settings: &Settings) -> usize {
+    let is_asked_for = map_requests(scene, &settings.maps).iter().any(|(kind, _)| *kind == MapKind::Elements);
+    if is_asked_for { Elements::of(scene).len() } else { 0 }
+}
+
 /// Solves a scene from the beginning, or goes on from a checkpoint.
 pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, started: Instant) -> Outcome {
     set_up(arguments)?;
@@ -261,8 +267,10 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         console::message(&format!("warning: {warning}"));
     }
 
-    let rest_s = beforehand.map_or(0.0, |scene| scene.rest_after_s(read_s));
-    if let Some(line) = late_line(limit_s, started.elapsed().as_secs_f64(), rest_s) {
+    let rest_s =
+        beforehand.map_or(0.0, |known| known.with_sides(sides_asked_for(scene, settings)).rest_after_s(read_s));
+    let was_told = beforehand.zip(limit_s).is_some_and(|(known, limit_s)| known.line(limit_s).is_some());
+    if let Some(line) = late_line(limit_s, started.elapsed().as_secs_f64(), rest_s, was_told) {
         console::message(&line);
     }
 
@@ -404,8 +412,18 @@ pub(super) fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: 
 }
 
 /// What is told before the run where reading alone has taken all the time there was, with the time that making ready and writing take.
-fn late_line(time_limit_s: Option<f64>, read_s: f64, rest_s: f64) -> Option<String> {
-    let limit_s = time_limit_s.filter(|limit_s| read_s >= *limit_s)?;
+fn late_line(time_limit_s: Option<f64>, read_s: f64, rest_s: f64, was_told: bool) -> Option<String> {
+    let limit_s = time_limit_s?;
+    if read_s < limit_s {
+        return (!was_told && read_s + rest_s > limit_s).then(|| {
+            format!(
+                "warning: making this scene ready for rays and writing takes about {} of a usual core, whatever is computed: the time limit of \
+                 {} is exceeded by that and leaves no time for more than a first look",
+                time(rest_s),
+                time(limit_s)
+            )
+        });
+    }
     let rest =
         if rest_s > 0.0 { format!(", some {} with making ready and writing", time(rest_s)) } else { String::new() };
     Some(format!(

@@ -54,7 +54,7 @@ fn simulated_to(
     loop {
         let first =
             |point: usize| (samples > 0).then(|| sums[point].iter().sum::<f64>() / (samples * REPLICAS as u64) as f64);
-        levels.fix(0..points, first);
+        levels.fix(0..points, points, first);
         for (point, sums) in sums.iter_mut().enumerate() {
             for (replica, stream) in streams.iter_mut().enumerate() {
                 let mut entry = scores.of_entry(1.0, levels.of(point));

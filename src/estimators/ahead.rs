@@ -78,12 +78,13 @@ impl Expectations {
         self.of_points.get(point).and_then(Option::as_ref)
     }
 
-    /// Keeps that of a point, if there is room. It is the same when it is made again.
-    pub fn keep(&mut self, point: usize, expectation: Expectation) {
+    /// Keeps that of one of so many points, if there is room. It is the same when it is made again.
+    pub fn keep(&mut self, point: usize, points: usize, expectation: Expectation) {
         if self.items + expectation.items.len() > MOST_ITEMS {
             return;
         }
         self.items += expectation.items.len();
+        self.of_points.reserve_exact(points.saturating_sub(self.of_points.len()));
         self.of_points.resize(self.of_points.len().max(point + 1), None);
         self.of_points[point] = Some(expectation);
     }
@@ -113,6 +114,7 @@ impl Expectation {
             }
             seen_lx = expectation.sum_lx;
         }
+        expectation.items.shrink_to_fit();
         if let Some(last) = expectation.items.last() {
             let doubt_lx = last.cumulative_lx;
             let mut before_lx = 0.0;

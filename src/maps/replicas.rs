@@ -105,16 +105,18 @@ impl ReplicaMap {
 
     /// Fixes the levels of direct light from which scores deviate, where entries have samples and none yet.
     pub fn fix_direct_levels(&mut self, entries: Range<usize>) {
+        let count = self.entries();
         let (slabs, tally) = (&self.direct, self.direct_samples);
-        self.levels[0].fix(entries, |entry| {
+        self.levels[0].fix(entries, count, |entry| {
             (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
         });
     }
 
     /// The same of indirect light in lx.
     pub fn fix_indirect_levels(&mut self, entries: Range<usize>) {
+        let count = self.entries();
         let (slabs, tally) = (&self.indirect, self.indirect_samples);
-        self.levels[1].fix(entries, |entry| {
+        self.levels[1].fix(entries, count, |entry| {
             (tally.of(entry) > 0).then(|| mean(slabs.iter().map(|slab| slab[entry])) * tally.inverse(entry))
         });
     }
@@ -332,7 +334,7 @@ impl ReplicaMap {
     /// An entry that chains could have reached but none has gets the bound of three packets as its error, since 0
     /// would claim that it is exact.
     pub fn values(&self) -> MapValues {
-        let mut values = MapValues::default();
+        let mut values = MapValues::with_capacity(self.len());
         for entry in 0..self.len() {
             let (direct_lx, indirect_lx) = (self.direct_lx(entry), self.indirect_lx(entry));
             let value_lx = |replica: usize| self.illuminance_lx(replica, entry);

@@ -80,6 +80,20 @@ pub struct MapValues {
 }
 
 impl MapValues {
+    /// No entry yet, and room for so many of what every map tells.
+    pub fn with_capacity(entries: usize) -> MapValues {
+        let room = || Vec::with_capacity(entries);
+        MapValues {
+            illuminance_lx: room(),
+            standard_error_lx: room(),
+            halves_lx: Vec::with_capacity(entries),
+            direct_lx: room(),
+            indirect_lx: room(),
+            direct_standard_error_lx: room(),
+            ..MapValues::default()
+        }
+    }
+
     /// What an element shows at its three corners in lx: its mean, or what its slopes make of it, 0 at least.
     pub fn at_corners_lx(&self, site: usize) -> [f64; 3] {
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|corner| self.at_lx(site, corner).max(0.0))

@@ -33,7 +33,7 @@ pub struct Scores {
 impl Scores {
     /// An empty set for a task that adds to `whole`: what cannot be among the largest there is not kept.
     pub fn for_task(whole: &Scores) -> Scores {
-        Scores { largest: Vec::with_capacity(2 * LARGEST), floor: whole.floor, ..Scores::default() }
+        Scores { floor: whole.floor, ..Scores::default() }
     }
 
     /// Adds a weighted deviation, 0 or more.
@@ -204,9 +204,10 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Sets the levels of entries that have none and samples by now, from a mean that is `None` where there is no sample.
-    pub fn fix(&mut self, entries: Range<usize>, mean: impl Fn(usize) -> Option<f64>) {
+    /// Sets the levels of some of `count` entries that have none and samples by now, from a mean that is `None` where there is no sample.
+    pub fn fix(&mut self, entries: Range<usize>, count: usize, mean: impl Fn(usize) -> Option<f64>) {
         if self.values.len() < entries.end {
+            self.values.reserve_exact(count.saturating_sub(self.values.len()));
             self.values.resize(entries.end, f64::NAN);
         }
         for entry in entries {

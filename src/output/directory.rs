@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempPath};
 
 use super::radiance_grids::GRIDS_INFO;
 use super::{OutputError, ResultFile, StreamedFile};
@@ -45,7 +45,8 @@ pub struct ResultDirectory {
     path: PathBuf,
     /// Held as long as the run lasts, where the system can lock a directory; the system lets go of it with the process.
     _lock: Option<std::fs::File>,
-    staged: Vec<(String, NamedTempFile)>,
+    /// Files under temporary names, closed: of thousands of them the system would not let all be open.
+    staged: Vec<(String, TempPath)>,
     /// Whether it was made for this run.
     is_new: bool,
 }
@@ -114,7 +115,7 @@ impl ResultDirectory {
         drop(writer.into_parts());
         let synced = written.and_then(|()| staged.as_file().sync_all().map_err(|error| unwritable(&error)));
         synced.map_err(|error| error.within(&self.path))?;
-        self.staged.push((file.name.clone(), staged));
+        self.staged.push((file.name.clone(), staged.into_temp_path()));
         Ok(())
     }
 
@@ -288,6 +289,27 @@ mod tests {
         assert!(!path.join("tables.csv").exists());
         drop(directory);
         assert!(listing(&path).is_empty());
+    }
+
+    /// Files are closed once they are staged: a system lets a process hold a thousand open, or less, and each receiver set may bring some.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn staged_files_are_not_kept_open() {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        let open_in_it = || {
+            let all = std::fs::read_dir("/proc/self/fd").expect("told").flatten();
+            all.filter_map(|entry| std::fs::read_link(entry.path()).ok())
+                .filter(|to| to.starts_with(home.path()))
+                .count()
+        };
+        let mut directory = ResultDirectory::open(home.path()).expect("writable");
+        let before = open_in_it();
+        for number in 0..40 {
+            directory.stage(&file(&format!("map-{number}.svg"), "x")).expect("staged");
+        }
+        assert_eq!(open_in_it(), before);
+        directory.commit().expect("committed");
+        assert_eq!(listing(home.path()).len(), 40);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! Arimo has the widths of Helvetica, Arial and Liberation Sans, so that text set by it also fits where an SVG viewer
 //! puts one of these in its place.
 
+use std::sync::OnceLock;
+
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 const REGULAR: &[u8] = include_bytes!("font/Arimo-Regular.ttf");
@@ -24,9 +26,11 @@ pub fn glyph_number(face: &Face, letter: char) -> u16 {
     glyph(face, letter).0
 }
 
-/// The font for asking.
-pub fn face(bold: bool) -> Face<'static> {
-    Face::parse(font_file(bold), 0).expect("the font that comes with the program is sound")
+/// The font for asking; its tables are found once.
+pub fn face(bold: bool) -> &'static Face<'static> {
+    static FACES: OnceLock<[Face<'static>; 2]> = OnceLock::new();
+    let parsed = |bold: bool| Face::parse(font_file(bold), 0).expect("the font that comes with the program is sound");
+    &FACES.get_or_init(|| [false, true].map(parsed))[usize::from(bold)]
 }
 
 fn glyph(face: &Face, letter: char) -> GlyphId {
@@ -36,7 +40,7 @@ fn glyph(face: &Face, letter: char) -> GlyphId {
 /// Width of a line of text in the unit of `size`.
 pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
     let face = face(bold);
-    let units: u32 = text.chars().map(|letter| u32::from(advance(&face, letter))).sum();
+    let units: u32 = text.chars().map(|letter| u32::from(advance(face, letter))).sum();
     f64::from(units) * size / f64::from(face.units_per_em())
 }
 
@@ -50,8 +54,8 @@ pub fn outline(text: &str, size: f64, bold: bool, pen: &mut impl FnMut(Stroke)) 
     let scale = size / f64::from(face.units_per_em());
     let mut at = 0.0;
     for letter in text.chars() {
-        face.outline_glyph(glyph(&face, letter), &mut Tracing { at, scale, pen });
-        at += f64::from(advance(&face, letter)) * scale;
+        face.outline_glyph(glyph(face, letter), &mut Tracing { at, scale, pen });
+        at += f64::from(advance(face, letter)) * scale;
     }
 }
 

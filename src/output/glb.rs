@@ -187,12 +187,17 @@ impl Vertices {
                 let about_center = |axis: usize| (place[axis] - f64::from(center_m[axis])) as f32;
                 vertices.positions.push([0, 1, 2].map(about_center));
                 vertices.colors.push(linear(perceptual(at_lx[corner] / end_lx)));
-                vertices.illuminances_lx.push(at_lx[corner] as f32);
-                vertices.standard_errors_lx.push(map.values.standard_error_lx[*index as usize] as f32);
+                vertices.illuminances_lx.push(single(at_lx[corner]));
+                vertices.standard_errors_lx.push(single(map.values.standard_error_lx[*index as usize]));
             }
         }
         vertices
     }
+}
+
+/// A number as the file keeps it: what is larger than that allows is the largest.
+fn single(number: f64) -> f32 {
+    number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }
 
 /// An opaque colour as glTF has it: linear, in two bytes a channel. Source: IEC 61966-2-1.
@@ -255,6 +260,12 @@ impl Parts {
 mod tests {
     use super::*;
     use crate::check::scene_from_json;
+
+    /// An element of 10⁻⁶⁰ m² may have an error beyond what four bytes hold.
+    #[test]
+    fn numbers_beyond_four_bytes_are_the_largest() {
+        assert_eq!([2.5, 1e60, -1e60].map(single), [2.5, f32::MAX, f32::MIN]);
+    }
 
     /// Three rectangles of two materials: a node each, or a node a material where that would be too many, with all sides either way.
     #[test]

@@ -26,6 +26,8 @@ use crate::solver::Solution;
 
 /// Surfaces that are plotted at most; those with the most elements, if there are more.
 pub const MOST_SURFACES: usize = 200;
+/// Receiver sets that are plotted at most, the first of them, and written as grids: the tables have all.
+pub const MOST_SETS: usize = 200;
 
 /// A surface side whose stated error is larger is not plotted: its colours would be those of chance.
 const MOST_ERROR_SHOWN: f64 = 0.3;
@@ -92,8 +94,10 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
     let mut plots = Vec::new();
     let mut has_halves = false;
     let factors = daylight_factors(scene, solution);
+    let mut sets = 0;
     for map in &solution.maps {
-        if let Some(flat) = grid_map(scene, map) {
+        if let Some(flat) = grid_map(scene, map).filter(|_| sets < MOST_SETS) {
+            sets += 1;
             let mut add = |stem: String, kind: PlotKind, picture: Picture| {
                 plots.push(Plot { stem: stems.fresh(&stem), kind, subject: map.name.clone(), picture });
             };
@@ -122,13 +126,13 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             }
         }
     }
-    for (map, set) in maps_of(scene, solution, |quantity| quantity == Quantity::Luminance) {
+    for (map, set) in maps_of(scene, solution, |quantity| quantity == Quantity::Luminance).into_iter().take(MOST_SETS) {
         if let Some(picture) = luminance_picture(&scene.receivers[set], map, &note) {
             let stem = stems.fresh(&format!("map-{}", file_name_part(&map.name)));
             plots.push(Plot { stem, kind: PlotKind::Luminance, subject: map.name.clone(), picture });
         }
     }
-    for light in leaving_light(scene, solution) {
+    for light in leaving_light(scene, solution).into_iter().take(MOST_SETS) {
         plots.push(Plot {
             stem: stems.fresh(&format!("intensity-{}", file_name_part(&light.map.name))),
             kind: PlotKind::Intensity,

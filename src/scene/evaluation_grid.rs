@@ -64,6 +64,29 @@ pub fn evaluation_grid(
     side: Side,
     exposed: impl Fn(u32) -> (f64, f64),
 ) -> Option<EvaluationGrid> {
+    grid_of(scene, elements, surface, side, exposed, true)
+}
+
+/// The same; `None`, too, where elements are larger than a quarter of a cell. That is found at the first cell that lies in such an element:
+/// of ten thousand panes of two elements each no grid is made.
+pub fn fine_evaluation_grid(
+    scene: &Scene,
+    elements: &Elements,
+    surface: SurfaceId,
+    side: Side,
+    exposed: impl Fn(u32) -> (f64, f64),
+) -> Option<EvaluationGrid> {
+    grid_of(scene, elements, surface, side, exposed, false).filter(|grid| !grid.is_finer_than_elements)
+}
+
+fn grid_of(
+    scene: &Scene,
+    elements: &Elements,
+    surface: SurfaceId,
+    side: Side,
+    exposed: impl Fn(u32) -> (f64, f64),
+    may_be_finer_than_elements: bool,
+) -> Option<EvaluationGrid> {
     let triangles = &scene.triangles[scene.surfaces[surface as usize].triangles.start as usize
         ..scene.surfaces[surface as usize].triangles.end as usize];
     let (rectangle, _) = Rectangle::around(&scene.vertices_m, triangles).ok()?;
@@ -107,8 +130,12 @@ pub fn evaluation_grid(
                     scale,
                     at: weights_of(corners, middle),
                 };
+                let is_large = area_m2 > LARGEST_ELEMENT * cell_m2 * (1.0 + 1e-6);
+                if is_large && !may_be_finer_than_elements && part.area_m2 >= LEAST_FILLED * cell_m2 {
+                    return None;
+                }
                 cells[index].push(part);
-                large[index] |= area_m2 > LARGEST_ELEMENT * cell_m2 * (1.0 + 1e-6);
+                large[index] |= is_large;
             }
         }
     }
@@ -119,30 +146,55 @@ pub fn evaluation_grid(
     (!cells.is_empty()).then_some(EvaluationGrid { cells, cell_m2, is_finer_than_elements })
 }
 
+/// Corners that a triangle has at most once four lines have cut it: 7, and room for what rounding adds.
+const MOST_CORNERS: usize = 12;
+
+/// A convex polygon of few corners.
+#[derive(Clone, Copy, Default)]
+struct Ring {
+    corners: [[f64; 2]; MOST_CORNERS],
+    len: usize,
+}
+
+impl Ring {
+    fn add(&mut self, spot: [f64; 2]) {
+        // Rounding makes a line cross a convex ring more than twice where it nearly runs along a side.
+        if self.len < MOST_CORNERS {
+            self.corners[self.len] = spot;
+            self.len += 1;
+        }
+    }
+
+    fn corners(&self) -> &[[f64; 2]] {
+        &self.corners[..self.len]
+    }
+}
+
 /// Area of a triangle within the unit square at a corner, and the centroid of what is there; `None` where they do not meet.
 ///
 /// The triangle is cut along the four sides of the square, one after the other (Sutherland and Hodgman 1974).
 fn overlap(corners: [[f64; 2]; 3], low: [f64; 2]) -> Option<(f64, [f64; 2])> {
-    let mut ring: Vec<[f64; 2]> = corners.iter().map(|[x, y]| [x - low[0], y - low[1]]).collect();
+    let mut ring = Ring::default();
+    corners.iter().for_each(|[x, y]| ring.add([x - low[0], y - low[1]]));
     for (axis, sign, limit) in [(0, 1.0, 0.0), (0, -1.0, -1.0), (1, 1.0, 0.0), (1, -1.0, -1.0)] {
         let inside = |spot: &[f64; 2]| sign * spot[axis] - limit;
-        let mut cut = Vec::with_capacity(ring.len() + 1);
-        for (index, here) in ring.iter().enumerate() {
-            let before = &ring[(index + ring.len() - 1) % ring.len()];
+        let mut cut = Ring::default();
+        for (index, here) in ring.corners().iter().enumerate() {
+            let before = &ring.corners[(index + ring.len - 1) % ring.len];
             let (depth, depth_before) = (inside(here), inside(before));
             if (depth < 0.0) != (depth_before < 0.0) {
                 let share = depth_before / (depth_before - depth);
-                cut.push([0, 1].map(|k| before[k] + share * (here[k] - before[k])));
+                cut.add([0, 1].map(|k| before[k] + share * (here[k] - before[k])));
             }
             if depth >= 0.0 {
-                cut.push(*here);
+                cut.add(*here);
             }
         }
         ring = cut;
     }
-    let [first, ..] = ring[..] else { return None };
+    let [first, rest @ ..] = ring.corners() else { return None };
     let (mut area, mut moment) = (0.0, [0.0; 2]);
-    for pair in ring[1..].windows(2) {
+    for pair in rest.windows(2) {
         let [p, q] = [pair[0], pair[1]].map(|spot| [spot[0] - first[0], spot[1] - first[1]]);
         let part = 0.5 * (p[0] * q[1] - p[1] * q[0]).abs();
         area += part;
@@ -199,6 +251,23 @@ mod tests {
                 );
                 assert!(middle_m.distance(expected_m) < 1e-9, "{middle_m} {expected_m}");
             }
+        }
+    }
+
+    /// Where elements are too large for a grid that is found at the first of them, and where they are not the grid is the same.
+    #[test]
+    fn a_grid_finer_than_elements_is_given_up_at_once() {
+        for (edge_m, is_fine) in [("", false), (r#", "max_element_edge": 0.31"#, true)] {
+            let (scene, grid) = grid(edge_m, "[3,0,0]", "[0,2,0]");
+            let elements = Elements::of(&scene);
+            let asked = std::cell::Cell::new(0);
+            let exposed = |_| {
+                asked.set(asked.get() + 1);
+                (1.0, 1.0)
+            };
+            let fine = fine_evaluation_grid(&scene, &elements, 0, Side::Front, exposed);
+            assert_eq!(fine, grid.filter(|grid| !grid.is_finer_than_elements));
+            assert_eq!((fine.is_some(), asked.get() > 1), (is_fine, is_fine));
         }
     }
 

@@ -46,6 +46,7 @@ pub(super) fn read(
         let what = "the glTF file needs an extension that is not read".to_owned();
         return Err(SceneError::of_file(path, what, format!("{unknown:?}"), "plain glTF 2.0", remedy));
     }
+    check_positions(path, &root)?;
     let document = Document::from_json(root).map_err(|error| refuse(&error))?;
     let mut reader = GltfReader {
         path,
@@ -64,6 +65,20 @@ pub(super) fn read(
         return Err(refusal(path, "a mesh without a triangle", got, "a glTF scene with a mesh of triangles"));
     }
     Ok(shape)
+}
+
+/// Refuses positions in an accessor that is not there: the library looks into it before it asks whether it is.
+fn check_positions(path: &Path, root: &gltf::json::Root) -> Result<(), SceneError> {
+    let positions = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
+    for (number, mesh) in root.meshes.iter().enumerate() {
+        let named = mesh.primitives.iter().filter_map(|primitive| primitive.attributes.get(&positions));
+        if let Some(index) = named.map(|index| index.value()).find(|index| *index >= root.accessors.len()) {
+            let what = format!("mesh {number}: positions that are not there");
+            let got = format!("accessor {index} of {}", root.accessors.len());
+            return Err(refusal(path, what, got, "the number of an accessor of the file"));
+        }
+    }
+    Ok(())
 }
 
 fn is_looks(extension: &str) -> bool {
@@ -314,6 +329,7 @@ pub(super) fn appearances(path: &Path, bytes: &[u8]) -> Result<HashMap<String, A
     let (json, _) = chunks(path, bytes)?;
     let refuse = |error: &dyn std::fmt::Display| refusal(path, "not valid glTF", error.to_string(), "glTF 2.0");
     let root: gltf::json::Root = gltf::json::deserialize::from_slice(&json).map_err(|error| refuse(&error))?;
+    check_positions(path, &root)?;
     let document = Document::from_json(root).map_err(|error| refuse(&error))?;
     let appearance = |material: gltf::Material| {
         let surface = material.pbr_metallic_roughness();

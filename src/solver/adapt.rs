@@ -52,6 +52,11 @@ const RUN_ROUNDS: u32 = 12;
 const MOST_PILOTED: usize = 20_000;
 /// Elements of an adaptive map, at most.
 const MOST_ELEMENTS: usize = 400_000;
+/// Element sides that adapt in a second of a time limit: each takes some 8 µs whatever is computed, and has a tenth of the limit.
+const SIDES_A_SECOND: f64 = 12_500.0;
+/// Bytes of a side that adapts and gathers at the peak of a run: sums of 16 replicas with slopes, the same on the broader elements, and what
+/// tells how light varies within both (`docs/performance.md`). They may take half of the memory.
+pub const BYTES_OF_A_SIDE: u64 = 6700;
 /// The loss must be known this many standard errors above what is allowed to start anew.
 const CERTAINTY: f64 = 2.0;
 
@@ -115,6 +120,13 @@ pub struct Refined {
     pub elements: Option<(Elements, Adaptive)>,
     /// Those that indirect light is gathered on, where these are others.
     pub broad: Option<Broad>,
+}
+
+/// Elements of a scene up to which they adapt, under a time limit and in so much memory; more stay as the scene gives them.
+pub fn most_that_adapt(time_limit_s: Option<f64>, memory_bytes: u64) -> usize {
+    let in_time = time_limit_s.map_or(f64::INFINITY, |limit_s| SIDES_A_SECOND * limit_s);
+    let in_memory = (memory_bytes / 2 / BYTES_OF_A_SIDE) as f64;
+    (MOST_ELEMENTS as f64).min(in_time).min(in_memory) as usize
 }
 
 /// Elements for a target, and what a job keeps of them.

@@ -1,11 +1,13 @@
 //! From finished jobs to a [`Solution`]: tables, flux balance and the check of the map.
 
+use super::adapt::most_that_adapt;
 use super::glare::{GlareRating, rate, words_on_outside, worst_of_sets};
 use super::job::{Context, Ends, Engine, Job, PACKETS_OF_A_BOUND};
 use super::sky_components::sky_components_lx;
 use super::spending::{Activity, Spending};
 use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solution, StopReason};
+use crate::base::memory::limit_bytes;
 use crate::chain::MOST_RAYS_OF_A_CHAIN;
 use crate::check::luminaires_behind_surfaces;
 use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
@@ -51,7 +53,9 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
         map
     });
     let maps: Vec<MapResult> = maps.collect();
-    let mut notes: Vec<String> = words_on_near_lights(context, settings, jobs).into_iter().collect();
+    let why_given =
+        words_on_near_lights(context, settings, jobs).or_else(|| words_on_many_elements(context, settings, jobs));
+    let mut notes: Vec<String> = why_given.into_iter().collect();
     notes.extend(worst_of_sets(&glare).into_iter().flat_map(|(rating, _)| words_on_outside(context, rating)));
     let mut warnings = flux_balance.as_ref().map_or(Vec::new(), |balance| warnings_of_flux(context, balance));
     warnings.extend(words_on_walks_given_up(context));
@@ -85,11 +89,27 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
     }
 }
 
+/// Whether elements would adapt by what was asked for.
+fn are_to_adapt(settings: &Settings, jobs: &[Job]) -> bool {
+    let is_bound = jobs.iter().find(|job| job.kind == MapKind::Elements).is_some_and(|job| job.bound);
+    settings.elements == ElementChoice::Adaptive && is_bound
+}
+
+/// Says that there are too many elements for them to adapt.
+fn words_on_many_elements(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
+    let (count, most) = (context.stage.elements.len(), most_that_adapt(settings.time_limit_s, limit_bytes()));
+    (are_to_adapt(settings, jobs) && count > most).then(|| {
+        format!(
+            "elements stay as the scene gives them, since they are {count}, and no more than {most} would adapt in the time and the memory \
+             that there is: their values are means"
+        )
+    })
+}
+
 /// Says which luminaires keep elements from being cut.
 fn words_on_near_lights(context: &Context, settings: &Settings, jobs: &[Job]) -> Option<String> {
     let lights = context.stage.near_lights.as_ref().filter(|lights| lights.touch())?;
-    let is_bound = jobs.iter().find(|job| job.kind == MapKind::Elements).is_some_and(|job| job.bound);
-    if settings.elements != ElementChoice::Adaptive || !is_bound {
+    if !are_to_adapt(settings, jobs) {
         return None;
     }
     let names: Vec<&str> =
@@ -169,7 +189,20 @@ fn warnings_of_maps(maps: &[MapResult], target_error: Option<f64>) -> Vec<String
             if target_error.is_some() && map.bound { ", and the target is not claimed" } else { "" }
         )
     });
-    dark.chain(failed).collect()
+    let dark = few(dark.collect(), |more| format!("no light has reached {more} more maps yet, either"));
+    let failed = few(failed.collect(), |more| format!("{more} more checks failed; summary.json tells which"));
+    dark.into_iter().chain(failed).collect()
+}
+
+/// Of many warnings of a kind, which a scene of thousands of receiver sets may bring, the first and how many more there are.
+fn few(mut warnings: Vec<String>, of_more: impl Fn(usize) -> String) -> Vec<String> {
+    const MOST: usize = 16;
+    if warnings.len() > MOST {
+        let more = warnings.len() - MOST;
+        warnings.truncate(MOST);
+        warnings.push(of_more(more));
+    }
+    warnings
 }
 
 /// Whether no light was found in a map that may get some: nobody knows its relative error then.

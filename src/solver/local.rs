@@ -47,6 +47,8 @@ pub struct LocalPlan {
     pub variance_per_round: f64,
     /// Degrees of freedom that chains leave a map, about: all its entries share them.
     pub degrees_of_freedom: f64,
+    /// By how much an error that a run with so many is expected to have must lie under a target.
+    pub margin: f64,
     /// What the pilot's chains bring, were nothing in the way, over what walks say that they do.
     pub found: f64,
     /// Chains of the pilot.

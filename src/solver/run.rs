@@ -17,9 +17,10 @@ pub use self::expectations::{Expectation, expectations};
 pub use self::forecast::SlowestMap;
 use self::kept::LaterObserver;
 pub use self::kept::{GoingOn, Keeper, KeptRun, RunState, resume};
-use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over};
+use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over, rays_in_patience};
 pub use self::observer::{Observer, Progress, Silent};
 use self::standing::Standing;
+use super::adapt::most_that_adapt;
 use super::cells::CellSets;
 use super::choice;
 use super::finish::{Ending, finish};
@@ -33,7 +34,7 @@ use crate::base::memory::limit_bytes;
 use crate::chain::{NearLights, Stage};
 use crate::control::{accepts, after_refusal, needed_work, next_judgement};
 use crate::maps::MapKind;
-use crate::scene::Scene;
+use crate::scene::{Scene, joined};
 
 /// Maps that the target does not bind get at most this share of the rays that the bound ones take.
 const UNBOUND_SHARE: f64 = 0.25;
@@ -42,6 +43,7 @@ const FIRST_LOOK_RAYS: f64 = 4e6;
 /// Rays for the same where a limit or the user ended the run.
 const RAYS_IN_HASTE: f64 = 4e5;
 const SLICES_IN_HASTE: f64 = 4.0;
+const FEWEST_RAYS_IN_HASTE: f64 = 1000.0;
 /// Share of a time limit after which elements are cut no further before the run: each round takes up to four times the work of the
 /// one before.
 const CUTTING_SHARE: f64 = 0.05;
@@ -168,14 +170,19 @@ fn tell_left_out(solution: &mut Solution, left_out: &[(String, bool)]) {
             solution.estimated_error = f64::INFINITY;
         }
     }
-    solution.warnings.extend(left_out.iter().map(|(name, _)| {
-        format!("\"{name}\" is left out: the run was to end long before each of its places had a value")
+    // Of ten thousand sets all may be left out: one sentence tells of them.
+    let names: Vec<String> = left_out.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+    let (verb, whose) = if names.len() == 1 { ("is", "its") } else { ("are", "their") };
+    solution.warnings.extend((!names.is_empty()).then(|| {
+        format!("{} {verb} left out: the run was to end long before each of {whose} places had a value", joined(&names))
     }));
 }
 
-/// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there.
+/// Whether elements adapt. No slope shows the spot of a luminaire that nearly touches a surface: they stay means there, as very many do.
 fn adapts(settings: &Settings, stage: &Stage) -> bool {
-    settings.elements == ElementChoice::Adaptive && !stage.near_lights.as_ref().is_some_and(NearLights::touch)
+    settings.elements == ElementChoice::Adaptive
+        && !stage.near_lights.as_ref().is_some_and(NearLights::touch)
+        && stage.elements.len() <= most_that_adapt(settings.time_limit_s, limit_bytes())
 }
 
 /// The maps that a selection asks for, elements first, and whether the target binds each.
@@ -260,7 +267,7 @@ impl Run<'_> {
             let Some(index) = self.next_job() else {
                 return self.why_all_is_done();
             };
-            if !self.fits(&self.jobs[index], self.all_rays()) {
+            if !self.fits(&self.jobs[index], self.all_rays()) || !self.slice_fits() {
                 return StopReason::TimeLimit;
             }
             self.slice(index);
@@ -334,6 +341,18 @@ impl Run<'_> {
         let wall_s = self.observer.wall_s();
         let took_s = (wall_s - self.clock.begun_wall_s()) * job.rays_at_least() / (all_rays as f64).max(1.0);
         took_s <= (LONG_OVER * limit_s - wall_s).max(0.0) + PATIENCE_S
+    }
+
+    /// Rays that end within a time limit and the patience beyond it, at the rate so far.
+    fn rays_in_patience(&self) -> f64 {
+        let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
+        rays_in_patience(self.settings.time_limit_s, wall_s, self.clock.rays_per_s(rays, wall_s))
+    }
+
+    /// Whether the next slice ends in time where the clock has no say in how large it is: where rays are slow, one of a fixed number of
+    /// chains may take many times the limit.
+    fn slice_fits(&self) -> bool {
+        self.settings.chains.is_none() || self.context.pace.rays_per_slice() <= self.rays_in_patience()
     }
 
     /// Rays, about, in which walks and gathering look for luminaires until the run's end, by what the pilots measured;
@@ -468,7 +487,8 @@ impl Run<'_> {
     fn give_every_map_a_start(&mut self, in_haste: bool) {
         // In haste no more than some slices take, which were short where rays are slow.
         let in_slices = SLICES_IN_HASTE * self.context.pace.rays_per_slice();
-        let most_rays = if in_haste { in_slices.min(RAYS_IN_HASTE) } else { FIRST_LOOK_RAYS };
+        let in_time = self.rays_in_patience().max(FEWEST_RAYS_IN_HASTE);
+        let most_rays = if in_haste { in_slices.min(RAYS_IN_HASTE).min(in_time) } else { FIRST_LOOK_RAYS };
         let all_rays = self.all_rays();
         let fits: Vec<bool> = self.jobs.iter().map(|job| self.fits(job, all_rays)).collect();
         let starts = |job: &&mut Job| !job.has_started() || in_haste && !job.knows_its_bias();

@@ -53,7 +53,8 @@ impl CoefficientTally for Tally<'_> {
 }
 
 /// The components of a map's points in lx and the rays that they took; none where there is other light than the sky's, for other quantities than planes' and
-/// where no time is left.
+/// where no time is left. The clock is looked at before each point: where a limit ends the run amid the first walks no point has components, and later
+/// those that have more walks keep them.
 pub(super) fn sky_components_lx(context: &Context, job: &Job, values: &MapValues) -> (Vec<[Estimate; SKY_WAYS]>, u64) {
     let MapKind::Receivers(set) = job.kind else { return (Vec::new(), 0) };
     let receivers = &context.scene.receivers[set];
@@ -67,13 +68,16 @@ pub(super) fn sky_components_lx(context: &Context, job: &Job, values: &MapValues
     let mut points = vec![Point::default(); receivers.points.len()];
     let walk = |points: &mut [Point], walks: std::ops::Range<u64>| {
         points.par_iter_mut().zip(&receivers.points).enumerate().for_each(|(index, (found, point))| {
-            if !point.inside {
+            if !point.inside && !is_over(context) {
                 walk_from(context, (set, index), openings, point, found, walks.clone());
             }
         });
     };
     walk(&mut points, 0..FIRST_WALKS);
     let first_rays: u64 = points.iter().map(|point| point.rays).sum();
+    if is_over(context) {
+        return (Vec::new(), first_rays);
+    }
     let affordable = SHARE_OF_RAYS * job.all_rays() as f64 * FIRST_WALKS as f64 / first_rays.max(1) as f64;
     walk(&mut points, FIRST_WALKS..(affordable as u64).clamp(FIRST_WALKS, MOST_WALKS));
     let components = points.iter().enumerate().map(|(index, point)| split(values, index, point)).collect();

@@ -289,7 +289,7 @@ pub fn direct_at_points(
     });
     let mut rays = 0;
     for (first, (sums, chunk_rays, scores, made)) in firsts.iter().zip(looked.collect::<Vec<_>>()) {
-        made.into_iter().for_each(|(entry, expectation)| expectations.keep(entry, expectation));
+        made.into_iter().for_each(|(entry, expectation)| expectations.keep(entry, receivers.points.len(), expectation));
         for (offset, sums_lx) in sums.iter().enumerate() {
             for (slab, sum_lx) in map.direct.iter_mut().zip(sums_lx) {
                 slab[first + offset] += sum_lx;

@@ -11,7 +11,7 @@ use crate::light_mesh::{
     check,
 };
 use crate::maps::{MapError, MapKind, MapResult};
-use crate::scene::{Elements, Scene};
+use crate::scene::{Elements, Scene, joined};
 use crate::solver::{ConvergenceRow, ErrorParts, Observer, Progress, Settings, Solution, Spending, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, PACKETS_OF_A_BOUND, map_requests};
 
@@ -270,9 +270,10 @@ impl Findings {
                 scene.triangles.len()
             ));
         }
-        self.warnings.extend(self.left_out.iter().map(|(kind, _)| {
-            let name = kind.name(scene);
-            format!("light mesh: \"{name}\" is left out: the run was to end long before it was computed")
+        let names: Vec<String> = self.left_out.iter().map(|(kind, _)| format!("\"{}\"", kind.name(scene))).collect();
+        let (verb, it_was) = if names.len() == 1 { ("is", "it was") } else { ("are", "they were") };
+        self.warnings.extend((!names.is_empty()).then(|| {
+            format!("light mesh: {} {verb} left out: the run was to end long before {it_was} computed", joined(&names))
         }));
         self.warnings.extend(stage.paths_not_found.iter().map(|paths| format!("not found: {paths}")));
         for map in self.traced.iter().flatten().map(|map| &map.map) {

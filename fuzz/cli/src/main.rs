@@ -7,6 +7,7 @@
 //! files and its command in `--keep`; exit code 1 where there is any.
 
 mod mutate;
+mod numbers;
 mod random;
 mod watch;
 
@@ -18,6 +19,9 @@ use random::Random;
 use watch::{Limits, run};
 
 const METHODS: [&str; 7] = ["auto", "gather", "collision", "local", "local-naive", "light-mesh", "radiosity"];
+
+/// The `--memory-limit` of all runs.
+const MEMORY_KIB: u64 = 256 << 10;
 
 struct Wishes {
     luxmc: PathBuf,
@@ -104,7 +108,7 @@ fn arguments(method: &str, beyond_s: f64, random: &mut Random) -> (Vec<String>, 
     if random.below(6) == 0 {
         let mut all = vec!["inspect".to_owned(), "scene.json".to_owned()];
         all.extend((random.below(2) == 0).then(|| "--json".to_owned()));
-        return (all, Limits { time_limit_s: 0.0, beyond_s, writes: false });
+        return (all, Limits { time_limit_s: 0.0, beyond_s, memory_kib: None, writes: false });
     }
     let time_limit_s = [0.03, 0.06, 0.1, 0.3][random.below(4)];
     let mut all: Vec<String> = [
@@ -116,7 +120,7 @@ fn arguments(method: &str, beyond_s: f64, random: &mut Random) -> (Vec<String>, 
         "--threads",
         "1",
         "--memory-limit",
-        "256MB",
+        "256MiB",
         "--method",
         method,
         "--time-limit",
@@ -142,7 +146,7 @@ fn arguments(method: &str, beyond_s: f64, random: &mut Random) -> (Vec<String>, 
         2 => add("--elements", "given".to_owned()),
         _ => {}
     }
-    (all, Limits { time_limit_s, beyond_s, writes: true })
+    (all, Limits { time_limit_s, beyond_s, memory_kib: Some(MEMORY_KIB), writes: true })
 }
 
 fn campaign(wishes: &Wishes) -> Result<u64, String> {

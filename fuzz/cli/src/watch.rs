@@ -4,16 +4,18 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::numbers::{fault_of, word_in};
+
 /// Address space of a run in KiB: beyond it the system refuses memory. Threads and the program itself take some of it.
 const ADDRESS_SPACE_KIB: u64 = 2 << 20;
 /// Seconds of the processor after which a run is ended from outside.
 const LONGEST_S: f64 = 20.0;
 /// The same in seconds that pass, for what waits without working: a busy machine is slower by less than that.
 const LONGEST_WAIT_S: f64 = 600.0;
-/// Seconds that reading a scene may take: it has no limit, but is told of.
+/// Seconds that looking a scene through may take, which has no limit.
 const READING_S: f64 = 10.0;
-/// Bytes of a file that are looked through.
-const MOST_BYTES: usize = 64 << 20;
+/// What the program itself and its threads take beyond what it counts, in KiB of memory that is there.
+const PROGRAM_KIB: u64 = 64 << 10;
 
 /// What an execution must keep to.
 pub struct Limits {
@@ -21,6 +23,8 @@ pub struct Limits {
     pub time_limit_s: f64,
     /// Seconds that it may take beyond a tenth over that: reading, the last slice, and writing.
     pub beyond_s: f64,
+    /// Its `--memory-limit`, if any.
+    pub memory_kib: Option<u64>,
     /// Whether it writes results.
     pub writes: bool,
 }
@@ -47,10 +51,16 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let mut command = Command::new("sh");
     command.arg("-c").arg(script).arg(luxmc).args(arguments).current_dir(folder);
     let (started, busy_before_s) = (Instant::now(), busy_s());
-    let Ok(mut child) = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors_file).spawn() else {
+    let shown = folder.join("stdout.txt");
+    let Ok(shown_file) = std::fs::File::create(&shown) else {
+        return broken("the folder cannot be written");
+    };
+    let Ok(mut child) = command.stdin(Stdio::null()).stdout(shown_file).stderr(errors_file).spawn() else {
         return broken("it cannot be started");
     };
+    let mut peak_kib = 0;
     let status = loop {
+        peak_kib = peak_kib.max(peak_kib_of(child.id()).unwrap_or(0));
         match child.try_wait() {
             Ok(Some(status)) => break status,
             Ok(None) if is_endless(child.id(), started.elapsed().as_secs_f64()) => {
@@ -67,30 +77,31 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let passed_s = started.elapsed().as_secs_f64();
     let took_s = busy_before_s.zip(busy_s()).map_or(passed_s, |(before, after)| after - before);
     let said = std::fs::read_to_string(&errors).unwrap_or_default();
-    let reading_s = match status.code() {
-        // Inspected or refused.
-        _ if !limits.writes => READING_S,
-        // Refused, or out of memory before a summary could tell.
-        Some(2 | 4) => READING_S,
-        _ => read_s(&out),
-    };
+    // A run has one limit for all that it does, reading and writing included.
+    let reading_s = if limits.writes { 0.0 } else { READING_S };
     let is_late = took_s > 1.1 * limits.time_limit_s + limits.beyond_s + reading_s;
     let fault = match status.code() {
         None => Some(format!("it was ended by a signal ({status})")),
         _ if said.contains("panicked at") => Some("it panicked".to_owned()),
-        Some(code @ (0 | 2 | 3 | 4)) => left(&out, code, limits),
+        Some(code @ (0 | 2 | 3 | 4)) => left(&out, code, limits).or_else(|| {
+            let shown = std::fs::read_to_string(&shown).unwrap_or_default();
+            word_in(&shown).map(|word| format!("it shows {word}"))
+        }),
         Some(code) => Some(format!("exit code {code}")),
     };
+    let fault = fault.or_else(|| {
+        let most_kib = limits.memory_kib? + PROGRAM_KIB;
+        (peak_kib > most_kib).then(|| format!("it took {peak_kib} KiB of memory, of {most_kib}"))
+    });
     let late = is_late.then(|| format!("it took {took_s:.2} s for a limit of {} s", limits.time_limit_s));
     let ended = status.code().map_or("by a signal".to_owned(), |code| format!("with exit code {code}"));
     Outcome { ended, is_late: fault.is_none() && late.is_some(), fault: fault.or(late) }
 }
 
-/// Seconds of reading, by the summary of a run.
-fn read_s(out: &Path) -> f64 {
-    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap_or_default();
-    let number = summary.split_once("\"read_s\": ").and_then(|(_, rest)| rest.split(',').next()?.parse().ok());
-    number.unwrap_or(0.0)
+/// The most memory that a process has had so far, where the system tells it.
+fn peak_kib_of(process: u32) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    status.split_once("VmHWM:")?.1.split_whitespace().next()?.parse().ok()
 }
 
 /// Whether a run that still goes on has had its time: that of the processor where the system tells it.
@@ -136,18 +147,5 @@ fn left(out: &Path, code: i32, limits: &Limits) -> Option<String> {
         _ => {}
     }
     let files = std::fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
-    files.filter(|path| code != 4 && !path.is_dir()).find_map(|path| {
-        let name = path.file_name()?.to_string_lossy().into_owned();
-        let is_table = [".csv", ".json", ".vtp"].iter().any(|end| name.ends_with(end));
-        if !is_table {
-            return None;
-        }
-        let bytes = std::fs::read(&path).ok()?;
-        let text = String::from_utf8_lossy(&bytes[..bytes.len().min(MOST_BYTES)]).into_owned();
-        // What follows in ParaView's file is in base 64, where chance spells such words.
-        let text = text.split("<AppendedData").next()?;
-        let mut words = text.split(|letter: char| !letter.is_ascii_alphanumeric());
-        let word = words.find(|word| ["NaN", "nan", "inf", "Infinity", "infinity"].contains(word))?;
-        Some(format!("{name} holds {word}"))
-    })
+    files.filter(|path| code != 4 && !path.is_dir()).find_map(|path| fault_of(&path))
 }

@@ -208,7 +208,7 @@ impl Letters {
         let per_em = f64::from(face.units_per_em());
         let mut bytes = Vec::with_capacity(2 * text.len());
         for letter in text.chars() {
-            let glyph = glyph_number(&face, letter);
+            let glyph = glyph_number(face, letter);
             let advance = face.glyph_hor_advance(ttf_parser::GlyphId(glyph)).unwrap_or(0);
             let number = self.glyphs.remap(glyph);
             self.told.entry(number).or_insert((letter, 1000.0 * f64::from(advance) / per_em));
@@ -264,11 +264,11 @@ impl Letters {
 /// What the font has no glyph for by what it has.
 pub fn drawable(text: &str) -> String {
     let regular = face(false);
-    let unknown = glyph_number(&regular, '\u{10ffff}');
+    let unknown = glyph_number(regular, '\u{10ffff}');
     let drawn = |letter: char| match letter {
         '✓' => '√',
         '✗' => '×',
-        letter if letter != '?' && glyph_number(&regular, letter) == unknown => '?',
+        letter if letter != '?' && glyph_number(regular, letter) == unknown => '?',
         letter => letter,
     };
     text.chars().map(drawn).collect()

@@ -361,37 +361,63 @@ fn words(runs: &[TextRun], size: f64) -> Vec<Word> {
     found
 }
 
+/// Widths that add up to that of a line as words join it.
+#[derive(Clone, Copy, Default)]
+struct LineWidth {
+    count: usize,
+    words: f64,
+    spaces: f64,
+    has_verdict: bool,
+}
+
+impl LineWidth {
+    /// With these words after it.
+    fn with(self, words: &[Word]) -> LineWidth {
+        words.iter().fold(self, |line, word| LineWidth {
+            count: line.count + 1,
+            words: line.words + word.width,
+            spaces: line.spaces + if word.is_apart && line.count > 0 { space(word) } else { 0.0 },
+            has_verdict: line.has_verdict || !word.run.verdict.is_empty(),
+        })
+    }
+
+    fn all(&self) -> f64 {
+        let bar = if self.has_verdict { VERDICT_BAR } else { 0.0 };
+        bar + self.words + self.spaces
+    }
+}
+
 /// Width of words on one line.
 fn width(line: &[Word]) -> f64 {
-    let apart = |(index, word): (usize, &Word)| if word.is_apart && index > 0 { space(word) } else { 0.0 };
-    let bar = if line.iter().any(|word| !word.run.verdict.is_empty()) { VERDICT_BAR } else { 0.0 };
-    bar + line.iter().map(|word| word.width).sum::<f64>() + line.iter().enumerate().map(apart).sum::<f64>()
+    LineWidth::default().with(line).all()
 }
 
 /// Breaks words into lines no wider than a column; words that stick together stay so.
 fn lines(words: &[Word], column: f64) -> Vec<Vec<Word>> {
     let mut found: Vec<Vec<Word>> = Vec::new();
-    let mut line: Vec<Word> = Vec::new();
+    let (mut line, mut width) = (0..0, LineWidth::default());
     let mut index = 0;
     while index < words.len() {
         if words[index].run.text == "\n" {
-            found.push(std::mem::take(&mut line));
+            found.push(words[line].to_vec());
             index += 1;
+            (line, width) = (index..index, LineWidth::default());
             continue;
         }
         let sticking = 1 + words[index + 1..].iter().take_while(|word| !word.is_apart).count();
         let piece = &words[index..index + sticking];
-        let with: Vec<Word> = line.iter().chain(piece).cloned().collect();
-        if !line.is_empty() && width(&with) > column + 0.01 {
-            found.push(std::mem::take(&mut line));
-            line = piece.to_vec();
+        let with = width.with(piece);
+        if !line.is_empty() && with.all() > column + 0.01 {
+            found.push(words[line].to_vec());
+            (line, width) = (index..index, LineWidth::default().with(piece));
         } else {
-            line = with;
+            width = with;
         }
         index += sticking;
+        line.end = index;
     }
     if !line.is_empty() {
-        found.push(line);
+        found.push(words[line].to_vec());
     }
     found
 }

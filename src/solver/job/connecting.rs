@@ -3,13 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Engine, FIRST_LOCAL_CHAINS, Job, RAYS_PER_SLICE, Tally};
-use crate::control::margin;
 use crate::maps::REPLICAS;
 use crate::solver::local::{Kernel, LocalPlan};
 use crate::solver::pilot::DirectShare;
 
-/// Degrees of freedom of a run over those of the pilot's chains: quasi-random points take out what all points share most.
-const QUASI_DEGREES: f64 = 2.0;
 /// Variance of independent chains over that of a run's quasi-random ones. Measured: 2 to 12 in eight made-up rooms, 5 in the geometric
 /// mean, and 5 to 8 on Sobolev's planes.
 const QUASI_GAIN: f64 = 4.0;
@@ -39,7 +36,7 @@ impl Job {
     /// All points share the chance of its chains, and of so few degrees of freedom the stop rule asks a wide margin.
     pub fn rays_by_connecting(&self, plan: &LocalPlan, error_lx: f64) -> f64 {
         let cost = plan.cost(&self.weights);
-        let safe_error_lx = error_lx / margin(QUASI_DEGREES * plan.degrees_of_freedom);
+        let safe_error_lx = error_lx / plan.margin;
         let variance = cost.variance / QUASI_GAIN;
         let alone = variance * plan.rays_per_round / (safe_error_lx * safe_error_lx);
         let first = LEAST_LOOKS * first_rounds(plan.chains_per_round, plan.rays_per_round) as f64;

@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::{Kernel, LocalPlan, trace};
+use crate::control::margin;
 use crate::estimators::local::{Anchors, ChainVertex, Connecting};
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
@@ -40,6 +41,8 @@ const FIRST_THRESHOLD: i32 = 3;
 const STEP: f64 = 2.0;
 /// Chains from quasi-random points may vary by so much less than the pilot's, and what thinning adds must not drown that.
 const QUASI_GAIN: f64 = 4.0;
+/// Degrees of freedom of a run over those of the pilot's chains: quasi-random points take out what all points share most.
+const QUASI_DEGREES: f64 = 2.0;
 /// Working out a score takes this many rays' time.
 const RAYS_PER_SCORE: f64 = 0.02;
 /// Bounds are set higher than the balance says: chains of many vertices and from quasi-random points vary less than single
@@ -99,7 +102,7 @@ pub(super) fn plan(
     if kernel == Kernel::Naive {
         let connecting = Connecting { bound: f64::INFINITY, threshold: 0.0 };
         let scores = pilot.scores(f64::INFINITY);
-        let chains = pilot.part(&scores, 0.0);
+        let (chains, degrees_of_freedom) = (pilot.part(&scores, 0.0), pilot.degrees(&scores));
         return LocalPlan {
             connecting,
             chains_per_round: 1,
@@ -108,7 +111,8 @@ pub(super) fn plan(
             variance_per_round: chains.variance,
             mean_lx: mean,
             quasi: false,
-            degrees_of_freedom: pilot.degrees(&scores),
+            degrees_of_freedom,
+            margin: margin(QUASI_DEGREES * degrees_of_freedom),
             pilot_chains: pilot.chains.len(),
             found: 1.0,
             pilot_rays: pilot_rays + pilot.all_rays(),
@@ -127,6 +131,7 @@ pub(super) fn plan(
     let (b, w) = (ratio.max(1.0), (1.0 / ratio).max(1.0));
     let (walks, rest) = walks(&anchors, bound);
     let scores = pilot.scores(bound);
+    let degrees_of_freedom = pilot.degrees(&scores);
     let found = scores.mean * pilot.flux_lm / (mean - rest).max(f64::MIN_POSITIVE);
     LocalPlan {
         connecting,
@@ -136,7 +141,8 @@ pub(super) fn plan(
         variance_per_round: chains.variance / b + walks.variance / w,
         mean_lx: mean,
         quasi: true,
-        degrees_of_freedom: pilot.degrees(&scores),
+        degrees_of_freedom,
+        margin: margin(QUASI_DEGREES * degrees_of_freedom),
         pilot_chains: pilot.chains.len(),
         found,
         pilot_rays: pilot_rays + pilot.all_rays(),

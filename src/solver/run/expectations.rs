@@ -135,6 +135,9 @@ impl Run<'_> {
         let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
         let left_s = (self.settings.time_limit_s? - wall_s).max(0.0);
         let affordable = left_s * self.clock.rays_per_s(rays, wall_s);
+        if affordable <= 0.0 {
+            return None;
+        }
         let rays_to = |error: f64| {
             let bound = self.jobs.iter().filter(|job| job.bound && !job.map.is_empty());
             bound
