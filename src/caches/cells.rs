@@ -291,7 +291,7 @@ mod tests {
         for place in 0..16 * 16 * 16 {
             for kind in 0..8 * 3 * 3 {
                 let normal = part_of_normal([DVec3::X, DVec3::Y, DVec3::NEG_Z][kind / 8 % 3]);
-                let kind = (kind as u32 / 24) << LEVEL_BIT | normal << 3 | kind as u32 % 8;
+                let kind = (kind as u32 / 24) << LEVEL_BIT | normal << 3 | (kind as u32 % 8);
                 keys.push(CellKey { cube: [place / 256, place / 16 % 16, place % 16], kind });
             }
         }
