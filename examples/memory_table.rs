@@ -92,6 +92,17 @@ fn number(key: &'static str, summary: &Value) -> f64 {
     summary[key].as_f64().unwrap_or(0.0)
 }
 
+const fn receivers(condition: &'static str, arguments: &'static [&'static str]) -> Row {
+    Row {
+        name: "receiver",
+        condition,
+        counts: [10_000, 40_000],
+        scene: points,
+        arguments,
+        count_of: |summary| number("count", summary),
+    }
+}
+
 const ROWS: [Row; 8] = [
     Row {
         name: "triangle of a mesh file",
@@ -117,37 +128,16 @@ const ROWS: [Row; 8] = [
         arguments: &["--method", "gather", "--chains", "1", "--maps", "elements"],
         count_of: |summary| number("elements", summary),
     },
-    Row {
-        name: "receiver",
-        condition: "of a grid, by walks, with `receivers.csv`",
-        counts: [10_000, 40_000],
-        scene: points,
-        arguments: WALKS,
-        count_of: |summary| summary["count"].as_f64().unwrap_or(0.0),
-    },
-    Row {
-        name: "receiver",
-        condition: "the same by gathering",
-        counts: [10_000, 40_000],
-        scene: points,
-        arguments: &["--method", "gather", "--chains", "1", "--maps", "receivers"],
-        count_of: |summary| summary["count"].as_f64().unwrap_or(0.0),
-    },
-    Row {
-        name: "receiver",
-        condition: "the same by local estimation",
-        counts: [10_000, 40_000],
-        scene: points,
-        arguments: &["--method", "local", "--chains", "1", "--maps", "receivers"],
-        count_of: |summary| summary["count"].as_f64().unwrap_or(0.0),
-    },
+    receivers("of a grid, by walks, with `receivers.csv`", WALKS),
+    receivers("the same by gathering", &["--method", "gather", "--chains", "1", "--maps", "receivers"]),
+    receivers("the same by local estimation", &["--method", "local", "--chains", "1", "--maps", "receivers"]),
     Row {
         name: "luminaire",
         condition: "of an array, one receiver",
         counts: [50_000, 200_000],
         scene: luminaires,
         arguments: WALKS,
-        count_of: |summary| summary["count"].as_f64().unwrap_or(0.0),
+        count_of: |summary| number("count", summary),
     },
     Row {
         name: "ray that fills or asks cells",

@@ -44,11 +44,12 @@ pub struct CellKey {
 impl CellKey {
     /// 64 bits that stand for the key: of ten million cells any two are the same with a chance of 3 in a million.
     fn fingerprint(&self) -> u64 {
-        // Spread first: the low bits of a kind and of a number would cancel, and a cell be its neighbour's for rays from the other side.
-        let mut bits = u64::from(self.kind).wrapping_mul(0xD6E8_FEB8_6659_FD93);
-        bits ^= bits >> 32;
-        for number in self.cube {
-            bits = (bits ^ u64::from(number as u32)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let [x, y, z] = self.cube.map(|number| number as u32);
+        // Each number is spread before the next joins it: low bits of a kind and of a place would cancel, and a cell be its neighbour's for
+        // rays from the other side.
+        let mut bits = 0;
+        for number in [self.kind, x, y, z] {
+            bits = (bits ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
             bits ^= bits >> 29;
         }
         bits = bits.wrapping_mul(0xBF58_476D_1CE4_E5B9);

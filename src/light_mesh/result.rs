@@ -13,7 +13,7 @@ use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 use crate::maps::{
     MapError, MapKind, MapResult, MapValues, StatedValues, TableKind, TableRow, grid_places, grid_slopes, stated_row,
 };
-use crate::scene::{Elements, EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, fine_evaluation_grid};
+use crate::scene::{ElementSizes, Elements, EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, evaluation_grid};
 
 /// Entries that are computed between two looks at the clock.
 const ENTRIES_OF_PART: usize = 1024;
@@ -300,7 +300,7 @@ fn element_tables(scene: &Scene, elements: &Elements, values: &MapValues, weight
             };
             let weights = pick(weights);
             let stated = StatedValues::of(&part, &weights, 0..of_side.len());
-            let grid = fine_evaluation_grid(scene, elements, id as u32, side, |_| (1.0, 1.0));
+            let grid = evaluation_grid(scene, elements, id as u32, side, |_| (1.0, 1.0), ElementSizes::Fine);
             let halves_lx = |entry: usize| [values.illuminance_lx[entry]; 2];
             let slopes = |grid: &EvaluationGrid| grid_slopes(scene, elements, &of_side, grid, |_| true, halves_lx);
             let (area_m2, places) = (weights.iter().sum(), grid_places(values, grid.as_ref(), slopes));

@@ -228,7 +228,7 @@ mod tests {
     use super::super::{Places, REPLICAS, ReplicaMap, TableKind, TableRow, TableSubject, table_row};
     use super::*;
     use crate::sampling::random::{Purpose, Stream};
-    use crate::scene::{Side, evaluation_grid};
+    use crate::scene::{ElementSizes, Side, evaluation_grid};
 
     /// A table of 3 m × 3 m, whose grid has 7 × 7 cells, with elements as long as given.
     fn table(edge_m: f64) -> Scene {
@@ -260,7 +260,8 @@ mod tests {
         let entries: Vec<usize> = (0..elements.len()).collect();
         let weights: Vec<f64> =
             entries.iter().map(|entry| elements.area_m2(&scene, elements.cell(*entry as u32))).collect();
-        let grid = evaluation_grid(&scene, &elements, 0, Side::Front, |_| (1.0, 1.0)).expect("a flat table");
+        let grid = evaluation_grid(&scene, &elements, 0, Side::Front, |_| (1.0, 1.0), ElementSizes::Any)
+            .expect("a flat table");
         assert!(!grid.is_finer_than_elements && grid.cells.len() == 49);
         let halves_lx = |entry: usize| {
             [0, 1].map(|first| {

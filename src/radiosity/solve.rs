@@ -13,7 +13,9 @@ use super::room::Room;
 use crate::maps::{
     MapKind, MapResult, MapValues, StatedValues, TableKind, grid_places, grid_slopes, stated_error, stated_row,
 };
-use crate::scene::{Cell, Elements, EvaluationGrid, ReceiverLayout, ReceiverPoint, Scene, Side, fine_evaluation_grid};
+use crate::scene::{
+    Cell, ElementSizes, Elements, EvaluationGrid, ReceiverLayout, ReceiverPoint, Scene, Side, evaluation_grid,
+};
 
 /// Divisions of a face without breaks on the meshes, from the coarsest; each three neighbours are extrapolated.
 const DIVISIONS: [usize; 5] = [2, 4, 8, 16, 32];
@@ -155,7 +157,7 @@ impl<'a> Radiosity<'a> {
                 let entries: Vec<usize> = range.collect();
                 let halves_lx = |entry: usize| [values.illuminance_lx[entry]; 2];
                 let slopes = |grid: &EvaluationGrid| grid_slopes(scene, &elements, &entries, grid, |_| true, halves_lx);
-                let grid = fine_evaluation_grid(scene, &elements, surface, Side::Front, |_| (1.0, 1.0));
+                let grid = evaluation_grid(scene, &elements, surface, Side::Front, |_| (1.0, 1.0), ElementSizes::Fine);
                 let places = grid_places(&values, grid.as_ref(), slopes);
                 let name = &scene.surfaces[surface as usize].name;
                 stated_row(name, TableKind::Surface, "front", area_m2, &part, &places)

@@ -53,39 +53,26 @@ fn shown_m2(parts: &[GridPart]) -> f64 {
     parts.iter().map(|part| part.area_m2).sum()
 }
 
+/// How large the elements of a grid may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ElementSizes {
+    /// However large: a grid tells whether they are larger than a quarter of its cells.
+    Any,
+    /// Up to that. Larger ones are found at the first cell that lies in one: of ten thousand panes of two elements each no grid is made.
+    Fine,
+}
+
 /// The grid of EN 12464-1 on one side of a flat surface, its cells filled with the parts of the elements that lie there.
 ///
 /// `exposed` is the share that shows of every element side, and `scale` what its mean is to be multiplied by to be that of what shows.
-/// `None` where the surface is not flat, is smaller than four cells, or nothing of it shows.
+/// `None` where the surface is not flat, is smaller than four cells, nothing of it shows, or elements are larger than they may be.
 pub fn evaluation_grid(
     scene: &Scene,
     elements: &Elements,
     surface: SurfaceId,
     side: Side,
     exposed: impl Fn(u32) -> (f64, f64),
-) -> Option<EvaluationGrid> {
-    grid_of(scene, elements, surface, side, exposed, true)
-}
-
-/// The same; `None`, too, where elements are larger than a quarter of a cell. That is found at the first cell that lies in such an element:
-/// of ten thousand panes of two elements each no grid is made.
-pub fn fine_evaluation_grid(
-    scene: &Scene,
-    elements: &Elements,
-    surface: SurfaceId,
-    side: Side,
-    exposed: impl Fn(u32) -> (f64, f64),
-) -> Option<EvaluationGrid> {
-    grid_of(scene, elements, surface, side, exposed, false).filter(|grid| !grid.is_finer_than_elements)
-}
-
-fn grid_of(
-    scene: &Scene,
-    elements: &Elements,
-    surface: SurfaceId,
-    side: Side,
-    exposed: impl Fn(u32) -> (f64, f64),
-    may_be_finer_than_elements: bool,
+    sizes: ElementSizes,
 ) -> Option<EvaluationGrid> {
     let triangles = &scene.triangles[scene.surfaces[surface as usize].triangles.start as usize
         ..scene.surfaces[surface as usize].triangles.end as usize];
@@ -131,7 +118,7 @@ fn grid_of(
                     at: weights_of(corners, middle),
                 };
                 let is_large = area_m2 > LARGEST_ELEMENT * cell_m2 * (1.0 + 1e-6);
-                if is_large && !may_be_finer_than_elements && part.area_m2 >= LEAST_FILLED * cell_m2 {
+                if is_large && sizes == ElementSizes::Fine && part.area_m2 >= LEAST_FILLED * cell_m2 {
                     return None;
                 }
                 cells[index].push(part);
@@ -143,7 +130,8 @@ fn grid_of(
         (0..cells.len()).filter(|index| shown_m2(&cells[*index]) >= LEAST_FILLED * cell_m2).collect();
     let is_finer_than_elements = kept.iter().any(|index| large[*index]);
     let cells: Vec<Vec<GridPart>> = kept.into_iter().map(|index| std::mem::take(&mut cells[index])).collect();
-    (!cells.is_empty()).then_some(EvaluationGrid { cells, cell_m2, is_finer_than_elements })
+    let is_wanted = !cells.is_empty() && (sizes == ElementSizes::Any || !is_finer_than_elements);
+    is_wanted.then_some(EvaluationGrid { cells, cell_m2, is_finer_than_elements })
 }
 
 /// Corners that a triangle has at most once four lines have cut it: 7, and room for what rounding adds.
@@ -222,7 +210,7 @@ mod tests {
         );
         let scene = crate::scene_from_json(&text, None, std::path::Path::new(".")).expect("the table is valid");
         let elements = Elements::of(&scene);
-        let grid = evaluation_grid(&scene, &elements, 0, Side::Front, |_| (1.0, 1.0));
+        let grid = evaluation_grid(&scene, &elements, 0, Side::Front, |_| (1.0, 1.0), ElementSizes::Any);
         (scene, grid)
     }
 
@@ -265,7 +253,7 @@ mod tests {
                 asked.set(asked.get() + 1);
                 (1.0, 1.0)
             };
-            let fine = fine_evaluation_grid(&scene, &elements, 0, Side::Front, exposed);
+            let fine = evaluation_grid(&scene, &elements, 0, Side::Front, exposed, ElementSizes::Fine);
             assert_eq!(fine, grid.filter(|grid| !grid.is_finer_than_elements));
             assert_eq!((fine.is_some(), asked.get() > 1), (is_fine, is_fine));
         }
@@ -285,7 +273,7 @@ mod tests {
         let elements = Elements::of(&scene);
         let one = |share: f64| {
             let exposed = move |element: u32| (if element == 0 { 1.0 } else { share }, 1.0);
-            evaluation_grid(&scene, &elements, 0, Side::Front, exposed)
+            evaluation_grid(&scene, &elements, 0, Side::Front, exposed, ElementSizes::Any)
         };
         let full = one(1.0).map_or(0, |grid| grid.cells.len());
         let half = one(0.0).map_or(0, |grid| grid.cells.len());

@@ -39,15 +39,13 @@ pub(super) fn read(
     warnings: &mut Vec<String>,
 ) -> Result<GeometryShape, SceneError> {
     let (json, binary) = chunks(path, bytes)?;
-    let refuse = |error: &dyn std::fmt::Display| refusal(path, "not valid glTF", error.to_string(), "glTF 2.0");
-    let root: gltf::json::Root = gltf::json::deserialize::from_slice(&json).map_err(|error| refuse(&error))?;
+    let root = described(path, &json)?;
     if let Some(unknown) = root.extensions_required.iter().find(|name| !is_looks(name)) {
         let remedy = "export the model again without this extension (compression, for instance)";
         let what = "the glTF file needs an extension that is not read".to_owned();
         return Err(SceneError::of_file(path, what, format!("{unknown:?}"), "plain glTF 2.0", remedy));
     }
-    check_positions(path, &root)?;
-    let document = Document::from_json(root).map_err(|error| refuse(&error))?;
+    let document = document(path, root)?;
     let mut reader = GltfReader {
         path,
         unit,
@@ -67,8 +65,18 @@ pub(super) fn read(
     Ok(shape)
 }
 
-/// Refuses positions in an accessor that is not there: the library looks into it before it asks whether it is.
-fn check_positions(path: &Path, root: &gltf::json::Root) -> Result<(), SceneError> {
+fn not_valid(path: &Path, error: &dyn std::fmt::Display) -> SceneError {
+    refusal(path, "not valid glTF", error.to_string(), "glTF 2.0")
+}
+
+/// What the text of a file describes.
+fn described(path: &Path, json: &[u8]) -> Result<gltf::json::Root, SceneError> {
+    gltf::json::deserialize::from_slice(json).map_err(|error| not_valid(path, &error))
+}
+
+/// The same with its references checked. The library looks into the accessor of positions before it asks whether that is there: such are
+/// refused first.
+fn document(path: &Path, root: gltf::json::Root) -> Result<Document, SceneError> {
     let positions = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
     for (number, mesh) in root.meshes.iter().enumerate() {
         let named = mesh.primitives.iter().filter_map(|primitive| primitive.attributes.get(&positions));
@@ -78,7 +86,7 @@ fn check_positions(path: &Path, root: &gltf::json::Root) -> Result<(), SceneErro
             return Err(refusal(path, what, got, "the number of an accessor of the file"));
         }
     }
-    Ok(())
+    Document::from_json(root).map_err(|error| not_valid(path, &error))
 }
 
 fn is_looks(extension: &str) -> bool {
@@ -327,10 +335,7 @@ pub(super) struct Appearance {
 /// Damaged files.
 pub(super) fn appearances(path: &Path, bytes: &[u8]) -> Result<HashMap<String, Appearance>, SceneError> {
     let (json, _) = chunks(path, bytes)?;
-    let refuse = |error: &dyn std::fmt::Display| refusal(path, "not valid glTF", error.to_string(), "glTF 2.0");
-    let root: gltf::json::Root = gltf::json::deserialize::from_slice(&json).map_err(|error| refuse(&error))?;
-    check_positions(path, &root)?;
-    let document = Document::from_json(root).map_err(|error| refuse(&error))?;
+    let document = document(path, described(path, &json)?)?;
     let appearance = |material: gltf::Material| {
         let surface = material.pbr_metallic_roughness();
         let [red, green, blue, alpha] = surface.base_color_factor().map(f64::from);

@@ -71,7 +71,7 @@ pub use elements::{Cell, Elements, Side};
 pub use emission::Emission;
 pub use energy::Energy;
 pub use error::{Refusal, SceneError, TextPlace};
-pub use evaluation_grid::{EvaluationGrid, GridPart, evaluation_grid, fine_evaluation_grid};
+pub use evaluation_grid::{ElementSizes, EvaluationGrid, GridPart, evaluation_grid};
 pub(crate) use file::{WrittenGeometry, from_json_with, read_with};
 pub use intensity_table::IntensityTable;
 pub use materials::{Material, ReflectionLaw};

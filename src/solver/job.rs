@@ -161,7 +161,6 @@ pub struct Job {
     seen: Option<(Judgement, u64)>,
     /// Scores that carried its variance then, effectively.
     scores_seen: f64,
-    /// Errors of its looks, from which the power of the work is read with which they fall.
     direct: PartCost,
     indirect: PartCost,
     /// The same of walks from where rays start that ask cells.

@@ -45,9 +45,8 @@ pub struct LocalPlan {
     pub rays_per_round: f64,
     /// Weighted variance that one round leaves, summed over the set.
     pub variance_per_round: f64,
-    /// Degrees of freedom that chains leave a map, about: all its entries share them.
-    pub degrees_of_freedom: f64,
-    /// By how much an error that a run with so many is expected to have must lie under a target.
+    /// By how much the error that a run is expected to have must lie under a target: all entries of a map share the few degrees of
+    /// freedom that its chains leave it.
     pub margin: f64,
     /// What the pilot's chains bring, were nothing in the way, over what walks say that they do.
     pub found: f64,

@@ -8,9 +8,7 @@ use super::pilot::is_over;
 use crate::maps::{
     AverageLeft, CellSlopes, HALF, Places, TableKind, TableRow, TableSubject, grid_slopes, left_of_averages, table_row,
 };
-use crate::scene::{
-    EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid, fine_evaluation_grid,
-};
+use crate::scene::{ElementSizes, EvaluationGrid, Quantity, ReceiverLayout, Scene, Side, SurfaceId, evaluation_grid};
 
 /// Weights of the second and third corner of an element at its centroid, where its slopes are 0.
 const CENTROID: [f64; 2] = [1.0 / 3.0; 2];
@@ -116,10 +114,8 @@ fn surface_sides(context: &Context, job: &Job) -> Vec<SurfaceSide> {
                 Some(adaptive) => (adaptive.exposed[element as usize], 1.0),
                 None => (1.0, 1.0),
             };
-            let grid = match &job.adaptive {
-                Some(_) => evaluation_grid(scene, elements, surface, side, share),
-                None => fine_evaluation_grid(scene, elements, surface, side, share),
-            };
+            let sizes = if job.adaptive.is_some() { ElementSizes::Any } else { ElementSizes::Fine };
+            let grid = evaluation_grid(scene, elements, surface, side, share, sizes);
             sides.push(SurfaceSide { surface, side, entries, grid });
         }
     }

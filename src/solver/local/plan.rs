@@ -102,7 +102,7 @@ pub(super) fn plan(
     if kernel == Kernel::Naive {
         let connecting = Connecting { bound: f64::INFINITY, threshold: 0.0 };
         let scores = pilot.scores(f64::INFINITY);
-        let (chains, degrees_of_freedom) = (pilot.part(&scores, 0.0), pilot.degrees(&scores));
+        let chains = pilot.part(&scores, 0.0);
         return LocalPlan {
             connecting,
             chains_per_round: 1,
@@ -111,8 +111,7 @@ pub(super) fn plan(
             variance_per_round: chains.variance,
             mean_lx: mean,
             quasi: false,
-            degrees_of_freedom,
-            margin: margin(QUASI_DEGREES * degrees_of_freedom),
+            margin: margin(QUASI_DEGREES * pilot.degrees(&scores)),
             pilot_chains: pilot.chains.len(),
             found: 1.0,
             pilot_rays: pilot_rays + pilot.all_rays(),
@@ -131,7 +130,6 @@ pub(super) fn plan(
     let (b, w) = (ratio.max(1.0), (1.0 / ratio).max(1.0));
     let (walks, rest) = walks(&anchors, bound);
     let scores = pilot.scores(bound);
-    let degrees_of_freedom = pilot.degrees(&scores);
     let found = scores.mean * pilot.flux_lm / (mean - rest).max(f64::MIN_POSITIVE);
     LocalPlan {
         connecting,
@@ -141,8 +139,7 @@ pub(super) fn plan(
         variance_per_round: chains.variance / b + walks.variance / w,
         mean_lx: mean,
         quasi: true,
-        degrees_of_freedom,
-        margin: margin(QUASI_DEGREES * degrees_of_freedom),
+        margin: margin(QUASI_DEGREES * pilot.degrees(&scores)),
         pilot_chains: pilot.chains.len(),
         found,
         pilot_rays: pilot_rays + pilot.all_rays(),
