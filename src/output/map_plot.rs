@@ -34,9 +34,10 @@ const QUANTILE: f64 = 0.99;
 const BEYOND: f64 = 1.4;
 /// Fewer nodes give no isolux lines worth the name.
 const FEWEST_NODES: usize = 12;
-/// A range of values narrower than this share of the greatest, or than so many stated errors, is not spread over all colours.
+/// A range of values narrower than this share of the greatest is not spread over all colours, nor one that may be chance: n values of
+/// normal chance lie within so many √(2 ln n) stated errors (of 36 all but one range in a hundred).
 const NARROW: f64 = 0.05;
-const NARROW_ERRORS: f64 = 4.0;
+const RANGE_OF_CHANCE: f64 = 2.3;
 /// The scale begins at 0 unless all values exceed this share of the greatest.
 const FROM_ZERO: f64 = 0.7;
 /// Sets numbers in a line apart; plain spaces would fall together.
@@ -139,7 +140,7 @@ pub(super) fn draw_map(
     let colors = ColorScale::of(map);
     draw_cells(picture, map, layout, mean, &|value| colors.ink(value));
     let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
-    let is_even = !levels.is_empty() && map.field.range().is_some_and(|range| is_even(range, map.estimated_error));
+    let is_even = !levels.is_empty() && is_even(map, map.field.range());
     let is_without = map.field.nodes.len() < FEWEST_NODES || is_too_noisy || is_even;
     let drawn = if is_without { Vec::new() } else { levels };
     draw_isolines(picture, map, layout, &drawn);
@@ -153,8 +154,9 @@ pub(super) fn draw_map(
 }
 
 /// Whether values between these two differ by so little that it may be chance.
-fn is_even([low, high]: [f64; 2], estimated_error: f64) -> bool {
-    high - low < NARROW_ERRORS * estimated_error * high
+fn is_even(map: &FlatMap, range: Option<[f64; 2]>) -> bool {
+    let errors = RANGE_OF_CHANCE * (2.0 * (map.cells.len().max(2) as f64).ln()).sqrt();
+    range.is_some_and(|[low, high]| high - low < errors * map.estimated_error * high)
 }
 
 /// The values of a grid's points as numbers, thinned where they would run into each other.
@@ -512,7 +514,7 @@ impl ColorScale {
             let lowest = low.max(high * 1e-4);
             return ColorScale { scale: Scale::logarithmic(lowest, high), is_cut };
         }
-        let is_narrow = high - low < NARROW * high || is_even([*low, high], map.estimated_error);
+        let is_narrow = high - low < NARROW * high || is_even(map, Some([*low, high]));
         let start = if *low > FROM_ZERO * high && !is_narrow { *low } else { 0.0 };
         let step = round_step(high - start, 10);
         let (floor, ceiling) = ((start / step).floor() * step, (high / step - 1e-9).ceil() * step);
