@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::box_tree::{BoxTree, Budget};
+use super::box_tree::{Box3, BoxTree, Budget};
 use super::shells::{Shell, reflects_on_both_sides, shells_of_scene, size_m};
 use crate::scene::{Emission, Scene};
 
@@ -13,13 +13,13 @@ use crate::scene::{Emission, Scene};
 const ON_SURFACE: f64 = 1e-9;
 /// How far in front of a surface its light is taken to begin, as a fraction of the scene's size.
 const IN_FRONT: f64 = 1e-6;
-/// Steps of a search over all points, and what each point adds: some seconds' work. A point in a room among furniture takes
-/// some fifty.
+/// Steps of a search over all points, and what each point adds: a few seconds' work. A point in a room among furniture takes
+/// some ten, since what holds in a box that no surface cuts holds for all points in it.
 const STEPS: u64 = 100_000_000;
-const STEPS_A_POINT: u64 = 200;
-/// Points that are looked at side by side; none may take more than a sixteenth of what is left.
-const BLOCK: usize = 64;
-const SHARE_OF_ONE: u64 = 16;
+const STEPS_A_POINT: u64 = 20;
+/// Parts of a list of points that are looked at side by side, and the most points of a part.
+const PARTS: usize = 64;
+const PART: usize = 8192;
 
 /// Closed shells by their boxes, the smallest volumes first.
 struct ByPlace<'s> {
@@ -41,8 +41,13 @@ impl<'s> ByPlace<'s> {
 
     /// The shells whose boxes a point lies in, smallest first.
     fn about(&self, point_m: DVec3, budget: &mut Budget) -> Vec<&'s Shell> {
+        self.meeting([point_m; 2], budget)
+    }
+
+    /// The shells whose boxes meet a box, smallest first.
+    fn meeting(&self, box_m: Box3, budget: &mut Budget) -> Vec<&'s Shell> {
         let mut numbers: Vec<u32> = Vec::new();
-        self.boxes.around(point_m, 0.0, budget, |number| numbers.push(number));
+        self.boxes.meeting(box_m, budget, |number| numbers.push(number));
         numbers.sort_unstable();
         numbers.into_iter().map(|number| self.shells[number as usize]).collect()
     }
@@ -60,41 +65,95 @@ impl<'s> Solids<'s> {
         Solids { by_place: ByPlace::of(shells.iter()), tolerance_m: ON_SURFACE * scene_size_m }
     }
 
-    /// Whether a point lies inside of a closed solid: the smallest closed shell around it faces outward.
+    /// Which of some points lie inside of a closed solid, as far as it was looked: of a great many points on the surfaces of a
+    /// great many shells, that is the first ones. And the steps that this took.
     ///
-    /// So a point in a room is not inside, even where a larger solid stands around the room; one in a table is.
-    fn hold(&self, point_m: DVec3, budget: &mut Budget) -> bool {
-        let around = self.by_place.about(point_m, budget);
-        let smallest = around.into_iter().find(|shell| shell.encloses(point_m, self.tolerance_m, budget));
-        !budget.is_spent() && smallest.is_some_and(|shell| shell.volume_m3 > 0.0)
-    }
-
-    /// Which of some points lie inside, as far as it was looked: of a great many points among a great many shells, that is
-    /// the first ones. And the steps that this took.
+    /// A point lies inside where the smallest closed shell around it faces outward. So a point in a room is not inside, even
+    /// where a larger solid stands around the room; one in a table is.
     pub fn holding(&self, points_m: &[DVec3]) -> (Vec<bool>, u64) {
         let given = STEPS + STEPS_A_POINT * points_m.len() as u64;
-        let (mut steps, mut taken) = (given, 0);
+        let mut left = given;
         let mut inside: Vec<bool> = Vec::with_capacity(points_m.len());
-        for block in points_m.chunks(BLOCK) {
-            let most = steps / SHARE_OF_ONE;
-            let looks: Vec<(bool, Budget)> = block
-                .par_iter()
-                .map(|point_m| {
-                    let mut budget = Budget::of_steps(most);
-                    (self.hold(*point_m, &mut budget), budget)
-                })
-                .collect();
-            taken += looks.iter().map(|(_, budget)| budget.taken()).sum::<u64>();
-            for (is_inside, budget) in looks {
+        let part = points_m.len().div_ceil(PARTS).clamp(1, PART);
+        for parts in points_m.chunks(part * PARTS) {
+            let parts: Vec<&[DVec3]> = parts.chunks(part).collect();
+            let share = left / (2 * parts.len() as u64);
+            let looks: Vec<(Vec<bool>, Budget)> = parts.par_iter().map(|part| self.hold(part, share)).collect();
+            left -= looks.iter().map(|(_, budget)| budget.taken()).sum::<u64>();
+            for ((mut held, mut budget), part) in looks.into_iter().zip(parts) {
+                // What its share was too small for gets all that is left.
                 if budget.is_spent() {
-                    return (inside, taken);
+                    (held, budget) = self.hold(part, left);
+                    left -= budget.taken();
                 }
-                inside.push(is_inside);
-                steps = steps.saturating_sub(budget.taken());
+                if budget.is_spent() {
+                    return (inside, given - left);
+                }
+                inside.extend(held);
             }
         }
-        (inside, taken)
+        (inside, given - left)
     }
+
+    /// The same for one part, whose answers hold where the budget was not spent.
+    fn hold(&self, points_m: &[DVec3], steps: u64) -> (Vec<bool>, Budget) {
+        let mut budget = Budget::of_steps(steps);
+        let mut places: Vec<(DVec3, usize)> = points_m.iter().copied().zip(0..).collect();
+        let mut inside = vec![false; places.len()];
+        let shells = self.by_place.meeting(bounds_of(&places), &mut budget);
+        self.hold_among(&shells, false, &mut places, &mut inside, &mut budget);
+        (inside, budget)
+    }
+
+    /// Marks what lies inside among places with their numbers, by halves of them, as long as any of the shells may tell two of
+    /// them apart. `shells` are those that may lie around, smallest first; where none does, it is as `else_inside` says.
+    fn hold_among(
+        &self,
+        shells: &[&Shell],
+        else_inside: bool,
+        places: &mut [(DVec3, usize)],
+        inside: &mut [bool],
+        budget: &mut Budget,
+    ) {
+        let box_m @ [low_m, high_m] = bounds_of(places);
+        let is_one_place = low_m == high_m;
+        let mut else_inside = else_inside;
+        let mut cutting: Vec<&Shell> = Vec::new();
+        for shell in shells {
+            if !budget.take(1) {
+                return;
+            }
+            if !is_one_place && shell.may_cut(box_m, self.tolerance_m, budget) {
+                cutting.push(shell);
+                continue;
+            }
+            let is_around = match is_one_place {
+                true => shell.encloses(low_m, self.tolerance_m, budget),
+                false => shell.winding_within(low_m.midpoint(high_m), budget).abs() > 0.5,
+            };
+            // What lies around all of them hides the larger ones.
+            if is_around {
+                else_inside = shell.volume_m3 > 0.0;
+                break;
+            }
+        }
+        if cutting.is_empty() {
+            places.iter().for_each(|(_, number)| inside[*number] = else_inside);
+            return;
+        }
+        let axis = (high_m - low_m).max_position();
+        let half = places.len() / 2;
+        places.select_nth_unstable_by(half, |one, other| one.0[axis].total_cmp(&other.0[axis]));
+        let (first, second) = places.split_at_mut(half);
+        self.hold_among(&cutting, else_inside, first, inside, budget);
+        self.hold_among(&cutting, else_inside, second, inside, budget);
+    }
+}
+
+/// The box of some places.
+fn bounds_of(places: &[(DVec3, usize)]) -> Box3 {
+    let low_m = places.iter().fold(DVec3::INFINITY, |low_m, (place_m, _)| low_m.min(*place_m));
+    [low_m, places.iter().fold(DVec3::NEG_INFINITY, |high_m, (place_m, _)| high_m.max(*place_m))]
 }
 
 /// The closed shells of a scene that let no light out, looked for once for all its luminaires.

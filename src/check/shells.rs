@@ -51,6 +51,12 @@ impl Shell {
         !self.tree.as_ref().is_some_and(|tree| tree.any_near(point_m, tolerance_m, budget, distance_m))
     }
 
+    /// Whether the surface may cut a box or come as near to it as `tolerance_m`; if not, all places in the box lie on one side
+    /// of the shell.
+    pub(super) fn may_cut(&self, box_m: Box3, tolerance_m: f64, budget: &mut Budget) -> bool {
+        self.tree.as_ref().is_some_and(|tree| tree.may_cut(box_m, tolerance_m, budget))
+    }
+
     /// A distance in m from a point within which the shell does not lie.
     pub(super) fn clear_m(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
         let box_m = point_m.distance(point_m.clamp(self.low_m, self.high_m));

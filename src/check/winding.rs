@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::box_tree::Budget;
+use super::box_tree::{Box3, Budget};
 
 /// Triangles that are looked at one by one.
 const LEAF: usize = 16;
@@ -136,6 +136,38 @@ impl WindingTree {
             open.extend(if one_m < other_m { [children[1], children[0]] } else { children });
         }
         nearest_m
+    }
+
+    /// Whether a triangle may come as near to a box as `tolerance_m`: neither the axes nor the triangle's plane part them.
+    pub fn may_cut(&self, [low_m, high_m]: Box3, tolerance_m: f64, budget: &mut Budget) -> bool {
+        let (low_m, high_m) = (low_m - tolerance_m, high_m + tolerance_m);
+        let (middle_m, half_m) = (low_m.midpoint(high_m), 0.5 * (high_m - low_m));
+        let cuts = |[a, b, c]: &[DVec3; 3]| {
+            let is_beside = a.min(*b).min(*c).cmpgt(high_m).any() || a.max(*b).max(*c).cmplt(low_m).any();
+            let normal = (*b - *a).cross(*c - *a);
+            !is_beside && normal.dot(middle_m - *a).abs() <= normal.abs().dot(half_m) + tolerance_m * normal.length()
+        };
+        let mut open = vec![0];
+        while let Some(number) = open.pop() {
+            let node = &self.nodes[number];
+            if !budget.take(1) {
+                break;
+            }
+            if low_m.cmpgt(node.high_m).any() || high_m.cmplt(node.low_m).any() {
+                continue;
+            }
+            if node.count == 0 {
+                open.extend([number + 1, node.second]);
+                continue;
+            }
+            if !budget.take(node.count as u64) {
+                break;
+            }
+            if self.triangles[node.first..node.first + node.count].iter().any(cuts) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Whether a triangle comes as near to a point as `tolerance_m`, by the distance that is given.

@@ -8,7 +8,8 @@ use glam::DVec3;
 
 use super::insides::Solids;
 use super::overlaps::{overlaps, overlaps_budget};
-use super::{Inspection, closed_shells_of_geometries, inspect, scene_from_json, shells};
+use super::shells::{self, Shell};
+use super::{Inspection, closed_shells_of_geometries, inspect, scene_from_json};
 use crate::scene::Scene;
 
 /// Looks that every search may take on whatever mesh, and what each triangle, solid or point may add.
@@ -49,12 +50,21 @@ fn copies(count: u32, own_vertices: bool) -> String {
 
 /// Tetrahedra about each other.
 fn shells_about_each_other(count: u32) -> String {
+    shells_facing(count, |_| true)
+}
+
+/// The same, some of which face outward and the others inward.
+fn shells_facing(count: u32, outward: impl Fn(u32) -> bool) -> String {
     (0..count)
         .map(|number| {
             let r = 1.0 + 1e-4 * f64::from(number);
-            format!(
-                "v {r} {r} {r}\nv {r} -{r} -{r}\nv -{r} {r} -{r}\nv -{r} -{r} {r}\nf -4 -3 -2\nf -4 -1 -3\nf -4 -2 -1\nf -3 -1 -2\n"
-            )
+            let vertices = format!("v {r} {r} {r}\nv {r} -{r} -{r}\nv -{r} {r} -{r}\nv -{r} -{r} {r}\n");
+            vertices
+                + if outward(number) {
+                    "f -4 -3 -2\nf -4 -1 -3\nf -4 -2 -1\nf -3 -1 -2\n"
+                } else {
+                    "f -2 -3 -4\nf -3 -1 -4\nf -1 -2 -4\nf -2 -1 -3\n"
+                }
         })
         .collect()
 }
@@ -128,14 +138,63 @@ fn shells_about_each_other_are_looked_at_as_far_as_a_budget_goes() {
     assert!(!found.all_looked_at && found.count > 1000);
     assert!(budget.taken() <= MOST_STEPS + MOST_STEPS_EACH * 20_000, "{} steps", budget.taken());
 
-    // A point in all of them is told by the smallest; points in all boxes and in no shell take longer, and not for ever.
+    // A point in all of them is told by the smallest; points in all boxes and in no shell take longer.
     let solids = Solids::of(&shells, size_m);
     let (inside, steps) = solids.holding(&[DVec3::ZERO]);
-    assert!(inside == [true] && steps < 50_000, "{inside:?}, {steps} steps");
+    assert!(inside == [true] && steps < 300_000, "{inside:?}, {steps} steps");
     let beside: Vec<DVec3> = (0..4000).map(|number| DVec3::splat(-1.0 - 1e-4 * f64::from(number))).collect();
     let (inside, steps) = solids.holding(&beside);
-    assert!(inside.len() < beside.len() && !inside.contains(&true), "{} of {}", inside.len(), beside.len());
-    assert!(steps <= MOST_STEPS + MOST_STEPS_EACH * 4000, "{steps} steps");
+    assert!(inside == vec![false; 4000] && steps < 5_000 * 4000, "{steps} steps");
+}
+
+#[test]
+fn a_great_many_points_among_many_shells_take_few_looks_each() {
+    // Every other shell faces inward. A row of points crosses each of them twice; a block of points lies beside most.
+    for facing in [1, 2] {
+        let scene = scene_of(&shells_facing(300, |number| number % facing == 0));
+        let shells = closed_shells_of_geometries(&scene);
+        assert_eq!(shells.len(), 300);
+        let size_m = shells::size_m(&scene);
+        let solids = Solids::of(&shells, size_m);
+        let row = (0..300_000).map(|number| DVec3::new(-1.2 + 8e-6 * f64::from(number), 0.11, 0.07));
+        let block = (0..27_000).map(|number| {
+            let [x, y, z] = [number % 30, number / 30 % 30, number / 900].map(|place| -1.1 + 0.07 * f64::from(place));
+            DVec3::new(x, y, z)
+        });
+        let points_m: Vec<DVec3> = row.chain(block).collect();
+        let (inside, steps) = solids.holding(&points_m);
+        assert_eq!(inside.len(), points_m.len());
+        assert!(steps < 30 * points_m.len() as u64, "{steps} steps for {} points", points_m.len());
+
+        // The smallest shell that lies around a point tells, asked for alone.
+        let mut by_size: Vec<&Shell> = shells.iter().collect();
+        by_size.sort_by(|one, other| one.volume_m3.abs().total_cmp(&other.volume_m3.abs()));
+        let smallest = |point_m: &DVec3| by_size.iter().find(|shell| shell.winding(*point_m).abs() > 0.5);
+        let mut found = [0; 2];
+        for (point_m, inside) in points_m.iter().zip(&inside).step_by(97) {
+            let expected = smallest(point_m).is_some_and(|shell| shell.volume_m3 > 0.0);
+            assert_eq!(*inside, expected, "{point_m}");
+            found[usize::from(smallest(point_m).is_some_and(|shell| shell.volume_m3 < 0.0))] += 1;
+        }
+        assert!(found[0] > 100 && (facing == 1) == (found[1] == 0), "{found:?}");
+    }
+}
+
+#[test]
+fn points_on_the_faces_of_a_great_many_shells_are_looked_at_as_far_as_a_budget_goes() {
+    // Every shell has a face in one plane, and all points lie in all of these faces: no box parts them.
+    let shell = |number: u32| {
+        let r = 2.0 + 1e-4 * f64::from(number);
+        format!("v {r} 0 0\nv -{r} {r} 0\nv -{r} -{r} 0\nv 0 0 -{r}\nf -4 -3 -2\nf -4 -1 -3\nf -4 -2 -1\nf -3 -1 -2\n")
+    };
+    let scene = scene_of(&(0..20_000).map(shell).collect::<String>());
+    let shells = closed_shells_of_geometries(&scene);
+    assert_eq!(shells.len(), 20_000);
+    let solids = Solids::of(&shells, shells::size_m(&scene));
+    let points_m: Vec<DVec3> = (0..4000).map(|number| DVec3::new(1e-4 * f64::from(number), 0.1, 0.0)).collect();
+    let (inside, steps) = solids.holding(&points_m);
+    assert!((64..2000).contains(&inside.len()) && !inside.contains(&true), "{} of 4000", inside.len());
+    assert!(steps <= 100_000_000 + 20 * 4000, "{steps} steps");
 }
 
 #[test]

@@ -15,8 +15,9 @@ pub fn allow_large_files() {
 
 /// Bytes of a plain file of at most so many bytes, or of any size once large files are allowed.
 ///
-/// A device has no end and a pipe may never begin, so that neither is opened. No more is read than the file has when it
-/// is opened: one that grows for ever ends there too, and so do those of `/proc`, which have no size.
+/// A device has no end and a pipe may never begin, so that neither is opened; nor are files of `/proc` and `/sys`, which
+/// have no size or a wrong one, and some of which never end. No more is read than the file has when it is opened: one that
+/// grows for ever ends there too.
 ///
 /// # Errors
 ///
@@ -38,12 +39,30 @@ fn read_at_most(path: &Path, largest_bytes: u64) -> Result<Vec<u8>> {
     if !metadata.is_file() {
         return Err(Error::other("this is a device or a pipe, not a plain file"));
     }
+    if is_of_the_system(&metadata) {
+        return Err(Error::other(
+            "this is a file of the system in /proc or /sys, whose size nobody knows, not a plain file",
+        ));
+    }
     let size = metadata.len();
     if size > largest_bytes {
         let what = format!("{size} bytes are more than the {largest_bytes} that are read without --allow-large");
         return Err(Error::new(ErrorKind::FileTooLarge, what));
     }
     whole(File::open(path)?, &metadata)
+}
+
+/// Whether a file lies where the system shows what it knows, by whatever name it is called.
+#[cfg(unix)]
+fn is_of_the_system(metadata: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let devices = ["/proc/self", "/sys/kernel"].into_iter().filter_map(|folder| std::fs::metadata(folder).ok());
+    devices.into_iter().any(|folder| folder.dev() == metadata.dev())
+}
+
+#[cfg(not(unix))]
+fn is_of_the_system(_: &Metadata) -> bool {
+    false
 }
 
 /// All bytes of an opened file as it was before: of one that was cut off, or written to, nobody knows what was read.
@@ -72,9 +91,20 @@ mod tests {
         let error = read_at_most(&path, 9).expect_err("too large");
         assert!(error.kind() == ErrorKind::FileTooLarge && error.to_string().contains("--allow-large"), "{error}");
         #[cfg(target_os = "linux")]
-        for endless in ["/dev/zero", "/dev/kmsg", "/dev/stdin", "/proc/kmsg"] {
+        for endless in ["/dev/zero", "/dev/kmsg", "/dev/stdin", "/proc/kmsg", "/proc/cpuinfo", "/proc/self/mem"] {
+            // What a machine does not have is refused as missing; what a test is given to read may be a plain file.
             let read = read_at_most(Path::new(endless), u64::MAX);
-            assert!(read.as_ref().map_or(true, Vec::is_empty), "{endless}: {read:?}");
+            assert!(read.is_err() || endless == "/dev/stdin", "{endless}: {read:?}");
+        }
+        #[cfg(target_os = "linux")]
+        {
+            // Another name changes nothing, and a plain file without a byte is one.
+            let link = folder.path().join("mesh.obj");
+            std::os::unix::fs::symlink("/proc/version", &link).expect("a link");
+            let error = read_at_most(&link, 10).expect_err("of the system");
+            assert!(error.to_string().contains("/proc"), "{error}");
+            std::fs::write(&path, b"").expect("written");
+            assert_eq!(read_at_most(&path, 10).expect("empty"), b"");
         }
     }
 

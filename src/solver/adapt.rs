@@ -5,29 +5,28 @@
 //! surfaces together; if it is too large there, the map starts anew on finer elements. Where indirect light is gathered, it
 //! has elements of its own ([`super::broad`]), which are cut by what they lose and not by the edges of direct light.
 
+mod first;
 mod sides;
 
-use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+pub use self::first::Cutting;
 pub use self::sides::SideLosses;
 use super::broad::{Broad, BroadLoss};
 use super::job::{Context, Shows};
-use super::pace::TimeLeft;
 use super::pilot::is_over;
 use super::sweep::stream_number;
 use crate::control::{ElementLoss, cuts_for};
-use crate::estimators::direct::DirectPass;
 use crate::estimators::element::{Element, TwoLooks};
-use crate::maps::basis::{Linear, SLOPES, bends_at, slopes_at};
+use crate::maps::basis::{Linear, SLOPES, bends_at};
 use crate::maps::{Detail, DirectDetail, ReplicaMap, Variation};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::elements::MOST_CUTS;
 use crate::scene::{Elements, body_of};
 
-/// Share of the squared target that direct light's variation within elements may take before the run.
-const DIRECT_SHARE: f64 = 0.15;
 /// Share of the squared target that the whole discretisation may take in the run, and that it is brought down to where
 /// it takes more and starting anew takes fewer rays than going on.
 const MOST_SHARE: f64 = 0.5;
@@ -36,20 +35,13 @@ const AIM_SHARE: f64 = 0.25;
 const AIM_OF_BROAD: f64 = 0.15;
 /// Relative slope of illuminance over a scene's size that a constant element is taken to stand for.
 const USUAL_SLOPE: f64 = 2.0;
-/// Points of the pilot in an element, and how often so many lie in one that is larger than the mean: a corner that a shadow's
-/// edge cuts off is missed the more easily the fewer points there are, and costs the more the larger the element is.
-const POINTS: f64 = 12.0;
-const MOST_TIMES: f64 = 16.0;
 /// Points of an element, where the pilot has not looked, that tell whether it is exposed, and of one that is in part how much.
 pub(super) const COVER_POINTS: u64 = 16;
 const MOST_COVER_POINTS: u64 = 128;
 /// Points near the corners of an element that are asked too, by the weights of its second and third corner.
 const NEAR_CORNERS: [[f64; 2]; 3] = [[0.02, 0.02], [0.96, 0.02], [0.02, 0.96]];
-/// Rounds of the pilot, and of the run, at most.
-const PILOT_ROUNDS: u32 = 10;
+/// Rounds of cutting in the run at most.
 const RUN_ROUNDS: u32 = 12;
-/// Above so many elements the pilot is left out: the run's own samples tell as much.
-const MOST_PILOTED: usize = 20_000;
 /// Elements of an adaptive map, at most.
 const MOST_ELEMENTS: usize = 400_000;
 /// Element sides that adapt in a second of a time limit: each takes some 8 µs whatever is computed, and has a tenth of the limit.
@@ -129,72 +121,6 @@ pub fn most_that_adapt(time_limit_s: Option<f64>, memory_bytes: u64) -> usize {
     (MOST_ELEMENTS as f64).min(in_time).min(in_memory) as usize
 }
 
-/// Elements for a target, and what a job keeps of them.
-///
-/// `mean_lx` is about the mean of direct and indirect illuminance over the scene.
-pub fn first_elements(
-    context: &Context,
-    target_error: f64,
-    [direct_lx, indirect_lx]: [f64; 2],
-) -> (Elements, Adaptive) {
-    let mut elements = context.stage.elements.clone();
-    let mut looks: Vec<DirectLooks> = Vec::new();
-    let mut pilot_rays = 0;
-    let even = |lx: f64| Linear([lx, 0.0, 0.0]);
-    let goal_lx2 = DIRECT_SHARE * (target_error * (direct_lx + indirect_lx)).powi(2);
-    let slope_from_m = slope_from_m(context, target_error);
-    // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
-    let slope_goal_lx2 = goal_lx2.max(f64::MIN_POSITIVE);
-    let is_sloped = |elements: &Elements, index: u32, looks: &DirectLooks| {
-        let edge_m = (2.0 * elements.area_m2(context.scene, elements.cell(index))).sqrt();
-        looks.exposed == 1.0 && (edge_m > slope_from_m || looks.slope_lx2() > slope_goal_lx2)
-    };
-    for round in 0..=PILOT_ROUNDS {
-        if elements.len() > MOST_PILOTED {
-            break;
-        }
-        pilot_rays += look_at_new(context, &elements, &mut looks, round);
-        let lost_lx2 =
-            looks.iter().enumerate().map(|(index, looks)| looks.lost_lx2(is_sloped(&elements, index as u32, looks)));
-        let cuts = cuts_of(context, &elements, lost_lx2, goal_lx2, MOST_PILOTED);
-        if round == PILOT_ROUNDS || cuts.iter().all(|cuts| *cuts == 0) || (context.time_left)() != TimeLeft::Enough {
-            break;
-        }
-        let finer = elements.cut(|cell| cuts[cell as usize]);
-        looks = (0..finer.len() as u32)
-            .map(|index| {
-                let above = cell_above(&elements, &finer, index);
-                let kept = finer.cell(index) == elements.cell(above);
-                if kept { looks[above as usize] } else { DirectLooks::default() }
-            })
-            .collect();
-        elements = finer;
-    }
-    // Where elements were too many for the pilot they are all that it did not look at.
-    looks.resize(elements.len(), DirectLooks::default());
-    for looks in looks.iter_mut().filter(|looks| looks.points == 0) {
-        (looks.mean_lx, looks.fitted_lx) = (direct_lx, even(direct_lx));
-    }
-    let (exposed, rays) = exposed_shares(context, &elements, |index| match looks[index as usize] {
-        DirectLooks { points: 0, .. } => Exposure::Unknown,
-        DirectLooks { exposed, .. } if exposed > 0.0 && exposed < 1.0 => Exposure::InPart,
-        DirectLooks { exposed, .. } => Exposure::Known(exposed),
-    });
-    looks.iter_mut().zip(&exposed).for_each(|(looks, exposed)| looks.exposed = *exposed);
-    pilot_rays += rays;
-    let sloped = looks.iter().enumerate().map(|(index, looks)| is_sloped(&elements, index as u32, looks)).collect();
-    let adaptive = Adaptive {
-        exposed,
-        sloped,
-        references_lx: looks.iter().map(|looks| [looks.reference_lx(), even(indirect_lx)]).collect(),
-        detail: Detail::new(elements.len()),
-        rounds: 0,
-        pilot_rays,
-        target_error,
-    };
-    (elements, adaptive)
-}
-
 /// How often to cut each element that loses so much in lx², so that together they lose no more than a goal.
 pub(super) fn cuts_of(
     context: &Context,
@@ -239,104 +165,6 @@ pub(super) fn corners_within(elements: &Elements, finer: &Elements, index: u32, 
     })
 }
 
-/// What the pilot saw of an element's direct light.
-#[derive(Clone, Copy, Debug, Default)]
-struct DirectLooks {
-    /// Points that were looked at, 0 at first.
-    points: usize,
-    /// Share of them that is not covered.
-    exposed: f64,
-    /// Mean of what was seen, in lx.
-    mean_lx: f64,
-    /// The linear function nearest to it, in lx.
-    fitted_lx: Linear,
-    /// Mean square of what it leaves out, in lx²; may be below 0 by chance.
-    left_lx2: f64,
-}
-
-impl DirectLooks {
-    /// What samples are compared with: where points are left out a slope would not have its mean over those that are not.
-    fn reference_lx(&self) -> Linear {
-        if self.exposed < 1.0 { Linear([self.mean_lx, 0.0, 0.0]) } else { self.fitted_lx }
-    }
-
-    fn slope_lx2(&self) -> f64 {
-        let Linear([_, first_lx, second_lx]) = self.fitted_lx;
-        first_lx * first_lx + second_lx * second_lx
-    }
-
-    fn lost_lx2(&self, sloped: bool) -> f64 {
-        self.left_lx2 + if sloped { 0.0 } else { self.slope_lx2() }
-    }
-
-    /// Fits a linear function to looks at random points by least squares.
-    ///
-    /// Both looks are fitted apart: the product of their residuals has no part of their chance, and none at all where
-    /// the light is linear.
-    fn fit(seen: &[TwoLooks]) -> DirectLooks {
-        let rows: Vec<Vector3<f64>> = seen
-            .iter()
-            .map(|seen| {
-                let [p, q] = slopes_at(seen.at);
-                Vector3::new(1.0, p, q)
-            })
-            .collect();
-        let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
-        let Some(inverse) = normal.try_inverse() else {
-            return DirectLooks::default();
-        };
-        let [one, other] = [0, 1].map(|look| {
-            let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.looks_lx[look]).sum();
-            inverse * sums
-        });
-        let product = |(row, seen): (&Vector3<f64>, &TwoLooks)| {
-            (seen.looks_lx[0] - row.dot(&one)) * (seen.looks_lx[1] - row.dot(&other))
-        };
-        let sum: f64 = rows.iter().zip(seen).map(product).sum();
-        let count = seen.len() as f64;
-        let left_lx2 = sum / (count - 3.0).max(1.0);
-        let fitted = 0.5 * (one + other);
-        let mean_lx = seen.iter().map(|seen| 0.5 * (seen.looks_lx[0] + seen.looks_lx[1])).sum::<f64>() / count;
-        DirectLooks { mean_lx, fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2, ..DirectLooks::default() }
-    }
-}
-
-/// Looks at the elements that are new, and again at those that are large beside the others by now; returns the rays it took.
-fn look_at_new(context: &Context, elements: &Elements, looks: &mut Vec<DirectLooks>, round: u32) -> u64 {
-    looks.resize(elements.len(), DirectLooks::default());
-    let area_m2 = |index: usize| elements.area_m2(context.scene, elements.cell(index as u32));
-    let mean_m2 = (0..elements.len()).map(area_m2).sum::<f64>() / elements.len() as f64;
-    let wanted = |index: usize| (POINTS * (area_m2(index) / mean_m2).clamp(1.0, MOST_TIMES)) as usize;
-    let unknown = looks.par_iter_mut().enumerate().filter(|(index, looks)| 2 * looks.points <= wanted(*index));
-    let rays = unknown.map(|(index, looks)| {
-        if is_over(context) {
-            return 0;
-        }
-        let element = Element::of(context.stage, context.scene, elements, index as u32);
-        let mut pass = DirectPass::default();
-        let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
-        let mut rays = 0;
-        let look = |point: usize| {
-            stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
-            let at = element.draw(context.stage, &mut stream);
-            let seen = element.look_twice_at(at, context.stage, &mut pass, &mut stream);
-            rays += seen.rays;
-            // What receives light is not covered.
-            if seen.looks_lx.iter().any(|lx| *lx > 0.0) {
-                return Some(seen);
-            }
-            let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
-            rays += asked;
-            (!covered).then_some(seen)
-        };
-        let points = wanted(index);
-        let seen: Vec<TwoLooks> = (0..points).filter_map(look).collect();
-        *looks = DirectLooks { points, exposed: seen.len() as f64 / points as f64, ..DirectLooks::fit(&seen) };
-        rays
-    });
-    rays.sum()
-}
-
 /// What is known of how much of an element is exposed.
 pub(super) enum Exposure {
     /// This share.
@@ -351,11 +179,12 @@ pub(super) enum Exposure {
     AtAPlace,
 }
 
-/// Share of every element that is exposed, by some points of each of which nothing is known, and by many of those that are
-/// covered in part; with the rays that it took.
+/// Share of every element of a range that is exposed, by some points of each of which nothing is known, and by many of those that
+/// are covered in part; with the rays that it took.
 pub(super) fn exposed_shares(
     context: &Context,
     elements: &Elements,
+    range: Range<usize>,
     known: impl Fn(u32) -> Exposure + Sync,
 ) -> (Vec<f64>, u64) {
     let share = |index: u32| {
@@ -396,7 +225,7 @@ pub(super) fn exposed_shares(
         }
         (exposed as f64 / points as f64, rays)
     };
-    let found: Vec<(f64, u64)> = (0..elements.len() as u32).into_par_iter().map(share).collect();
+    let found: Vec<(f64, u64)> = (range.start as u32..range.end as u32).into_par_iter().map(share).collect();
     (found.iter().map(|(share, _)| *share).collect(), found.iter().map(|(_, rays)| rays).sum())
 }
 
@@ -525,7 +354,7 @@ impl Adaptive {
     fn on_finer(&self, context: &Context, elements: &Elements, finer: &Elements, map: &ReplicaMap) -> Adaptive {
         let above: Vec<u32> = (0..finer.len() as u32).map(|index| cell_above(elements, finer, index)).collect();
         let was_cut = |index: usize| finer.cell(index as u32).cuts() > elements.cell(above[index]).cuts();
-        let (exposed, pilot_rays) = exposed_shares(context, finer, |index| {
+        let (exposed, pilot_rays) = exposed_shares(context, finer, 0..finer.len(), |index| {
             let before = self.exposed[above[index as usize] as usize];
             if before == 0.0 || !was_cut(index as usize) { Exposure::Known(before) } else { Exposure::Unknown }
         });

@@ -28,7 +28,7 @@ use self::expected::first_look;
 use self::forecast::BeforeCut;
 pub use self::forecast::Hindrance;
 use super::Method;
-use super::adapt::{Adaptive, Loss, first_elements};
+use super::adapt::{Adaptive, Cutting, Loss};
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
 use super::guide::Guide;
@@ -100,6 +100,9 @@ pub struct Job {
     pub exposed: Vec<f64>,
     /// What elements that adapt keep beside their sums.
     pub adaptive: Option<Adaptive>,
+    /// The first of these in the making, before the run.
+    #[serde(skip)]
+    cutting: Option<Box<Cutting>>,
     /// The elements that gather indirect light for those that adapt.
     pub broad: Option<Broad>,
     /// The sums.
@@ -181,25 +184,16 @@ pub struct Job {
 }
 
 impl Job {
-    /// A job for the element map.
+    /// A job for the element map. Where its elements adapt they are those given until they are cut ([`Job::cut_on`]).
     pub fn elements(context: &Context, bound: bool) -> Job {
-        let given = &context.stage.elements;
-        let mut pilot_rays = 0;
-        let (elements, adaptive) = match context.adapt_to.filter(|_| bound && !given.is_empty()) {
-            Some(target_error) => {
-                let costs = [
-                    direct_cost(context, MapKind::Elements, given, None).0,
-                    indirect_cost(context, MapKind::Elements, given),
-                ];
-                pilot_rays = costs.iter().map(|cost| cost.pilot_rays).sum();
-                let (elements, adaptive) = first_elements(context, target_error, costs.map(|cost| cost.mean_lx));
-                (elements, Some(adaptive))
-            }
-            None => (given.clone(), None),
-        };
-        let (map, weights) = element_map(context, &elements, adaptive.as_ref().map(Adaptive::shows));
-        let mut job = Job::new(context, MapKind::Elements, elements, adaptive, map, weights, bound);
-        job.pilot_rays += pilot_rays;
+        let given = context.stage.elements.clone();
+        let adapt_to = context.adapt_to.filter(|_| bound && !given.is_empty());
+        let (map, weights) = element_map(context, &given, None);
+        let mut job = Job::new(context, MapKind::Elements, given, None, map, weights, bound);
+        job.cutting = adapt_to.map(|target_error| {
+            let means_lx = [job.direct.mean_lx, job.indirect.mean_lx];
+            Box::new(Cutting::begin(&job.elements, target_error, means_lx, job.direct.rays))
+        });
         job
     }
 
@@ -264,6 +258,7 @@ impl Job {
             elements,
             exposed: Vec::new(),
             adaptive: None,
+            cutting: None,
             broad: None,
             map,
             weights,

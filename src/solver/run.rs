@@ -1,6 +1,7 @@
 //! The run: jobs go forward in slices until the stop rule, a limit or the user ends it.
 
 mod clock;
+mod cutting;
 mod expectations;
 mod forecast;
 mod kept;
@@ -234,6 +235,7 @@ impl Run<'_> {
     fn begin(&mut self) -> bool {
         let piloted = Instant::now();
         self.jobs = choose_jobs(self.context, &self.settings.maps);
+        self.cut_elements();
         self.context.pace.begin(self.all_rays(), piloted.elapsed());
         self.prepare();
         self.spending.add(Activity::Pilots, self.context.stage.outlook_rays(), piloted.elapsed());

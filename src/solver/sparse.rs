@@ -166,7 +166,7 @@ mod tests {
         let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
         let stage = Stage::new(&scene);
         let context = Context::of_a_test(&scene, &stage, 2);
-        let exposed = exposed_shares(&context, &stage.elements, |_| Exposure::Unknown).0;
+        let exposed = exposed_shares(&context, &stage.elements, 0..stage.elements.len(), |_| Exposure::Unknown).0;
         // Elements of the beam's top, and those of the ceiling, of which the walks start below the beam.
         let cells_of = |name: &str| {
             let surface = scene.surfaces.iter().position(|surface| surface.name == name).expect("a surface");

@@ -140,7 +140,7 @@ fn exposed_of_given(context: &Context, job: &Job, sides: &[SurfaceSide]) -> Vec<
         false if has_ended || !is_cheap => Exposure::AsAWhole,
         _ => Exposure::Unknown,
     };
-    exposed_shares(context, &job.elements, known).0
+    exposed_shares(context, &job.elements, 0..job.elements.len(), known).0
 }
 
 /// Takes what is covered of given elements out of a grid's cells, and slopes from elements that show none.

@@ -68,10 +68,44 @@ impl Job {
         found
     }
 
+    /// Whether its elements are still to be cut before the run.
+    pub fn is_to_be_cut(&self) -> bool {
+        self.cutting.is_some()
+    }
+
+    /// Rays to the end of what is known of that, about.
+    pub(super) fn rays_to_cut(&self) -> f64 {
+        self.cutting.as_ref().map_or(0.0, |cutting| cutting.rays_left())
+    }
+
+    /// Goes on with cutting by about so many rays; whether there is more to do. With the end of it the job begins anew on
+    /// finer elements, and its rays so far are those of a pilot.
+    pub fn cut_on(&mut self, context: &Context, rays: f64) -> bool {
+        let Some(mut cutting) = self.cutting.take() else {
+            return false;
+        };
+        let before = cutting.rays();
+        let has_more = cutting.advance(context, rays);
+        self.pilot_rays += cutting.rays() - before;
+        if has_more {
+            self.cutting = Some(cutting);
+            return true;
+        }
+        let pilot_rays = self.pilot_rays - cutting.rays();
+        // Two maps at a time may not fit into memory.
+        (self.map, self.broad) = (ReplicaMap::new(0, Unit::Lux), None);
+        let (elements, adaptive) = cutting.end(context);
+        let (map, weights) = element_map(context, &elements, Some(adaptive.shows()));
+        *self = Job::new(context, self.kind, elements, Some(adaptive), map, weights, self.bound);
+        self.pilot_rays += pilot_rays;
+        false
+    }
+
     /// Finds out how much of each element as given is exposed, before walks or rays start from them.
     pub fn look_for_cover(&mut self, context: &Context) {
         if self.kind == MapKind::Elements && self.adaptive.is_none() && self.exposed.is_empty() {
-            let (exposed, rays) = exposed_shares(context, &self.elements, |_| Exposure::Unknown);
+            let (exposed, rays) =
+                exposed_shares(context, &self.elements, 0..self.elements.len(), |_| Exposure::Unknown);
             self.exposed = exposed;
             self.pilot_rays += rays;
         }

@@ -201,7 +201,8 @@ impl Job {
 
     fn left_by_pilot(&self, context: &Context, target: f64) -> Option<Forecast> {
         let (rays, deviation_ln) = self.rays_by_pilot(context, target)?;
-        Some(Forecast::spread(rays, deviation_ln).less(self.kept_rays() as f64))
+        let left = Forecast::spread(rays, deviation_ln).less(self.kept_rays() as f64);
+        Some(left.plus(Forecast::known(self.rays_to_cut())))
     }
 
     /// Rays to a target by the pilot, and the standard deviation of their logarithm.
@@ -209,6 +210,12 @@ impl Job {
         let error_lx = target * self.mean_without_gathering_lx();
         let (rays, deviation_ln) = match (&self.local, self.engine) {
             _ if error_lx <= 0.0 => return None,
+            _ if self.is_to_be_cut() => {
+                let without = self.rays_without_gathering(context, error_lx);
+                // Broad elements are there where cells may be asked.
+                let by_cells = self.broad.as_ref().map_or(f64::INFINITY, |_| self.work_by_cells(context, target));
+                (without.min(by_cells), DEVIATION_BY_PILOT.hypot(DEVIATION_BY_CUTTING))
+            }
             (_, Engine::Gathering) => {
                 // After a first look it goes over to local estimation where that takes less.
                 let by_cells = self.work_by_cells(context, target);

@@ -9,7 +9,7 @@ use crate::base::memory::limit_bytes;
 use crate::chain::Stage;
 use crate::control::Forecast;
 use crate::scene::Scene;
-use crate::solver::job::Engine;
+use crate::solver::job::{Engine, Job, RAYS_PER_SLICE};
 use crate::solver::spending::Spending;
 use crate::solver::{Method, Settings};
 
@@ -75,7 +75,7 @@ pub fn expectations(
             settings: &settings,
             target_error: Some(target),
             observer,
-            jobs: choose_jobs(&context, &settings.maps),
+            jobs: whole_jobs(&context, &settings),
             sets: None,
             most_bytes_of_cells: u64::MAX,
             convergence: Vec::new(),
@@ -90,6 +90,15 @@ pub fn expectations(
         expected.extend(run.expectation(method, target));
     }
     expected
+}
+
+/// Jobs whose elements are cut already.
+fn whole_jobs(context: &Context, settings: &Settings) -> Vec<Job> {
+    let mut jobs = choose_jobs(context, &settings.maps);
+    for job in &mut jobs {
+        while job.cut_on(context, RAYS_PER_SLICE) {}
+    }
+    jobs
 }
 
 impl Run<'_> {

@@ -1,0 +1,290 @@
+//! The first elements of a map whose elements adapt, cut for direct light by a pilot before the run: a little at a time, so that a
+//! run can tell how it stands meanwhile.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::{Adaptive, Exposure, cell_above, cuts_of, exposed_shares, slope_from_m};
+use crate::estimators::direct::DirectPass;
+use crate::estimators::element::{Element, TwoLooks};
+use crate::maps::Detail;
+use crate::maps::basis::{Linear, slopes_at};
+use crate::sampling::random::{Purpose, Stream};
+use crate::scene::Elements;
+use crate::solver::job::Context;
+use crate::solver::pace::TimeLeft;
+use crate::solver::pilot::is_over;
+
+/// Share of the squared target that direct light's variation within elements may take before the run.
+const DIRECT_SHARE: f64 = 0.15;
+/// Points of the pilot in an element, and how often so many lie in one that is larger than the mean: a corner that a shadow's
+/// edge cuts off is missed the more easily the fewer points there are, and costs the more the larger the element is.
+const POINTS: f64 = 12.0;
+const MOST_TIMES: f64 = 16.0;
+/// Rounds of the pilot at most.
+const PILOT_ROUNDS: u32 = 10;
+/// Above so many elements the pilot is left out: the run's own samples tell as much.
+const MOST_PILOTED: usize = 20_000;
+/// Fewest elements that a step looks at: enough to be shared out over threads.
+const FEWEST_AT_ONCE: usize = 64;
+/// Rays of a point that is asked whether it is covered, about.
+const RAYS_OF_A_COVER_POINT: f64 = 2.0;
+
+/// Elements in the making: looked at and cut by turns, then asked what covers them.
+pub struct Cutting {
+    target_error: f64,
+    /// Mean of direct and indirect illuminance over the scene, about.
+    means_lx: [f64; 2],
+    /// Rays of a look at a point, about.
+    rays_of_a_look: f64,
+    elements: Elements,
+    looks: Vec<DirectLooks>,
+    /// Mean area of the elements of this round.
+    mean_m2: f64,
+    round: u32,
+    /// Elements up to here have been looked at in this round; or, where all rounds are done, asked what covers them.
+    done: usize,
+    /// Share of each element that is exposed, as far as that was asked; `None` before the last round is done.
+    exposed: Option<Vec<f64>>,
+    rays: u64,
+}
+
+impl Cutting {
+    /// Begins with elements as given. `means_lx` is about the mean of direct and indirect illuminance over the scene, and a
+    /// pass over the direct light of an element takes some `rays_of_a_pass`.
+    pub fn begin(elements: &Elements, target_error: f64, means_lx: [f64; 2], rays_of_a_pass: f64) -> Cutting {
+        Cutting {
+            target_error,
+            means_lx,
+            rays_of_a_look: (2.0 * rays_of_a_pass).max(1.0),
+            elements: elements.clone(),
+            looks: Vec::new(),
+            mean_m2: 0.0,
+            round: 0,
+            done: 0,
+            exposed: None,
+            rays: 0,
+        }
+    }
+
+    /// Rays that it has taken.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// Rays to the end of the round at hand, about; nobody knows whether another follows.
+    pub fn rays_left(&self) -> f64 {
+        let left = self.elements.len().saturating_sub(self.done) as f64;
+        if self.exposed.is_some() { RAYS_OF_A_COVER_POINT * left } else { POINTS * self.rays_of_a_look * left }
+    }
+
+    /// Goes on by some `rays` rays; whether there is more to do.
+    pub fn advance(&mut self, context: &Context, rays: f64) -> bool {
+        if self.exposed.is_none() {
+            self.look(context, rays);
+            return true;
+        }
+        self.ask_cover(context, rays);
+        self.done < self.elements.len()
+    }
+
+    /// The elements, and what a job keeps of them, once there is no more to do.
+    pub fn end(self, context: &Context) -> (Elements, Adaptive) {
+        let sloped = (0..self.elements.len()).map(|index| self.is_sloped(context, index, &self.looks[index]));
+        let even = |lx: f64| Linear([lx, 0.0, 0.0]);
+        let adaptive = Adaptive {
+            sloped: sloped.collect(),
+            references_lx: self.looks.iter().map(|looks| [looks.reference_lx(), even(self.means_lx[1])]).collect(),
+            exposed: self.exposed.unwrap_or_default(),
+            detail: Detail::new(self.elements.len()),
+            rounds: 0,
+            pilot_rays: self.rays,
+            target_error: self.target_error,
+        };
+        (self.elements, adaptive)
+    }
+
+    /// Mean square in lx² that elements may lose of direct light.
+    fn goal_lx2(&self) -> f64 {
+        DIRECT_SHARE * (self.target_error * (self.means_lx[0] + self.means_lx[1])).powi(2)
+    }
+
+    fn is_sloped(&self, context: &Context, index: usize, looks: &DirectLooks) -> bool {
+        let edge_m = (2.0 * self.elements.area_m2(context.scene, self.elements.cell(index as u32))).sqrt();
+        // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
+        let is_steep = || looks.slope_lx2() > self.goal_lx2().max(f64::MIN_POSITIVE);
+        looks.exposed == 1.0 && (edge_m > slope_from_m(context, self.target_error) || is_steep())
+    }
+
+    fn area_m2(&self, context: &Context, index: usize) -> f64 {
+        self.elements.area_m2(context.scene, self.elements.cell(index as u32))
+    }
+
+    /// Looks at some of the elements that are new, and again at those that are large beside the others by now; cuts after the last.
+    fn look(&mut self, context: &Context, rays: f64) {
+        if self.elements.len() > MOST_PILOTED {
+            self.stop_looking();
+            return;
+        }
+        if self.done == 0 {
+            self.looks.resize(self.elements.len(), DirectLooks::default());
+            let all_m2: f64 = (0..self.elements.len()).map(|index| self.area_m2(context, index)).sum();
+            self.mean_m2 = all_m2 / self.elements.len() as f64;
+        }
+        let at_once = ((rays / (POINTS * self.rays_of_a_look)) as usize).max(FEWEST_AT_ONCE);
+        let range = self.done..(self.done + at_once).min(self.elements.len());
+        self.rays += self.look_at(context, range.clone());
+        self.done = range.end;
+        if self.done == self.elements.len() {
+            self.cut(context);
+        }
+    }
+
+    /// Cuts what loses too much; where nothing does, or there is no time for another round, this was the last.
+    fn cut(&mut self, context: &Context) {
+        let lost_lx2 = |(index, looks): (usize, &DirectLooks)| looks.lost_lx2(self.is_sloped(context, index, looks));
+        let lost_lx2 = self.looks.iter().enumerate().map(lost_lx2);
+        let cuts = cuts_of(context, &self.elements, lost_lx2, self.goal_lx2(), MOST_PILOTED);
+        let is_last = self.round == PILOT_ROUNDS || (context.time_left)() != TimeLeft::Enough;
+        if is_last || cuts.iter().all(|cuts| *cuts == 0) {
+            self.stop_looking();
+            return;
+        }
+        let finer = self.elements.cut(|cell| cuts[cell as usize]);
+        let looks_of = |index: u32| {
+            let above = cell_above(&self.elements, &finer, index);
+            let kept = finer.cell(index) == self.elements.cell(above);
+            if kept { self.looks[above as usize] } else { DirectLooks::default() }
+        };
+        self.looks = (0..finer.len() as u32).map(looks_of).collect();
+        (self.elements, self.round, self.done) = (finer, self.round + 1, 0);
+    }
+
+    /// Where elements were too many for the pilot they are all that it did not look at.
+    fn stop_looking(&mut self) {
+        self.looks.resize(self.elements.len(), DirectLooks::default());
+        let direct_lx = self.means_lx[0];
+        for looks in self.looks.iter_mut().filter(|looks| looks.points == 0) {
+            (looks.mean_lx, looks.fitted_lx) = (direct_lx, Linear([direct_lx, 0.0, 0.0]));
+        }
+        (self.exposed, self.done) = (Some(Vec::new()), 0);
+    }
+
+    /// Asks what covers the next elements, as far as the looks have not told.
+    fn ask_cover(&mut self, context: &Context, rays: f64) {
+        let at_once = ((rays / RAYS_OF_A_COVER_POINT) as usize).max(FEWEST_AT_ONCE);
+        let range = self.done..(self.done + at_once).min(self.elements.len());
+        let (exposed, rays) =
+            exposed_shares(context, &self.elements, range.clone(), |index| match self.looks[index as usize] {
+                DirectLooks { points: 0, .. } => Exposure::Unknown,
+                DirectLooks { exposed, .. } if exposed > 0.0 && exposed < 1.0 => Exposure::InPart,
+                DirectLooks { exposed, .. } => Exposure::Known(exposed),
+            });
+        self.looks[range.clone()].iter_mut().zip(&exposed).for_each(|(looks, exposed)| looks.exposed = *exposed);
+        self.exposed.get_or_insert_default().extend(exposed);
+        self.rays += rays;
+        self.done = range.end;
+    }
+
+    /// Looks at the elements of a range, as far as they need it; returns the rays it took.
+    fn look_at(&mut self, context: &Context, range: Range<usize>) -> u64 {
+        let areas_m2: Vec<f64> = range.clone().map(|index| self.area_m2(context, index)).collect();
+        let mean_m2 = self.mean_m2;
+        let wanted = |area_m2: f64| (POINTS * (area_m2 / mean_m2).clamp(1.0, MOST_TIMES)) as usize;
+        let (elements, round) = (&self.elements, self.round);
+        let looks = self.looks[range.clone()].par_iter_mut().zip(areas_m2).enumerate();
+        let unknown = looks.filter(|(_, (looks, area_m2))| 2 * looks.points <= wanted(*area_m2));
+        let rays = unknown.map(|(place, (looks, area_m2))| {
+            if is_over(context) {
+                return 0;
+            }
+            let index = range.start + place;
+            let element = Element::of(context.stage, context.scene, elements, index as u32);
+            let mut pass = DirectPass::default();
+            let mut stream = Stream::new(context.seed, Purpose::Pilot, u32::MAX - round, 0);
+            let mut rays = 0;
+            let look = |point: usize| {
+                stream.seek_quasi(((index as u64) << 32) | point as u64, index as u64, point as u64);
+                let at = element.draw(context.stage, &mut stream);
+                let seen = element.look_twice_at(at, context.stage, &mut pass, &mut stream);
+                rays += seen.rays;
+                // What receives light is not covered.
+                if seen.looks_lx.iter().any(|lx| *lx > 0.0) {
+                    return Some(seen);
+                }
+                let (covered, asked) = element.is_covered(context.stage, at, &mut stream);
+                rays += asked;
+                (!covered).then_some(seen)
+            };
+            let points = wanted(area_m2);
+            let seen: Vec<TwoLooks> = (0..points).filter_map(look).collect();
+            *looks = DirectLooks { points, exposed: seen.len() as f64 / points as f64, ..DirectLooks::fit(&seen) };
+            rays
+        });
+        rays.sum()
+    }
+}
+
+/// What the pilot saw of an element's direct light.
+#[derive(Clone, Copy, Debug, Default)]
+struct DirectLooks {
+    /// Points that were looked at, 0 at first.
+    points: usize,
+    /// Share of them that is not covered.
+    exposed: f64,
+    /// Mean of what was seen, in lx.
+    mean_lx: f64,
+    /// The linear function nearest to it, in lx.
+    fitted_lx: Linear,
+    /// Mean square of what it leaves out, in lx²; may be below 0 by chance.
+    left_lx2: f64,
+}
+
+impl DirectLooks {
+    /// What samples are compared with: where points are left out a slope would not have its mean over those that are not.
+    fn reference_lx(&self) -> Linear {
+        if self.exposed < 1.0 { Linear([self.mean_lx, 0.0, 0.0]) } else { self.fitted_lx }
+    }
+
+    fn slope_lx2(&self) -> f64 {
+        let Linear([_, first_lx, second_lx]) = self.fitted_lx;
+        first_lx * first_lx + second_lx * second_lx
+    }
+
+    fn lost_lx2(&self, sloped: bool) -> f64 {
+        self.left_lx2 + if sloped { 0.0 } else { self.slope_lx2() }
+    }
+
+    /// Fits a linear function to looks at random points by least squares.
+    ///
+    /// Both looks are fitted apart: the product of their residuals has no part of their chance, and none at all where
+    /// the light is linear.
+    fn fit(seen: &[TwoLooks]) -> DirectLooks {
+        let rows: Vec<Vector3<f64>> = seen
+            .iter()
+            .map(|seen| {
+                let [p, q] = slopes_at(seen.at);
+                Vector3::new(1.0, p, q)
+            })
+            .collect();
+        let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
+        let Some(inverse) = normal.try_inverse() else {
+            return DirectLooks::default();
+        };
+        let [one, other] = [0, 1].map(|look| {
+            let sums: Vector3<f64> = rows.iter().zip(seen).map(|(row, seen)| row * seen.looks_lx[look]).sum();
+            inverse * sums
+        });
+        let product = |(row, seen): (&Vector3<f64>, &TwoLooks)| {
+            (seen.looks_lx[0] - row.dot(&one)) * (seen.looks_lx[1] - row.dot(&other))
+        };
+        let sum: f64 = rows.iter().zip(seen).map(product).sum();
+        let count = seen.len() as f64;
+        let left_lx2 = sum / (count - 3.0).max(1.0);
+        let fitted = 0.5 * (one + other);
+        let mean_lx = seen.iter().map(|seen| 0.5 * (seen.looks_lx[0] + seen.looks_lx[1])).sum::<f64>() / count;
+        DirectLooks { mean_lx, fitted_lx: Linear([fitted.x, fitted.y, fitted.z]), left_lx2, ..DirectLooks::default() }
+    }
+}
