@@ -177,6 +177,7 @@ const CIRCLES: &[&str] = &[
     "light_mesh/solids",
     "light_mesh/walks",
     "solver/adapt",
+    "solver/adapt/first",
     "solver/adapt/sides",
     "solver/broad",
     "solver/cells",

@@ -11,8 +11,7 @@ use super::insides::Solids;
 use super::shells::{Shell, bounds_m};
 use super::straight::{FirstMet, MOST_LOOKS, first_met};
 use super::warnings::names;
-use crate::scene::listed;
-use crate::scene::{Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene};
+use crate::scene::{Luminaire, Quantity, ReceiverLayout, ReceiverSet, Scene, listed, place_words};
 
 /// A lower maintenance factor is seldom meant: 0.67 to 0.8 are usual indoors, and 0.8 entered twice makes 0.64.
 const LOWEST_USUAL_MAINTENANCE: f64 = 0.65;
@@ -78,7 +77,7 @@ fn advise_on_units(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     let is_outside =
         |point_m: DVec3| point_m.cmplt(low_m - rounding_m).any() || point_m.cmpgt(high_m + rounding_m).any();
     let has_room = shells.iter().any(|shell| shell.volume_m3 < 0.0);
-    let box_m = format!("the scene's bounding box ({low_m} to {high_m} m)");
+    let box_m = format!("the scene's bounding box ({} to {})", place_words(low_m), place_words(high_m));
     let mut all_outside: Vec<&str> = Vec::new();
     for set in scene.receivers.iter().filter(|set| !set.is_far_field()) {
         let points = set.points.len();

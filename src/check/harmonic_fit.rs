@@ -38,7 +38,7 @@ pub struct HarmonicFit {
 pub enum NoFit {
     /// From the centre a direction meets the mesh not once.
     #[error(
-        "the mesh is not star-shaped: from {center_m} m in the direction {direction:.3} it is met {crossings} times"
+        "the mesh is not star-shaped: from {center_m:.4} m in the direction {direction:.3} it is met {crossings} times"
     )]
     NotStarShaped {
         /// The mesh's centre of volume in m.

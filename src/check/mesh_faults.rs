@@ -10,8 +10,7 @@ use super::coplanar::coplanar_overlaps;
 use super::faults::{Hole, MeshFaults, RimEdge};
 use super::shells::{Shell, one_vertex_a_place, plain_shells_over, size_m, sorted_edges};
 use super::t_junctions::closed_at_t_junctions;
-use crate::scene::Scene;
-use crate::scene::joined;
+use crate::scene::{Scene, joined, place_words};
 
 /// A piece of surface is flat where no corner leaves its plane by more than this fraction of its size.
 const FLAT: f64 = 1e-6;
@@ -213,7 +212,8 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
     }
     for kind in found.kinds().into_iter().filter(|kind| kind.faults.count > 0) {
         let first = kind.faults.places_m.first();
-        let place = first.map_or(String::new(), |place_m| format!("; the first at {}", place_words(*place_m)));
+        let place = first
+            .map_or(String::new(), |place_m| format!("; the first at {}", place_words(DVec3::from_array(*place_m))));
         let (words, surfaces) = (kind.words(), joined(&kind.faults.surfaces));
         scene.warnings.push(format!("{MESH}{words}{} ({surfaces}{place})", kind.remedy));
     }
@@ -225,18 +225,13 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
         scene.warnings.push(format!(
             "{MESH}{holes}{:.3} m around at {}, along {}; light leaves there (luxmc inspect lists them)",
             hole.length_m,
-            place_words(hole.min_m),
+            place_words(DVec3::from_array(hole.min_m)),
             joined(&hole.surfaces)
         ));
     }
 }
 
 /// A place as warnings tell it, to a tenth of a millimetre.
-fn place_words(place_m: [f64; 3]) -> String {
-    let [x, y, z] = place_m.map(|m| (1e4 * m).round() / 1e4);
-    format!("({x}, {y}, {z}) m")
-}
-
 /// How warnings about meshes begin.
 pub const MESH: &str = "mesh: ";
 

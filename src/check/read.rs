@@ -18,7 +18,7 @@ use super::warnings::{arrange, names};
 use super::whiteness::refuse_white_rooms;
 use crate::scene::{
     Background, LengthUnit, Luminaire, Quantity, Scene, SceneError, UNIT_NAMES, WrittenGeometry, from_json_with,
-    listed, read_with, under_way,
+    listed, place_words, read_with, under_way,
 };
 
 /// A lit scene larger than this, in m, is likely one in other units.
@@ -81,7 +81,9 @@ fn warn_of_overlaps(scene: &mut Scene, shells: &[Shell]) {
             count if found.all_looked_at => format!("{count} pairs of solids stand in one another, first"),
             count => format!("at least {count} pairs of solids stand in one another, first"),
         };
-        scene.warnings.push(format!("{MESH}{solids} {one} and {other} at {place_m} m; what lies inside is dark"));
+        scene
+            .warnings
+            .push(format!("{MESH}{solids} {one} and {other} at {}; what lies inside is dark", place_words(*place_m)));
     } else if !found.all_looked_at {
         scene.warnings.push(format!("{MESH}too many solids about each other to look which stand in one another"));
     }
@@ -151,16 +153,18 @@ fn warn_of_proportions(scene: &mut Scene, unit: LengthUnit) {
             outside.push((luminaire, place_m));
         }
     }
-    let box_m = format!("the box goes from {low_m} to {high_m} m");
+    let box_m = format!("the box goes from {} to {}", place_words(low_m), place_words(high_m));
     match outside.as_slice() {
         [] => {}
         [(luminaire, place_m)] => scene.warnings.push(format!(
-            "{}: this luminaire is outside of the scene's bounding box ({place_m} m; {box_m})",
-            luminaire.name
+            "{}: this luminaire is outside of the scene's bounding box ({}; {box_m})",
+            luminaire.name,
+            place_words(*place_m)
         )),
         [(_, place_m), ..] => scene.warnings.push(format!(
-            "{}: these luminaires are outside of the scene's bounding box (the first at {place_m} m; {box_m})",
-            names(outside.iter().map(|(luminaire, _)| *luminaire))
+            "{}: these luminaires are outside of the scene's bounding box (the first at {}; {box_m})",
+            names(outside.iter().map(|(luminaire, _)| *luminaire)),
+            place_words(*place_m)
         )),
     }
 

@@ -168,14 +168,13 @@ fn told(estimate: Estimate) -> [String; 2] {
 fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
     let rows = rows.map(|row| {
         let unknown = || [UNKNOWN.to_owned(), UNKNOWN.to_owned()];
-        let extreme = |extreme: Estimate| if row.knows_extremes() { told(extreme) } else { unknown() };
-        let uniformity = |ratio: Estimate| match row.knows_ratios() {
-            true => [number(ratio.value, 3), number(ratio.standard_error, 2)],
-            false => unknown(),
+        let extreme = |extreme: Option<Estimate>| extreme.map_or_else(unknown, told);
+        let uniformity = |ratio: Option<Estimate>| {
+            ratio.map_or_else(unknown, |ratio| [number(ratio.value, 3), number(ratio.standard_error, 2)])
         };
         let [average, average_error] = told(row.average_lx);
-        let ([minimum, minimum_error], [maximum, maximum_error]) = (extreme(row.minimum_lx), extreme(row.maximum_lx));
-        let ([u0, u0_error], [ud, ud_error]) = (uniformity(row.uniformity_u0), uniformity(row.uniformity_ud));
+        let ([minimum, minimum_error], [maximum, maximum_error]) = (extreme(row.least()), extreme(row.greatest()));
+        let ([u0, u0_error], [ud, ud_error]) = (uniformity(row.u0()), uniformity(row.ud()));
         let error = match row.average_lx.is_known() {
             true if row.estimated_error > 1.0 => "> 100".to_owned(),
             true => number(100.0 * row.estimated_error, 3),
@@ -205,10 +204,10 @@ mod tests {
     use super::*;
 
     fn row(average_lx: [f64; 2], minimum_lx: [f64; 2]) -> String {
-        row_of(average_lx, minimum_lx, 0.01)
+        row_of(average_lx, minimum_lx, [30.0, 1.0], 0.01)
     }
 
-    fn row_of(average_lx: [f64; 2], minimum_lx: [f64; 2], estimated_error: f64) -> String {
+    fn row_of(average_lx: [f64; 2], minimum_lx: [f64; 2], maximum_lx: [f64; 2], estimated_error: f64) -> String {
         let estimate = |[value, standard_error]: [f64; 2]| Estimate { value, standard_error };
         let row = TableRow {
             name: "ceiling".to_owned(),
@@ -216,7 +215,7 @@ mod tests {
             side: "front",
             average_lx: estimate(average_lx),
             minimum_lx: estimate(minimum_lx),
-            maximum_lx: Estimate { value: 30.0, standard_error: 1.0 },
+            maximum_lx: estimate(maximum_lx),
             uniformity_u0: Estimate { value: 1.0, standard_error: 41.63 },
             uniformity_ud: Estimate { value: 0.5, standard_error: 0.1 },
             places: 4,
@@ -237,9 +236,12 @@ mod tests {
         let shaded = row([20.0, 1.0], [0.5, 2.0]);
         assert!(shaded.contains("20.00") && shaded.contains("< 4.5") && !shaded.contains("41.63"), "{shaded}");
         assert!(
-            row_of([0.23, 0.22], [0.0, 4.0], 10.19).ends_with("> 100"),
+            row_of([0.23, 0.22], [0.0, 4.0], [30.0, 1.0], 10.19).ends_with("> 100"),
             "an error of 1,019 % says that nothing is known"
         );
+        // A greatest value that nobody knows, of a place whose average is known: no bound of it, and no Ud.
+        let stray = row_of([20.0, 1.0], [10.0, 2.0], [7300.0, 7330.0], 0.01);
+        assert!(stray.contains("1.00") && !stray.contains('<') && !stray.contains("0.500"), "{stray}");
         let lit = row([20.0, 1.0], [10.0, 2.0]);
         assert!(lit.contains("10.00") && lit.contains("1.00") && !lit.contains('<'), "{lit}");
     }

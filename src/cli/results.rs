@@ -9,7 +9,7 @@ use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
 use crate::maps::{MapKind, TableKind, TableRow};
 use crate::output::{
-    Language, MOST_SETS, ReportContext, ResultDirectory, glb_file, in_language, plots, report_files, streamed_files,
+    Language, ReportContext, ResultDirectory, glb_file, in_language, plots, plotted_sets, report_files, streamed_files,
     vtk_file,
 };
 use crate::scene::Scene;
@@ -167,8 +167,9 @@ fn unreported_line(scene: &Scene, solution: &Solution) -> Option<String> {
 /// What is told of more receiver sets than are plotted.
 fn unplotted_line(solution: &Solution) -> Option<String> {
     let sets = solution.maps.iter().filter(|map| map.kind != MapKind::Elements).count();
-    (sets > MOST_SETS).then(|| {
-        format!("note: plots and sensor grids are those of the first {MOST_SETS} of {sets} receiver sets; tables and receivers.csv have all")
+    let plotted = plotted_sets(sets);
+    (sets > plotted).then(|| {
+        format!("note: plots and sensor grids are those of the first {plotted} of {sets} receiver sets; tables and receivers.csv have all")
     })
 }
 

@@ -263,8 +263,24 @@ impl TableRow {
         self.places > 0 && self.average_lx.is_known()
     }
 
-    /// Whether ratios of minimum, average and maximum say anything: all that they are made of is told from 0.
-    pub fn knows_ratios(&self) -> bool {
-        self.knows_extremes() && self.average_lx.value > 0.0 && self.minimum_lx.is_known()
+    /// Emin, where it is told. One that lies under its own error says that the place may be dark.
+    pub fn least(&self) -> Option<Estimate> {
+        self.knows_extremes().then_some(self.minimum_lx)
+    }
+
+    /// Emax, where it is told: one that lies under its own error says nothing, as the average that is known lies below it.
+    pub fn greatest(&self) -> Option<Estimate> {
+        (self.knows_extremes() && self.maximum_lx.is_known()).then_some(self.maximum_lx)
+    }
+
+    /// U0, where it says anything: all that it is made of is told from 0.
+    pub fn u0(&self) -> Option<Estimate> {
+        let is_known = self.knows_extremes() && self.average_lx.value > 0.0 && self.minimum_lx.is_known();
+        is_known.then_some(self.uniformity_u0)
+    }
+
+    /// Ud, likewise.
+    pub fn ud(&self) -> Option<Estimate> {
+        self.u0().and(self.greatest()).map(|_| self.uniformity_ud)
     }
 }

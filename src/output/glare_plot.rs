@@ -2,7 +2,8 @@
 
 use super::axes::TYPE;
 use super::color::{AMBER, BLACK, GREY, Ink, perceptual};
-use super::picture::{PagePoint, Pen, Picture, Words};
+use super::font::text_width;
+use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::plan::{Plan, middle_m};
 use super::texts::say;
 use crate::scene::Scene;
@@ -10,6 +11,8 @@ use crate::solver::GlareRating;
 
 /// Radius of a disk that stands for all of an observer's glare.
 const LARGEST_DISK: f64 = 40.0;
+/// Room between a disk and its share.
+const BESIDE: f64 = 2.5;
 /// Half the height of a cross.
 const CROSS: f64 = 3.5;
 /// So many luminaires bear their share of the glare, from this share on.
@@ -47,7 +50,12 @@ pub(super) fn glare_picture(scene: &Scene, rating: &GlareRating) -> Picture {
         picture.disk([x, y], radius, AMBER);
         picture.circle([x, y], radius, Pen::new(BLACK, 0.8));
         if place < MOST_SHARES && share >= LEAST_SHARE {
-            picture.words(Words::new(format!("{:.0}%", 100.0 * share), [x, y + 4.0], TYPE).bold().rimmed(2.0));
+            let text = format!("{:.0}%", 100.0 * share);
+            let away = radius + BESIDE;
+            // Beside the disk, on the left where the page ends.
+            let is_right = x + away + text_width(&text, TYPE, true) < picture.width;
+            let (x, anchor) = if is_right { (x + away, TextAnchor::Start) } else { (x - away, TextAnchor::End) };
+            picture.words(Words::new(text, [x, y + 4.0], TYPE).bold().anchored(anchor).rimmed(2.0));
         }
     }
     plan.draw_sights(&mut picture, observer.eye_m, &[observer.view]);

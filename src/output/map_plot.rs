@@ -201,17 +201,16 @@ pub(super) fn head(picture: &mut Picture, map: &FlatMap, quantity: &str, remark:
 
 /// Averages and uniformities below the title.
 fn numbers_of(picture: &mut Picture, row: &TableRow) {
-    let extreme = |extreme: Estimate| match row.knows_extremes() {
-        true => format!("{} lx", lux_with_error(extreme, plus_minus)),
-        false => UNKNOWN.to_owned(),
+    let extreme = |extreme: Option<Estimate>| {
+        extreme.map_or(UNKNOWN.to_owned(), |extreme| format!("{} lx", lux_with_error(extreme, plus_minus)))
     };
     let numbers = format!(
         "Ē = {} lx{GAP}Emin = {}{GAP}Emax = {}{GAP}U0 = {}{GAP}Ud = {}",
         lux_with_error(row.average_lx, plus_minus),
-        extreme(row.minimum_lx),
-        extreme(row.maximum_lx),
-        uniformity_with_error(row, row.uniformity_u0, plus_minus),
-        uniformity_with_error(row, row.uniformity_ud, plus_minus),
+        extreme(row.least()),
+        extreme(row.greatest()),
+        uniformity_with_error(row.u0(), plus_minus),
+        uniformity_with_error(row.ud(), plus_minus),
     );
     // Large numbers on a narrow page are set smaller.
     let room = picture.width - ROOM.left - MARGIN;

@@ -59,7 +59,7 @@ pub use error::OutputError;
 pub use glb::glb_file;
 pub use leaving_light::{LeavingLight, leaving_light};
 pub use maps::{result_files, streamed_files};
-pub use plots::{MOST_SETS, MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, scene_plots};
+pub use plots::{MOST_SURFACES, Plot, PlotKind, photometric_plot, plots, plotted_sets, scene_plots};
 pub use report::{ReportContext, report_files};
 pub use report_observers::observer_words;
 pub use sealed::SealedError;

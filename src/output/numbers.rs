@@ -1,7 +1,7 @@
 //! Numbers as a lighting report prints them: as many digits as they are worth to a reader.
 
 use super::texts::{decimal, say};
-use crate::maps::{Estimate, TableRow};
+use crate::maps::Estimate;
 
 /// An illuminance for reading: no decimals from 10 lx on, below that two digits.
 pub fn lux(illuminance_lx: f64) -> String {
@@ -31,12 +31,11 @@ pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -
     }
 }
 
-/// A uniformity of a row with its standard error, where what it is made of is known.
-pub fn uniformity_with_error(row: &TableRow, uniformity: Estimate, join: impl Fn(&str, &str) -> String) -> String {
-    match row.knows_ratios() {
-        true => join(&ratio(uniformity.value), &ratio_uncertainty(uniformity.standard_error)),
-        false => UNKNOWN.to_owned(),
-    }
+/// A uniformity with its standard error, where what it is made of is known.
+pub fn uniformity_with_error(uniformity: Option<Estimate>, join: impl Fn(&str, &str) -> String) -> String {
+    uniformity.map_or(UNKNOWN.to_owned(), |uniformity| {
+        join(&ratio(uniformity.value), &ratio_uncertainty(uniformity.standard_error))
+    })
 }
 
 /// The standard error of a ratio: two decimals.

@@ -26,8 +26,10 @@ use crate::solver::Solution;
 
 /// Surfaces that are plotted at most; those with the most elements, if there are more.
 pub const MOST_SURFACES: usize = 200;
-/// Receiver sets that are plotted at most, the first of them, and written as grids: the tables have all.
-pub const MOST_SETS: usize = 200;
+/// Receiver sets that are plotted at most, and written as grids. Of more, the first few are: nobody leafs through them, a page takes as
+/// long to write as fifty rows of a table, and a time limit waits for neither.
+const MOST_SETS: usize = 200;
+const SETS_OF_MANY: usize = 50;
 
 /// A surface side whose stated error is larger is not plotted: its colours would be those of chance.
 const MOST_ERROR_SHOWN: f64 = 0.3;
@@ -86,6 +88,11 @@ impl Plot {
     }
 }
 
+/// Of so many receiver sets, those that are plotted and written as grids, the first of them: the tables have all.
+pub fn plotted_sets(sets: usize) -> usize {
+    if sets <= MOST_SETS { sets } else { SETS_OF_MANY }
+}
+
 /// Every plot of a run: grids with their value charts, the flat surfaces that light reaches, the error against time,
 /// and the distinct photometric luminaires.
 pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
@@ -94,9 +101,10 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
     let mut plots = Vec::new();
     let mut has_halves = false;
     let factors = daylight_factors(scene, solution);
+    let most_sets = plotted_sets(solution.maps.iter().filter(|map| map.kind != MapKind::Elements).count());
     let mut sets = 0;
     for map in &solution.maps {
-        if let Some(flat) = grid_map(scene, map).filter(|_| sets < MOST_SETS) {
+        if let Some(flat) = grid_map(scene, map).filter(|_| sets < most_sets) {
             sets += 1;
             let mut add = |stem: String, kind: PlotKind, picture: Picture| {
                 plots.push(Plot { stem: stems.fresh(&stem), kind, subject: map.name.clone(), picture });
@@ -126,13 +134,13 @@ pub fn plots(scene: &Scene, solution: &Solution) -> Vec<Plot> {
             }
         }
     }
-    for (map, set) in maps_of(scene, solution, |quantity| quantity == Quantity::Luminance).into_iter().take(MOST_SETS) {
+    for (map, set) in maps_of(scene, solution, |quantity| quantity == Quantity::Luminance).into_iter().take(most_sets) {
         if let Some(picture) = luminance_picture(&scene.receivers[set], map, &note) {
             let stem = stems.fresh(&format!("map-{}", file_name_part(&map.name)));
             plots.push(Plot { stem, kind: PlotKind::Luminance, subject: map.name.clone(), picture });
         }
     }
-    for light in leaving_light(scene, solution).into_iter().take(MOST_SETS) {
+    for light in leaving_light(scene, solution).into_iter().take(most_sets) {
         plots.push(Plot {
             stem: stems.fresh(&format!("intensity-{}", file_name_part(&light.map.name))),
             kind: PlotKind::Intensity,
@@ -263,5 +271,15 @@ impl Stems {
             number += 1;
         }
         stem
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_very_many_sets_a_few_are_plotted() {
+        assert_eq!([0, 1, 200, 201, 10_000].map(plotted_sets), [0, 1, 200, 50, 50]);
     }
 }

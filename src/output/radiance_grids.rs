@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::plots::{MOST_SETS, Stems};
+use super::plots::{Stems, plotted_sets};
 use super::sheet::shortest;
 use super::streamed::{StreamedFile, unwritable};
 use super::{ResultFile, file_name_part};
@@ -12,14 +12,14 @@ use crate::scene::{ReceiverPoint, Scene};
 /// Name of the list of grids.
 pub(super) const GRIDS_INFO: &str = "grids_info.json";
 
-/// Two files a set, of the first 200 sets, a line a point in the order of `receivers.csv`: `x y z nx ny nz` in m, and the illuminance in lx; and their list.
+/// Two files a set, of the first sets where there are very many, a line a point in the order of `receivers.csv`: `x y z nx ny nz` in m, and the illuminance in lx; and their list.
 ///
 /// Numbers are those of `receivers.csv`, which refuses what is not finite.
 pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) -> Vec<StreamedFile<'a>> {
     let mut stems = Stems::default();
     let mut files: Vec<StreamedFile> = Vec::new();
     let mut list = Vec::new();
-    for (map, set) in maps.iter().take(MOST_SETS) {
+    for (map, set) in maps.iter().take(plotted_sets(maps.len())) {
         let points = &scene.receivers[*set].points;
         let stem = stems.fresh(&format!("grid-{}", file_name_part(&map.name)));
         let place = |point: &ReceiverPoint| {

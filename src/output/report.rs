@@ -256,9 +256,9 @@ impl Report<'_> {
                 cells.push(lux_markup(row.average_lx, with_error));
                 let stated = if row.average_lx.is_known() { percent(row.estimated_error) } else { UNKNOWN.to_owned() };
                 cells.extend([
-                    extreme_markup(row, row.minimum_lx, alone),
-                    extreme_markup(row, row.maximum_lx, alone),
-                    uniformity_with_error(row, row.uniformity_u0, alone),
+                    extreme_markup(row.least(), alone),
+                    extreme_markup(row.greatest(), alone),
+                    uniformity_with_error(row.u0(), alone),
                     stated,
                 ]);
                 table.row(cells);
@@ -314,8 +314,8 @@ fn lux_markup(estimate: Estimate, join: impl Fn(&str, &str) -> String) -> String
 }
 
 /// A least or greatest illuminance as markup, where there are places to tell it of.
-fn extreme_markup(row: &TableRow, extreme: Estimate, join: impl Fn(&str, &str) -> String) -> String {
-    if row.knows_extremes() { lux_markup(extreme, join) } else { UNKNOWN.to_owned() }
+fn extreme_markup(extreme: Option<Estimate>, join: impl Fn(&str, &str) -> String) -> String {
+    extreme.map_or(UNKNOWN.to_owned(), |extreme| lux_markup(extreme, join))
 }
 
 /// A number without its error.
@@ -329,10 +329,10 @@ fn result_cells(row: &TableRow, name: String) -> Vec<String> {
     vec![
         name,
         lux_markup(row.average_lx, with_error),
-        extreme_markup(row, row.minimum_lx, with_error),
-        extreme_markup(row, row.maximum_lx, with_error),
-        uniformity_with_error(row, row.uniformity_u0, with_error),
-        uniformity_with_error(row, row.uniformity_ud, with_error),
+        extreme_markup(row.least(), with_error),
+        extreme_markup(row.greatest(), with_error),
+        uniformity_with_error(row.u0(), with_error),
+        uniformity_with_error(row.ud(), with_error),
         where_lit(percent(row.estimated_error)),
     ]
 }

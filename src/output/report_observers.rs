@@ -155,7 +155,7 @@ fn glare_figure(scene: &Scene, rating: &GlareRating) -> String {
         .iter()
         .take(MOST_NAMES)
         .map(|(luminaire, sum)| {
-            format!("{} {:.0}%", scene.luminaires[*luminaire].name, 100.0 * sum / rating.glare_sum.value)
+            format!("{}: {:.0}%", scene.luminaires[*luminaire].name, 100.0 * sum / rating.glare_sum.value)
         })
         .collect();
     let set = &scene.receivers[rating.set];

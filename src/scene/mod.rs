@@ -76,7 +76,7 @@ pub(crate) use file::{WrittenGeometry, from_json_with, read_with};
 pub use intensity_table::IntensityTable;
 pub use materials::{Material, ReflectionLaw};
 pub use model::*;
-pub(crate) use names::{joined, listed};
+pub(crate) use names::{joined, listed, place_words};
 pub use openings::Openings;
 pub use photometric_luminaire::Product;
 pub use plain_file::allow_large_files;

@@ -1,5 +1,7 @@
 //! Names in messages: lists of what is allowed and the nearest name to a mistyped one.
 
+use glam::DVec3;
+
 /// The allowed name that a mistyped one most likely stands for.
 pub(super) fn nearest<'a>(typed: &str, allowed: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Longer names, in bytes, are no slips of the pen; the time for each pair grows with its square.
@@ -60,6 +62,16 @@ fn edits(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
+/// A place as messages give it: `(1.2, 0, 2.801) m`, to 0.1 mm, or to five digits of its largest coordinate where that is finer.
+pub(crate) fn place_words(place_m: DVec3) -> String {
+    let power = place_m.abs().max_element().log10().floor().clamp(-300.0, 300.0) as i32;
+    let scale = 10f64.powi((4 - power).clamp(4, 300));
+    // Adding 0 makes a plain zero of a negative one.
+    let rounded_m = |m: f64| Some((m * scale).round() / scale + 0.0).filter(|m| m.is_finite()).unwrap_or(m);
+    let [x, y, z] = place_m.to_array().map(rounded_m);
+    format!("({x}, {y}, {z}) m")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,5 +83,18 @@ mod tests {
         assert_eq!(nearest("Type", keys), Some("type"));
         assert_eq!(nearest("colour", keys), None);
         assert_eq!(edits("kitten", "sitting"), 3);
+    }
+
+    #[test]
+    fn places_are_told_as_far_as_anybody_measures() {
+        for (place_m, words) in [
+            (DVec3::new(1.2, -0.0, 2.8009999999999997), "(1.2, 0, 2.801) m"),
+            (DVec3::new(-0.00001, 12345.67891, 0.30000000000000004), "(0, 12345.6789, 0.3) m"),
+            (DVec3::new(1.5e-7, 0.1 + 0.2 - 0.3, 3.0e-9), "(0.00000015, 0, 0.000000003) m"),
+            (DVec3::ZERO, "(0, 0, 0) m"),
+        ] {
+            assert_eq!(place_words(place_m), words);
+        }
+        assert!(place_words(DVec3::new(f64::NAN, f64::INFINITY, 1e308)).starts_with("(NaN, inf, 1"));
     }
 }

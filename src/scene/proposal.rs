@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 use super::error::SceneError;
 use super::gltf::{self, Appearance};
 use super::mesh_builder::UNNAMED_PART;
+use super::names::place_words;
 use super::proposed::{Proposal, ProposedMaterial};
 use super::units::LengthUnit;
 use super::{mesh_file, parse, radiance_scene};
@@ -41,7 +42,8 @@ pub fn propose_scene(model: &Path, named: &str) -> Result<Proposal, SceneError> 
         proposal.luminaires.push(json!({ "name": "stand-in", "type": "point", "position": middle.to_array(),
                                          "luminous_flux_lm": STAND_IN_LM }));
         proposal.warnings.push(format!(
-            "the model has no luminaire that is read: a point of {STAND_IN_LM} lm in its middle, {middle}, stands in"
+            "the model has no luminaire that is read: a point of {STAND_IN_LM} lm in its middle, {}, stands in",
+            place_words(middle)
         ));
     }
     Ok(proposal)

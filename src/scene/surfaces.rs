@@ -15,7 +15,7 @@ use super::materials::Material;
 use super::mesh_builder::UNNAMED_PART;
 use super::mesh_file;
 use super::model::{MaterialId, Surface, SurfaceId};
-use super::names::listed;
+use super::names::{listed, place_words};
 use super::placing::Placing;
 use super::reader::{Fields, Node, meant};
 use super::reported::Reporting;
@@ -192,7 +192,10 @@ impl Surfaces {
         if let Some([first, ..]) = dropped.first() {
             let place_m = self.vertices_m[*first as usize];
             let (count, which) = (dropped.len(), if dropped.len() == 1 { "at" } else { "the first at" });
-            warnings.push(format!("{name}: {count} triangles without an area were dropped ({which} {place_m} m)"));
+            warnings.push(format!(
+                "{name}: {count} triangles without an area were dropped ({which} {})",
+                place_words(place_m)
+            ));
         }
         let surfaces = first_surface..self.surfaces.len() as SurfaceId;
         if surfaces.is_empty() {
@@ -270,7 +273,7 @@ impl Surfaces {
                 let expected = format!("coordinates up to {LARGEST_COORDINATE_M:e} m");
                 return Err(common.node.refuse_as(
                     format!("{:?} is too large", common.name),
-                    format!("{place_m} m"),
+                    place_words(place_m),
                     expected,
                     "check numbers and length_unit",
                 ));

@@ -68,8 +68,16 @@ impl Verdict {
 pub fn verdicts(scene: &Scene, solution: &Solution) -> Vec<Verdict> {
     let worst = worst_of_sets(&solution.glare);
     let mut verdicts = Vec::new();
-    for (set, receivers) in scene.receivers.iter().enumerate() {
-        let map = solution.maps.iter().find(|map| map.kind == MapKind::Receivers(set));
+    // Of ten thousand sets each is found at once.
+    let mut maps: Vec<Option<&MapResult>> = vec![None; scene.receivers.len()];
+    for map in solution.maps.iter().rev() {
+        if let MapKind::Receivers(set) = map.kind {
+            maps[set] = Some(map);
+        }
+    }
+    let required = scene.receivers.iter().enumerate().filter(|(_, receivers)| !receivers.requirements.is_empty());
+    for (set, receivers) in required {
+        let map = maps[set];
         let rating = worst.iter().find(|(rating, _)| rating.set == set).map(|(rating, _)| *rating);
         for requirement in &receivers.requirements {
             let finding = match (map, requirement.measure) {

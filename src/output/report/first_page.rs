@@ -173,9 +173,9 @@ impl Report<'_> {
         for row in rows.into_iter().take(MOST_AVERAGES) {
             let uniformity = say!(
                 "<small>from {} to {} lx, uniformity U<sub>0</sub> {}</small>",
-                super::extreme_markup(row, row.minimum_lx, super::alone),
-                super::extreme_markup(row, row.maximum_lx, super::alone),
-                uniformity_with_error(row, row.uniformity_u0, super::alone)
+                super::extreme_markup(row.least(), super::alone),
+                super::extreme_markup(row.greatest(), super::alone),
+                uniformity_with_error(row.u0(), super::alone)
             );
             facts.push((
                 say!("Average on {}", escaped(&row.name)),
@@ -234,8 +234,8 @@ fn light_words(row: &TableRow) -> String {
     say!(
         "{} lx, from {} to {} lx, with a uniformity U<sub>0</sub> of {}",
         average,
-        super::extreme_markup(row, row.minimum_lx, super::alone),
-        super::extreme_markup(row, row.maximum_lx, super::alone),
-        uniformity_with_error(row, row.uniformity_u0, super::alone)
+        super::extreme_markup(row.least(), super::alone),
+        super::extreme_markup(row.greatest(), super::alone),
+        uniformity_with_error(row.u0(), super::alone)
     )
 }

@@ -206,7 +206,7 @@ fn web_of(
                 let gap = 360.0 - (last - first);
                 if gap > 1.5 * (last - first) / (horizontal.len() - 1) as f64 {
                     warnings.push(format!(
-                        "no plane lies within the last {gap} degrees of the turn; they are interpolated across"
+                        "no plane lies within the last {gap:.1} degrees of the turn; they are interpolated across"
                     ));
                 }
             }

@@ -28,7 +28,7 @@ const PILOT_ROUNDS: u32 = 10;
 /// Above so many elements the pilot is left out: the run's own samples tell as much.
 const MOST_PILOTED: usize = 20_000;
 /// Fewest elements that a step looks at: enough to be shared out over threads.
-const FEWEST_AT_ONCE: usize = 64;
+const FEWEST_AT_ONCE: usize = 16;
 /// Rays of a point that is asked whether it is covered, about.
 const RAYS_OF_A_COVER_POINT: f64 = 2.0;
 
@@ -75,9 +75,12 @@ impl Cutting {
     }
 
     /// Rays to the end of the round at hand, about; nobody knows whether another follows.
-    pub fn rays_left(&self) -> f64 {
-        let left = self.elements.len().saturating_sub(self.done) as f64;
-        if self.exposed.is_some() { RAYS_OF_A_COVER_POINT * left } else { POINTS * self.rays_of_a_look * left }
+    pub fn rays_left(&self, context: &Context) -> f64 {
+        let left = self.done..self.elements.len();
+        match self.exposed {
+            Some(_) => RAYS_OF_A_COVER_POINT * left.len() as f64,
+            None => self.rays_of_a_look * left.map(|index| self.wanted(context, index) as f64).sum::<f64>(),
+        }
     }
 
     /// Goes on by some `rays` rays; whether there is more to do.
@@ -122,6 +125,14 @@ impl Cutting {
         self.elements.area_m2(context.scene, self.elements.cell(index as u32))
     }
 
+    /// Points of an element that are to be looked at in this round; none where as many, or nearly so, have been.
+    fn wanted(&self, context: &Context, index: usize) -> usize {
+        let over_mean = if self.mean_m2 > 0.0 { self.area_m2(context, index) / self.mean_m2 } else { 1.0 };
+        let points = (POINTS * over_mean.clamp(1.0, MOST_TIMES)) as usize;
+        let seen = self.looks.get(index).map_or(0, |looks| looks.points);
+        if 2 * seen <= points { points } else { 0 }
+    }
+
     /// Looks at some of the elements that are new, and again at those that are large beside the others by now; cuts after the last.
     fn look(&mut self, context: &Context, rays: f64) {
         if self.elements.len() > MOST_PILOTED {
@@ -133,8 +144,14 @@ impl Cutting {
             let all_m2: f64 = (0..self.elements.len()).map(|index| self.area_m2(context, index)).sum();
             self.mean_m2 = all_m2 / self.elements.len() as f64;
         }
-        let at_once = ((rays / (POINTS * self.rays_of_a_look)) as usize).max(FEWEST_AT_ONCE);
-        let range = self.done..(self.done + at_once).min(self.elements.len());
+        let (mut end, mut looks) = (self.done, 0);
+        while end < self.elements.len()
+            && (end < self.done + FEWEST_AT_ONCE || looks as f64 * self.rays_of_a_look < rays)
+        {
+            looks += self.wanted(context, end);
+            end += 1;
+        }
+        let range = self.done..end;
         self.rays += self.look_at(context, range.clone());
         self.done = range.end;
         if self.done == self.elements.len() {
@@ -190,14 +207,11 @@ impl Cutting {
 
     /// Looks at the elements of a range, as far as they need it; returns the rays it took.
     fn look_at(&mut self, context: &Context, range: Range<usize>) -> u64 {
-        let areas_m2: Vec<f64> = range.clone().map(|index| self.area_m2(context, index)).collect();
-        let mean_m2 = self.mean_m2;
-        let wanted = |area_m2: f64| (POINTS * (area_m2 / mean_m2).clamp(1.0, MOST_TIMES)) as usize;
+        let wanted: Vec<usize> = range.clone().map(|index| self.wanted(context, index)).collect();
         let (elements, round) = (&self.elements, self.round);
-        let looks = self.looks[range.clone()].par_iter_mut().zip(areas_m2).enumerate();
-        let unknown = looks.filter(|(_, (looks, area_m2))| 2 * looks.points <= wanted(*area_m2));
-        let rays = unknown.map(|(place, (looks, area_m2))| {
-            if is_over(context) {
+        let looks = self.looks[range.clone()].par_iter_mut().zip(wanted).enumerate();
+        let rays = looks.map(|(place, (looks, points))| {
+            if points == 0 || is_over(context) {
                 return 0;
             }
             let index = range.start + place;
@@ -218,7 +232,6 @@ impl Cutting {
                 rays += asked;
                 (!covered).then_some(seen)
             };
-            let points = wanted(area_m2);
             let seen: Vec<TwoLooks> = (0..points).filter_map(look).collect();
             *looks = DirectLooks { points, exposed: seen.len() as f64 / points as f64, ..DirectLooks::fit(&seen) };
             rays

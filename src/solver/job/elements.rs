@@ -74,8 +74,8 @@ impl Job {
     }
 
     /// Rays to the end of what is known of that, about.
-    pub(super) fn rays_to_cut(&self) -> f64 {
-        self.cutting.as_ref().map_or(0.0, |cutting| cutting.rays_left())
+    pub(super) fn rays_to_cut(&self, context: &Context) -> f64 {
+        self.cutting.as_ref().map_or(0.0, |cutting| cutting.rays_left(context))
     }
 
     /// Goes on with cutting by about so many rays; whether there is more to do. With the end of it the job begins anew on

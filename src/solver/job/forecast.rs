@@ -202,7 +202,7 @@ impl Job {
     fn left_by_pilot(&self, context: &Context, target: f64) -> Option<Forecast> {
         let (rays, deviation_ln) = self.rays_by_pilot(context, target)?;
         let left = Forecast::spread(rays, deviation_ln).less(self.kept_rays() as f64);
-        Some(left.plus(Forecast::known(self.rays_to_cut())))
+        Some(left.plus(Forecast::known(self.rays_to_cut(context))))
     }
 
     /// Rays to a target by the pilot, and the standard deviation of their logarithm.

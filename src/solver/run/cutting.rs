@@ -30,3 +30,134 @@ impl Run<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Mutex;
+
+    use super::super::clock::Clock;
+    use super::super::standing::Standing;
+    use super::super::{Context, Observer, Progress, Settings};
+    use super::*;
+    use crate::chain::Stage;
+    use crate::check::scene_from_json;
+    use crate::scene::Scene;
+    use crate::solver::job::Job;
+    use crate::solver::spending::Spending;
+
+    const TARGET: f64 = 0.02;
+
+    /// A room with a table and six lamps, and no receivers.
+    fn room() -> Scene {
+        let lamp = |number: u32| {
+            let (x_m, y_m) = (1.0 + 2.0 * f64::from(number % 3), 1.0 + 2.0 * f64::from(number / 3));
+            format!(
+                r#"{{ "name": "l{number}", "type": "point", "position": [{x_m},{y_m},2], "luminous_flux_lm": 900 }}"#
+            )
+        };
+        let lamps: Vec<String> = (0..6).map(lamp).collect();
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [6,4,2.8], "facing": "inward", "material": "m", "max_element_edge": 0.5 }},
+                          {{ "name": "table", "type": "box", "min": [2,1,0.7], "max": [4,2,0.75], "material": "m" }} ],
+            "luminaires": [ {} ] }}"#,
+            lamps.join(",")
+        );
+        scene_from_json(&text, None, Path::new(".")).expect("a valid scene")
+    }
+
+    /// Keeps how many rays each telling was of, and the forecast.
+    #[derive(Default)]
+    struct Told(Mutex<Vec<(u64, Option<f64>)>>);
+
+    impl Observer for Told {
+        fn progress(&self, progress: &Progress) {
+            let forecast = progress.forecast_rays.map(|forecast| forecast.expected);
+            self.0.lock().expect("no test panics").push((progress.rays, forecast));
+        }
+    }
+
+    fn with_run<T>(look: impl FnOnce(&mut Run, &Told) -> T) -> T {
+        let scene = room();
+        let stage = Stage::new(&scene);
+        let settings = Settings { target_error: Some(TARGET), ..Settings::default() };
+        let context = Context {
+            target_error: TARGET,
+            adapt_to: Some(TARGET),
+            method: Method::Auto,
+            ..Context::of_a_test(&scene, &stage, 0)
+        };
+        let told = Told::default();
+        let mut run = Run {
+            context: &context,
+            settings: &settings,
+            target_error: Some(TARGET),
+            observer: &told,
+            jobs: vec![Job::elements(&context, true)],
+            sets: None,
+            most_bytes_of_cells: u64::MAX,
+            convergence: Vec::new(),
+            spending: Spending::default(),
+            clock: Clock::default(),
+            standing: Standing::default(),
+            looked_at: [None; 2],
+        };
+        look(&mut run, &told)
+    }
+
+    /// Goes on to the target.
+    fn rays_of_the_whole(run: &mut Run) -> f64 {
+        run.prepare();
+        while let Some(index) = run.next_job() {
+            run.slice(index);
+        }
+        run.all_rays() as f64
+    }
+
+    /// The first row, with a forecast, comes with 2 % of the rays of the run or less, and further ones while elements are cut with 5 % more
+    /// each. Cut in one go, the planted fault, most of the cutting goes by without a row.
+    #[test]
+    fn a_forecast_comes_before_elements_are_cut_and_more_on_the_way() {
+        with_run(|run, told| {
+            run.cut_elements();
+            let cut = run.all_rays();
+            let all = rays_of_the_whole(run);
+            let mut rows: Vec<u64> = run.convergence.iter().map(|row| row.rays).filter(|rays| *rays <= cut).collect();
+            assert!(rows[0] as f64 <= 0.02 * all, "{} of {all}", rows[0]);
+            assert!(run.convergence.iter().all(|row| row.forecast_rays.expected > row.rays as f64));
+            rows.push(cut);
+            let widest = rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
+            assert!(widest as f64 <= 0.05 * all, "{widest} of {all}: {rows:?}");
+            let told = told.0.lock().expect("no test panics");
+            assert!(told.len() >= rows.len() - 1 && told.iter().all(|(_, forecast)| forecast.is_some()));
+        });
+        with_run(|run, _| {
+            run.record(false);
+            let first = run.all_rays();
+            while run.jobs[0].cut_on(run.context, f64::INFINITY) {}
+            let cut = run.all_rays();
+            let all = rays_of_the_whole(run);
+            assert!((cut - first) as f64 > 0.05 * all, "the planted fault passed: {} of {all}", cut - first);
+        });
+    }
+
+    /// However little is cut at a time, the elements and what is known of them are the same.
+    #[test]
+    fn elements_are_the_same_in_however_many_steps_they_are_cut() {
+        let cut_by = |rays: f64| {
+            with_run(|run, _| {
+                let mut steps = 0;
+                while run.jobs[0].cut_on(run.context, rays) {
+                    steps += 1;
+                }
+                let job = &run.jobs[0];
+                let elements: Vec<_> = (0..job.elements.len() as u32).map(|index| job.elements.cell(index)).collect();
+                (steps, (elements, job.weights.clone(), job.pilot_rays))
+            })
+        };
+        let (few, whole) = cut_by(f64::INFINITY);
+        let (many, small) = cut_by(3_000.0);
+        assert!(many > 3 * few && whole == small, "{many} steps, {few} steps");
+    }
+}
