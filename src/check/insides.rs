@@ -10,7 +10,7 @@ use crate::scene::{Emission, Scene};
 
 /// A point this near to a shell, as a fraction of the scene's size, lies on it and not inside: far above the rounding
 /// of coordinates, far below what a drawing means.
-const ON_SURFACE: f64 = 1e-9;
+pub(super) const ON_SURFACE: f64 = 1e-9;
 /// How far in front of a surface its light is taken to begin, as a fraction of the scene's size.
 const IN_FRONT: f64 = 1e-6;
 /// Steps of a search over all points, and what each point adds: a few seconds' work. A point in a room among furniture takes

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::insides::Solids;
+use super::box_tree::Budget;
+use super::insides::{ON_SURFACE, Solids};
 use super::overlaps::{overlaps, overlaps_budget};
 use super::shells::{self, Shell};
 use super::{Inspection, closed_shells_of_geometries, inspect, scene_from_json};
@@ -170,7 +171,10 @@ fn a_great_many_points_among_many_shells_take_few_looks_each() {
         // The smallest shell that lies around a point tells, asked for alone.
         let mut by_size: Vec<&Shell> = shells.iter().collect();
         by_size.sort_by(|one, other| one.volume_m3.abs().total_cmp(&other.volume_m3.abs()));
-        let smallest = |point_m: &DVec3| by_size.iter().find(|shell| shell.winding(*point_m).abs() > 0.5);
+        let encloses = |shell: &Shell, point_m: DVec3| {
+            shell.encloses(point_m, ON_SURFACE * size_m, &mut Budget::of_steps(u64::MAX))
+        };
+        let smallest = |point_m: &DVec3| by_size.iter().find(|shell| encloses(shell, *point_m));
         let mut found = [0; 2];
         for (point_m, inside) in points_m.iter().zip(&inside).step_by(97) {
             let expected = smallest(point_m).is_some_and(|shell| shell.volume_m3 > 0.0);
