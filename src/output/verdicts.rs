@@ -11,7 +11,7 @@ use super::{OutputError, ResultFile};
 use crate::base::glare::rating_text;
 use crate::control::Ruling;
 use crate::maps::Estimate;
-use crate::scene::{Measure, Requirement, Scene};
+use crate::scene::{Area, Measure, Requirement, Scene};
 use crate::solver::{Finding, Solution, Verdict, verdicts};
 
 const COLUMNS: &[&str] = &[
@@ -116,7 +116,8 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
             Ruling::Undecided => ("undecided", "?"),
         };
         let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
-            format!(" <small class=\"soft\">{}: {}</small>", entry.name(), said(entry.task))
+            let area = area_words(verdict.requirement.area).map_or(String::new(), |words| format!(", {words}"));
+            format!(" <small class=\"soft\">{}{area}: {}</small>", entry.name(), said(entry.task))
         });
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
@@ -128,15 +129,45 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         ]);
     }
     format!(
-        "<h2>{}</h2>\n{}<p class=\"soft small\">{}</p>\n",
+        "<h2>{}</h2>\n{}<p class=\"soft small\">{}{}</p>\n",
         say!("Verdicts"),
         table.markup(),
         say!(
             "<b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in 95 cases of 100, lies on one side of the limit. \
              <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance \
              alone. The standards themselves are the authority for what they ask."
-        )
+        ),
+        colour_rendering(&verdicts)
     )
+}
+
+/// What entries ask of the luminaires' colour rendering, which is not computed; empty where none does.
+fn colour_rendering(verdicts: &[Verdict]) -> String {
+    let mut asked: Vec<(String, f64)> = Vec::new();
+    for entry in verdicts.iter().filter_map(|verdict| verdict.requirement.entry) {
+        let Some(ra) = entry.colour_rendering_ra else { continue };
+        let told = (entry.name(), ra);
+        if !asked.contains(&told) {
+            asked.push(told);
+        }
+    }
+    if asked.is_empty() {
+        return String::new();
+    }
+    let entries: Vec<String> = asked.iter().map(|(name, ra)| format!("R<sub>a</sub> ≥ {ra} ({name})")).collect();
+    format!(" {}", say!("Not computed: the luminaires' colour rendering, of which is asked {}.", entries.join("; ")))
+}
+
+/// What of the room is meant, where it is not the task area.
+fn area_words(area: Area) -> Option<&'static str> {
+    match area {
+        Area::Task => None,
+        Area::Surroundings => Some(say!("immediate surroundings")),
+        Area::Background => Some(say!("background")),
+        Area::Walls => Some(say!("walls")),
+        Area::Ceiling => Some(say!("ceiling")),
+        Area::Cylinders => Some(say!("cylindrical")),
+    }
 }
 
 /// Symbols with their indices set low.
@@ -220,7 +251,8 @@ pub(super) fn probability_words(probability: f64, has_chance: bool) -> String {
 
 fn asked_by(requirement: &Requirement) -> String {
     match requirement.entry {
-        Some(entry) => entry.name(),
+        Some(entry) if requirement.area == Area::Task => entry.name(),
+        Some(entry) => format!("{}, {}", entry.name(), requirement.area.name()),
         None => "scene".to_owned(),
     }
 }

@@ -15,7 +15,7 @@ use super::surfaces::Surfaces;
 use super::unique_names::{Names, unique_name};
 use super::units::LengthUnit;
 use super::vectors::span_a_plane;
-use super::{given, intensity, parse, points_file, requirements};
+use super::{given, intensity, parse, points_file, requirements, surroundings};
 
 /// The receiver types, as files name them.
 pub(super) const TYPES: [&str; 6] = ["grid", "points", "luminance", "ugr", "ugr_grid", "intensity"];
@@ -25,12 +25,14 @@ const NAMED: &[&str] = &["name", "type"];
 const BY_CORNERS: &[&str] = &["origin", "u", "v", "columns", "rows"];
 const OVER_A_SURFACE: &[&str] = &["surface", "height", "margin", "spacing"];
 const MEASURING: &[&str] = &["quantity", "direction", "requirements"];
+/// Of grids alone.
+const ABOUT: &[&str] = &[surroundings::KEY];
 const OBSERVING: &[&str] = &["view_directions", "background", "requirements"];
 
 /// Keys of a receiver type, its place in [`TYPES`]; grids have those of both their forms.
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     match TYPES[kind] {
-        "grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, MEASURING].concat(),
+        "grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, MEASURING, ABOUT].concat(),
         "points" => [NAMED, &["file", "points"], MEASURING].concat(),
         "luminance" => [NAMED, &["position", "directions", "fan", "view", "surface"]].concat(),
         "ugr" => [NAMED, &["position", "view_direction", "background", "requirements"]].concat(),
@@ -63,7 +65,11 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
         if is_made {
             left -= set.points.len() as u64;
         }
+        let fields = item.fields("a receiver")?;
+        let about = surroundings::read(&fields, around.unit, around.surfaces, &set, &mut names, left)?;
+        left -= about.iter().map(|set| set.points.len() as u64).sum::<u64>();
         sets.push(set);
+        sets.extend(about);
     }
     Ok(sets)
 }
@@ -101,9 +107,9 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
     }
     let (layout, mut points) = match TYPES[kind] {
         "grid" if by_surface => {
-            read_surface_grid(node, around, most, &[NAMED, OVER_A_SURFACE, MEASURING].concat(), None)?
+            read_surface_grid(node, around, most, &[NAMED, OVER_A_SURFACE, MEASURING, ABOUT].concat(), None)?
         }
-        "grid" => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, MEASURING].concat())?,
+        "grid" => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, MEASURING, ABOUT].concat())?,
         _ => read_points(&fields, around)?,
     };
     let (quantity, turned) = quantity::read(&fields)?;
