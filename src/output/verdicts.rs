@@ -11,7 +11,7 @@ use super::{OutputError, ResultFile};
 use crate::base::glare::rating_text;
 use crate::control::Ruling;
 use crate::maps::Estimate;
-use crate::scene::{Area, Measure, Requirement, Scene};
+use crate::scene::{Area, Measure, Requirement, Scene, StandardEntry};
 use crate::solver::{Finding, Solution, Verdict, verdicts};
 
 const COLUMNS: &[&str] = &[
@@ -117,7 +117,7 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         };
         let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
             let area = area_words(verdict.requirement.area).map_or(String::new(), |words| format!(", {words}"));
-            format!(" <small class=\"soft\">{}{area}: {}</small>", entry.name(), said(entry.task))
+            format!(" <small class=\"soft\">{}{area}</small>", entry.name())
         });
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
@@ -137,25 +137,26 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
              <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance \
              alone. The standards themselves are the authority for what they ask."
         ),
-        colour_rendering(&verdicts)
+        entries_asked(&verdicts)
     )
 }
 
-/// What entries ask of the luminaires' colour rendering, which is not computed; empty where none does.
-fn colour_rendering(verdicts: &[Verdict]) -> String {
-    let mut asked: Vec<(String, f64)> = Vec::new();
+/// Which tasks the entries are of, and what they ask of the luminaires' colour rendering, which is not computed; empty where none is asked.
+fn entries_asked(verdicts: &[Verdict]) -> String {
+    let mut asked: Vec<&StandardEntry> = Vec::new();
     for entry in verdicts.iter().filter_map(|verdict| verdict.requirement.entry) {
-        let Some(ra) = entry.colour_rendering_ra else { continue };
-        let told = (entry.name(), ra);
-        if !asked.contains(&told) {
-            asked.push(told);
+        if !asked.contains(&entry) {
+            asked.push(entry);
         }
     }
-    if asked.is_empty() {
-        return String::new();
-    }
-    let entries: Vec<String> = asked.iter().map(|(name, ra)| format!("R<sub>a</sub> ≥ {ra} ({name})")).collect();
-    format!(" {}", say!("Not computed: the luminaires' colour rendering, of which is asked {}.", entries.join("; ")))
+    let told = asked.into_iter().map(|entry| {
+        let task = format!("{}: {}", entry.name(), said(entry.task));
+        let rendering = entry
+            .colour_rendering_ra
+            .map(|ra| say!("; it asks of the luminaires R<sub>a</sub> ≥ {} too, which is not computed", ra));
+        format!(" {task}{}.", rendering.unwrap_or_default())
+    });
+    told.collect()
 }
 
 /// What of the room is meant, where it is not the task area.

@@ -48,6 +48,7 @@ mod receivers;
 mod receivers_part;
 mod reported;
 mod requirements;
+mod room_receivers;
 mod schema;
 mod series;
 mod shapes;

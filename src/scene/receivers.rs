@@ -6,8 +6,8 @@ use std::path::Path;
 use super::error::SceneError;
 use super::grid_frame::{GridFrame, refuse_too_many};
 use super::limits::MOST_POINTS;
-use super::model::{GlareObserver, ReceiverLayout, ReceiverPoint, ReceiverSet};
-use super::observers;
+use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::observers::{self, SEATED_EYE_M};
 use super::quantity::{self, Quantity};
 use super::reader::{Fields, Node};
 use super::surface_grid::{self, Spacing};
@@ -15,10 +15,10 @@ use super::surfaces::Surfaces;
 use super::unique_names::{Names, unique_name};
 use super::units::LengthUnit;
 use super::vectors::span_a_plane;
-use super::{given, intensity, parse, points_file, requirements, surroundings};
+use super::{given, intensity, parse, points_file, requirements, room_receivers, surroundings};
 
 /// The receiver types, as files name them.
-pub(super) const TYPES: [&str; 6] = ["grid", "points", "luminance", "ugr", "ugr_grid", "intensity"];
+pub(super) const TYPES: [&str; 7] = ["grid", "points", "luminance", "ugr", "ugr_grid", "intensity", "room"];
 
 /// Keys that several receiver types share.
 const NAMED: &[&str] = &["name", "type"];
@@ -37,12 +37,11 @@ pub(super) fn keys(kind: usize) -> Vec<&'static str> {
         "luminance" => [NAMED, &["position", "directions", "fan", "view", "surface"]].concat(),
         "ugr" => [NAMED, &["position", "view_direction", "background", "requirements"]].concat(),
         "ugr_grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, OBSERVING].concat(),
+        "room" => [NAMED, room_receivers::OWN_KEYS].concat(),
         _ => [NAMED, intensity::OWN_KEYS].concat(),
     }
 }
 
-/// Height in m of a seated observer's eye over the floor.
-const SEATED_EYE_M: f64 = 1.2;
 /// The rule that `spacing` can name.
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
 
@@ -59,6 +58,11 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
     let mut sets: Vec<ReceiverSet> = Vec::new();
     let mut left = MOST_POINTS;
     for item in node.items("receivers")? {
+        if let Some(made) = room_receivers::read(&item, around.unit, around.surfaces, &mut names, left)? {
+            left -= made.iter().map(|set| set.points.len() as u64).sum::<u64>();
+            sets.extend(made);
+            continue;
+        }
         let set = read_one(&item, around, &mut names, left)?;
         // Lists of points and of directions are as long as the file says, and need no limit.
         let is_made = set.layout != ReceiverLayout::Points || set.observers.len() > 1;
@@ -86,7 +90,8 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
     }
     if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit, around.surfaces, most)?
     {
-        let observers = if matches!(quantity, Quantity::Glare(_)) { observers_at(&points) } else { Vec::new() };
+        let observers =
+            if matches!(quantity, Quantity::Glare(_)) { observers::observers_at(&points) } else { Vec::new() };
         let requirements = requirements::read(&fields, quantity)?;
         return Ok(ReceiverSet { name, quantity, layout, points, observers, requirements });
     }
@@ -100,7 +105,7 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
             false => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, OBSERVING].concat())?,
         };
         let (background, points) = observers::look_around(&fields, &places, most)?;
-        let observers = observers_at(&points);
+        let observers = observers::observers_at(&points);
         let quantity = Quantity::Glare(background);
         let requirements = requirements::read(&fields, quantity)?;
         return Ok(ReceiverSet { name, quantity, layout: ReceiverLayout::Points, points, observers, requirements });
@@ -118,11 +123,6 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
     }
     let requirements = requirements::read(&fields, quantity)?;
     Ok(ReceiverSet { name, quantity, layout, points, observers: Vec::new(), requirements })
-}
-
-/// An observer at each point, who looks along its normal.
-fn observers_at(points: &[ReceiverPoint]) -> Vec<GlareObserver> {
-    points.iter().map(|point| GlareObserver { eye_m: point.position_m, view: point.normal, inside: false }).collect()
 }
 
 fn read_corner_grid(

@@ -53,6 +53,49 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
     Ok(requirements)
 }
 
+/// Keys of the requirements of a room.
+pub(super) const ROOM_KEYS: [&str; 2] = ["en_12464_1", MODIFIED];
+
+/// An entry that is asked of a whole room, with the average in lx of its task area.
+#[derive(Clone, Copy)]
+pub(super) struct RoomEntry {
+    entry: &'static StandardEntry,
+    task_lx: f64,
+}
+
+impl RoomEntry {
+    /// What a room's receiver names.
+    pub fn read(receiver: &Fields) -> Result<RoomEntry, SceneError> {
+        let fields =
+            receiver.need("requirements", "{ \"en_12464_1\": \"34.2\" }")?.fields("the requirements of a room")?;
+        fields.only(&ROOM_KEYS)?;
+        fields.need(ROOM_KEYS[0], "\"34.2\"")?;
+        let Some(entry) = read_entry(&fields, Quantity::Perpendicular)? else {
+            unreachable!("an entry is named");
+        };
+        let task_lx = read_task_lx(&fields, Quantity::Perpendicular, Area::Task, Some(entry))?;
+        Ok(RoomEntry { entry, task_lx })
+    }
+
+    /// What it asks of the illuminance of an area.
+    pub fn of(&self, area: Area) -> Vec<Requirement> {
+        self.required(area, |measure| measure != Measure::Ugr)
+    }
+
+    /// What it asks of observers.
+    pub fn of_observers(&self) -> Vec<Requirement> {
+        self.required(Area::Task, |measure| measure == Measure::Ugr)
+    }
+
+    fn required(&self, area: Area, is_meant: impl Fn(Measure) -> bool) -> Vec<Requirement> {
+        let required = |measure: Measure| {
+            let limit = self.entry.limit_of(area, measure, self.task_lx)?;
+            Some(Requirement { measure, area, limit, entry: Some(self.entry), flux_factor: 1.0 })
+        };
+        Measure::ALL.into_iter().filter(|measure| is_meant(*measure)).filter_map(required).collect()
+    }
+}
+
 /// What is asked of a set about a task that asks for an average, by the rule of EN 12464-1; `None` where the task asks for none.
 pub(super) fn about(task: &[Requirement], area: Area) -> Option<Vec<Requirement>> {
     let of_task = task.iter().find(|requirement| requirement.measure == Measure::AverageLx)?;

@@ -97,6 +97,11 @@ impl Rectangle {
         [self.width_m.max(self.depth_m), self.width_m.min(self.depth_m)]
     }
 
+    /// The direction from which its front is seen.
+    pub fn normal(&self) -> DVec3 {
+        self.u.cross(self.v)
+    }
+
     /// Without a strip along its boundary; `None` where nothing is left.
     pub fn shrunk(&self, margin_m: f64) -> Option<Rectangle> {
         let (width_m, depth_m) = (self.width_m - 2.0 * margin_m, self.depth_m - 2.0 * margin_m);

@@ -15,7 +15,7 @@ use super::requirements;
 use super::standard::Area;
 use super::surface_grid::en_12464_distance_m;
 use super::surfaces::Surfaces;
-use super::unique_names::Names;
+use super::unique_names::{Names, made_name};
 use super::units::LengthUnit;
 use super::vectors::direction;
 
@@ -91,15 +91,7 @@ pub(super) fn read(
         if points.is_empty() {
             continue;
         }
-        let name = format!("{} {}", task.name, area.name());
-        if let Some(first) = names.insert(name.clone(), node.json_path().into()) {
-            return Err(node.refuse_as(
-                format!("the name {name:?}, which this set gets, is given already"),
-                format!("{name:?} again; {first} has it already"),
-                "a name of its own",
-                "rename the other one",
-            ));
-        }
+        let name = made_name(format!("{} {}", task.name, area.name()), &node, names)?;
         sets.push(ReceiverSet {
             name,
             quantity: task.quantity,

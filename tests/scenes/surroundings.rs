@@ -1,6 +1,6 @@
 //! What the rule of EN 12464-1 makes about a task area, and of a whole room.
 
-use luxmc::scene::{Area, Measure, ReceiverSet, Scene};
+use luxmc::scene::{Area, Measure, Quantity, ReceiverSet, Scene};
 
 use crate::common::scene_of;
 
@@ -80,4 +80,29 @@ fn an_entry_is_asked_of_walls_ceilings_and_cylinders() {
     assert_eq!(ceiling, [(Area::Ceiling, Measure::AverageLx, 50.0), (Area::Ceiling, Measure::UniformityU0, 0.1)]);
     let heads = of(r#""quantity": "cylindrical", "requirements": { "en_12464_1": "5.36.1" }"#);
     assert_eq!(heads, [(Area::Cylinders, Measure::AverageLx, 150.0), (Area::Cylinders, Measure::UniformityU0, 0.1)]);
+}
+
+/// A receiver of a whole room becomes its task area, cylinders, walls, ceiling and observers, each with what the entry asks of it.
+#[test]
+fn a_room_is_asked_for_all_that_an_entry_asks() {
+    let scene = scene_of(
+        r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+          "geometry": [ { "name": "box", "type": "box", "min": [0,0,0], "max": [6,5,3], "facing": "inward", "material": "m" } ],
+          "luminaires": [ { "name": "lamp", "type": "point", "position": [4,2,2.5], "luminous_flux_lm": 1000 } ],
+          "receivers": [ { "name": "office", "type": "room", "surface": "box", "requirements": { "en_12464_1": "34.2" } } ] }"#,
+    );
+    let names: Vec<&str> = scene.receivers.iter().map(|set| set.name.as_str()).collect();
+    assert_eq!(names, ["office task", "office cylindrical", "office walls", "office ceiling", "office observers"]);
+    let [task, heads, walls, ceiling, observers] = &scene.receivers[..] else { panic!("five sets") };
+    // 5 m × 4 m within the margin; 3 m high walls; the ceiling whole.
+    for (set, m2) in [(task, 20.0), (heads, 20.0), (walls, 66.0), (ceiling, 30.0)] {
+        assert!((area_m2(set) - m2).abs() < 1e-9, "{}: {}", set.name, area_m2(set));
+    }
+    assert!(task.points.iter().all(|point| (point.position_m.z - 0.8).abs() < 1e-12 && point.normal.z > 0.999));
+    assert!(walls.points.iter().all(|point| point.normal.z.abs() < 1e-12));
+    assert!(ceiling.points.iter().all(|point| point.normal.z < -0.999));
+    assert_eq!(heads.quantity, Quantity::Cylindrical);
+    assert!(observers.observers.len() % 8 == 0 && observers.observers.iter().all(|eye| eye.eye_m.z == 1.2));
+    let limits: Vec<f64> = scene.receivers.iter().flat_map(asked).map(|(_, _, limit)| limit).collect();
+    assert_eq!(limits, [500.0, 0.6, 150.0, 0.1, 150.0, 0.1, 100.0, 0.1, 19.0]);
 }

@@ -246,6 +246,17 @@ struct Requirements {
     modified: Option<bool>,
 }
 
+/// What a room is to keep.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct RoomRequirements {
+    /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011).
+    en_12464_1: String,
+    /// Whether the entry's modified average is asked for; not by default.
+    modified: Option<bool>,
+}
+
 /// What of a room an entry of EN 12464-1 is asked about.
 #[derive(JsonSchema)]
 #[schemars(rename_all = "lowercase")]
@@ -403,6 +414,24 @@ enum ReceiverKind {
         /// What the ratings are to keep.
         requirements: Option<Requirements>,
     },
+    /// A whole room for an entry of EN 12464-1: task area, cylinders at the height of people's heads, walls, ceiling and observers.
+    Room {
+        /// Name of the room; its sets are called after it.
+        name: String,
+        /// The room: a box that faces inward, or a mesh whose parts are rectangles.
+        surface: String,
+        /// Height of the task area over the floor; 0.8 m by default.
+        #[schemars(range(min = 0.0))]
+        height: Option<f64>,
+        /// Height of people's eyes over the floor; 1.2 m by default.
+        #[schemars(range(min = 0.0))]
+        eye_height: Option<f64>,
+        /// Width of a strip along the walls that is left out of the task area; 0.5 m by default.
+        #[schemars(range(min = 0.0))]
+        margin: Option<f64>,
+        /// The entry.
+        requirements: RoomRequirements,
+    },
     /// Unified glare ratings of observers over a parallelogram, each looking in all directions of view.
     #[schemars(rename = "ugr_grid")]
     UgrGrid {
@@ -488,6 +517,7 @@ mod tests {
             ("/$defs/Fan/properties", &crate::scene::observers::FAN_KEYS),
             ("/$defs/View/properties", &crate::scene::observers::VIEW_KEYS),
             ("/$defs/Requirements/properties", &crate::scene::standard::KEYS),
+            ("/$defs/RoomRequirements/properties", &crate::scene::requirements::ROOM_KEYS),
             ("/$defs/Surroundings/properties", &crate::scene::surroundings::KEYS),
         ] {
             let described: BTreeSet<&str> =
