@@ -56,9 +56,9 @@ impl CellKey {
         bits ^ (bits >> 32)
     }
 
-    /// The cell of twice the edge that holds this one.
-    fn parent(&self) -> CellKey {
-        CellKey { cube: self.cube.map(|number| number >> 1), kind: self.kind + (1 << LEVEL_BIT) }
+    /// How many times its edge is doubled from the finest.
+    pub fn level(&self) -> u32 {
+        self.kind >> LEVEL_BIT
     }
 }
 
@@ -153,32 +153,26 @@ impl CellGrid {
         self.cell(key)
     }
 
-    /// The next larger cell that holds one and exists; `None` where there is none.
-    pub fn larger(&self, cell: u32) -> Option<u32> {
-        let mut key = self.keys[cell as usize];
-        while ((key.kind >> LEVEL_BIT) as i32) < self.coarsest {
-            key = key.parent();
-            if let Some(found) = self.find(key) {
-                return Some(found);
-            }
-        }
-        None
+    /// The same grid without cells.
+    pub fn emptied(&self) -> CellGrid {
+        CellGrid { keys: Vec::new(), table: vec![Slot::FREE; FIRST_SLOTS], ..*self }
+    }
+
+    /// Where a cell lies.
+    pub fn key_of(&self, cell: u32) -> CellKey {
+        self.keys[cell as usize]
+    }
+
+    /// Where the cell of twice the edge lies that holds one; `None` at the top.
+    #[inline]
+    pub fn above(&self, key: CellKey) -> Option<CellKey> {
+        let at_top = key.level() as i32 >= self.coarsest;
+        (!at_top).then(|| CellKey { cube: key.cube.map(|number| number >> 1), kind: key.kind + (1 << LEVEL_BIT) })
     }
 
     /// Number of levels.
     pub fn levels(&self) -> usize {
         self.coarsest as usize + 1
-    }
-
-    /// The cell above one, of twice its edge; a new one if need be. `None` at the top.
-    pub fn parent(&mut self, cell: u32) -> Option<u32> {
-        let key = self.keys[cell as usize];
-        if (key.kind >> LEVEL_BIT) as i32 >= self.coarsest { None } else { Some(self.cell(key.parent())) }
-    }
-
-    /// How many times its edge is doubled from the finest.
-    pub fn level(&self, cell: u32) -> u32 {
-        self.keys[cell as usize].kind >> LEVEL_BIT
     }
 
     /// Where the cell of a place lies.
@@ -268,8 +262,9 @@ mod tests {
         let mut grid = CellGrid::new([DVec3::ZERO, DVec3::splat(4.0)], [0.2, 0.3, 0.4], 0.25);
         let near = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 0.5));
         let far = grid.ask(&lookup(DVec3::new(1.0, 2.0, 0.0), DVec3::Z, 4.0));
-        assert_eq!(grid.level(far), grid.level(near) + 3);
-        let above = (0..3).fold(near, |cell, _| grid.parent(cell).expect("not at the top"));
+        let [near, far] = [near, far].map(|cell| grid.key_of(cell));
+        assert_eq!(far.level(), near.level() + 3);
+        let above = (0..3).fold(near, |key, _| grid.above(key).expect("not at the top"));
         assert_eq!(above, far);
     }
 

@@ -8,35 +8,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::CellGrid;
+use super::larger::LargerCells;
+use super::system::{CellSample, System};
 use crate::base::memory::bytes_of_list;
-
-/// Relative change of the sum of all cells in a sweep below which the system counts as solved.
-const SOLVED: f64 = 1e-6;
-/// Sweeps, at most: beside the scaling of the whole they converge as bounces do.
-const MOST_SWEEPS: usize = 400;
-/// Bounds of the scaling after a sweep: beyond them rounding has spoilt the sums.
-const LEAST_SCALE: f64 = 0.5;
-const MOST_SCALE: f64 = 1e4;
 
 /// Samples from which on a cell's own spread is believed, and for how many what larger cells tell counts in one without any.
 const ENOUGH_SAMPLES: f64 = 4.0;
 const OF_NO_SAMPLE: f64 = 0.5;
-
-/// The number that stands for no cell: nothing was met whose light a cell tells.
-pub const NO_CELL: u32 = u32::MAX;
-
-/// What a ray from a place of a cell found.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct CellSample {
-    /// Cell that the place belongs to.
-    pub cell: u32,
-    /// What it found without asking a cell, in lx.
-    pub plain_lx: f32,
-    /// Reflectance of what the ray met.
-    pub reflectance: f32,
-    /// Its cell, or [`NO_CELL`].
-    pub next: u32,
-}
 
 /// Cells of one half and their light.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -54,6 +32,11 @@ pub struct CellLight {
     /// Samples and cells that the latest solution knows.
     solved: usize,
     filled: usize,
+    /// Variance of a sample over the square of its cell's light, as is usual.
+    usual_spread: f64,
+    /// What larger cells tell those without samples by the latest solution; made where it is needed.
+    #[serde(skip)]
+    larger: Option<LargerCells>,
 }
 
 impl CellLight {
@@ -67,6 +50,8 @@ impl CellLight {
             variances_lx2: Vec::new(),
             solved: 0,
             filled: 0,
+            usual_spread: 1.0,
+            larger: None,
         }
     }
 
@@ -126,21 +111,26 @@ impl CellLight {
         }
         self.counts.resize(self.grid.len(), 0);
         self.values_lx.resize(self.grid.len(), 0.0);
+        self.variances_lx2.resize(self.grid.len(), 0.0);
         if self.solved < self.samples.len() {
-            self.solved = self.samples.len();
-            let system = System::of(&self.samples, &self.counts);
-            for _ in 0..MOST_SWEEPS {
-                if self.sweep(&system) {
-                    break;
-                }
-            }
+            self.solve_sampled();
+            // What cells without samples were told is old.
+            (self.filled, self.larger) = (0, None);
         }
         self.fill_unsampled();
-        self.tell_variances();
     }
 
-    /// Variances of cells by the spread of their samples; where these are few, by the relative spread that is usual.
-    fn tell_variances(&mut self) {
+    /// Solves for the light of the cells that have samples.
+    fn solve_sampled(&mut self) {
+        let mut system = System::of(&self.samples, &self.counts, &self.values_lx);
+        system.solve();
+        system.cells.iter().zip(&system.values_lx).for_each(|(cell, lx)| self.values_lx[*cell as usize] = *lx);
+        self.tell_variances(&system.cells);
+        self.solved = self.samples.len();
+    }
+
+    /// Variances of cells that have samples, by the spread of these; where they are few, by the relative spread that is usual.
+    fn tell_variances(&mut self, sampled: &[u32]) {
         // Of every cell the sums of its samples' light and of its square.
         let mut sums = vec![[0.0f64; 2]; self.counts.len()];
         for sample in &self.samples {
@@ -153,47 +143,17 @@ impl CellLight {
             (count >= ENOUGH_SAMPLES).then(|| (squares - sum * sum / count).max(0.0) / (count - 1.0))
         };
         let (mut spread, mut squares) = (0.0, f64::MIN_POSITIVE);
-        for cell in 0..sums.len() {
+        for cell in sampled.iter().map(|cell| *cell as usize) {
             if let Some(own) = spread_of(cell) {
                 spread += own;
                 squares += f64::from(self.values_lx[cell]).powi(2);
             }
         }
-        let usual = if spread > 0.0 { spread / squares } else { 1.0 };
-        let variance = |cell: usize| {
-            let lx2 = usual * f64::from(self.values_lx[cell]).powi(2);
-            spread_of(cell).unwrap_or(lx2) / f64::from(self.counts[cell]).max(OF_NO_SAMPLE)
-        };
-        self.variances_lx2 = (0..sums.len()).map(|cell| variance(cell) as f32).collect();
-    }
-
-    /// One sweep over all cells, and a scaling of all light that balances its sum; whether nothing changes any more.
-    fn sweep(&mut self, system: &System) -> bool {
-        let (mut change_lx, mut held_lx) = (0.0, 0.0);
-        for (cell, own_lx) in system.own_lx.iter().enumerate() {
-            let range = system.firsts[cell] as usize..system.firsts[cell + 1] as usize;
-            if range.is_empty() {
-                continue;
-            }
-            let count = range.len() as f64;
-            let sent = |(next, reflectance): &(u32, f32)| f64::from(*reflectance) * f64::from(self.value_lx(*next));
-            let sent_lx: f64 = system.links[range].iter().map(sent).sum();
-            let new_lx = (own_lx + sent_lx) / count;
-            change_lx += count * (new_lx - f64::from(self.values_lx[cell])).abs();
-            held_lx += count * new_lx;
-            self.values_lx[cell] = new_lx as f32;
+        self.usual_spread = if spread > 0.0 { spread / squares } else { 1.0 };
+        for cell in sampled.iter().map(|cell| *cell as usize) {
+            let lx2 = spread_of(cell).unwrap_or(self.usual_spread * f64::from(self.values_lx[cell]).powi(2));
+            self.variances_lx2[cell] = (lx2 / f64::from(self.counts[cell])) as f32;
         }
-        if change_lx <= SOLVED * held_lx {
-            return true;
-        }
-        // What samples hold by themselves must be what cells hold beyond what is sent.
-        let own_lx: f64 = system.own_lx.iter().sum();
-        let sent_lx: f64 = self.values_lx.iter().zip(&system.asked).map(|(lx, asked)| asked * f64::from(*lx)).sum();
-        let scale = own_lx / (held_lx - sent_lx);
-        if (LEAST_SCALE..MOST_SCALE).contains(&scale) {
-            self.values_lx.iter_mut().for_each(|lx| *lx *= scale as f32);
-        }
-        false
     }
 
     /// What the cell that a sample asked sends to it, in lx.
@@ -202,91 +162,21 @@ impl CellLight {
         f64::from(sample.reflectance) * f64::from(self.value_lx(sample.next))
     }
 
-    /// Gives cells without samples a value: the mean of the samples within them, else the value of the next larger cell.
+    /// Gives new cells without samples what larger ones tell.
     fn fill_unsampled(&mut self) {
-        // Sum over the samples within, and their number.
-        let held = |light: &CellLight, cell: usize| {
-            let count = f64::from(light.counts[cell]);
-            [count * f64::from(light.values_lx[cell]), count]
-        };
-        let mut sums: Vec<[f64; 2]> = (0..self.counts.len()).map(|cell| held(self, cell)).collect();
-        let mut by_level: Vec<Vec<u32>> = vec![Vec::new(); self.grid.levels()];
-        for cell in 0..sums.len() as u32 {
-            by_level[self.grid.level(cell) as usize].push(cell);
-        }
-        for level in 0..by_level.len() {
-            for cell in std::mem::take(&mut by_level[level]) {
-                let own = sums[cell as usize];
-                if own[1] == 0.0 {
-                    continue;
-                }
-                let Some(parent) = self.grid.parent(cell) else {
-                    continue;
-                };
-                if sums.len() <= parent as usize {
-                    sums.resize(parent as usize + 1, [0.0; 2]);
-                    by_level[level + 1].push(parent);
-                }
-                sums[parent as usize].iter_mut().zip(own).for_each(|(sum, more)| *sum += more);
-            }
-        }
-        self.values_lx.resize(sums.len(), 0.0);
-        self.counts.resize(sums.len(), 0);
-        let mean = |[lx, count]: [f64; 2]| (lx / count.max(1.0)) as f32;
-        // Where no larger cell has samples either, all cells together tell what is usual.
-        let whole = (0..sums.len())
-            .map(|cell| held(self, cell))
-            .fold([0.0; 2], |sum: [f64; 2], own| [sum[0] + own[0], sum[1] + own[1]]);
-        for cell in 0..sums.len() {
+        let larger = self.larger.get_or_insert_with(|| {
+            let cells = (0u32..).zip(self.counts.iter().zip(&self.values_lx));
+            let sampled = cells.filter(|(_, (count, _))| **count > 0).map(|(cell, (count, lx))| (cell, *count, *lx));
+            LargerCells::of(&self.grid, sampled)
+        });
+        for cell in self.filled..self.counts.len() {
             if self.counts[cell] == 0 {
-                let mut teller = Some(cell as u32);
-                while let Some(larger) = teller
-                    && sums[larger as usize][1] == 0.0
-                {
-                    teller = self.grid.larger(larger);
-                }
-                let told = teller.map_or(whole, |teller| match self.counts[teller as usize] {
-                    0 => sums[teller as usize],
-                    _ => held(self, teller as usize),
-                });
-                self.values_lx[cell] = mean(told);
+                let lx = larger.tell_lx(self.grid.key_of(cell as u32));
+                self.values_lx[cell] = lx;
+                self.variances_lx2[cell] = (self.usual_spread * f64::from(lx).powi(2) / OF_NO_SAMPLE) as f32;
             }
         }
-        self.filled = self.grid.len();
-    }
-}
-
-/// The linear system of all samples, in the order of their cells, so that a sweep reads memory in a row.
-struct System {
-    /// Number of the first link of every cell, and of all.
-    firsts: Vec<u32>,
-    /// Of every sample: the cell that it asked, and the reflectance there.
-    links: Vec<(u32, f32)>,
-    /// Of every cell, sum over its samples of what they found by themselves, in lx.
-    own_lx: Vec<f64>,
-    /// Of every cell, sum of the reflectances of the links that ask it.
-    asked: Vec<f64>,
-}
-
-impl System {
-    fn of(samples: &[CellSample], counts: &[u16]) -> System {
-        let mut firsts = vec![0u32; counts.len() + 1];
-        for (cell, count) in counts.iter().enumerate() {
-            firsts[cell + 1] = firsts[cell] + u32::from(*count);
-        }
-        let mut next = firsts.clone();
-        let mut links = vec![(NO_CELL, 0.0); samples.len()];
-        let (mut own_lx, mut asked) = (vec![0.0; counts.len()], vec![0.0; counts.len()]);
-        for sample in samples {
-            let cell = sample.cell as usize;
-            links[next[cell] as usize] = (sample.next, sample.reflectance);
-            next[cell] += 1;
-            own_lx[cell] += f64::from(sample.plain_lx);
-            if let Some(asked) = asked.get_mut(sample.next as usize) {
-                *asked += f64::from(sample.reflectance);
-            }
-        }
-        System { firsts, links, own_lx, asked }
+        self.filled = self.counts.len();
     }
 }
 
@@ -294,7 +184,7 @@ impl System {
 mod tests {
     use glam::DVec3;
 
-    use super::super::Lookup;
+    use super::super::{Lookup, NO_CELL};
     use super::*;
 
     fn cells(count: u32) -> CellLight {
@@ -334,12 +224,13 @@ mod tests {
         for (cell, plain_lx) in [(0, 10.0), (0, 20.0), (1, 60.0)] {
             sampled(&mut light, cell, plain_lx, 0.0, NO_CELL);
         }
-        light.solve();
-        let mut above = [0, 1];
+        let mut above = [0, 1].map(|cell| light.grid.key_of(cell));
         while above[0] != above[1] {
-            above = above.map(|cell| light.grid.parent(cell).expect("cubes of a metre meet below the top"));
+            above = above.map(|key| light.grid.above(key).expect("cubes of a metre meet below the top"));
         }
-        assert!((light.value_lx(above[0]) - 30.0).abs() < 1e-4);
+        let cell = light.grid.cell(above[0]);
+        light.solve();
+        assert!((light.value_lx(cell) - 30.0).abs() < 1e-4);
     }
 
     #[test]
@@ -354,5 +245,11 @@ mod tests {
         light.solve();
         // The other faces a way of which nothing is known.
         assert_eq!([finer, other].map(|cell| light.value_lx(cell)), [10.0; 2]);
+        // What they were told is renewed with the samples, and cells that come later are told it too.
+        sampled(&mut light, 0, 30.0, 0.0, NO_CELL);
+        light.solve();
+        let later = ask(&mut light, DVec3::Y);
+        light.solve();
+        assert_eq!([finer, other, later].map(|cell| light.value_lx(cell)), [20.0; 3]);
     }
 }

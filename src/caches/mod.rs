@@ -1,7 +1,10 @@
 //! What is learned of the light, frozen, and then asked.
 
 mod cells;
+mod larger;
 mod light;
+mod system;
 
 pub use cells::{CellGrid, CellKey, Lookup};
-pub use light::{CellLight, CellSample, NO_CELL};
+pub use light::CellLight;
+pub use system::{CellSample, NO_CELL};

@@ -45,6 +45,8 @@ pub struct LocalPlan {
     pub rays_per_round: f64,
     /// Weighted variance that one round leaves, summed over the set.
     pub variance_per_round: f64,
+    /// Variance of independent chains over that of the run's, which start from quasi-random points, about.
+    pub quasi_gain: f64,
     /// By how much the error that a run is expected to have must lie under a target: all entries of a map share the few degrees of
     /// freedom that its chains leave it.
     pub margin: f64,

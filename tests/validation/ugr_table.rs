@@ -140,7 +140,12 @@ fn tables_are_made_in_german() {
     assert!(printed.contains("Blick quer") && !printed.contains("viewed"), "{printed}");
     assert!(!printed.lines().skip(1).any(|line| line.contains("16.")), "numbers have commas: {printed}");
     let page = std::fs::read_to_string(out.join("ugr-table.html")).expect("a page");
-    for german in ["<html lang=\"de\">", "Reflexionsgrade: Decke", "<li>die Leuchte ist nicht symmetrisch", "Abstand der Leuchten"] {
+    for german in [
+        "<html lang=\"de\">",
+        "Reflexionsgrade: Decke",
+        "<li>die Leuchte ist nicht symmetrisch",
+        "Abstand der Leuchten",
+    ] {
         assert!(page.contains(german), "{german}");
     }
     assert!(!page.contains("lang=\"en\"") && !page.contains("viewed") && !page.contains("Please"), "English is left");

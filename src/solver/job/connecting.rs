@@ -7,9 +7,6 @@ use crate::maps::REPLICAS;
 use crate::solver::local::{Kernel, LocalPlan};
 use crate::solver::pilot::DirectShare;
 
-/// Variance of independent chains over that of a run's quasi-random ones. Measured: 2 to 12 in eight made-up rooms, 5 in the geometric
-/// mean, and 5 to 8 on Sobolev's planes.
-const QUASI_GAIN: f64 = 4.0;
 /// First looks that a run takes at least: the statistical checks seldom accept the first, by so few scores.
 const LEAST_LOOKS: f64 = 2.0;
 
@@ -37,7 +34,7 @@ impl Job {
     pub fn rays_by_connecting(&self, plan: &LocalPlan, error_lx: f64) -> f64 {
         let cost = plan.cost(&self.weights);
         let safe_error_lx = error_lx / plan.margin;
-        let variance = cost.variance / QUASI_GAIN;
+        let variance = cost.variance / plan.quasi_gain;
         let alone = variance * plan.rays_per_round / (safe_error_lx * safe_error_lx);
         let first = LEAST_LOOKS * first_rounds(plan.chains_per_round, plan.rays_per_round) as f64;
         let first_rays = first * plan.rays_per_round * REPLICAS as f64;

@@ -1,0 +1,70 @@
+//! What larger cells know of the light in those without samples.
+
+use super::{CellGrid, CellKey};
+
+/// Cells of all sizes that hold samples, each with its light.
+#[derive(Clone, Debug)]
+pub struct LargerCells {
+    /// Where they lie, in a table of their own: most cells that rays ask have no samples, and would be in the way.
+    grid: CellGrid,
+    /// Light of each in lx: its own where it has samples itself, else the mean of all samples within it.
+    told_lx: Vec<f32>,
+    /// Where no larger cell has samples either, all cells together tell what is usual, in lx.
+    usual_lx: f32,
+}
+
+impl LargerCells {
+    /// Of cells of which some have samples: their numbers, how many samples these are, and their light in lx.
+    pub fn of(grid: &CellGrid, sampled: impl Iterator<Item = (u32, u16, f32)>) -> LargerCells {
+        let mut held = LargerCells { grid: grid.emptied(), told_lx: Vec::new(), usual_lx: 0.0 };
+        let mut by_level: Vec<Vec<u32>> = vec![Vec::new(); grid.levels()];
+        // Sums over the samples within, and their number.
+        let (mut sums, mut whole) = (Vec::new(), [0.0; 2]);
+        for (cell, count, lx) in sampled {
+            let key = grid.key_of(cell);
+            let own = [f64::from(count) * f64::from(lx), f64::from(count)];
+            by_level[key.level() as usize].push(held.grid.cell(key));
+            sums.push(own);
+            held.told_lx.push(lx);
+            add(&mut whole, own);
+        }
+        let with_own = sums.len();
+        for level in 0..by_level.len() {
+            for cell in std::mem::take(&mut by_level[level]) {
+                let own = sums[cell as usize];
+                let Some(key) = held.grid.above(held.grid.key_of(cell)) else {
+                    continue;
+                };
+                let above = held.grid.cell(key);
+                if sums.len() <= above as usize {
+                    sums.push([0.0; 2]);
+                    by_level[level + 1].push(above);
+                }
+                add(&mut sums[above as usize], own);
+            }
+        }
+        held.told_lx.extend(sums[with_own..].iter().map(|sum| mean_lx(*sum)));
+        held.usual_lx = mean_lx(whole);
+        held
+    }
+
+    /// Light of a cell without samples, in lx: that of the smallest one with samples that holds it.
+    pub fn tell_lx(&self, key: CellKey) -> f32 {
+        let mut at = Some(key);
+        while let Some(key) = at {
+            if let Some(cell) = self.grid.find(key) {
+                return self.told_lx[cell as usize];
+            }
+            at = self.grid.above(key);
+        }
+        self.usual_lx
+    }
+}
+
+fn add(sum: &mut [f64; 2], more: [f64; 2]) {
+    sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+}
+
+fn mean_lx([lx, count]: [f64; 2]) -> f32 {
+    (lx / count.max(1.0)) as f32
+}

@@ -1,0 +1,120 @@
+//! What samples of cells found, and the linear system of all of them, which sweeps solve.
+
+use serde::{Deserialize, Serialize};
+
+/// Relative change of the sum of all cells in a sweep below which the system counts as solved.
+const SOLVED: f64 = 1e-6;
+/// Sweeps, at most: beside the scaling of the whole they converge as bounces do.
+const MOST_SWEEPS: usize = 400;
+/// Bounds of the scaling after a sweep: beyond them rounding has spoilt the sums.
+const LEAST_SCALE: f64 = 0.5;
+const MOST_SCALE: f64 = 1e4;
+
+/// The number that stands for no cell: nothing was met whose light a cell tells.
+pub const NO_CELL: u32 = u32::MAX;
+
+/// What a ray from a place of a cell found.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct CellSample {
+    /// Cell that the place belongs to.
+    pub cell: u32,
+    /// What it found without asking a cell, in lx.
+    pub plain_lx: f32,
+    /// Reflectance of what the ray met.
+    pub reflectance: f32,
+    /// Its cell, or [`NO_CELL`].
+    pub next: u32,
+}
+
+/// The number of a cell without samples.
+const UNSAMPLED: u32 = u32::MAX;
+
+/// The system in the order of the cells that have samples, numbered anew, so that a sweep reads little memory in a row.
+pub struct System {
+    /// Cells that have samples.
+    pub cells: Vec<u32>,
+    /// Light of each in lx.
+    pub values_lx: Vec<f32>,
+    /// Number of the first link of each, and of all.
+    firsts: Vec<u32>,
+    /// Of every sample that asked such a cell: which, and the reflectance there.
+    links: Vec<(u32, f32)>,
+    /// Sum over the samples of each of what they found otherwise, in lx.
+    own_lx: Vec<f64>,
+    /// Number of samples of each.
+    counts: Vec<u16>,
+    /// Sum of the reflectances of the links that ask each.
+    asked: Vec<f64>,
+}
+
+impl System {
+    /// Of samples, of how many each cell has, and of the light of all cells as it was known before, in lx. Cells without samples keep
+    /// theirs.
+    pub fn of(samples: &[CellSample], counts: &[u16], known_lx: &[f32]) -> System {
+        let mut number_of = vec![UNSAMPLED; counts.len()];
+        let mut cells = Vec::new();
+        for (cell, _) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+            number_of[cell] = cells.len() as u32;
+            cells.push(cell as u32);
+        }
+        let number_of = |cell: u32| number_of.get(cell as usize).copied().unwrap_or(UNSAMPLED);
+        let mut firsts = vec![0u32; cells.len() + 1];
+        let linked = samples.iter().filter(|sample| number_of(sample.next) != UNSAMPLED);
+        linked.for_each(|sample| firsts[number_of(sample.cell) as usize + 1] += 1);
+        (0..cells.len()).for_each(|number| firsts[number + 1] += firsts[number]);
+        let mut free = firsts.clone();
+        let mut links = vec![(0, 0.0); firsts[cells.len()] as usize];
+        let (mut own_lx, mut asked) = (vec![0.0; cells.len()], vec![0.0; cells.len()]);
+        for sample in samples {
+            let (number, next) = (number_of(sample.cell) as usize, number_of(sample.next));
+            own_lx[number] += f64::from(sample.plain_lx);
+            if next == UNSAMPLED {
+                let known_lx = known_lx.get(sample.next as usize).copied().unwrap_or(0.0);
+                own_lx[number] += f64::from(sample.reflectance) * f64::from(known_lx);
+            } else {
+                links[free[number] as usize] = (next, sample.reflectance);
+                free[number] += 1;
+                asked[next as usize] += f64::from(sample.reflectance);
+            }
+        }
+        let values_lx = cells.iter().map(|cell| known_lx[*cell as usize]).collect();
+        let counts = cells.iter().map(|cell| counts[*cell as usize]).collect();
+        System { cells, values_lx, firsts, links, own_lx, counts, asked }
+    }
+
+    /// Sweeps until next to nothing changes any more.
+    pub fn solve(&mut self) {
+        for _ in 0..MOST_SWEEPS {
+            if self.sweep() {
+                break;
+            }
+        }
+    }
+
+    /// One sweep over all cells, and a scaling of all light that balances its sum; whether nothing changes any more.
+    fn sweep(&mut self) -> bool {
+        let (mut change_lx, mut held_lx) = (0.0, 0.0);
+        for (number, own_lx) in self.own_lx.iter().enumerate() {
+            let range = self.firsts[number] as usize..self.firsts[number + 1] as usize;
+            let sent =
+                |(next, reflectance): &(u32, f32)| f64::from(*reflectance) * f64::from(self.values_lx[*next as usize]);
+            let sent_lx: f64 = self.links[range].iter().map(sent).sum();
+            let count = f64::from(self.counts[number]);
+            let new_lx = (own_lx + sent_lx) / count;
+            change_lx += count * (new_lx - f64::from(self.values_lx[number])).abs();
+            held_lx += count * new_lx;
+            self.values_lx[number] = new_lx as f32;
+        }
+        if change_lx <= SOLVED * held_lx {
+            return true;
+        }
+        // What samples hold by themselves must be what cells hold beyond what is sent.
+        let own_lx: f64 = self.own_lx.iter().sum();
+        let sent_lx: f64 = self.values_lx.iter().zip(&self.asked).map(|(lx, asked)| asked * f64::from(*lx)).sum();
+        let scale = own_lx / (held_lx - sent_lx);
+        if (LEAST_SCALE..MOST_SCALE).contains(&scale) {
+            self.values_lx.iter_mut().for_each(|lx| *lx *= scale as f32);
+        }
+        false
+    }
+}
