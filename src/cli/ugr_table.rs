@@ -12,7 +12,10 @@ use super::{Outcome, console};
 use crate::analytic::ugr_table::{spacing_corrections, table_warnings, ugr_table};
 use crate::base::glare::rating_text;
 use crate::base::standard_rooms::{SpacingCorrection, TABLE_REFLECTANCES, TABLE_SPACING_H, UgrTable, Viewing};
-use crate::output::{UgrTableHeading, photometric_plot, range_text, ugr_table_files, write_files};
+use crate::output::texts::{decimal, say, words};
+use crate::output::{
+    Language, UgrTableHeading, in_language, photometric_plot, range_text, ugr_table_files, write_files,
+};
 use crate::scene::photometry::{PhotometricFile, read_photometric_file};
 
 /// What the command does, at length.
@@ -29,6 +32,7 @@ const EXAMPLES: &str = "\
 Examples:
   luxmc ugr-table downlight.ldt
   luxmc ugr-table panel.ies --reflectances 80/50/20,70/50/20 --out out/panel
+  luxmc ugr-table panel.ies --out out/panel --language de
   luxmc ugr-table panel.ies --spacing 1";
 
 /// Arguments of `luxmc ugr-table`.
@@ -47,6 +51,9 @@ pub struct UgrTableArguments {
     /// Write the table into this directory: CSV and HTML
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Language of the page and of the table on the terminal: en or de
+    #[arg(long, value_name = "CODE", default_value = "en", value_parser = Language::of_code)]
+    language: Language,
 }
 
 /// Prints the table, and writes it where that was asked for.
@@ -63,11 +70,15 @@ pub fn run(arguments: &UgrTableArguments) -> Outcome {
     let stem = arguments.file.file_stem().unwrap_or_default().to_string_lossy();
     let luminaire = name_of(&file, &stem);
     if let Some(directory) = &arguments.out {
-        let polar = photometric_plot(&luminaire, &file.web).picture;
-        let heading = UgrTableHeading { luminaire: luminaire.clone(), facts: facts(&file, &table), warnings, polar };
-        write_files(directory, &ugr_table_files(&heading, &table, &corrections)?)?;
+        let files = in_language(arguments.language, || {
+            let polar = photometric_plot(&luminaire, &file.web).picture;
+            let heading =
+                UgrTableHeading { luminaire: luminaire.clone(), facts: facts(&file, &table), warnings, polar };
+            ugr_table_files(&heading, &table, &corrections)
+        });
+        write_files(directory, &files?)?;
     }
-    console::result(&table_text(&luminaire, &file, &table, &corrections))?;
+    console::result(&in_language(arguments.language, || table_text(&luminaire, &file, &table, &corrections)))?;
     Ok(Exit::Done)
 }
 
@@ -80,15 +91,16 @@ fn name_of(file: &PhotometricFile, stem: &str) -> String {
     if parts.is_empty() { stem.to_owned() } else { parts.join(" ") }
 }
 
-fn facts(file: &PhotometricFile, table: &UgrTable) -> Vec<(String, String)> {
-    let extents: Vec<String> = file.opening.extents_m().iter().map(|extent_m| plain(*extent_m, 4)).collect();
+fn facts(file: &PhotometricFile, table: &UgrTable) -> Vec<(&'static str, String)> {
+    let number = |value: f64| decimal(plain(value, 4));
+    let extents: Vec<String> = file.opening.extents_m().iter().map(|extent_m| number(*extent_m)).collect();
     let mut facts = vec![
-        ("Luminous flux".to_owned(), format!("{} lm", plain(file.luminous_flux_lm(), 4))),
-        ("Luminous opening: along C0, along C90, height".to_owned(), format!("{} m", extents.join(" × "))),
-        ("Spacing of luminaires".to_owned(), format!("{} H", plain(table.spacing_h, 4))),
+        (words!("Luminous flux"), format!("{} lm", number(file.luminous_flux_lm()))),
+        (words!("Luminous opening: along C0, along C90, height"), format!("{} m", extents.join(" × "))),
+        (words!("Spacing of luminaires"), format!("{} H", number(table.spacing_h))),
     ];
     if !file.catalog_number.trim().is_empty() {
-        facts.push(("Catalogue number".to_owned(), file.catalog_number.trim().to_owned()));
+        facts.push((words!("Catalogue number"), file.catalog_number.trim().to_owned()));
     }
     facts
 }
@@ -97,29 +109,35 @@ fn facts(file: &PhotometricFile, table: &UgrTable) -> Vec<(String, String)> {
 fn table_text(luminaire: &str, file: &PhotometricFile, table: &UgrTable, corrections: &[SpacingCorrection]) -> String {
     let sets: Vec<String> =
         table.reflectances.iter().map(|set| set.map(|reflectance| plain(100.0 * reflectance, 3)).join("/")).collect();
-    let mut text = format!(
-        "UGR of {luminaire}, {} lm, luminaires {} H apart (CIE 190:2010)\n",
-        plain(file.luminous_flux_lm(), 4),
-        plain(table.spacing_h, 4)
-    );
+    let mut text = say!(
+        "UGR of {}, {} lm, luminaires {} H apart (CIE 190:2010)",
+        luminaire,
+        decimal(plain(file.luminous_flux_lm(), 4)),
+        decimal(plain(table.spacing_h, 4))
+    ) + "\n";
     for viewing in Viewing::BOTH {
         let mut header = vec!["X", "Y"];
         header.extend(sets.iter().map(String::as_str));
         let rows = table.rooms.iter().map(|room| {
             let mut cells: Vec<String> = room.size_h.map(|side_h| format!("{side_h}H")).to_vec();
-            cells.extend((0..sets.len()).map(|place| rating_text(room.ugr(viewing, place))));
+            cells.extend((0..sets.len()).map(|place| decimal(rating_text(room.ugr(viewing, place)))));
             cells
         });
-        text += &format!("\nviewed {}\n{}", viewing.name(), text_table(&header, &[], rows));
+        let viewed = match viewing {
+            Viewing::Crosswise => say!("viewed crosswise"),
+            Viewing::Endwise => say!("viewed endwise"),
+        };
+        text += &format!("\n{viewed}\n{}", text_table(&header, &[], rows));
     }
     if !corrections.is_empty() {
         let rows = corrections.iter().map(|correction| {
-            let mut cells = vec![format!("{} H", correction.spacing_h), correction.rooms.len().to_string()];
+            let mut cells = vec![decimal(format!("{} H", correction.spacing_h)), correction.rooms.len().to_string()];
             cells.extend(Viewing::BOTH.map(|viewing| range_text(correction.range(viewing))));
             cells
         });
-        let table = text_table(&["spacing", "rooms", "crosswise", "endwise"], &[], rows);
-        text += &format!("\ncorrections for spacing, least and greatest\n{table}");
+        let header = [say!("spacing"), say!("rooms"), say!("crosswise"), say!("endwise")];
+        text +=
+            &format!("\n{}\n{}", say!("corrections for spacing, least and greatest"), text_table(&header, &[], rows));
     }
     text
 }

@@ -20,6 +20,7 @@ mod halves_plot;
 pub mod html;
 mod intensity;
 mod leaving_light;
+mod lines;
 mod luminance_plot;
 mod map_plot;
 mod maps;

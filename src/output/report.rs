@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use super::daylight::daylight_table;
 use super::html::{HtmlTable, figure, terms, with_error};
+use super::lines::line_item;
 use super::numbers::{UNKNOWN, lux_with_error, percent, ratio, uniformity_with_error};
 use super::pdf::{About, pdf};
 use super::picture::escaped;
@@ -117,7 +118,7 @@ impl Report<'_> {
 
     fn warnings(&self) -> String {
         let warnings = self.scene.warnings.iter().chain(&self.solution.warnings);
-        let items: String = warnings.map(|line| format!("<li lang=\"en\">{}</li>\n", escaped(line))).collect();
+        let items: String = warnings.map(|line| line_item(line)).collect();
         if items.is_empty() {
             return items;
         }

@@ -1,9 +1,11 @@
 //! A luminaire's UGR table as files: `ugr-table.csv`, `ugr-corrections.csv`, and `ugr-table.html` for a data sheet.
 
 use super::html::{HtmlTable, figure};
+use super::lines::line_item;
 use super::picture::{Picture, escaped};
 use super::report::STYLE;
 use super::sheet::{Field, Sheet};
+use super::texts::{decimal, language, said, say};
 use super::{OutputError, ResultFile};
 use crate::base::glare::rating_text;
 use crate::base::position_index::POSITION_INDEX;
@@ -33,8 +35,8 @@ const OWN_STYLE: &str = ".first { padding-left: 1.6rem; }\n.group { text-align: 
 pub struct UgrTableHeading {
     /// Maker and name of the luminaire; the file's name where it tells neither.
     pub luminaire: String,
-    /// Terms and what they say, both plain text.
-    pub facts: Vec<(String, String)>,
+    /// Terms, in English as texts have them, and what they say, both plain text.
+    pub facts: Vec<(&'static str, String)>,
     /// What its reader should know.
     pub warnings: Vec<String>,
     /// Polar diagram.
@@ -110,38 +112,49 @@ fn correction_sheet(corrections: &[SpacingCorrection]) -> Result<ResultFile, Out
 fn page(heading: &UgrTableHeading, table: &UgrTable, corrections: &[SpacingCorrection]) -> String {
     let title = escaped(&heading.luminaire);
     let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+        "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title} – UGR table</title>\n<style>\n{STYLE}{OWN_STYLE}</style>\n</head>\n<body>\n\
-         <header>\n<p class=\"kicker\">UGR table</p>\n<h1>{title}</h1>\n</header>\n"
+         <title>{title} – {}</title>\n<style>\n{STYLE}{OWN_STYLE}</style>\n</head>\n<body>\n\
+         <header>\n<p class=\"kicker\">{}</p>\n<h1>{title}</h1>\n</header>\n",
+        language().code(),
+        say!("UGR table"),
+        say!("UGR table")
     );
     let facts: Vec<(String, String)> =
-        heading.facts.iter().map(|(term, says)| (escaped(term), escaped(says))).collect();
+        heading.facts.iter().map(|(term, says)| (escaped(said(term)), escaped(says))).collect();
     page += &super::html::terms("facts", &facts);
     if !heading.warnings.is_empty() {
-        let items: String = heading.warnings.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
-        page += &format!("<div class=\"warning\">\n<p><b>Please note</b></p>\n<ul>\n{items}</ul>\n</div>\n");
+        let items: String = heading.warnings.iter().map(|line| line_item(line)).collect();
+        page +=
+            &format!("<div class=\"warning\">\n<p><b>{}</b></p>\n<ul>\n{items}</ul>\n</div>\n", say!("Please note"));
     }
     page += &rating_table(table);
     page += &format!(
-        "<p class=\"soft small\">Unified glare rating after CIE 117 in the standard rooms of CIE 190:2010: X across the line of \
-         sight, Y along it, H = {HEIGHT_M} m from eye to luminaires, luminaires {} H apart, the observer at the middle of a wall. \
-         Position index: {}.</p>\n",
-        table.spacing_h,
-        escaped(POSITION_INDEX)
+        "<p class=\"soft small\">{}</p>\n",
+        say!(
+            "Unified glare rating after CIE 117 in the standard rooms of CIE 190:2010: X across the line of sight, Y along it, H = {} m from \
+             eye to luminaires, luminaires {} H apart, the observer at the middle of a wall. Position index: {}.",
+            HEIGHT_M,
+            decimal(table.spacing_h.to_string()),
+            escaped(said(POSITION_INDEX))
+        )
     );
     if !corrections.is_empty() {
         page += &format!(
-            "<h2>Corrections for spacing</h2>\n{}<p class=\"soft small\">What a rating changes by where luminaires stand farther \
-             apart and give the same light for each m² of floor: from the least to the greatest over the rooms that the spacing \
-             fits. <code>ugr-corrections.csv</code> has every room.</p>\n",
-            correction_table(corrections)
+            "<h2>{}</h2>\n{}<p class=\"soft small\">{}</p>\n",
+            say!("Corrections for spacing"),
+            correction_table(corrections),
+            say!(
+                "What a rating changes by where luminaires stand farther apart and give the same light for each m² of floor: from the least \
+                 to the greatest over the rooms that the spacing fits. <code>ugr-corrections.csv</code> has every room."
+            )
         );
     }
-    page += &format!("<h2>Luminous intensity</h2>\n{}", figure(&heading.polar, ""));
+    page += &format!("<h2>{}</h2>\n{}", say!("Luminous intensity"), figure(&heading.polar, ""));
     page += &format!(
-        "<footer>luxmc {}; CIE 190:2010, by its formulas.</footer>\n</body>\n</html>\n",
-        env!("CARGO_PKG_VERSION")
+        "<footer>luxmc {}; {}</footer>\n</body>\n</html>\n",
+        env!("CARGO_PKG_VERSION"),
+        say!("CIE 190:2010, by its formulas.")
     );
     page
 }
@@ -149,7 +162,8 @@ fn page(heading: &UgrTableHeading, table: &UgrTable, corrections: &[SpacingCorre
 fn rating_table(table: &UgrTable) -> String {
     let sets = table.reflectances.len();
     let mut page = String::from("<table>\n<thead>\n");
-    for (place, name) in ["Reflectances: ceiling", "walls", "reference plane"].into_iter().enumerate() {
+    for (place, name) in [say!("Reflectances: ceiling"), say!("walls"), say!("reference plane")].into_iter().enumerate()
+    {
         page += &format!("<tr><th class=\"text\" colspan=\"2\" scope=\"row\">{name}</th>");
         for (column, set) in table.reflectances.iter().cycle().take(2 * sets).enumerate() {
             page += &format!("<th{} scope=\"col\">{}</th>", gap(column % sets), percent_whole(set[place]));
@@ -157,8 +171,10 @@ fn rating_table(table: &UgrTable) -> String {
         page.push_str("</tr>\n");
     }
     page += &format!(
-        "<tr><th scope=\"col\">X</th><th scope=\"col\">Y</th><th class=\"first group\" colspan=\"{sets}\" scope=\"colgroup\">viewed crosswise</th>\
-         <th class=\"first group\" colspan=\"{sets}\" scope=\"colgroup\">viewed endwise</th></tr>\n</thead>\n<tbody>\n"
+        "<tr><th scope=\"col\">X</th><th scope=\"col\">Y</th><th class=\"first group\" colspan=\"{sets}\" scope=\"colgroup\">{}</th>\
+         <th class=\"first group\" colspan=\"{sets}\" scope=\"colgroup\">{}</th></tr>\n</thead>\n<tbody>\n",
+        say!("viewed crosswise"),
+        say!("viewed endwise")
     );
     let mut above = None;
     for room in &table.rooms {
@@ -167,7 +183,7 @@ fn rating_table(table: &UgrTable) -> String {
         page += &format!("<tr><td>{across}</td><td>{}H</td>", room.size_h[1]);
         for viewing in Viewing::BOTH {
             for place in 0..sets {
-                page += &format!("<td{}>{}</td>", gap(place), escaped(&rating_text(room.ugr(viewing, place))));
+                page += &format!("<td{}>{}</td>", gap(place), escaped(&decimal(rating_text(room.ugr(viewing, place)))));
             }
         }
         page.push_str("</tr>\n");
@@ -189,10 +205,15 @@ fn percent_whole(reflectance: f64) -> String {
 fn correction_table(corrections: &[SpacingCorrection]) -> String {
     let mut table = HtmlTable::new(
         "",
-        &[("Spacing", true), ("Rooms", false), ("viewed crosswise", false), ("viewed endwise", false)],
+        &[
+            (say!("Spacing"), true),
+            (say!("Rooms"), false),
+            (say!("viewed crosswise"), false),
+            (say!("viewed endwise"), false),
+        ],
     );
     for correction in corrections {
-        let mut cells = vec![format!("{} H", correction.spacing_h), correction.rooms.len().to_string()];
+        let mut cells = vec![decimal(format!("{} H", correction.spacing_h)), correction.rooms.len().to_string()];
         cells.extend(Viewing::BOTH.map(|viewing| range_text(correction.range(viewing))));
         table.row(cells);
     }
@@ -201,6 +222,6 @@ fn correction_table(corrections: &[SpacingCorrection]) -> String {
 
 /// `−0.2 … +0.4`.
 pub fn range_text(range: Option<[f64; 2]>) -> String {
-    let signed = |change: f64| format!("{:+.1}", (10.0 * change).round() / 10.0 + 0.0).replace('-', "−");
+    let signed = |change: f64| decimal(format!("{:+.1}", (10.0 * change).round() / 10.0 + 0.0).replace('-', "−"));
     range.map_or("–".to_owned(), |[least, most]| format!("{} … {}", signed(least), signed(most)))
 }

@@ -11,7 +11,7 @@ use super::{OutputError, ResultFile};
 use crate::base::glare::rating_text;
 use crate::control::Ruling;
 use crate::maps::Estimate;
-use crate::scene::{Measure, Requirement, Scene};
+use crate::scene::{Area, Measure, Requirement, Scene, StandardEntry};
 use crate::solver::{Finding, Solution, Verdict, verdicts};
 
 const COLUMNS: &[&str] = &[
@@ -116,7 +116,8 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
             Ruling::Undecided => ("undecided", "?"),
         };
         let asked_by = verdict.requirement.entry.map_or(String::new(), |entry| {
-            format!(" <small class=\"soft\">{}: {}</small>", entry.name(), said(entry.task))
+            let area = area_words(verdict.requirement.area).map_or(String::new(), |words| format!(", {words}"));
+            format!(" <small class=\"soft\">{}{area}</small>", entry.name())
         });
         table.row(vec![
             escaped(&scene.receivers[verdict.set].name),
@@ -128,15 +129,46 @@ pub(super) fn verdict_section(scene: &Scene, solution: &Solution) -> String {
         ]);
     }
     format!(
-        "<h2>{}</h2>\n{}<p class=\"soft small\">{}</p>\n",
+        "<h2>{}</h2>\n{}<p class=\"soft small\">{}{}</p>\n",
         say!("Verdicts"),
         table.markup(),
         say!(
             "<b>met</b>, <b>not met</b>: the whole interval, which holds the exact value in 95 cases of 100, lies on one side of the limit. \
              <b>undecided</b>: the limit lies within it; a longer run tells. Each ± holds what the method may have wrong too, not chance \
              alone. The standards themselves are the authority for what they ask."
-        )
+        ),
+        entries_asked(&verdicts)
     )
+}
+
+/// Which tasks the entries are of, and what they ask of the luminaires' colour rendering, which is not computed; empty where none is asked.
+fn entries_asked(verdicts: &[Verdict]) -> String {
+    let mut asked: Vec<&StandardEntry> = Vec::new();
+    for entry in verdicts.iter().filter_map(|verdict| verdict.requirement.entry) {
+        if !asked.contains(&entry) {
+            asked.push(entry);
+        }
+    }
+    let told = asked.into_iter().map(|entry| {
+        let task = format!("{}: {}", entry.name(), said(entry.task));
+        let rendering = entry
+            .colour_rendering_ra
+            .map(|ra| say!("; it asks of the luminaires R<sub>a</sub> ≥ {} too, which is not computed", ra));
+        format!(" {task}{}.", rendering.unwrap_or_default())
+    });
+    told.collect()
+}
+
+/// What of the room is meant, where it is not the task area.
+fn area_words(area: Area) -> Option<&'static str> {
+    match area {
+        Area::Task => None,
+        Area::Surroundings => Some(say!("immediate surroundings")),
+        Area::Background => Some(say!("background")),
+        Area::Walls => Some(say!("walls")),
+        Area::Ceiling => Some(say!("ceiling")),
+        Area::Cylinders => Some(say!("cylindrical")),
+    }
 }
 
 /// Symbols with their indices set low.
@@ -220,7 +252,8 @@ pub(super) fn probability_words(probability: f64, has_chance: bool) -> String {
 
 fn asked_by(requirement: &Requirement) -> String {
     match requirement.entry {
-        Some(entry) => entry.name(),
+        Some(entry) if requirement.area == Area::Task => entry.name(),
+        Some(entry) => format!("{}, {}", entry.name(), requirement.area.name()),
         None => "scene".to_owned(),
     }
 }

@@ -161,7 +161,7 @@ impl Ring {
 /// Area of a triangle within the unit square at a corner, and the centroid of what is there; `None` where they do not meet.
 ///
 /// The triangle is cut along the four sides of the square, one after the other (Sutherland and Hodgman 1974).
-fn overlap(corners: [[f64; 2]; 3], low: [f64; 2]) -> Option<(f64, [f64; 2])> {
+pub(super) fn overlap(corners: [[f64; 2]; 3], low: [f64; 2]) -> Option<(f64, [f64; 2])> {
     let mut ring = Ring::default();
     corners.iter().for_each(|[x, y]| ring.add([x - low[0], y - low[1]]));
     for (axis, sign, limit) in [(0, 1.0, 0.0), (0, -1.0, -1.0), (1, 1.0, 0.0), (1, -1.0, -1.0)] {

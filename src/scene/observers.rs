@@ -5,12 +5,14 @@ use glam::{DQuat, DVec3};
 use super::elements::part_corners;
 use super::error::SceneError;
 use super::grid_frame::refuse_too_many;
-use super::model::{ReceiverLayout, ReceiverPoint};
+use super::model::{GlareObserver, ReceiverLayout, ReceiverPoint};
 use super::quantity::{Background, Quantity};
 use super::reader::{Fields, Node};
 use super::surfaces::Surfaces;
 use super::units::LengthUnit;
 
+/// Height in m of a seated observer's eye over the floor.
+pub(super) const SEATED_EYE_M: f64 = 1.2;
 /// Keys of a fan of directions.
 pub(super) const FAN_KEYS: [&str; 5] = ["direction", "axis", "from_deg", "to_deg", "count"];
 /// Keys of a picture.
@@ -257,4 +259,9 @@ fn check_not_parallel(node: &Node, direction: DVec3, other: DVec3, key: &str) ->
         format!("an \"{key}\" across \"direction\""),
         format!("give \"{key}\" another direction"),
     ))
+}
+
+/// An observer at each point, who looks along its normal.
+pub(super) fn observers_at(points: &[ReceiverPoint]) -> Vec<GlareObserver> {
+    points.iter().map(|point| GlareObserver { eye_m: point.position_m, view: point.normal, inside: false }).collect()
 }

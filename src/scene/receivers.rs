@@ -6,8 +6,8 @@ use std::path::Path;
 use super::error::SceneError;
 use super::grid_frame::{GridFrame, refuse_too_many};
 use super::limits::MOST_POINTS;
-use super::model::{GlareObserver, ReceiverLayout, ReceiverPoint, ReceiverSet};
-use super::observers;
+use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::observers::{self, SEATED_EYE_M};
 use super::quantity::{self, Quantity};
 use super::reader::{Fields, Node};
 use super::surface_grid::{self, Spacing};
@@ -15,32 +15,33 @@ use super::surfaces::Surfaces;
 use super::unique_names::{Names, unique_name};
 use super::units::LengthUnit;
 use super::vectors::span_a_plane;
-use super::{given, intensity, parse, points_file, requirements};
+use super::{given, intensity, parse, points_file, requirements, room_receivers, surroundings};
 
 /// The receiver types, as files name them.
-pub(super) const TYPES: [&str; 6] = ["grid", "points", "luminance", "ugr", "ugr_grid", "intensity"];
+pub(super) const TYPES: [&str; 7] = ["grid", "points", "luminance", "ugr", "ugr_grid", "intensity", "room"];
 
 /// Keys that several receiver types share.
 const NAMED: &[&str] = &["name", "type"];
 const BY_CORNERS: &[&str] = &["origin", "u", "v", "columns", "rows"];
 const OVER_A_SURFACE: &[&str] = &["surface", "height", "margin", "spacing"];
 const MEASURING: &[&str] = &["quantity", "direction", "requirements"];
+/// Of grids alone.
+const ABOUT: &[&str] = &[surroundings::KEY];
 const OBSERVING: &[&str] = &["view_directions", "background", "requirements"];
 
 /// Keys of a receiver type, its place in [`TYPES`]; grids have those of both their forms.
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     match TYPES[kind] {
-        "grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, MEASURING].concat(),
+        "grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, MEASURING, ABOUT].concat(),
         "points" => [NAMED, &["file", "points"], MEASURING].concat(),
         "luminance" => [NAMED, &["position", "directions", "fan", "view", "surface"]].concat(),
         "ugr" => [NAMED, &["position", "view_direction", "background", "requirements"]].concat(),
         "ugr_grid" => [NAMED, BY_CORNERS, OVER_A_SURFACE, OBSERVING].concat(),
+        "room" => [NAMED, room_receivers::OWN_KEYS].concat(),
         _ => [NAMED, intensity::OWN_KEYS].concat(),
     }
 }
 
-/// Height in m of a seated observer's eye over the floor.
-const SEATED_EYE_M: f64 = 1.2;
 /// The rule that `spacing` can name.
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
 
@@ -57,13 +58,22 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
     let mut sets: Vec<ReceiverSet> = Vec::new();
     let mut left = MOST_POINTS;
     for item in node.items("receivers")? {
+        if let Some(made) = room_receivers::read(&item, around.unit, around.surfaces, &mut names, left)? {
+            left -= made.iter().map(|set| set.points.len() as u64).sum::<u64>();
+            sets.extend(made);
+            continue;
+        }
         let set = read_one(&item, around, &mut names, left)?;
         // Lists of points and of directions are as long as the file says, and need no limit.
         let is_made = set.layout != ReceiverLayout::Points || set.observers.len() > 1;
         if is_made {
             left -= set.points.len() as u64;
         }
+        let fields = item.fields("a receiver")?;
+        let about = surroundings::read(&fields, around.unit, around.surfaces, &set, &mut names, left)?;
+        left -= about.iter().map(|set| set.points.len() as u64).sum::<u64>();
         sets.push(set);
+        sets.extend(about);
     }
     Ok(sets)
 }
@@ -80,7 +90,8 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
     }
     if let Some((quantity, layout, points)) = observers::read(TYPES[kind], &fields, around.unit, around.surfaces, most)?
     {
-        let observers = if matches!(quantity, Quantity::Glare(_)) { observers_at(&points) } else { Vec::new() };
+        let observers =
+            if matches!(quantity, Quantity::Glare(_)) { observers::observers_at(&points) } else { Vec::new() };
         let requirements = requirements::read(&fields, quantity)?;
         return Ok(ReceiverSet { name, quantity, layout, points, observers, requirements });
     }
@@ -94,16 +105,16 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
             false => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, OBSERVING].concat())?,
         };
         let (background, points) = observers::look_around(&fields, &places, most)?;
-        let observers = observers_at(&points);
+        let observers = observers::observers_at(&points);
         let quantity = Quantity::Glare(background);
         let requirements = requirements::read(&fields, quantity)?;
         return Ok(ReceiverSet { name, quantity, layout: ReceiverLayout::Points, points, observers, requirements });
     }
     let (layout, mut points) = match TYPES[kind] {
         "grid" if by_surface => {
-            read_surface_grid(node, around, most, &[NAMED, OVER_A_SURFACE, MEASURING].concat(), None)?
+            read_surface_grid(node, around, most, &[NAMED, OVER_A_SURFACE, MEASURING, ABOUT].concat(), None)?
         }
-        "grid" => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, MEASURING].concat())?,
+        "grid" => read_corner_grid(node, around.unit, most, &[NAMED, BY_CORNERS, MEASURING, ABOUT].concat())?,
         _ => read_points(&fields, around)?,
     };
     let (quantity, turned) = quantity::read(&fields)?;
@@ -112,11 +123,6 @@ fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Resul
     }
     let requirements = requirements::read(&fields, quantity)?;
     Ok(ReceiverSet { name, quantity, layout, points, observers: Vec::new(), requirements })
-}
-
-/// An observer at each point, who looks along its normal.
-fn observers_at(points: &[ReceiverPoint]) -> Vec<GlareObserver> {
-    points.iter().map(|point| GlareObserver { eye_m: point.position_m, view: point.normal, inside: false }).collect()
 }
 
 fn read_corner_grid(

@@ -1,10 +1,14 @@
-//! Reads `requirements` of receivers: least or greatest values, or an entry of EN 12464-1 that names them.
+//! Reads `requirements` of receivers: least or greatest values, or an entry of a standard that names them.
 
 use super::error::SceneError;
 use super::names::{listed, nearest};
 use super::quantity::Quantity;
 use super::reader::{Fields, Node};
-use super::standard::{ENTRIES, FLUX_FACTOR, KEYS, Measure, Requirement, STANDARDS, Standard, StandardEntry};
+use super::standard::{
+    AREA, AREAS, Area, FLUX_FACTOR, KEYS, MODIFIED, Measure, Requirement, STANDARDS, Standard, StandardEntry,
+    background_lx, limit_about, surroundings_lx,
+};
+use super::standard_entries::ENTRIES;
 
 /// What a receiver that asks for a quantity is to keep. Numbers that stand beside an entry take the place of its own.
 pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirement>, SceneError> {
@@ -14,6 +18,8 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
     let is_glare = matches!(quantity, Quantity::Glare(_));
     let entry = read_entry(&fields, quantity)?;
     let flux_factor = read_flux_factor(&fields, entry)?;
+    let area = read_area(&fields, quantity, entry)?;
+    let task_lx = read_task_lx(&fields, quantity, area, entry)?;
     let mut requirements = Vec::new();
     for measure in Measure::ALL {
         let is_of_glare = measure == Measure::Ugr;
@@ -22,11 +28,17 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
             if is_of_glare != is_glare {
                 return Err(refuse_measure(&node, measure));
             }
-            requirements.push(Requirement { measure, limit: read_limit(&node, measure)?, entry: None, flux_factor });
+            requirements.push(Requirement {
+                measure,
+                area,
+                limit: read_limit(&node, measure)?,
+                entry: None,
+                flux_factor,
+            });
         } else if let Some(entry) = entry.filter(|_| is_of_glare == is_glare)
-            && let Some(limit) = entry.limit(measure)
+            && let Some(limit) = entry.limit_of(area, measure, task_lx)
         {
-            requirements.push(Requirement { measure, limit, entry: Some(entry), flux_factor });
+            requirements.push(Requirement { measure, area, limit, entry: Some(entry), flux_factor });
         }
     }
     if requirements.is_empty() {
@@ -39,6 +51,101 @@ pub(super) fn read(receiver: &Fields, quantity: Quantity) -> Result<Vec<Requirem
         ));
     }
     Ok(requirements)
+}
+
+/// Keys of the requirements of a room.
+pub(super) const ROOM_KEYS: [&str; 2] = ["en_12464_1", MODIFIED];
+
+/// An entry that is asked of a whole room, with the average in lx of its task area.
+#[derive(Clone, Copy)]
+pub(super) struct RoomEntry {
+    entry: &'static StandardEntry,
+    task_lx: f64,
+}
+
+impl RoomEntry {
+    /// What a room's receiver names.
+    pub fn read(receiver: &Fields) -> Result<RoomEntry, SceneError> {
+        let fields =
+            receiver.need("requirements", "{ \"en_12464_1\": \"34.2\" }")?.fields("the requirements of a room")?;
+        fields.only(&ROOM_KEYS)?;
+        fields.need(ROOM_KEYS[0], "\"34.2\"")?;
+        let Some(entry) = read_entry(&fields, Quantity::Perpendicular)? else {
+            unreachable!("an entry is named");
+        };
+        let task_lx = read_task_lx(&fields, Quantity::Perpendicular, Area::Task, Some(entry))?;
+        Ok(RoomEntry { entry, task_lx })
+    }
+
+    /// What it asks of the illuminance of an area.
+    pub fn of(&self, area: Area) -> Vec<Requirement> {
+        self.required(area, |measure| measure != Measure::Ugr)
+    }
+
+    /// What it asks of observers.
+    pub fn of_observers(&self) -> Vec<Requirement> {
+        self.required(Area::Task, |measure| measure == Measure::Ugr)
+    }
+
+    fn required(&self, area: Area, is_meant: impl Fn(Measure) -> bool) -> Vec<Requirement> {
+        let required = |measure: Measure| {
+            let limit = self.entry.limit_of(area, measure, self.task_lx)?;
+            Some(Requirement { measure, area, limit, entry: Some(self.entry), flux_factor: 1.0 })
+        };
+        Measure::ALL.into_iter().filter(|measure| is_meant(*measure)).filter_map(required).collect()
+    }
+}
+
+/// What is asked of a set about a task that asks for an average, by the rule of EN 12464-1; `None` where the task asks for none.
+pub(super) fn about(task: &[Requirement], area: Area) -> Option<Vec<Requirement>> {
+    let of_task = task.iter().find(|requirement| requirement.measure == Measure::AverageLx)?;
+    let average_lx = match area {
+        Area::Background => background_lx(of_task.limit),
+        _ => surroundings_lx(of_task.limit),
+    };
+    let required = |measure: Measure| {
+        let limit = limit_about(area, measure, average_lx)?;
+        Some(Requirement { measure, area, limit, ..*of_task })
+    };
+    Some(Measure::ALL.into_iter().filter_map(required).collect())
+}
+
+/// What of the room an entry is asked about: what the file names, or what the quantity tells.
+fn read_area(fields: &Fields, quantity: Quantity, entry: Option<&StandardEntry>) -> Result<Area, SceneError> {
+    let Some(node) = fields.get(AREA) else {
+        return Ok(if quantity == Quantity::Cylindrical { Area::Cylinders } else { Area::Task });
+    };
+    let is_known = entry.is_some_and(|entry| entry.space.is_some());
+    if !is_known || quantity != Quantity::Perpendicular {
+        return Err(node.refuse(
+            "an area of a room is named where an entry of EN 12464-1 asks for the illuminance of a plane",
+            "\"area\" beside \"en_12464_1\", of a receiver of type \"grid\" or \"points\" that asks for a plane",
+            "leave it out, or name an entry",
+        ));
+    }
+    Ok(AREAS[node.choice(&AREAS.map(Area::name))?])
+}
+
+/// The average in lx that an entry asks of the task area; 0 where there is none.
+fn read_task_lx(
+    fields: &Fields,
+    quantity: Quantity,
+    area: Area,
+    entry: Option<&StandardEntry>,
+) -> Result<f64, SceneError> {
+    let required_lx = entry.and_then(|entry| entry.limit(Measure::AverageLx)).unwrap_or_default();
+    let Some(node) = fields.get(MODIFIED) else { return Ok(required_lx) };
+    let modified_lx = entry.and_then(|entry| entry.space).and_then(|space| space.modified_lx);
+    let is_of_task =
+        quantity == Quantity::Perpendicular && matches!(area, Area::Task | Area::Surroundings | Area::Background);
+    let Some(modified_lx) = modified_lx.filter(|_| is_of_task) else {
+        return Err(node.refuse(
+            "nothing that these requirements ask for has a modified value",
+            "\"modified\" beside an entry of EN 12464-1:2021, of a plane of the task, its surroundings or its background",
+            "leave it out, or give \"average_lx\"",
+        ));
+    };
+    Ok(if node.boolean()? { modified_lx } else { required_lx })
 }
 
 fn refuse_measure(node: &Node, measure: Measure) -> SceneError {
@@ -108,12 +215,12 @@ fn read_entry(fields: &Fields, quantity: Quantity) -> Result<Option<&'static Sta
     }
     let Some((key, standard, node)) = named.into_iter().next() else { return Ok(None) };
     let is_plane = quantity == Quantity::Perpendicular;
-    let is_rated = matches!(quantity, Quantity::Glare(_)) && standard == Standard::WorkPlaces;
+    let is_rated = matches!(quantity, Quantity::Glare(_) | Quantity::Cylindrical) && standard == Standard::WorkPlaces;
     if !is_plane && !is_rated {
         return Err(node.refuse(
             format!("entries ask for the illuminance of a plane, and this receiver for a {} one", quantity.name()),
             format!(
-                "\"{key}\" beside \"quantity\": \"perpendicular\", \"horizontal\" or \"vertical\", or of an observer"
+                "\"{key}\" beside \"quantity\": \"perpendicular\", \"horizontal\" or \"vertical\"; of EN 12464-1 \"cylindrical\" too, or of an observer"
             ),
             "give the number required by \"average_lx\"",
         ));

@@ -55,11 +55,44 @@ impl Measure {
     }
 }
 
+/// What of a room an entry of EN 12464-1 is asked about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Area {
+    /// Where the task is; observers belong to it.
+    Task,
+    /// The band about it.
+    Surroundings,
+    /// What lies beyond the band.
+    Background,
+    /// Walls.
+    Walls,
+    /// The ceiling.
+    Ceiling,
+    /// Small upright cylinders where people's heads are.
+    Cylinders,
+}
+
+impl Area {
+    /// Name in files, and in English for reading.
+    pub fn name(self) -> &'static str {
+        match self {
+            Area::Task => "task",
+            Area::Surroundings => "surroundings",
+            Area::Background => "background",
+            Area::Walls => "walls",
+            Area::Ceiling => "ceiling",
+            Area::Cylinders => "cylindrical",
+        }
+    }
+}
+
 /// What a receiver set is to keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Requirement {
     /// What it is about.
     pub measure: Measure,
+    /// What of the room.
+    pub area: Area,
     /// The least or greatest value allowed.
     pub limit: f64,
     /// The entry that asks for it; `None` where the scene gives the number.
@@ -90,6 +123,23 @@ pub struct StandardEntry {
     pub task: &'static str,
     /// What it asks for, measure by measure.
     pub limits: &'static [(Measure, f64)],
+    /// Colour rendering R_a at least; `None` where it asks for none. Luminaires keep it, which nothing here computes.
+    pub colour_rendering_ra: Option<f64>,
+    /// What it asks for about the task; `None` of other standards than EN 12464-1.
+    pub space: Option<SpaceLimits>,
+}
+
+/// What an entry of EN 12464-1 asks for besides the task area, in lx of average illuminance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpaceLimits {
+    /// Of the task area where people see worse or work needs more care; `None` in the edition of 2011.
+    pub modified_lx: Option<f64>,
+    /// On small upright cylinders.
+    pub cylindrical_lx: f64,
+    /// On the walls.
+    pub walls_lx: f64,
+    /// On the ceiling.
+    pub ceiling_lx: f64,
 }
 
 impl StandardEntry {
@@ -110,7 +160,7 @@ impl StandardEntry {
 const BEFORE_2021: &str = "5.";
 
 /// Keys of `requirements`: the measures in their order, the standards, and the share of the flux.
-pub(super) const KEYS: [&str; 12] = [
+pub(super) const KEYS: [&str; 14] = [
     "average_lx",
     "minimum_lx",
     "maximum_lx",
@@ -123,115 +173,95 @@ pub(super) const KEYS: [&str; 12] = [
     "en_12193",
     "en_1838",
     FLUX_FACTOR,
+    AREA,
+    MODIFIED,
 ];
 /// Keys that name an entry.
 pub(super) const STANDARDS: [(&str, Standard); 3] =
     [("en_12464_1", Standard::WorkPlaces), ("en_12193", Standard::Sports), ("en_1838", Standard::Emergency)];
+/// Key of what of the room is meant.
+pub(super) const AREA: &str = "area";
+/// What it can name.
+pub(super) const AREAS: [Area; 5] = [Area::Task, Area::Surroundings, Area::Background, Area::Walls, Area::Ceiling];
+/// Key by which the modified average is asked for.
+pub(super) const MODIFIED: &str = "modified";
 /// Key of the share of the flux that counts.
 pub(super) const FLUX_FACTOR: &str = "flux_factor";
 
-/// An entry of EN 12464-1.
-macro_rules! entry {
-    ($reference:literal, $average_lx:literal, $ugr:literal, $uniformity_u0:literal, $task:literal) => {
-        StandardEntry {
-            standard: Standard::WorkPlaces,
-            reference: $reference,
-            task: $task,
-            limits: &[(Measure::AverageLx, $average_lx), (Measure::UniformityU0, $uniformity_u0), (Measure::Ugr, $ugr)],
-        }
-    };
-}
-
-/// A class of EN 12193.
-macro_rules! sports {
-    ($reference:literal, $average_lx:literal, $uniformity_u0:literal) => {
-        StandardEntry {
-            standard: Standard::Sports,
-            reference: $reference,
-            task: "ball games in halls",
-            limits: &[(Measure::AverageLx, $average_lx), (Measure::UniformityU0, $uniformity_u0)],
-        }
-    };
-}
-
-/// Common entries of EN 12464-1: those that begin with 5 have the numbers of the edition of 2011, the others of that of 2021 (required values,
-/// not modified ones); classes of EN 12193 of basketball, handball, volleyball and indoor football; and what EN 1838 asks of direct light.
-/// The standards themselves are the authority.
-pub(super) const ENTRIES: &[StandardEntry] = &[
-    entry!("5.1.1", 100.0, 28.0, 0.4, "circulation areas and corridors"),
-    entry!("5.1.2", 100.0, 25.0, 0.4, "stairs, escalators"),
-    entry!("5.2.1", 200.0, 22.0, 0.4, "canteens, pantries"),
-    entry!("5.2.2", 100.0, 22.0, 0.4, "rest rooms"),
-    entry!("5.2.3", 300.0, 22.0, 0.4, "rooms for physical exercise"),
-    entry!("5.2.4", 200.0, 25.0, 0.4, "cloakrooms, washrooms, toilets"),
-    entry!("5.4.1", 100.0, 25.0, 0.4, "store and stockrooms"),
-    entry!("5.4.2", 300.0, 25.0, 0.6, "dispatch, packing and handling areas"),
-    entry!("5.26.1", 300.0, 19.0, 0.4, "offices: filing, copying"),
-    entry!("5.26.2", 500.0, 19.0, 0.6, "offices: writing, typing, reading, data processing"),
-    entry!("5.26.3", 750.0, 16.0, 0.7, "offices: technical drawing"),
-    entry!("5.26.4", 500.0, 19.0, 0.6, "offices: CAD work stations"),
-    entry!("5.26.5", 500.0, 19.0, 0.6, "offices: conference and meeting rooms"),
-    entry!("5.26.6", 300.0, 22.0, 0.6, "offices: reception desk"),
-    entry!("5.26.7", 200.0, 25.0, 0.4, "offices: archives"),
-    entry!("5.27.1", 300.0, 22.0, 0.4, "retail: sales area"),
-    entry!("5.27.2", 500.0, 19.0, 0.6, "retail: till area"),
-    entry!("5.28.1", 100.0, 22.0, 0.4, "public areas: entrance halls"),
-    entry!("5.36.1", 300.0, 19.0, 0.6, "education: classrooms, tutorial rooms"),
-    entry!("5.36.2", 500.0, 19.0, 0.6, "education: classrooms for evening classes and adults"),
-    entry!("5.36.3", 500.0, 19.0, 0.6, "education: auditorium, lecture halls"),
-    entry!("34.1", 300.0, 19.0, 0.4, "offices: filing, copying"),
-    entry!("34.2", 500.0, 19.0, 0.6, "offices: writing, typing, reading, data processing"),
-    entry!("34.3", 750.0, 16.0, 0.7, "offices: technical drawing"),
-    entry!("34.4", 500.0, 19.0, 0.6, "offices: CAD work stations"),
-    entry!("34.5.1", 500.0, 19.0, 0.6, "offices: conference and meeting rooms"),
-    entry!("34.7", 200.0, 25.0, 0.4, "offices: archives"),
-    sports!("I", 750.0, 0.7),
-    sports!("II", 500.0, 0.7),
-    sports!("III", 200.0, 0.5),
-    StandardEntry {
-        standard: Standard::Emergency,
-        reference: "escape route",
-        task: "emergency lighting: escape route",
-        limits: &[(Measure::DirectMinimumLx, 1.0), (Measure::DirectUniformityUd, 1.0 / 40.0)],
-    },
-    StandardEntry {
-        standard: Standard::Emergency,
-        reference: "open area",
-        task: "emergency lighting: open area",
-        limits: &[(Measure::DirectMinimumLx, 0.5), (Measure::DirectUniformityUd, 1.0 / 40.0)],
-    },
-];
-
 impl StandardEntry {
-    /// What it asks of a measure.
+    /// What it asks of a measure of the task area.
     pub(super) fn limit(&self, measure: Measure) -> Option<f64> {
         self.limits.iter().find(|(of, _)| *of == measure).map(|(_, limit)| *limit)
     }
+
+    /// What it asks of a measure of an area of the room, with the task's average as asked for.
+    pub(super) fn limit_of(&self, area: Area, measure: Measure, task_lx: f64) -> Option<f64> {
+        let average_lx = match (area, self.space) {
+            (Area::Task, _) => return if measure == Measure::AverageLx { Some(task_lx) } else { self.limit(measure) },
+            (Area::Surroundings, _) => surroundings_lx(task_lx),
+            (Area::Background, _) => background_lx(task_lx),
+            (Area::Walls, space) => space?.walls_lx,
+            (Area::Ceiling, space) => space?.ceiling_lx,
+            (Area::Cylinders, space) => space?.cylindrical_lx,
+        };
+        limit_about(area, measure, average_lx)
+    }
+}
+
+/// What is asked of a measure of what lies about the task, with its average.
+pub(super) fn limit_about(area: Area, measure: Measure, average_lx: f64) -> Option<f64> {
+    match measure {
+        Measure::AverageLx => Some(average_lx),
+        Measure::UniformityU0 if area == Area::Surroundings => Some(0.4),
+        Measure::UniformityU0 => Some(0.1),
+        _ => None,
+    }
+}
+
+/// The scale of illuminances of EN 12464-1 in lx, from where surroundings are less bright than the task on.
+const SCALE_LX: [f64; 5] = [150.0, 200.0, 300.0, 500.0, 750.0];
+
+/// Average illuminance in lx of the immediate surroundings: the next lower step of the scale, 500 lx at most, and the task's own up to 150 lx.
+///
+/// Source: EN 12464-1, relationship of illuminances on immediate surrounding to task area.
+pub(super) fn surroundings_lx(task_lx: f64) -> f64 {
+    /// More is asked for nowhere.
+    const MOST_LX: f64 = 500.0;
+    let lower = SCALE_LX.into_iter().rev().find(|step_lx| *step_lx < task_lx);
+    lower.unwrap_or(task_lx).min(MOST_LX)
+}
+
+/// Average illuminance in lx of the background: a third of that of the immediate surroundings.
+pub(super) fn background_lx(task_lx: f64) -> f64 {
+    surroundings_lx(task_lx) / 3.0
 }
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
 
     #[test]
-    fn entries_are_named_once_and_hold_numbers_of_the_standards_own_steps() {
-        let references: BTreeSet<&str> = ENTRIES.iter().map(|entry| entry.reference).collect();
-        assert_eq!(references.len(), ENTRIES.len());
-        for entry in ENTRIES {
-            for (measure, limit) in entry.limits {
-                let steps: &[f64] = match measure {
-                    Measure::AverageLx => &[100.0, 200.0, 300.0, 500.0, 750.0],
-                    Measure::UniformityU0 => &[0.4, 0.5, 0.6, 0.7],
-                    Measure::Ugr => &[16.0, 19.0, 22.0, 25.0, 28.0],
-                    Measure::DirectMinimumLx => &[0.5, 1.0],
-                    Measure::DirectUniformityUd => &[0.025],
-                    Measure::MinimumLx | Measure::MaximumLx | Measure::UniformityUd => &[],
-                };
-                assert!(steps.contains(limit), "{entry:?}");
-            }
-        }
+    fn measures_have_the_keys_of_their_places() {
         assert!(Measure::ALL.iter().zip(KEYS).all(|(measure, key)| measure.key() == key));
+    }
+
+    /// The table of EN 12464-1, and an average between its steps.
+    #[test]
+    fn surroundings_are_a_step_darker_than_the_task() {
+        let table = [
+            (1000.0, 500.0),
+            (750.0, 500.0),
+            (500.0, 300.0),
+            (400.0, 300.0),
+            (300.0, 200.0),
+            (200.0, 150.0),
+            (150.0, 150.0),
+            (100.0, 100.0),
+            (50.0, 50.0),
+        ];
+        for (task_lx, about_lx) in table {
+            assert_eq!(surroundings_lx(task_lx), about_lx, "{task_lx}");
+        }
+        assert_eq!(background_lx(500.0), 100.0);
     }
 }

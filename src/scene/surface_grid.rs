@@ -97,6 +97,11 @@ impl Rectangle {
         [self.width_m.max(self.depth_m), self.width_m.min(self.depth_m)]
     }
 
+    /// The direction from which its front is seen.
+    pub fn normal(&self) -> DVec3 {
+        self.u.cross(self.v)
+    }
+
     /// Without a strip along its boundary; `None` where nothing is left.
     pub fn shrunk(&self, margin_m: f64) -> Option<Rectangle> {
         let (width_m, depth_m) = (self.width_m - 2.0 * margin_m, self.depth_m - 2.0 * margin_m);
@@ -144,7 +149,7 @@ impl Rectangle {
 /// The distance of points in m for a field with a longer and a shorter side: p = 0.2·5^(log₁₀ d), at most 10 m.
 ///
 /// Source: EN 12464-1, calculation points; d is the longer side, or the shorter one from a ratio of 2 on.
-fn en_12464_distance_m([long_m, short_m]: [f64; 2]) -> f64 {
+pub(super) fn en_12464_distance_m([long_m, short_m]: [f64; 2]) -> f64 {
     let d_m = if long_m >= 2.0 * short_m { short_m } else { long_m };
     (0.2 * 5f64.powf(d_m.log10())).min(EN_12464_LARGEST_M)
 }

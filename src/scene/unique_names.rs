@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::error::SceneError;
-use super::reader::Fields;
+use super::reader::{Fields, Node};
 
 /// Names with the places where they were given; those of an array share theirs.
 pub(super) type Names = HashMap<String, Rc<str>>;
@@ -22,4 +22,17 @@ pub(super) fn unique_name(fields: &Fields, names: &mut Names) -> Result<String, 
         ));
     }
     Ok(name.to_string())
+}
+
+/// The name of a set that another one's keys ask for, refused where something has it already.
+pub(super) fn made_name(name: String, node: &Node, names: &mut Names) -> Result<String, SceneError> {
+    if let Some(first) = names.insert(name.clone(), node.json_path().into()) {
+        return Err(node.refuse_as(
+            format!("the name {name:?}, which a set made here gets, is given already"),
+            format!("{name:?} again; {first} has it already"),
+            "a name of its own",
+            "rename the other one",
+        ));
+    }
+    Ok(name)
 }

@@ -9,3 +9,4 @@ mod refusal_cases;
 mod refusals;
 mod sample_scenes;
 mod showrooms;
+mod surroundings;

@@ -126,3 +126,29 @@ fn what_has_no_table_is_refused() {
         assert!(output.stdout.is_empty() && !out.exists(), "{arguments:?}");
     }
 }
+
+/// The page and the table in German, warnings of the file with them.
+#[test]
+fn tables_are_made_in_german() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let out = directory.path().join("table");
+    let file = folder().join("../../scenes/luminaires/wall_washer.ldt");
+    let output = run(&["ugr-table", text(&file), "--out", text(&out), "--language", "de"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(errors(&output).contains("not symmetric"), "warnings on the terminal are English: {}", errors(&output));
+    let printed = results(&output);
+    assert!(printed.contains("Blick quer") && !printed.contains("viewed"), "{printed}");
+    assert!(!printed.lines().skip(1).any(|line| line.contains("16.")), "numbers have commas: {printed}");
+    let page = std::fs::read_to_string(out.join("ugr-table.html")).expect("a page");
+    for german in [
+        "<html lang=\"de\">",
+        "Reflexionsgrade: Decke",
+        "<li>die Leuchte ist nicht symmetrisch",
+        "Abstand der Leuchten",
+    ] {
+        assert!(page.contains(german), "{german}");
+    }
+    assert!(!page.contains("lang=\"en\"") && !page.contains("viewed") && !page.contains("Please"), "English is left");
+    let csv = std::fs::read_to_string(out.join("ugr-table.csv")).expect("a table");
+    assert!(csv.starts_with("x_h,y_h,viewing"), "files of numbers have no language");
+}

@@ -20,6 +20,8 @@ const SMALL: f64 = 0.87;
 const LOW: f64 = 0.72;
 /// Height of a line over its type.
 const LINE: f64 = 1.42;
+/// Lines for which there is room where words begin a list, so that they do not stand alone.
+const LINES_BEFORE_LIST: f64 = 3.0;
 /// Room below a heading without which it goes to the next page.
 const COMPANY: f64 = 90.0;
 /// Room in which a section that begins a page may begin on the page before.
@@ -91,7 +93,12 @@ impl Layout {
                     };
                     self.heading(*level, runs, company);
                 }
-                Block::Words(runs) => self.words(runs, BODY, 0.0),
+                Block::Words(runs) => {
+                    if matches!(blocks.get(index + 1), Some(Block::Item(..))) {
+                        self.need(LINES_BEFORE_LIST * BODY * LINE);
+                    }
+                    self.words(runs, BODY, 0.0);
+                }
                 Block::Item(runs) => self.item(runs),
                 Block::Typed(text) => self.typed(text),
                 Block::Terms(terms) => self.terms(terms),

@@ -1,5 +1,6 @@
 //! How a report's numbers were computed, how certain they are, and what bears that out.
 
+use super::super::lines::line_item;
 use super::Report;
 use crate::output::html::{HtmlTable, figure};
 use crate::output::numbers::{amount, count_tick, duration};
@@ -80,8 +81,7 @@ impl Report<'_> {
 
     /// How the results came about, where there is something to tell.
     fn notes(&self) -> String {
-        let items: String =
-            self.solution.notes.iter().map(|line| format!("<li lang=\"en\">{}</li>\n", escaped(line))).collect();
+        let items: String = self.solution.notes.iter().map(|line| line_item(line)).collect();
         if items.is_empty() {
             return items;
         }

@@ -240,6 +240,48 @@ struct Requirements {
     /// What is left of the luminous flux on batteries, for what is asked of direct light; 1 by default.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0))]
     flux_factor: Option<f64>,
+    /// What of the room the entry of EN 12464-1 is asked about; the task area by default.
+    area: Option<AreaName>,
+    /// Whether the entry's modified average is asked for; not by default.
+    modified: Option<bool>,
+}
+
+/// What a room is to keep.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct RoomRequirements {
+    /// Reference of an entry of EN 12464-1, such as "34.2" (2021) or "5.26.2" (2011).
+    en_12464_1: String,
+    /// Whether the entry's modified average is asked for; not by default.
+    modified: Option<bool>,
+}
+
+/// What of a room an entry of EN 12464-1 is asked about.
+#[derive(JsonSchema)]
+#[schemars(rename_all = "lowercase")]
+#[expect(dead_code, reason = "only its shape is used")]
+enum AreaName {
+    Task,
+    Surroundings,
+    Background,
+    Walls,
+    Ceiling,
+}
+
+/// What is made about a task area by the rule of EN 12464-1: receivers in a band, and in a wider one about that.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "only its shape is used")]
+struct Surroundings {
+    /// The floor that bounds the room: a geometry or a part of one; the surface that the grid lies on by default.
+    within: Option<String>,
+    /// Width of the immediate surroundings; 0.5 m by default, none with 0.
+    #[schemars(range(min = 0.0))]
+    band: Option<f64>,
+    /// Width of the background; 3 m by default, none with 0.
+    #[schemars(range(min = 0.0))]
+    background: Option<f64>,
 }
 
 /// A grid by its corner: places at origin + (c/(columns−1))·u + (r/(rows−1))·v.
@@ -311,6 +353,8 @@ enum ReceiverKind {
         corners: ByCorners,
         #[schemars(flatten)]
         measuring: Measuring,
+        /// Receivers about the task area, by rule.
+        surroundings: Option<Surroundings>,
     },
     /// A grid on a flat rectangular surface: points at the centres of its cells, facing as its front does.
     #[schemars(rename = "grid")]
@@ -324,6 +368,8 @@ enum ReceiverKind {
         over: OverASurface,
         #[schemars(flatten)]
         measuring: Measuring,
+        /// Receivers about the task area, by rule.
+        surroundings: Option<Surroundings>,
     },
     /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area, or points that stand here.
     #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["points"]}]))]
@@ -367,6 +413,24 @@ enum ReceiverKind {
         background: Option<BackgroundName>,
         /// What the ratings are to keep.
         requirements: Option<Requirements>,
+    },
+    /// A whole room for an entry of EN 12464-1: task area, cylinders at the height of people's heads, walls, ceiling and observers.
+    Room {
+        /// Name of the room; its sets are called after it.
+        name: String,
+        /// The room: a box that faces inward, or a mesh whose parts are rectangles.
+        surface: String,
+        /// Height of the task area over the floor; 0.8 m by default.
+        #[schemars(range(min = 0.0))]
+        height: Option<f64>,
+        /// Height of people's eyes over the floor; 1.2 m by default.
+        #[schemars(range(min = 0.0))]
+        eye_height: Option<f64>,
+        /// Width of a strip along the walls that is left out of the task area; 0.5 m by default.
+        #[schemars(range(min = 0.0))]
+        margin: Option<f64>,
+        /// The entry.
+        requirements: RoomRequirements,
     },
     /// Unified glare ratings of observers over a parallelogram, each looking in all directions of view.
     #[schemars(rename = "ugr_grid")]
@@ -453,6 +517,8 @@ mod tests {
             ("/$defs/Fan/properties", &crate::scene::observers::FAN_KEYS),
             ("/$defs/View/properties", &crate::scene::observers::VIEW_KEYS),
             ("/$defs/Requirements/properties", &crate::scene::standard::KEYS),
+            ("/$defs/RoomRequirements/properties", &crate::scene::requirements::ROOM_KEYS),
+            ("/$defs/Surroundings/properties", &crate::scene::surroundings::KEYS),
         ] {
             let described: BTreeSet<&str> =
                 schema.pointer(pointer).expect(pointer).as_object().expect("keys").keys().map(String::as_str).collect();
@@ -469,6 +535,7 @@ mod tests {
             &crate::scene::emission::DISTRIBUTIONS,
             &crate::scene::emission::SIDES,
             &crate::scene::sky::DISTRIBUTIONS,
+            &crate::scene::standard::AREAS.map(crate::scene::Area::name),
         ] {
             assert!(schema.contains(&format!("\"enum\":{}", serde_json::json!(names))), "{names:?}");
         }

@@ -1,0 +1,147 @@
+//! Lines that other rooms make, such as warnings and notes, in the language spoken.
+//!
+//! They come as English text with names and numbers in it. [`LINES`] holds how the commonest of them are worded; a line that fits one is said in
+//! the language spoken, whatever stands between its words. Others stay as they are, and pages say that they are English.
+
+use super::picture::escaped;
+use super::texts::{Language, decimal, language, said_with};
+
+/// How lines are worded: `{}` for what differs. The first that fits holds, so that long ones come before their beginnings.
+const LINES: [&str; 34] = [
+    "{}: luminaires in sight that have no position index in CIE 117 do not count: {}",
+    "{} beside or behind the observer ({})",
+    "{} below the line of sight ({})",
+    "{} too far aside (T/R above 3) ({})",
+    "{} too steeply above the eye (H/R beyond the table, at most 1.9) ({})",
+    "a run to stated errors of {} looked for verdicts",
+    "{} runs to stated errors of {} looked for verdicts",
+    "no luminaire has a maintenance_factor: results are those of a new installation",
+    "no luminaire gives light, so that everything is dark: all have a flux, a dimming or a factor of 0",
+    "{}: this luminaire gives no light",
+    "{}: this luminaire is outside of the scene's bounding box ({} m; the box goes from {} to {} m)",
+    "{}: these luminaires are outside of the scene's bounding box (the first at {} m; the box goes from {} to {} m)",
+    "{}: {} of {} points lies inside of a closed solid and is left out of tables and errors",
+    "{}: {} of {} points lie inside of a closed solid; they are left out of tables and errors",
+    "{}: the sphere is {} triangles inscribed in it; their area is {}% too small",
+    "{}: its sides are not at right angles; it is taken as a parallelogram",
+    "{}: a receiver of this name cannot be chosen by --maps",
+    "the luminaire is not symmetric about both its planes: tables of CIE 190 are not made for it; here its C0 (crosswise) or C90 (endwise) side faces the observer",
+    "the luminous opening has {} m², below the {} m² from which on UGR is defined (CIE 117): tables overrate small sources",
+    "the file offers {} sets of lamps; the first, {}, is taken",
+    "{} values after the last intensity were ignored",
+    "planes given twice differ by up to {}% of the maximum; the first was taken",
+    "gamma runs from {} to {} degrees; outside of it the intensity is 0",
+    "vertical angles run from {} to {} degrees; outside of them the intensity is 0",
+    "all intensities or the lamps' flux are 0: the luminaire is dark",
+    "all intensities are 0: the luminaire is dark",
+    "the intensities add up to {} lm, {}% of the lamps' {} lm, where the file states {}%; the luminaire gives what its intensities add up to",
+    "the intensities add up to {} lm, more than the {} lm that the file states for {} lamp; the luminaire gives what its intensities add up to",
+    "the intensities add up to {} lm, more than the {} lm that the file states for {} lamps; the luminaire gives what its intensities add up to",
+    "{}% of the flux goes down, where the header claims {}%",
+    "numbers are written with decimal commas; they were read as such",
+    "the edition `{}` is not known; read as LM-63-2002",
+    "no plane lies within the last {} degrees of the turn; they are interpolated across",
+    "{} lumens per lamp: read as -1, absolute photometry",
+];
+
+/// An item of a list on a page: the line in the language spoken, or as it is, marked as English.
+pub(super) fn line_item(english: &str) -> String {
+    match translated(english) {
+        Some(line) => format!("<li>{}</li>\n", escaped(&line)),
+        None => format!("<li lang=\"en\">{}</li>\n", escaped(english)),
+    }
+}
+
+/// A line in the language spoken; `None` where its words are not known, and in English.
+fn translated(english: &str) -> Option<String> {
+    if language() == Language::ENGLISH {
+        return None;
+    }
+    for line in LINES.into_iter() {
+        if let Some(parts) = parts_of(english, line) {
+            let parts: Vec<String> = parts.into_iter().map(translated_part).collect();
+            let values: Vec<&dyn std::fmt::Display> = parts.iter().map(|part| part as &dyn std::fmt::Display).collect();
+            return Some(said_with(line, &values));
+        }
+    }
+    // Warnings of a file follow the name of what it is for.
+    let (name, rest) = english.split_once(": ")?;
+    Some(format!("{name}: {}", translated(rest)?))
+}
+
+/// What stands between words: a list of lines, a number, or a name.
+fn translated_part(part: &str) -> String {
+    let is_number = part.chars().all(|letter| letter.is_ascii_digit() || ".,-% e".contains(letter));
+    if is_number {
+        return part.split(", ").map(decimal).collect::<Vec<_>>().join("; ");
+    }
+    part.split("; ").map(|piece| translated(piece).unwrap_or_else(|| piece.to_owned())).collect::<Vec<_>>().join("; ")
+}
+
+/// What stands in a text in the places of a line; `None` where the text is worded otherwise.
+fn parts_of<'a>(text: &'a str, line: &str) -> Option<Vec<&'a str>> {
+    let mut words = line.split("{}");
+    let mut rest = text.strip_prefix(words.next()?)?;
+    let mut parts = Vec::new();
+    let mut words = words.peekable();
+    while let Some(word) = words.next() {
+        let at = match (word.is_empty(), words.peek()) {
+            // The last place takes what is left.
+            (true, None) => rest.len(),
+            (_, None) => {
+                rest.len().checked_sub(word.len()).filter(|at| rest.is_char_boundary(*at) && rest[*at..] == *word)?
+            }
+            _ => rest.find(word)?,
+        };
+        parts.push(&rest[..at]);
+        rest = &rest[at + word.len()..];
+    }
+    rest.is_empty().then_some(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::in_language;
+    use crate::output::texts::said;
+
+    #[test]
+    fn what_differs_is_found_between_the_words() {
+        assert_eq!(parts_of("3 of 7 lie", "{} of {} lie"), Some(vec!["3", "7"]));
+        assert_eq!(parts_of("a: b: c", "{}: {}"), Some(vec!["a", "b: c"]));
+        assert_eq!(parts_of("nothing differs", "nothing differs"), Some(vec![]));
+        assert_eq!(parts_of("nothing differs here", "nothing differs"), None);
+        assert_eq!(parts_of("3 of 7 lay", "{} of {} lie"), None);
+    }
+
+    #[test]
+    fn lines_are_said_in_german_with_their_numbers_and_lists() {
+        let german = Language::of_code("de").expect("there is German");
+        let item = |line: &str| in_language(german, || line_item(line));
+        let glare = "seats: luminaires in sight that have no position index in CIE 117 do not count: \
+                     1 too far aside (T/R above 3) (lamp 2); 2 below the line of sight (lamp 3, lamp 4)";
+        let told = item(glare);
+        assert!(
+            told.starts_with("<li>seats: ")
+                && told.contains("1 zu weit seitlich")
+                && told.contains("2 unter der Blickrichtung"),
+            "{told}"
+        );
+        let told = item("2 runs to stated errors of 3.00 %, 1.36 % looked for verdicts");
+        assert!(told.contains("3,00 %; 1,36 %") && told.starts_with("<li>2 "), "{told}");
+        // After the name of what a file is for, and unknown words as they are.
+        assert!(item("spot: 12 values after the last intensity were ignored").starts_with("<li>spot: 12 Werte"));
+        assert_eq!(item("spot: who knows"), "<li lang=\"en\">spot: who knows</li>\n");
+        assert_eq!(line_item("spot: who knows"), "<li lang=\"en\">spot: who knows</li>\n");
+    }
+
+    #[test]
+    fn every_line_has_words() {
+        let german = Language::of_code("de").expect("there is German");
+        in_language(german, || {
+            for line in LINES {
+                assert_ne!(said(line), line);
+            }
+        });
+    }
+}

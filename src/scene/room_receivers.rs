@@ -1,0 +1,159 @@
+//! Receivers of a whole room for an entry of EN 12464-1: its task area, people's heads, its walls, its ceiling, and observers.
+
+use super::error::SceneError;
+use super::grid_frame::refuse_too_many;
+use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
+use super::observers::{self, SEATED_EYE_M, observers_at};
+use super::quantity::Quantity;
+use super::reader::Node;
+use super::requirements::RoomEntry;
+use super::standard::{Area, Requirement};
+use super::surface_grid::{Rectangle, Spacing};
+use super::surfaces::Surfaces;
+use super::unique_names::{Names, made_name};
+use super::units::LengthUnit;
+
+/// Keys besides name and type.
+pub(super) const OWN_KEYS: &[&str] = &["surface", "height", "eye_height", "margin", "requirements"];
+
+/// The task area's height over the floor, and its distance from the walls, in m, where the file names none.
+const USUAL_HEIGHT_M: f64 = 0.8;
+const USUAL_MARGIN_M: f64 = 0.5;
+/// Observers stand so far apart, in m.
+const OBSERVERS_APART_M: f64 = 2.0;
+/// What faces upward or downward, and what faces sideways: cosines to the vertical.
+const LEVEL: f64 = 0.99;
+const UPRIGHT: f64 = 0.1;
+
+/// The sets of a room; `None` where the receiver is of another type.
+pub(super) fn read(
+    node: &Node,
+    unit: LengthUnit,
+    surfaces: &Surfaces,
+    names: &mut Names,
+    most: u64,
+) -> Result<Option<Vec<ReceiverSet>>, SceneError> {
+    let fields = node.fields("a receiver")?;
+    let is_room = fields.get("type").is_some_and(|node| node.text().is_ok_and(|kind| kind == "room"));
+    if !is_room {
+        return Ok(None);
+    }
+    fields.only(&[&["name", "type"], OWN_KEYS].concat())?;
+    let name_node = fields.need("name", "\"office\"")?;
+    let name = made_name(name_node.name()?.to_owned(), &name_node, names)?;
+    let entry = RoomEntry::read(&fields)?;
+    let shell = Shell::read(&fields.need("surface", "\"room\": a box with \"facing\": \"inward\"")?, surfaces)?;
+    let length_m = |key: &str, usual_m: f64| {
+        let node = fields.get(key);
+        node.map_or(Ok(usual_m), |node| Ok(unit.length_m(node.at_least_zero("a length")?)))
+    };
+    let (height_m, eye_m) = (length_m("height", USUAL_HEIGHT_M)?, length_m("eye_height", SEATED_EYE_M)?);
+    let margin_m = length_m("margin", USUAL_MARGIN_M)?;
+    let Some(field) = shell.floor.shrunk(margin_m) else {
+        let blamed = fields.get("margin").unwrap_or(name_node);
+        return Err(blamed.refuse(
+            "the margin leaves nothing of the floor",
+            "less than half of the floor's shorter side",
+            "give a smaller \"margin\"",
+        ));
+    };
+
+    let mut made = Made { name, node, names, most, sets: Vec::new() };
+    let task = grid(&[field], Spacing::En12464, height_m);
+    made.push("task", Quantity::Perpendicular, task, entry.of(Area::Task))?;
+    let heads = grid(&[field], Spacing::En12464, eye_m);
+    made.push("cylindrical", Quantity::Cylindrical, heads, entry.of(Area::Cylinders))?;
+    made.push("walls", Quantity::Perpendicular, grid(&shell.walls, Spacing::En12464, 0.0), entry.of(Area::Walls))?;
+    made.push(
+        "ceiling",
+        Quantity::Perpendicular,
+        grid(&shell.ceilings, Spacing::En12464, 0.0),
+        entry.of(Area::Ceiling),
+    )?;
+    let (_, places) = grid(&[field], Spacing::Distance(OBSERVERS_APART_M), eye_m);
+    let (background, looks) = observers::look_around(&fields, &places, most)?;
+    made.push("observers", Quantity::Glare(background), (ReceiverLayout::Points, looks), entry.of_observers())?;
+    Ok(Some(made.sets))
+}
+
+/// Rectangles about a room.
+struct Shell {
+    floor: Rectangle,
+    walls: Vec<Rectangle>,
+    ceilings: Vec<Rectangle>,
+}
+
+impl Shell {
+    /// The surfaces of a geometry by where they face.
+    fn read(node: &Node, surfaces: &Surfaces) -> Result<Shell, SceneError> {
+        let [mut floors, mut walls, mut ceilings] = [const { Vec::new() }; 3];
+        for surface in surfaces.named(node)? {
+            let rectangle = Rectangle::of(surfaces, &[surface]).map_err(|reason| {
+                let name = &surfaces.surfaces[surface as usize].name;
+                node.refuse(
+                    format!("a room is made of rectangles, and {name} is none: {reason}"),
+                    "a box with \"facing\": \"inward\", or parts of a mesh that are flat rectangles",
+                    "give grids on its floor, walls and ceiling, with \"area\" in their requirements",
+                )
+            })?;
+            match rectangle.normal().z {
+                z if z > LEVEL => floors.push(rectangle),
+                z if z < -LEVEL => ceilings.push(rectangle),
+                z if z.abs() < UPRIGHT => walls.push(rectangle),
+                _ => {}
+            }
+        }
+        match floors[..] {
+            [floor] => Ok(Shell { floor, walls, ceilings }),
+            _ => Err(node.refuse(
+                format!("a room has one floor, and of this {} rectangles face upward", floors.len()),
+                "a box with \"facing\": \"inward\"",
+                "name the room's box, or give grids of their own",
+            )),
+        }
+    }
+}
+
+/// The points on rectangles: a grid on a single one, a list on several.
+fn grid(rectangles: &[Rectangle], spacing: Spacing, height_m: f64) -> (ReceiverLayout, Vec<ReceiverPoint>) {
+    let on_one = |rectangle: &Rectangle| {
+        let [columns, rows] = rectangle.counts(spacing);
+        rectangle.grid(columns as u32, rows as u32, height_m).points()
+    };
+    match rectangles {
+        [one] => on_one(one),
+        all => (ReceiverLayout::Points, all.iter().flat_map(|rectangle| on_one(rectangle).1).collect()),
+    }
+}
+
+/// Sets made so far.
+struct Made<'a, 'b> {
+    name: String,
+    node: &'a Node<'b>,
+    names: &'a mut Names,
+    most: u64,
+    sets: Vec<ReceiverSet>,
+}
+
+impl Made<'_, '_> {
+    /// Adds a set, unless it has no points.
+    fn push(
+        &mut self,
+        of: &str,
+        quantity: Quantity,
+        (layout, points): (ReceiverLayout, Vec<ReceiverPoint>),
+        requirements: Vec<Requirement>,
+    ) -> Result<(), SceneError> {
+        if points.is_empty() {
+            return Ok(());
+        }
+        let all = points.len() as u64 + self.sets.iter().map(|set| set.points.len() as u64).sum::<u64>();
+        if all > self.most {
+            return Err(refuse_too_many(self.node, all));
+        }
+        let name = made_name(format!("{} {of}", self.name), self.node, self.names)?;
+        let observers = if matches!(quantity, Quantity::Glare(_)) { observers_at(&points) } else { Vec::new() };
+        self.sets.push(ReceiverSet { name, quantity, layout, points, observers, requirements });
+        Ok(())
+    }
+}
