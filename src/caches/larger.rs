@@ -1,9 +1,12 @@
 //! What larger cells know of the light in those without samples.
 
+use serde::{Deserialize, Serialize};
+
 use super::{CellGrid, CellKey};
+use crate::base::memory::bytes_of_list;
 
 /// Cells of all sizes that hold samples, each with its light.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LargerCells {
     /// Where they lie, in a table of their own: most cells that rays ask have no samples, and would be in the way.
     grid: CellGrid,
@@ -46,6 +49,11 @@ impl LargerCells {
         held.told_lx.extend(sums[with_own..].iter().map(|sum| mean_lx(*sum)));
         held.usual_lx = mean_lx(whole);
         held
+    }
+
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        self.grid.bytes() + bytes_of_list(&self.told_lx)
     }
 
     /// Light of a cell without samples, in lx: that of the smallest one with samples that holds it.

@@ -34,15 +34,15 @@ pub struct CellLight {
     filled: usize,
     /// Variance of a sample over the square of its cell's light, as is usual.
     usual_spread: f64,
-    /// What larger cells tell those without samples by the latest solution; made where it is needed.
-    #[serde(skip)]
-    larger: Option<LargerCells>,
+    /// What larger cells tell those without samples by the latest solution.
+    larger: LargerCells,
 }
 
 impl CellLight {
     /// No cells yet.
     pub fn new(grid: CellGrid) -> CellLight {
         CellLight {
+            larger: LargerCells::of(&grid, std::iter::empty()),
             grid,
             samples: Vec::new(),
             counts: Vec::new(),
@@ -51,7 +51,6 @@ impl CellLight {
             solved: 0,
             filled: 0,
             usual_spread: 1.0,
-            larger: None,
         }
     }
 
@@ -73,6 +72,7 @@ impl CellLight {
             + bytes_of_list(&self.counts)
             + bytes_of_list(&self.values_lx)
             + bytes_of_list(&self.variances_lx2)
+            + self.larger.bytes()
     }
 
     /// Books a sample of a cell before it is taken; returns its number within the cell.
@@ -115,7 +115,7 @@ impl CellLight {
         if self.solved < self.samples.len() {
             self.solve_sampled();
             // What cells without samples were told is old.
-            (self.filled, self.larger) = (0, None);
+            self.filled = 0;
         }
         self.fill_unsampled();
     }
@@ -126,6 +126,8 @@ impl CellLight {
         system.solve();
         system.cells.iter().zip(&system.values_lx).for_each(|(cell, lx)| self.values_lx[*cell as usize] = *lx);
         self.tell_variances(&system.cells);
+        let sampled = system.cells.iter().zip(&system.values_lx);
+        self.larger = LargerCells::of(&self.grid, sampled.map(|(cell, lx)| (*cell, self.counts[*cell as usize], *lx)));
         self.solved = self.samples.len();
     }
 
@@ -164,14 +166,9 @@ impl CellLight {
 
     /// Gives new cells without samples what larger ones tell.
     fn fill_unsampled(&mut self) {
-        let larger = self.larger.get_or_insert_with(|| {
-            let cells = (0u32..).zip(self.counts.iter().zip(&self.values_lx));
-            let sampled = cells.filter(|(_, (count, _))| **count > 0).map(|(cell, (count, lx))| (cell, *count, *lx));
-            LargerCells::of(&self.grid, sampled)
-        });
         for cell in self.filled..self.counts.len() {
             if self.counts[cell] == 0 {
-                let lx = larger.tell_lx(self.grid.key_of(cell as u32));
+                let lx = self.larger.tell_lx(self.grid.key_of(cell as u32));
                 self.values_lx[cell] = lx;
                 self.variances_lx2[cell] = (self.usual_spread * f64::from(lx).powi(2) / OF_NO_SAMPLE) as f32;
             }

@@ -231,7 +231,6 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
     }
 }
 
-/// A place as warnings tell it, to a tenth of a millimetre.
 /// How warnings about meshes begin.
 pub const MESH: &str = "mesh: ";
 

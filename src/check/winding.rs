@@ -147,27 +147,8 @@ impl WindingTree {
             let normal = (*b - *a).cross(*c - *a);
             !is_beside && normal.dot(middle_m - *a).abs() <= normal.abs().dot(half_m) + tolerance_m * normal.length()
         };
-        let mut open = vec![0];
-        while let Some(number) = open.pop() {
-            let node = &self.nodes[number];
-            if !budget.take(1) {
-                break;
-            }
-            if low_m.cmpgt(node.high_m).any() || high_m.cmplt(node.low_m).any() {
-                continue;
-            }
-            if node.count == 0 {
-                open.extend([number + 1, node.second]);
-                continue;
-            }
-            if !budget.take(node.count as u64) {
-                break;
-            }
-            if self.triangles[node.first..node.first + node.count].iter().any(cuts) {
-                return true;
-            }
-        }
-        false
+        let is_near = |node: &Node| !(low_m.cmpgt(node.high_m).any() || high_m.cmplt(node.low_m).any());
+        self.any(is_near, budget, cuts)
     }
 
     /// Whether a triangle comes as near to a point as `tolerance_m`, by the distance that is given.
@@ -178,20 +159,32 @@ impl WindingTree {
         budget: &mut Budget,
         distance_m: impl Fn([DVec3; 3]) -> f64,
     ) -> bool {
+        let is_near = |node: &Node| {
+            !(point_m.cmplt(node.low_m - tolerance_m).any() || point_m.cmpgt(node.high_m + tolerance_m).any())
+        };
+        self.any(is_near, budget, |triangle| distance_m(*triangle) <= tolerance_m)
+    }
+
+    /// Whether a triangle in a box that is near is what is looked for, as far as the budget goes.
+    fn any(
+        &self,
+        is_near: impl Fn(&Node) -> bool,
+        budget: &mut Budget,
+        is_found: impl Fn(&[DVec3; 3]) -> bool,
+    ) -> bool {
         let mut open = vec![0];
         while let Some(number) = open.pop() {
             let node = &self.nodes[number];
             if !budget.take(1 + node.count as u64) {
                 break;
             }
-            if point_m.cmplt(node.low_m - tolerance_m).any() || point_m.cmpgt(node.high_m + tolerance_m).any() {
+            if !is_near(node) {
                 continue;
             }
             if node.count == 0 {
                 open.extend([number + 1, node.second]);
             }
-            let leaf = &self.triangles[node.first..node.first + node.count];
-            if leaf.iter().any(|triangle| distance_m(*triangle) <= tolerance_m) {
+            if self.triangles[node.first..node.first + node.count].iter().any(&is_found) {
                 return true;
             }
         }

@@ -58,6 +58,11 @@ pub static MEANS_OVER_PARTS: LazyLock<[[f64; BENDS]; PARTS]> = LazyLock::new(|| 
 pub struct Linear(pub [f64; 1 + SLOPES]);
 
 impl Linear {
+    /// The function that has this value everywhere.
+    pub fn even(value: f64) -> Linear {
+        Linear([value, 0.0, 0.0])
+    }
+
     /// The value at a point.
     #[inline]
     pub fn at(&self, at: [f64; 2]) -> f64 {

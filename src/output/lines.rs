@@ -57,7 +57,7 @@ fn translated(english: &str) -> Option<String> {
     if language() == Language::ENGLISH {
         return None;
     }
-    for line in LINES.into_iter() {
+    for line in LINES {
         if let Some(parts) = parts_of(english, line) {
             let parts: Vec<String> = parts.into_iter().map(translated_part).collect();
             let values: Vec<&dyn std::fmt::Display> = parts.iter().map(|part| part as &dyn std::fmt::Display).collect();

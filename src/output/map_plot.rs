@@ -140,7 +140,7 @@ pub(super) fn draw_map(
     let colors = ColorScale::of(map);
     draw_cells(picture, map, layout, mean, &|value| colors.ink(value));
     let is_too_noisy = map.estimated_error > NOISIEST && !levels.is_empty();
-    let is_even = !levels.is_empty() && is_even(map, map.field.range());
+    let is_even = !levels.is_empty() && map.field.range().is_some_and(|range| is_even(map, range));
     let is_without = map.field.nodes.len() < FEWEST_NODES || is_too_noisy || is_even;
     let drawn = if is_without { Vec::new() } else { levels };
     draw_isolines(picture, map, layout, &drawn);
@@ -154,9 +154,9 @@ pub(super) fn draw_map(
 }
 
 /// Whether values between these two differ by so little that it may be chance.
-fn is_even(map: &FlatMap, range: Option<[f64; 2]>) -> bool {
+fn is_even(map: &FlatMap, [low, high]: [f64; 2]) -> bool {
     let errors = RANGE_OF_CHANCE * (2.0 * (map.cells.len().max(2) as f64).ln()).sqrt();
-    range.is_some_and(|[low, high]| high - low < errors * map.estimated_error * high)
+    high - low < errors * map.estimated_error * high
 }
 
 /// The values of a grid's points as numbers, thinned where they would run into each other.
@@ -513,7 +513,7 @@ impl ColorScale {
             let lowest = low.max(high * 1e-4);
             return ColorScale { scale: Scale::logarithmic(lowest, high), is_cut };
         }
-        let is_narrow = high - low < NARROW * high || is_even(map, Some([*low, high]));
+        let is_narrow = high - low < NARROW * high || is_even(map, [*low, high]);
         let start = if *low > FROM_ZERO * high && !is_narrow { *low } else { 0.0 };
         let step = round_step(high - start, 10);
         let (floor, ceiling) = ((start / step).floor() * step, (high / step - 1e-9).ceil() * step);

@@ -58,7 +58,8 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
     let mut sets: Vec<ReceiverSet> = Vec::new();
     let mut left = MOST_POINTS;
     for item in node.items("receivers")? {
-        if let Some(made) = room_receivers::read(&item, around.unit, around.surfaces, &mut names, left)? {
+        let fields = item.fields("a receiver")?;
+        if let Some(made) = room_receivers::read(&item, &fields, around.unit, around.surfaces, &mut names, left)? {
             left -= made.iter().map(|set| set.points.len() as u64).sum::<u64>();
             sets.extend(made);
             continue;
@@ -69,7 +70,6 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
         if is_made {
             left -= set.points.len() as u64;
         }
-        let fields = item.fields("a receiver")?;
         let about = surroundings::read(&fields, around.unit, around.surfaces, &set, &mut names, left)?;
         left -= about.iter().map(|set| set.points.len() as u64).sum::<u64>();
         sets.push(set);

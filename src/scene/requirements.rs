@@ -60,7 +60,7 @@ pub(super) const ROOM_KEYS: [&str; 2] = ["en_12464_1", MODIFIED];
 #[derive(Clone, Copy)]
 pub(super) struct RoomEntry {
     entry: &'static StandardEntry,
-    task_lx: f64,
+    task_lx: Option<f64>,
 }
 
 impl RoomEntry {
@@ -126,14 +126,14 @@ fn read_area(fields: &Fields, quantity: Quantity, entry: Option<&StandardEntry>)
     Ok(AREAS[node.choice(&AREAS.map(Area::name))?])
 }
 
-/// The average in lx that an entry asks of the task area; 0 where there is none.
+/// The average in lx that an entry asks of the task area; `None` where it asks for none, as for an escape route.
 fn read_task_lx(
     fields: &Fields,
     quantity: Quantity,
     area: Area,
     entry: Option<&StandardEntry>,
-) -> Result<f64, SceneError> {
-    let required_lx = entry.and_then(|entry| entry.limit(Measure::AverageLx)).unwrap_or_default();
+) -> Result<Option<f64>, SceneError> {
+    let required_lx = entry.and_then(|entry| entry.limit(Measure::AverageLx));
     let Some(node) = fields.get(MODIFIED) else { return Ok(required_lx) };
     let modified_lx = entry.and_then(|entry| entry.space).and_then(|space| space.modified_lx);
     let is_of_task =
@@ -145,7 +145,7 @@ fn read_task_lx(
             "leave it out, or give \"average_lx\"",
         ));
     };
-    Ok(if node.boolean()? { modified_lx } else { required_lx })
+    Ok(if node.boolean()? { Some(modified_lx) } else { required_lx })
 }
 
 fn refuse_measure(node: &Node, measure: Measure) -> SceneError {

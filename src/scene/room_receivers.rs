@@ -5,12 +5,12 @@ use super::grid_frame::refuse_too_many;
 use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers::{self, SEATED_EYE_M, observers_at};
 use super::quantity::Quantity;
-use super::reader::Node;
+use super::reader::{Fields, Node};
 use super::requirements::RoomEntry;
 use super::standard::{Area, Requirement};
 use super::surface_grid::{Rectangle, Spacing};
 use super::surfaces::Surfaces;
-use super::unique_names::{Names, made_name};
+use super::unique_names::{Names, made_name, unique_name};
 use super::units::LengthUnit;
 
 /// Keys besides name and type.
@@ -28,20 +28,19 @@ const UPRIGHT: f64 = 0.1;
 /// The sets of a room; `None` where the receiver is of another type.
 pub(super) fn read(
     node: &Node,
+    fields: &Fields,
     unit: LengthUnit,
     surfaces: &Surfaces,
     names: &mut Names,
     most: u64,
 ) -> Result<Option<Vec<ReceiverSet>>, SceneError> {
-    let fields = node.fields("a receiver")?;
     let is_room = fields.get("type").is_some_and(|node| node.text().is_ok_and(|kind| kind == "room"));
     if !is_room {
         return Ok(None);
     }
     fields.only(&[&["name", "type"], OWN_KEYS].concat())?;
-    let name_node = fields.need("name", "\"office\"")?;
-    let name = made_name(name_node.name()?.to_owned(), &name_node, names)?;
-    let entry = RoomEntry::read(&fields)?;
+    let name = unique_name(fields, names)?;
+    let entry = RoomEntry::read(fields)?;
     let shell = Shell::read(&fields.need("surface", "\"room\": a box with \"facing\": \"inward\"")?, surfaces)?;
     let length_m = |key: &str, usual_m: f64| {
         let node = fields.get(key);
@@ -50,8 +49,7 @@ pub(super) fn read(
     let (height_m, eye_m) = (length_m("height", USUAL_HEIGHT_M)?, length_m("eye_height", SEATED_EYE_M)?);
     let margin_m = length_m("margin", USUAL_MARGIN_M)?;
     let Some(field) = shell.floor.shrunk(margin_m) else {
-        let blamed = fields.get("margin").unwrap_or(name_node);
-        return Err(blamed.refuse(
+        return Err(fields.get("margin").as_ref().unwrap_or(node).refuse(
             "the margin leaves nothing of the floor",
             "less than half of the floor's shorter side",
             "give a smaller \"margin\"",
@@ -71,7 +69,7 @@ pub(super) fn read(
         entry.of(Area::Ceiling),
     )?;
     let (_, places) = grid(&[field], Spacing::Distance(OBSERVERS_APART_M), eye_m);
-    let (background, looks) = observers::look_around(&fields, &places, most)?;
+    let (background, looks) = observers::look_around(fields, &places, most)?;
     made.push("observers", Quantity::Glare(background), (ReceiverLayout::Points, looks), entry.of_observers())?;
     Ok(Some(made.sets))
 }

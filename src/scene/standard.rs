@@ -194,16 +194,12 @@ impl StandardEntry {
         self.limits.iter().find(|(of, _)| *of == measure).map(|(_, limit)| *limit)
     }
 
-    /// What it asks of a measure of an area of the room, with the task's average as asked for.
-    pub(super) fn limit_of(&self, area: Area, measure: Measure, task_lx: f64) -> Option<f64> {
+    /// What it asks of a measure of an area of the room, with the task's average in lx as asked for, if any is.
+    pub(super) fn limit_of(&self, area: Area, measure: Measure, task_lx: Option<f64>) -> Option<f64> {
         let average_lx = match (area, self.space) {
-            // What an escape route asks for has no average.
-            (Area::Task, _) => {
-                let limit = self.limit(measure);
-                return if measure == Measure::AverageLx { limit.map(|_| task_lx) } else { limit };
-            }
-            (Area::Surroundings, _) => surroundings_lx(task_lx),
-            (Area::Background, _) => background_lx(task_lx),
+            (Area::Task, _) => return if measure == Measure::AverageLx { task_lx } else { self.limit(measure) },
+            (Area::Surroundings, _) => surroundings_lx(task_lx?),
+            (Area::Background, _) => background_lx(task_lx?),
             (Area::Walls, space) => space?.walls_lx,
             (Area::Ceiling, space) => space?.ceiling_lx,
             (Area::Cylinders, space) => space?.cylindrical_lx,

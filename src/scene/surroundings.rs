@@ -74,7 +74,7 @@ pub(super) fn read(
         (Area::Surroundings, [0.0, 0.0], [width_m, depth_m], band_m),
         (Area::Background, [-band_m; 2], [width_m + band_m, depth_m + band_m], background_m),
     ];
-    let mut sets = Vec::new();
+    let (mut sets, mut left) = (Vec::new(), most);
     for (area, low_m, high_m, broad_m) in rings.into_iter().filter(|(.., broad_m)| *broad_m > 0.0) {
         let Some(requirements) = requirements::about(&task.requirements, area) else {
             return Err(node.refuse(
@@ -84,13 +84,14 @@ pub(super) fn read(
             ));
         };
         let ring = Ring::about(area, low_m, high_m, broad_m, rectangle.sides_m);
-        if ring.cells() > most {
+        if ring.cells() > left {
             return Err(refuse_too_many(&node, ring.cells()));
         }
         let points = ring.points(&rectangle, &floor);
         if points.is_empty() {
             continue;
         }
+        left -= points.len() as u64;
         let name = made_name(format!("{} {}", task.name, area.name()), &node, names)?;
         sets.push(ReceiverSet {
             name,

@@ -233,7 +233,7 @@ pub(super) fn exposed_shares(
 /// since samples do not lie evenly in it then.
 pub(super) fn reference_on(function: Linear, corners: [[f64; 2]; 3], exposed: f64) -> Linear {
     let Linear([mean, first, second]) = function.on_piece(corners);
-    if exposed < 1.0 { Linear([mean, 0.0, 0.0]) } else { Linear([mean, first, second]) }
+    if exposed < 1.0 { Linear::even(mean) } else { Linear([mean, first, second]) }
 }
 
 /// Adds two looks at the direct light of a point; returns the scores of the mean and of the slopes in lx.

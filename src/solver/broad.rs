@@ -83,7 +83,7 @@ impl Broad {
             exposed[index] == 1.0 && (2.0 * area_m2).sqrt() > slope_from_m
         };
         let sloped = (0..count).map(is_sloped).collect();
-        let references_lx = vec![Linear([indirect_lx, 0.0, 0.0]); count];
+        let references_lx = vec![Linear::even(indirect_lx); count];
         Broad::new(context, elements, (sloped, exposed), references_lx, 0, fine)
     }
 

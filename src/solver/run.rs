@@ -279,10 +279,14 @@ impl Run<'_> {
         }
     }
 
+    /// Whether there is light to gather, by a method that may.
+    fn may_gather(&self) -> bool {
+        matches!(self.settings.method, Method::Auto | Method::Gather) && self.context.stage.reflects()
+    }
+
     /// Lets the maps ask cells that can, where that is asked for or pays.
     fn start_asking(&mut self) {
-        let gathers = matches!(self.settings.method, Method::Auto | Method::Gather);
-        if !gathers || !self.context.stage.reflects() {
+        if !self.may_gather() {
             return;
         }
         let error = self.error_to_plan_for();

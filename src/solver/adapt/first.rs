@@ -95,11 +95,14 @@ impl Cutting {
 
     /// The elements, and what a job keeps of them, once there is no more to do.
     pub fn end(self, context: &Context) -> (Elements, Adaptive) {
-        let sloped = (0..self.elements.len()).map(|index| self.is_sloped(context, index, &self.looks[index]));
-        let even = |lx: f64| Linear([lx, 0.0, 0.0]);
+        let sloped = (0..self.elements.len()).map(|index| self.is_sloped(context, index));
         let adaptive = Adaptive {
             sloped: sloped.collect(),
-            references_lx: self.looks.iter().map(|looks| [looks.reference_lx(), even(self.means_lx[1])]).collect(),
+            references_lx: self
+                .looks
+                .iter()
+                .map(|looks| [looks.reference_lx(), Linear::even(self.means_lx[1])])
+                .collect(),
             exposed: self.exposed.unwrap_or_default(),
             detail: Detail::new(self.elements.len()),
             rounds: 0,
@@ -114,8 +117,8 @@ impl Cutting {
         DIRECT_SHARE * (self.target_error * (self.means_lx[0] + self.means_lx[1])).powi(2)
     }
 
-    fn is_sloped(&self, context: &Context, index: usize, looks: &DirectLooks) -> bool {
-        let edge_m = (2.0 * self.elements.area_m2(context.scene, self.elements.cell(index as u32))).sqrt();
+    fn is_sloped(&self, context: &Context, index: usize) -> bool {
+        let (looks, edge_m) = (&self.looks[index], (2.0 * self.area_m2(context, index)).sqrt());
         // A small element may still need slopes for the direct light's sake: two more numbers show more of it than three more pieces.
         let is_steep = || looks.slope_lx2() > self.goal_lx2().max(f64::MIN_POSITIVE);
         looks.exposed == 1.0 && (edge_m > slope_from_m(context, self.target_error) || is_steep())
@@ -161,7 +164,7 @@ impl Cutting {
 
     /// Cuts what loses too much; where nothing does, or there is no time for another round, this was the last.
     fn cut(&mut self, context: &Context) {
-        let lost_lx2 = |(index, looks): (usize, &DirectLooks)| looks.lost_lx2(self.is_sloped(context, index, looks));
+        let lost_lx2 = |(index, looks): (usize, &DirectLooks)| looks.lost_lx2(self.is_sloped(context, index));
         let lost_lx2 = self.looks.iter().enumerate().map(lost_lx2);
         let cuts = cuts_of(context, &self.elements, lost_lx2, self.goal_lx2(), MOST_PILOTED);
         let is_last = self.round == PILOT_ROUNDS || (context.time_left)() != TimeLeft::Enough;
@@ -184,7 +187,7 @@ impl Cutting {
         self.looks.resize(self.elements.len(), DirectLooks::default());
         let direct_lx = self.means_lx[0];
         for looks in self.looks.iter_mut().filter(|looks| looks.points == 0) {
-            (looks.mean_lx, looks.fitted_lx) = (direct_lx, Linear([direct_lx, 0.0, 0.0]));
+            (looks.mean_lx, looks.fitted_lx) = (direct_lx, Linear::even(direct_lx));
         }
         (self.exposed, self.done) = (Some(Vec::new()), 0);
     }
@@ -258,7 +261,7 @@ struct DirectLooks {
 impl DirectLooks {
     /// What samples are compared with: where points are left out a slope would not have its mean over those that are not.
     fn reference_lx(&self) -> Linear {
-        if self.exposed < 1.0 { Linear([self.mean_lx, 0.0, 0.0]) } else { self.fitted_lx }
+        if self.exposed < 1.0 { Linear::even(self.mean_lx) } else { self.fitted_lx }
     }
 
     fn slope_lx2(&self) -> f64 {

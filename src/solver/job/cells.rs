@@ -105,14 +105,16 @@ impl Job {
     /// Makes ready for asking, for an error: elements that adapt get broader ones, and a pilot tells of walks from elements.
     pub fn prepare_asking(&mut self, context: &Context, error: f64) {
         // Before elements are cut nothing is known to cover them: so much is enough for a forecast.
-        let uncovered = || vec![1.0; self.elements.len()];
-        let of_cut = self.adaptive.as_ref().map(|adaptive| (adaptive.target_error(), adaptive.exposed.clone()));
-        let adapts_to = of_cut.or_else(|| self.cutting.as_ref().map(|_| (context.target_error, uncovered())));
+        let uncovered = vec![1.0; if self.is_to_be_cut() { self.elements.len() } else { 0 }];
+        let adapts_to = match &self.adaptive {
+            Some(adaptive) => Some((adaptive.target_error(), &adaptive.exposed)),
+            None => self.is_to_be_cut().then_some((context.target_error, &uncovered)),
+        };
         if let Some((target_error, exposed)) = adapts_to {
             let elements = (BROAD_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_BROAD);
             let edge_m = (2.0 * context.scene.area_m2() / elements).sqrt();
             let edges_m = [edge_m, slope_from_m(context, target_error)];
-            self.broad = Some(Broad::first(context, &self.elements, &exposed, edges_m, self.indirect.mean_lx));
+            self.broad = Some(Broad::first(context, &self.elements, exposed, edges_m, self.indirect.mean_lx));
         }
         if self.kind == MapKind::Elements {
             let broad = self.broad.as_ref();

@@ -298,19 +298,13 @@ impl Pilot {
         for of_vertex in self.brought(bound) {
             each.extend(of_vertex.map(|(anchor, brought)| anchor.scale * brought));
         }
-        let mut of_chain = vec![0.0; self.weights.len()];
         let (mut sums, mut squares) = (vec![0.0; self.weights.len()], 0.0);
-        let mut places = 0..;
-        for vertices in &self.chains {
-            of_chain.fill(0.0);
-            for (anchor, place) in vertices.iter().flat_map(|_| &self.anchors).zip(&mut places) {
-                of_chain[anchor.entry] += self.seen(place) * each[place];
-            }
-            for ((sum, weight), of_chain) in sums.iter_mut().zip(&self.weights).zip(&of_chain) {
+        self.for_each_chain(&each, usize::MAX, |_, of_chain| {
+            for ((sum, weight), of_chain) in sums.iter_mut().zip(&self.weights).zip(of_chain) {
                 *sum += of_chain;
                 squares += weight * of_chain * of_chain;
             }
-        }
+        });
         let count = self.chains.len() as f64;
         let of_means: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * (sum / count).powi(2)).sum();
         let sum: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * sum / count).sum();
@@ -318,16 +312,26 @@ impl Pilot {
         Scores { each, variance: (squares / count - of_means).max(0.0), mean }
     }
 
+    /// Goes through what each of the first `most` chains brings to every entry looked at, by what its vertices do.
+    fn for_each_chain(&self, each: &[f64], most: usize, mut visit: impl FnMut(usize, &[f64])) {
+        let mut of_chain = vec![0.0; self.weights.len()];
+        let mut places = 0..;
+        for (chain, vertices) in self.chains.iter().take(most).enumerate() {
+            of_chain.fill(0.0);
+            for (anchor, place) in vertices.iter().flat_map(|_| &self.anchors).zip(&mut places) {
+                of_chain[anchor.entry] += self.seen(place) * each[place];
+            }
+            visit(chain, &of_chain);
+        }
+    }
+
     /// Variance of independent chains over that of a run's quasi-random ones, by the spread of the batches' means.
     fn quasi_gain(&self, scores: &Scores) -> f64 {
         let of_batch = self.chains.len() as f64 / BATCHES as f64;
         let mut means = vec![[0.0; BATCHES]; self.weights.len()];
-        let mut places = 0..;
-        for (chain, vertices) in self.chains.iter().enumerate() {
-            for (anchor, place) in vertices.iter().flat_map(|_| &self.anchors).zip(&mut places) {
-                means[anchor.entry][chain % BATCHES] += self.seen(place) * scores.each[place] / of_batch;
-            }
-        }
+        self.for_each_chain(&scores.each, usize::MAX, |chain, of_chain| {
+            means.iter_mut().zip(of_chain).for_each(|(means, value)| means[chain % BATCHES] += value / of_batch);
+        });
         let spread = |means: &[f64; BATCHES]| {
             let mean = means.iter().sum::<f64>() / BATCHES as f64;
             means.iter().map(|of_batch| (of_batch - mean).powi(2)).sum::<f64>() / (BATCHES - 1) as f64
@@ -353,14 +357,10 @@ impl Pilot {
         let entries = self.weights.len();
         let roots: Vec<f64> = self.weights.iter().map(|weight| weight.sqrt()).collect();
         // Every two chains are compared: some hundred must do.
-        let some_chains = &self.chains[..self.chains.len().min(FEWEST_CHAINS)];
-        let mut of_chains = vec![0.0; entries * some_chains.len()];
-        let mut places = 0..;
-        for (vertices, of_chain) in some_chains.iter().zip(of_chains.chunks_mut(entries.max(1))) {
-            for (anchor, place) in vertices.iter().flat_map(|_| &self.anchors).zip(&mut places) {
-                of_chain[anchor.entry] += roots[anchor.entry] * self.seen(place) * scores.each[place];
-            }
-        }
+        let mut of_chains = Vec::with_capacity(entries * self.chains.len().min(FEWEST_CHAINS));
+        self.for_each_chain(&scores.each, FEWEST_CHAINS, |_, of_chain| {
+            of_chains.extend(roots.iter().zip(of_chain).map(|(root, value)| root * value));
+        });
         let mut of_chains: Vec<&mut [f64]> = of_chains.chunks_mut(entries.max(1)).collect();
         let count = of_chains.len() as f64;
         let mut means = vec![0.0; entries];

@@ -1,6 +1,6 @@
 //! Elements are cut before a run: that takes long itself, so that a first forecast comes before it, and more on the way.
 
-use super::{Method, Run};
+use super::Run;
 use crate::solver::job::RAYS_PER_SLICE;
 
 /// Share of the forecast run that is cut between two looks at how it stands, and rays of one in any case.
@@ -13,8 +13,7 @@ impl Run<'_> {
         let Some(index) = self.jobs.iter().position(|job| job.is_to_be_cut()) else {
             return;
         };
-        let gathers = matches!(self.settings.method, Method::Auto | Method::Gather) && self.context.stage.reflects();
-        let error = self.error_to_plan_for();
+        let (gathers, error) = (self.may_gather(), self.error_to_plan_for());
         let job = &mut self.jobs[index];
         if gathers && job.can_ask_cells(self.context) && job.mean_without_gathering_lx() > 0.0 {
             job.prepare_asking(self.context, error);
@@ -38,7 +37,7 @@ mod tests {
 
     use super::super::clock::Clock;
     use super::super::standing::Standing;
-    use super::super::{Context, Observer, Progress, Settings};
+    use super::super::{Context, Method, Observer, Progress, Settings};
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
