@@ -23,6 +23,8 @@ const HORIZONTAL: f64 = 0.99;
 const UPWARD: f64 = 0.5;
 /// In a scene that is smaller than this in m, openings of real luminaires reach through everything: its unit is wrong.
 const SMALLEST_WITH_OPENINGS_M: f64 = 0.1;
+/// What is said of luminaires in solids.
+pub const BURIED: &str = "inside of a closed solid";
 /// A point this near to the bounding box, as a fraction of its size, is not outside: above the rounding of coordinates.
 const ON_BOUNDS: f64 = 1e-9;
 
@@ -144,7 +146,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     if !buried.is_empty() {
         let count = buried.len();
         advice.push(format!(
-            "{}: inside of a closed solid, which keeps {} light; move {} out of it, or, where the solid is a room, let it have \"facing\": \"inward\"",
+            "{}: {BURIED}, which keeps {} light; move {} out of it, or, where the solid is a room, let it have \"facing\": \"inward\"",
             names(buried),
             if count == 1 { "its" } else { "their" },
             if count == 1 { "it" } else { "them" }

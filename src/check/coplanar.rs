@@ -18,6 +18,10 @@ const LEAST_SHARE: f64 = 1e-4;
 /// Looks that a pair of triangles whose boxes overlap costs, and one that no edge parts besides.
 const STEPS_A_PAIR: u64 = 8;
 const STEPS_A_CUT: u64 = 64;
+/// Places by which planes are told apart, for each triangle: one in eight that has a plane of its own shares its place by chance.
+const PLACES_A_TRIANGLE: u64 = 8;
+/// An odd number without a pattern in its bits (2⁶⁴ over the golden ratio), which spreads numbers.
+const MIXER: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Pairs that are kept with their places; the others are counted.
 const MOST_KEPT: usize = 256;
 
@@ -46,7 +50,7 @@ pub(super) struct CoplanarOverlaps {
 /// first, so that one of very many keeps no other from being looked at.
 pub(super) fn coplanar_overlaps(scene: &Scene, vertex_of: &[u32], budget: &mut Budget) -> CoplanarOverlaps {
     let step_m = SAME_PLANE * size_m(scene);
-    let mut planes: Vec<([i64; 4], u32)> = (0..scene.triangles.len() as u32)
+    let mut planes: Vec<([i64; 4], u32)> = triangles_of_shared_planes(scene, step_m)
         .into_par_iter()
         .map(|triangle| (plane_of(scene, triangle, step_m), triangle))
         .collect();
@@ -91,6 +95,27 @@ pub(super) fn coplanar_overlaps(scene: &Scene, vertex_of: &[u32], budget: &mut B
     let first = first.into_sorted_vec().into_iter();
     found.first = first.map(|(pair, place)| (pair, DVec3::from_array(place.map(f64::from_bits)))).collect();
     found
+}
+
+/// All triangles that lie in one plane with others, and few more: planes are told apart by a number of theirs alone, which sorts out most of a
+/// mesh that is nowhere flat.
+fn triangles_of_shared_planes(scene: &Scene, step_m: f64) -> Vec<u32> {
+    let count = scene.triangles.len() as u32;
+    let places = (PLACES_A_TRIANGLE * u64::from(count)).next_power_of_two();
+    let place_of = |triangle: u32| {
+        let mixed = plane_of(scene, triangle, step_m)
+            .iter()
+            .fold(0u64, |mixed, part| (mixed.rotate_left(5) ^ *part as u64).wrapping_mul(MIXER));
+        ((mixed >> 32) & (places - 1)) as u32
+    };
+    let place_of_each: Vec<u32> = (0..count).into_par_iter().map(place_of).collect();
+    let mut taken = vec![0u8; places as usize];
+    place_of_each.iter().for_each(|place| taken[*place as usize] = taken[*place as usize].saturating_add(1));
+    (0..count)
+        .zip(place_of_each)
+        .filter(|(_, place)| taken[*place as usize] > 1)
+        .map(|(triangle, _)| triangle)
+        .collect()
 }
 
 /// Of triangles with the same corners that face the same way and are met alike, the first.

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::box_tree::Budget;
+use super::by_number::sorted_by_number;
 use super::coplanar::coplanar_overlaps;
 use super::faults::{Hole, MeshFaults, RimEdge};
 use super::shells::{Shell, one_vertex_a_place, plain_shells_over, size_m, sorted_edges};
@@ -48,9 +48,11 @@ fn faults_within(scene: &Scene, shells: &[Shell], vertex_of: &[u32], most_looks:
             [c, a, b]
         }
     };
-    let mut by_corners: Vec<([u32; 3], u32)> =
-        (0..scene.triangles.len() as u32).map(|triangle| (turned(triangle), triangle)).collect();
-    by_corners.par_sort_unstable();
+    let all = 0..scene.triangles.len() as u32;
+    let by_corners = sorted_by_number(
+        || all.clone().map(|triangle| (turned(triangle), triangle)),
+        |(corners, _): &([u32; 3], u32)| corners[0],
+    );
     let mut doubled: Vec<u32> = Vec::new();
     for same in by_corners.chunk_by(|one, other| one.0 == other.0) {
         doubled.extend(same[1..].iter().map(|(_, triangle)| *triangle));
@@ -196,17 +198,21 @@ fn ring_area_m2(places: impl Iterator<Item = DVec3>) -> f64 {
 /// A hole of less than this part of the square of the scene's size was hardly meant.
 const SMALL_HOLE: f64 = 0.01;
 
-/// Warnings for what is wrong with a scene's meshes: each kind of fault once, with its number and first place.
+/// Looks at a scene that is read, not for long, and warns of what is wrong with its meshes.
 pub(super) fn warn_of_faults(scene: &mut Scene) {
     let vertex_of = one_vertex_a_place(scene);
     let found = faults_within(scene, &plain_shells_over(scene, &vertex_of), &vertex_of, MOST_LOOKS_WHEN_READ);
+    scene.warnings.extend(warnings_of(&found));
+}
+
+/// Warnings for faults of meshes: each kind once, with its number and first place.
+pub(super) fn warnings_of(found: &MeshFaults) -> Vec<String> {
+    let mut warnings = Vec::new();
     if !found.t_junctions_looked_for {
-        scene
-            .warnings
-            .push(format!("{MESH}too many open edges to look for T-junctions here; luxmc inspect looks longer"));
+        warnings.push(format!("{MESH}too many open edges to look for T-junctions here; luxmc inspect looks longer"));
     }
     if !found.overlaps_looked_for {
-        scene.warnings.push(format!(
+        warnings.push(format!(
             "{MESH}too many triangles in one plane to look for all overlaps here; luxmc inspect looks longer"
         ));
     }
@@ -215,20 +221,21 @@ pub(super) fn warn_of_faults(scene: &mut Scene) {
         let place = first
             .map_or(String::new(), |place_m| format!("; the first at {}", place_words(DVec3::from_array(*place_m))));
         let (words, surfaces) = (kind.words(), joined(&kind.faults.surfaces));
-        scene.warnings.push(format!("{MESH}{words}{} ({surfaces}{place})", kind.remedy));
+        warnings.push(format!("{MESH}{words}{} ({surfaces}{place})", kind.remedy));
     }
     if let Some(hole) = &found.longest_small_hole {
         let holes = match found.small_hole_count {
             1 => "a small hole, ".to_owned(),
             count => format!("{count} small holes, the longest "),
         };
-        scene.warnings.push(format!(
+        warnings.push(format!(
             "{MESH}{holes}{:.3} m around at {}, along {}; light leaves there (luxmc inspect lists them)",
             hole.length_m,
             place_words(DVec3::from_array(hole.min_m)),
             joined(&hole.surfaces)
         ));
     }
+    warnings
 }
 
 /// How warnings about meshes begin.

@@ -7,6 +7,7 @@
 mod advice;
 mod advice_openings;
 mod box_tree;
+mod by_number;
 mod coplanar;
 mod faults;
 mod fitted_openings;
@@ -32,6 +33,7 @@ mod winding;
 #[cfg(test)]
 mod work_tests;
 
+pub use advice::BURIED;
 pub(crate) use advice_openings::luminaires_behind_surfaces;
 pub use faults::{Faults, Hole, KindOfFault, MeshFaults};
 pub use harmonic_fit::{HarmonicFit, NoFit, fit_harmonics};
@@ -42,6 +44,6 @@ pub use inspect::{
 };
 pub use inspect_bodies::InspectedBody;
 pub use proportions::{Proportions, Trust};
-pub use read::{read_scene, scene_from_json};
+pub use read::{read_and_inspect, read_scene, scene_from_json};
 pub use shells::{Shell, closed_shells_of_geometries, shells_of_scene};
 pub use skipped::{MeshCheck, skip_checks};

@@ -3,9 +3,8 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
-use super::straight::{ON_SURFACE_M, first_met};
+use super::straight::{ON_SURFACE_M, first_met_each};
 use crate::geometry::position_accuracy_m;
 use crate::scene::{Emission, Scene};
 
@@ -103,11 +102,12 @@ fn median_way_m(scene: &Scene, starts: &[WayStart], ways: usize) -> Option<f64> 
     if starts.is_empty() {
         return None;
     }
-    let way_m = |number: usize| {
+    let way = |number: usize| {
         let (start_m, middle) = starts[number * starts.len() / ways];
-        first_met(scene, start_m, direction(number, middle)).map(|met| met.distance_m.max(0.0))
+        (start_m, direction(number, middle))
     };
-    let mut ways_m: Vec<f64> = (0..ways).into_par_iter().filter_map(way_m).collect();
+    let met = first_met_each(scene, &(0..ways).map(way).collect::<Vec<_>>());
+    let mut ways_m: Vec<f64> = met.into_iter().flatten().map(|met| met.distance_m.max(0.0)).collect();
     let at = ways_m.len() / 2;
     (!ways_m.is_empty()).then(|| *ways_m.select_nth_unstable_by(at, f64::total_cmp).1)
 }

@@ -7,7 +7,8 @@ use glam::DVec3;
 use super::advice::advise;
 use super::fitted_openings::fit_openings;
 use super::insides::Solids;
-use super::mesh_faults::{MESH, warn_of_faults};
+use super::inspect::{Inspection, inspect};
+use super::mesh_faults::{MESH, warn_of_faults, warnings_of};
 use super::overlaps::{overlaps, overlaps_budget};
 use super::rooms_outward::refuse_rooms_outward;
 use super::shells::{Shell, bounds_m, closed_shells_of_geometries, size_m};
@@ -37,6 +38,24 @@ pub fn read_scene(path: &Path) -> Result<Scene, SceneError> {
     read_with(path, complete)
 }
 
+/// Reads a scene file and tells what was read. Faults of its meshes are looked for once, and longer than [`read_scene`] does; `more` may add
+/// warnings.
+///
+/// # Errors
+///
+/// As [`read_scene`].
+pub fn read_and_inspect(path: &Path, more: impl FnOnce(&mut Scene)) -> Result<(Scene, Inspection), SceneError> {
+    let mut scene = read_with(path, |scene, written| complete_with(scene, written, false))?;
+    more(&mut scene);
+    let mut inspection = inspect(&scene);
+    if !MeshCheck::Faults.is_skipped() {
+        scene.warnings.extend(warnings_of(&inspection.mesh));
+        arrange(&mut scene);
+        inspection.warnings.clone_from(&scene.warnings);
+    }
+    Ok((scene, inspection))
+}
+
 /// Reads a scene from the text of its file; files that it names are relative to `base_dir`.
 ///
 /// # Errors
@@ -48,6 +67,11 @@ pub fn scene_from_json(text: &str, path: Option<&Path>, base_dir: &Path) -> Resu
 
 /// Refuses what cannot be computed; marks what lies inside of solids, finds what the sky shines through, and warns.
 fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneError> {
+    complete_with(scene, written, !MeshCheck::Faults.is_skipped())
+}
+
+/// The same, and whether faults of meshes are looked for.
+fn complete_with(scene: &mut Scene, written: &WrittenGeometry, looks_for_faults: bool) -> Result<(), SceneError> {
     under_way::begin("checks of the whole", 0);
     refuse_white_rooms(&written.geometry, scene)?;
     let shells = closed_shells_of_geometries(scene);
@@ -62,7 +86,7 @@ fn complete(scene: &mut Scene, written: &WrittenGeometry) -> Result<(), SceneErr
     if !MeshCheck::Advice.is_skipped() {
         advise(scene, &shells);
     }
-    if !MeshCheck::Faults.is_skipped() {
+    if looks_for_faults {
         warn_of_faults(scene);
     }
     if !MeshCheck::Overlaps.is_skipped() {

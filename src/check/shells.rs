@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::box_tree::{Box3, Budget};
+use super::by_number::sorted_by_number;
 use super::winding::WindingTree;
 use crate::scene::Scene;
 
@@ -74,7 +74,7 @@ impl Shell {
 fn shells(
     scene: &Scene,
     triangles: std::ops::Range<u32>,
-    vertex_of: impl Fn(u32) -> u32 + Sync,
+    vertex_of: impl Fn(u32) -> u32,
     with_trees: bool,
 ) -> Vec<Shell> {
     let corners = |triangle: u32| scene.triangles[triangle as usize].map(&vertex_of);
@@ -133,20 +133,16 @@ fn root_of(parents: &mut [u32], vertex: u32) -> u32 {
 }
 
 /// Edges of triangles by their ends, lower number first, and whether they are passed that way; equal ends side by side.
-pub(super) fn sorted_edges(triangles: &[u32], corners: impl Fn(u32) -> [u32; 3] + Sync) -> Vec<([u32; 2], bool, u32)> {
-    let mut edges: Vec<([u32; 2], bool, u32)> = Vec::with_capacity(3 * triangles.len());
-    for triangle in triangles {
+pub(super) fn sorted_edges(triangles: &[u32], corners: impl Fn(u32) -> [u32; 3]) -> Vec<([u32; 2], bool, u32)> {
+    let edges_of = |triangle: &u32| {
         let [a, b, c] = corners(*triangle);
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            edges.push(([from.min(to), from.max(to)], from < to, *triangle));
-        }
-    }
-    edges.par_sort_unstable();
-    edges
+        [(a, b), (b, c), (c, a)].map(|(from, to)| ([from.min(to), from.max(to)], from < to, *triangle))
+    };
+    sorted_by_number(|| triangles.iter().flat_map(edges_of), |edge| edge.0[0])
 }
 
 impl Shell {
-    fn measure(&mut self, scene: &Scene, corners: impl Fn(u32) -> [u32; 3] + Sync, with_tree: bool) {
+    fn measure(&mut self, scene: &Scene, corners: impl Fn(u32) -> [u32; 3], with_tree: bool) {
         for corner_m in self.triangles.iter().flat_map(|triangle| scene.corners_m(*triangle)) {
             self.low_m = self.low_m.min(corner_m);
             self.high_m = self.high_m.max(corner_m);

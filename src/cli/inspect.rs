@@ -14,7 +14,7 @@ use super::text_table::text_table;
 use super::{Outcome, console, values};
 use crate::check::{
     InspectedBody, InspectedLuminaire, InspectedReceivers, InspectedSurface, Inspection, MeshCheck, MeshFaults,
-    inspect, read_scene, skip_checks,
+    read_and_inspect, skip_checks,
 };
 use crate::output::{Plot, ResultFile, photometric_plot, scene_plots, write_files};
 use crate::scene::photometry::read_photometric_file;
@@ -74,12 +74,10 @@ pub fn run(arguments: &InspectArguments) -> Outcome {
         }
         if arguments.json { as_text(&photometric_json(&file))? } else { photometric_text(&file) }
     } else {
-        let mut scene = read_scene(&arguments.file)?;
-        warn_of_proportions(&mut scene);
+        let (scene, inspection) = read_and_inspect(&arguments.file, warn_of_proportions)?;
         if let Some(directory) = &arguments.plots {
             write_plots(directory, &scene_plots(&scene))?;
         }
-        let inspection = inspect(&scene);
         let memory_bytes = needed_bytes(&scene, &Settings::default());
         if arguments.json {
             as_text(&Inspected { inspection, memory_bytes })?
