@@ -9,28 +9,29 @@ use super::exit::{Exit, Failure};
 use super::number_text::plain;
 use super::text_table::text_table;
 use super::{Outcome, console};
-use crate::check::scene_from_json;
+use crate::check::{BURIED, scene_from_json};
 use crate::output::{ResultFile, write_files};
-use crate::scene::{ProposedMaterial, allow_large_files, propose_scene};
+use crate::scene::{ProposedMaterial, STAND_IN, allow_large_files, is_radiance, propose_radiance_scene, propose_scene};
 
 /// What the command does, at length.
 pub const ABOUT: &str = "\
 Makes a scene file of a model (OBJ, glTF, GLB, STL, PLY, or Radiance's .rad), to be edited. Meshes stay in their file, which the scene
-names; Radiance's surfaces, materials and lights become keys of the scene. The list of materials on the standard output tells where each
+names; Radiance's surfaces, materials and lights become keys of the scene, and sensor grids (.pts) its receivers. The list of materials on the standard output tells where each
 reflectance comes from, and what is not known of it; warnings name what was not read.";
 
 const EXAMPLES: &str = "\
 Examples:
   luxmc convert office.glb --out office.json
-  luxmc convert room.rad --out room.json          (cat materials.rad room.rad > all.rad where there are several)
+  luxmc convert scene/*.mat scene/*.rad grid/*.pts --out room.json     files of Radiance, as honeybee writes them, are one scene
   luxmc inspect office.json                       then edit materials and luminaires, and look";
 
 /// Arguments of `luxmc convert`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConvertArguments {
-    /// Model to read
-    model: PathBuf,
+    /// Model to read: one file, or several of Radiance (.mat, .rad) that make a scene; sensor grids (.pts) become receivers
+    #[arg(value_name = "MODEL", required = true)]
+    models: Vec<PathBuf>,
     /// Scene file to write
     #[arg(long, value_name = "SCENE")]
     out: PathBuf,
@@ -58,23 +59,57 @@ pub fn run(arguments: &ConvertArguments) -> Outcome {
         });
     }
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let proposal = propose_scene(&arguments.model, &name_from(folder, &arguments.model))?;
-    let title = arguments.model.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let text = format!("{:#}\n", proposal.scene_file(&title));
-    write_files(folder, &[ResultFile { name, bytes: text.clone().into_bytes() }])?;
+    let (sensors, models): (Vec<&Path>, Vec<&Path>) =
+        arguments.models.iter().map(PathBuf::as_path).partition(|file| has_ending(file, "pts"));
+    let mut proposal = match models.as_slice() {
+        [model] => propose_scene(model, &name_from(folder, model))?,
+        models if !models.is_empty() && models.iter().all(|model| is_radiance(model)) => {
+            propose_radiance_scene(models)?
+        }
+        _ => return Err(not_one_model(&models)),
+    };
+    proposal.receive_at(sensors.iter().map(|file| name_from(folder, file)));
+    let named = models.iter().find(|model| !has_ending(model, "mat")).unwrap_or(&models[0]);
+    let title = named.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let mut text = format!("{:#}\n", proposal.scene_file(&title));
+
+    // What the scene lacks is told at once; it is there to be edited in any case.
+    let mut checked = scene_from_json(&text, Some(out), folder);
+    if let Ok(scene) = &mut checked {
+        let is_told = |warning: &String| warning.starts_with(&format!("{STAND_IN}: {BURIED}"));
+        if let Some(place) = scene.warnings.iter().position(is_told) {
+            scene.warnings.remove(place);
+            proposal.put_the_stand_in_beside();
+            text = format!("{:#}\n", proposal.scene_file(&title));
+        }
+    }
+    write_files(folder, &[ResultFile { name, bytes: text.into_bytes() }])?;
 
     console::result(&table(&proposal.materials))?;
     for warning in &proposal.warnings {
         console::message(&format!("warning: {warning}"));
     }
-    // What the scene lacks is told at once; it is there to be edited in any case.
-    match scene_from_json(&text, Some(out), folder) {
+    match checked {
         Ok(scene) => scene.warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}"))),
         Err(error) => console::message(&format!(
             "warning: the scene was written, and is to be mended before it is solved: {error}"
         )),
     }
     Ok(Exit::Done)
+}
+
+fn has_ending(file: &Path, ending: &str) -> bool {
+    file.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
+}
+
+fn not_one_model(models: &[&Path]) -> Failure {
+    let names: Vec<String> = models.iter().map(|model| model.display().to_string()).collect();
+    Failure::Usage {
+        what: "several files that are not one scene".to_owned(),
+        got: if names.is_empty() { "sensor grids alone".to_owned() } else { names.join(" ") },
+        expected: "one model, or files of Radiance alone (.mat, .rad), and sensor grids (.pts) beside".to_owned(),
+        remedy: "convert each model by itself, and put the geometries of the scene files together".to_owned(),
+    }
 }
 
 /// The model's name as a scene in a folder has it: relative where it lies in or below it.

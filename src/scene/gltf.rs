@@ -12,9 +12,11 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::{Mode, Primitive};
 use gltf::scene::Transform;
 use gltf::{Document, Glb, Node};
+use serde::Deserialize;
 
 use super::error::SceneError;
 use super::gltf_buffers::{Buffers, Elements};
+use super::gltf_extensions;
 use super::limits::{MOST_MESH_READS, MOST_MESH_TRIANGLES};
 use super::mesh_builder::{MeshBuilder, refusal};
 use super::shapes::GeometryShape;
@@ -24,8 +26,8 @@ use super::units::LengthUnit;
 const MAGIC: &[u8] = b"glTF";
 /// Bytes before the first chunk of a GLB file.
 const HEADER_BYTES: u32 = 12;
-/// Extensions that place or light something, which a file may use without asking readers to know them.
-const OF_CONSEQUENCE: [&str; 2] = ["EXT_mesh_gpu_instancing", "KHR_lights_punctual"];
+/// The version that is read, of glTF and of its container.
+const VERSION: u32 = 2;
 
 /// Reads a mesh. Warnings say what was passed over and matters.
 ///
@@ -39,13 +41,7 @@ pub(super) fn read(
     warnings: &mut Vec<String>,
 ) -> Result<GeometryShape, SceneError> {
     let (json, binary) = chunks(path, bytes)?;
-    let root = described(path, &json)?;
-    if let Some(unknown) = root.extensions_required.iter().find(|name| !is_looks(name)) {
-        let remedy = "export the model again without this extension (compression, for instance)";
-        let what = "the glTF file needs an extension that is not read".to_owned();
-        return Err(SceneError::of_file(path, what, format!("{unknown:?}"), "plain glTF 2.0", remedy));
-    }
-    let document = document(path, root)?;
+    let document = document(path, described(path, &json)?)?;
     let mut reader = GltfReader {
         path,
         unit,
@@ -71,12 +67,35 @@ fn not_valid(path: &Path, error: &dyn std::fmt::Display) -> SceneError {
 
 /// What the text of a file describes.
 fn described(path: &Path, json: &[u8]) -> Result<gltf::json::Root, SceneError> {
-    gltf::json::deserialize::from_slice(json).map_err(|error| not_valid(path, &error))
+    #[derive(Deserialize)]
+    struct Versioned {
+        asset: Asset,
+    }
+    #[derive(Deserialize)]
+    struct Asset {
+        version: String,
+    }
+    gltf::json::deserialize::from_slice(json).map_err(|error| match serde_json::from_slice::<Versioned>(json) {
+        Ok(Versioned { asset }) if !asset.version.starts_with(&format!("{VERSION}.")) => {
+            of_another_version(path, &asset.version)
+        }
+        _ => not_valid(path, &error),
+    })
+}
+
+fn of_another_version(path: &Path, version: &str) -> SceneError {
+    let remedy = "export the model again as glTF 2.0, or convert it with a tool for glTF files";
+    let what = "the glTF file is of a version that is not read".to_owned();
+    SceneError::of_file(path, what, format!("version {version}"), "glTF 2.0", remedy)
 }
 
 /// The same with its references checked. The library looks into the accessor of positions before it asks whether that is there: such are
 /// refused first.
-fn document(path: &Path, root: gltf::json::Root) -> Result<Document, SceneError> {
+fn document(path: &Path, mut root: gltf::json::Root) -> Result<Document, SceneError> {
+    gltf_extensions::refuse_unread(path, &mut root)?;
+    if let Some(refusal) = gltf_extensions::is_packed(path, &root) {
+        return Err(refusal);
+    }
     let positions = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
     for (number, mesh) in root.meshes.iter().enumerate() {
         let named = mesh.primitives.iter().filter_map(|primitive| primitive.attributes.get(&positions));
@@ -89,10 +108,6 @@ fn document(path: &Path, root: gltf::json::Root) -> Result<Document, SceneError>
     Document::from_json(root).map_err(|error| not_valid(path, &error))
 }
 
-fn is_looks(extension: &str) -> bool {
-    gltf::json::extensions::ENABLED_EXTENSIONS.contains(&extension)
-}
-
 /// The JSON and, of a GLB file, the binary chunk.
 type Chunks<'b> = (Cow<'b, [u8]>, Option<Cow<'b, [u8]>>);
 
@@ -100,7 +115,11 @@ fn chunks<'b>(path: &Path, bytes: &'b [u8]) -> Result<Chunks<'b>, SceneError> {
     if !bytes.starts_with(MAGIC) {
         return Ok((Cow::Borrowed(bytes), None));
     }
-    let said = bytes.get(8..12).and_then(|length| length.try_into().ok()).map_or(0, u32::from_le_bytes);
+    let number = |at: usize| bytes.get(at..at + 4)?.try_into().ok().map(u32::from_le_bytes);
+    if let Some(version) = number(4).filter(|version| *version != VERSION) {
+        return Err(of_another_version(path, &version.to_string()));
+    }
+    let said = number(8).unwrap_or(0);
     let Some(whole) = bytes.get(..said as usize).filter(|_| said >= HEADER_BYTES) else {
         let expected = format!("{said} bytes, as its header says");
         return Err(refusal(path, "the GLB file is cut short or damaged", format!("{} bytes", bytes.len()), &expected));
@@ -161,10 +180,11 @@ impl GltfReader<'_> {
         let Some(positions) = primitive.get(&gltf::Semantic::Positions) else {
             return Err(refuse("no positions", "no attribute POSITION".to_owned(), "an attribute POSITION"));
         };
-        if (positions.data_type(), positions.dimensions()) != (DataType::F32, Dimensions::Vec3) {
+        if positions.dimensions() != Dimensions::Vec3 || positions.data_type() == DataType::U32 {
             let got = format!("{:?} of {:?}", positions.dimensions(), positions.data_type());
-            return Err(refuse("positions of another kind", got, "VEC3 of FLOAT"));
+            return Err(refuse("positions of another kind", got, "VEC3 of FLOAT, or of whole numbers of 8 or 16 bits"));
         }
+        let point_of = point_reader(positions.data_type(), positions.normalized());
         self.buffers.load(&positions)?;
         if let Some(indices) = primitive.indices() {
             let kind = indices.data_type();
@@ -251,7 +271,7 @@ impl GltfReader<'_> {
         if self.bent > 0 || document.animations().len() > 0 {
             warnings.push(format!("{path}: bones, targets and animations were passed over; meshes are read at rest"));
         }
-        for extension in document.extensions_used().filter(|extension| OF_CONSEQUENCE.contains(extension)) {
+        for extension in gltf_extensions::passed_over(document) {
             warnings.push(format!("{path}: what the extension {extension} adds was passed over"));
         }
         let mut named: HashMap<&str, usize> = HashMap::new();
@@ -298,13 +318,27 @@ fn triples(mode: Mode, corners: usize) -> impl Iterator<Item = [usize; 3]> {
     })
 }
 
-/// Three numbers in single precision.
-fn point_of(bytes: &[u8]) -> DVec3 {
-    let number = |axis: usize| {
-        let bytes = bytes[4 * axis..][..4].try_into().unwrap_or_default();
-        f64::from(f32::from_le_bytes(bytes))
+/// What makes a point of three numbers. Whole numbers (KHR_mesh_quantization) are the coordinates themselves, or normalized, where the
+/// greatest stands for 1.
+fn point_reader(kind: DataType, is_normalized: bool) -> impl Fn(&[u8]) -> DVec3 {
+    let (size, greatest) = match kind {
+        DataType::I8 => (1, f64::from(i8::MAX)),
+        DataType::U8 => (1, f64::from(u8::MAX)),
+        DataType::I16 => (2, f64::from(i16::MAX)),
+        DataType::U16 => (2, f64::from(u16::MAX)),
+        DataType::U32 | DataType::F32 => (4, 1.0),
     };
-    DVec3::new(number(0), number(1), number(2))
+    move |bytes| {
+        let number = |axis: usize| match (kind, &bytes[size * axis..][..size]) {
+            (DataType::I8, [byte]) => f64::from(i8::from_le_bytes([*byte])),
+            (DataType::U8, [byte]) => f64::from(*byte),
+            (DataType::I16, [low, high]) => f64::from(i16::from_le_bytes([*low, *high])),
+            (DataType::U16, [low, high]) => f64::from(u16::from_le_bytes([*low, *high])),
+            (_, bytes) => f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default())),
+        };
+        let point = DVec3::new(number(0), number(1), number(2));
+        if is_normalized { (point / greatest).max(DVec3::NEG_ONE) } else { point }
+    }
 }
 
 fn matrix_of(transform: Transform) -> DMat4 {
@@ -320,9 +354,9 @@ fn matrix_of(transform: Transform) -> DMat4 {
 
 /// What a material looks like: it is for the eye, and says little of what the material does to light.
 pub(super) struct Appearance {
-    /// Linear red, green and blue.
+    /// Linear red, green and blue; they multiply a texture where there is one.
     pub base_color: [f64; 3],
-    pub metallic: f64,
+    pub is_metal: bool,
     pub has_texture: bool,
     pub is_transparent: bool,
     pub is_emissive: bool,
@@ -338,12 +372,21 @@ pub(super) fn appearances(path: &Path, bytes: &[u8]) -> Result<HashMap<String, A
     let document = document(path, described(path, &json)?)?;
     let appearance = |material: gltf::Material| {
         let surface = material.pbr_metallic_roughness();
-        let [red, green, blue, alpha] = surface.base_color_factor().map(f64::from);
+        let (color, has_texture, is_metal) = match material.pbr_specular_glossiness() {
+            Some(other) => (other.diffuse_factor(), other.diffuse_texture().is_some(), false),
+            None => (
+                surface.base_color_factor(),
+                surface.base_color_texture().is_some(),
+                surface.metallic_factor() > 0.5 && surface.metallic_roughness_texture().is_none(),
+            ),
+        };
+        let [red, green, blue, alpha] = color.map(f64::from);
+        let lets_through = material.transmission().is_some_and(|transmission| transmission.transmission_factor() > 0.0);
         let looks = Appearance {
             base_color: [red, green, blue],
-            metallic: f64::from(surface.metallic_factor()),
-            has_texture: surface.base_color_texture().is_some(),
-            is_transparent: alpha < 1.0 || material.alpha_mode() == gltf::material::AlphaMode::Blend,
+            is_metal,
+            has_texture,
+            is_transparent: lets_through || alpha < 1.0 || material.alpha_mode() == gltf::material::AlphaMode::Blend,
             is_emissive: material.emissive_factor().iter().any(|part| *part > 0.0),
         };
         Some((material_name(&material)?, looks))

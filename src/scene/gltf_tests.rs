@@ -207,7 +207,9 @@ fn hostile_numbers_are_refused() {
         ("/scenes/0/nodes", json!([0, 0]), "reached twice"),
         ("/scenes/0/nodes", json!([]), "without a triangle"),
         ("/scene", json!(4), "not valid glTF"),
-        ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "extension that is not read"),
+        ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "compressed in a way that is not read"),
+        ("/extensionsRequired", json!(["KHR_materials_ior", "ACME_shape"]), "extension that is not read"),
+        ("/accessors/0/componentType", json!(5125), "positions of another kind"),
         ("/asset/version", json!(7), "not valid glTF"),
     ] {
         let message = change(pointer, value);
@@ -269,4 +271,70 @@ fn what_is_passed_over_and_matters_is_said() {
     assert!(!said.contains("KHR_materials_ior"), "{said}");
     let names: Vec<_> = shape.parts.iter().map(|part| part.name.as_deref()).collect();
     assert_eq!(names, [Some("Light oak"), Some("material 2"), None]);
+}
+
+#[test]
+fn extensions_of_looks_that_a_file_needs_keep_nothing_from_being_read() {
+    let (mut json, bytes) = square();
+    for name in ["KHR_materials_specular", "KHR_texture_basisu", "EXT_texture_webp", "KHR_lights_punctual", "KHR_xmp"] {
+        json["extensionsRequired"] = json!([name]);
+        json["extensionsUsed"] = json!([name]);
+        let (shape, _) = read_glb(&json, &bytes).expect(name);
+        assert_eq!(shape.parts[0].triangles.len(), 2, "{name}");
+    }
+}
+
+#[test]
+fn positions_may_be_whole_numbers_normalized_or_not() {
+    // The corners of the square in shorts of 65534ths of a metre each way, and in bytes of a metre.
+    for (kind, stride, is_normalized, scale) in [(5122, 8, true, 2.0), (5123, 8, true, 2.0), (5120, 4, false, 1.0)] {
+        let (mut json, _) = square();
+        let greatest: i32 = if kind == 5123 { 65535 } else { 32767 };
+        let mut bytes = Vec::new();
+        for corner in [[0, 0], [2, 0], [2, 1], [0, 1]] {
+            for number in [corner[0], 0, corner[1], 0] {
+                match kind {
+                    5120 => bytes.push(number as u8),
+                    _ => bytes.extend((((number * greatest) / 2) as u16).to_le_bytes()),
+                }
+            }
+        }
+        json["bufferViews"][0] = json!({ "buffer": 0, "byteLength": bytes.len(), "byteStride": stride });
+        json["bufferViews"][1]["byteOffset"] = json!(bytes.len());
+        for index in [0_u16, 2, 1, 0, 3, 2] {
+            bytes.extend(index.to_le_bytes());
+        }
+        json["buffers"][0]["byteLength"] = json!(bytes.len());
+        json["accessors"][0]["componentType"] = json!(kind);
+        json["accessors"][0]["normalized"] = json!(is_normalized);
+        json["nodes"][0]["scale"] = json!([scale, scale, scale]);
+        json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+        json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+        let (shape, _) = read_glb(&json, &bytes).expect("valid");
+        for (vertex, place) in shape.vertices.iter().zip([[0.0, 0.0], [2.0, -1.0], [2.0, 0.0], [0.0, -1.0]]) {
+            assert!(vertex.distance(DVec3::new(place[0], place[1], 0.0)) < 1e-4, "{kind}: {vertex}");
+        }
+        assert_eq!(normal_of(&shape), DVec3::Z, "{kind}");
+    }
+}
+
+#[test]
+fn files_of_version_1_are_refused_by_their_version() {
+    let (json, bytes) = square();
+    let mut first = glb(&json, &bytes);
+    first[4] = 1;
+    let error = read_in(Path::new("test.glb"), &first, 0).expect_err("version 1").to_string();
+    assert!(error.contains("version 1") && error.contains("as glTF 2.0"), "{error}");
+    let text = json!({ "asset": { "version": "1.0" }, "accessors": { "position": {} } }).to_string();
+    let error = read_in(Path::new("test.gltf"), text.as_bytes(), 0).expect_err("version 1").to_string();
+    assert!(error.contains("version 1.0"), "{error}");
+}
+
+#[test]
+fn meshes_that_are_packed_though_their_file_does_not_say_that_readers_must_know_it_are_refused_by_name() {
+    let (mut json, bytes) = square();
+    json["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);
+    json["accessors"][0].as_object_mut().expect("an accessor").remove("bufferView");
+    let error = read_glb(&json, &bytes).expect_err("packed").to_string();
+    assert!(error.contains("compressed") && error.contains("KHR_draco_mesh_compression"), "{error}");
 }

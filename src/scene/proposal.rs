@@ -9,17 +9,27 @@ use serde_json::{Map, Value, json};
 use super::error::SceneError;
 use super::gltf::{self, Appearance};
 use super::mesh_builder::UNNAMED_PART;
-use super::names::place_words;
 use super::proposed::{Proposal, ProposedMaterial};
+use super::reader::Source;
 use super::units::LengthUnit;
 use super::{mesh_file, parse, radiance_scene};
 
 /// Reflectance of what nothing is known of.
 const UNKNOWN_REFLECTANCE: f64 = 0.5;
-/// Flux in lm of the lamp that stands in where a model has none.
-const STAND_IN_LM: f64 = 1000.0;
 /// Most that a colour is taken to reflect: the whitest paints do not reflect more.
 const WHITEST: f64 = 0.9;
+
+/// Ending of Radiance's scenes, and of files with their materials alone, which come first.
+const RADIANCE: [&str; 2] = ["rad", "mat"];
+
+/// Whether a file is one of Radiance, several of which make a scene.
+pub fn is_radiance(model: &Path) -> bool {
+    RADIANCE.contains(&ending_of(model).as_str())
+}
+
+fn ending_of(model: &Path) -> String {
+    model.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
 
 /// Proposes a scene for a model: OBJ, glTF, STL, PLY or Radiance. `named` is the model's name in the scene file.
 ///
@@ -27,29 +37,34 @@ const WHITEST: f64 = 0.9;
 ///
 /// Files that cannot be read or are damaged, and those without a surface.
 pub fn propose_scene(model: &Path, named: &str) -> Result<Proposal, SceneError> {
-    let ending = model.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let (mut proposal, bounds) = match ending.as_str() {
-        "rad" => {
-            let text = parse::read_text(model, "the Radiance file")?;
-            let proposal = radiance_scene::propose(&text, model)?;
-            let bounds = bounds(proposal.geometry.iter().flat_map(places_of));
-            (proposal, bounds)
-        }
-        _ => of_mesh(model, named, &ending)?,
-    };
+    if is_radiance(model) {
+        return propose_radiance_scene(&[model]);
+    }
+    let mut proposal = of_mesh(model, named, &ending_of(model))?;
+    proposal.let_a_lamp_stand_in();
+    Ok(proposal)
+}
+
+/// Proposes a scene for files of Radiance, which are read as one: those of materials first, else in their order.
+///
+/// # Errors
+///
+/// As [`propose_scene`].
+pub fn propose_radiance_scene(models: &[&Path]) -> Result<Proposal, SceneError> {
+    let mut models = models.to_vec();
+    models.sort_by_key(|model| ending_of(model) != RADIANCE[1]);
+    let read = |model: &&Path| parse::read_text(model, "the Radiance file");
+    let texts: Vec<String> = models.iter().map(read).collect::<Result<_, _>>()?;
+    let sources: Vec<Source> = models.iter().zip(&texts).map(|(path, text)| Source { text, path }).collect();
+    let mut proposal = radiance_scene::propose(&sources)?;
+    proposal.bounds_m = bounds(proposal.geometry.iter().flat_map(places_of));
     if proposal.luminaires.is_empty() {
-        let middle = 0.5 * (bounds[0] + bounds[1]);
-        proposal.luminaires.push(json!({ "name": "stand-in", "type": "point", "position": middle.to_array(),
-                                         "luminous_flux_lm": STAND_IN_LM }));
-        proposal.warnings.push(format!(
-            "the model has no luminaire that is read: a point of {STAND_IN_LM} lm in its middle, {}, stands in",
-            place_words(middle)
-        ));
+        proposal.let_a_lamp_stand_in();
     }
     Ok(proposal)
 }
 
-fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<(Proposal, [DVec3; 2]), SceneError> {
+fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<Proposal, SceneError> {
     let mut warnings = Vec::new();
     let shape = mesh_file::read(model, LengthUnit::of(0), &mut warnings)?;
     let is_gltf = ["gltf", "glb"].contains(&ending);
@@ -81,8 +96,8 @@ fn of_mesh(model: &Path, named: &str, ending: &str) -> Result<(Proposal, [DVec3;
     } else {
         geometry["materials"] = Value::Object(by_part);
     }
-    let bounds = bounds(shape.vertices.iter().copied());
-    Ok((Proposal { materials, laws, geometry: vec![geometry], luminaires: Vec::new(), warnings }, bounds))
+    let bounds_m = bounds(shape.vertices.iter().copied());
+    Ok(Proposal { materials, laws, geometry: vec![geometry], warnings, bounds_m, ..Proposal::default() })
 }
 
 /// What a material's looks let expect that it does to light.
@@ -95,16 +110,21 @@ fn proposed(looks: Option<&Appearance>, is_gltf: bool) -> (Value, String) {
     // Rec. 709, the colours of glTF.
     let [red, green, blue] = looks.base_color;
     let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-    let reflectance = (1e3 * luminance.clamp(0.0, WHITEST)).round() / 1e3;
-    let mut known = vec![format!("from the base colour, which is for the eye: {luminance:.3}")];
+    let expected = if looks.has_texture { UNKNOWN_REFLECTANCE * luminance } else { luminance };
+    let reflectance = (1e3 * expected.clamp(0.0, WHITEST)).round() / 1e3;
+    let mut known = vec![match looks.has_texture {
+        true => format!(
+            "not known: its texture is not read, and taken as {UNKNOWN_REFLECTANCE} (base colour: {luminance:.3})"
+        ),
+        false => format!("from the base colour, which is for the eye: {luminance:.3}"),
+    }];
     let mut note = |is_so: bool, what: &str| {
         if is_so {
             known.push(what.to_owned());
         }
     };
-    note(luminance > WHITEST, "whiter than any paint, taken lower");
-    note(looks.has_texture, "its texture is not read");
-    note(looks.metallic > 0.5, "a metal: perhaps phong or mirror");
+    note(expected > WHITEST, "whiter than any paint, taken lower");
+    note(looks.is_metal, "a metal: perhaps phong or mirror");
     note(looks.is_transparent, "transparent: perhaps glass or translucent");
     note(looks.is_emissive, "shines in the model: make it an area luminaire");
     (diffuse(reflectance), known.join("; "))

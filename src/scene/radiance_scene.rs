@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
-use std::path::Path;
 
 use glam::DVec3;
 use serde_json::{Map, Value, json};
@@ -49,20 +48,23 @@ impl Faces {
     }
 }
 
-/// Proposes a scene for the text of a Radiance file.
+/// Proposes a scene for the texts of Radiance files, which are read as one.
 ///
 /// # Errors
 ///
 /// What is malformed, surfaces of materials that are not defined, and files without a surface.
-pub(super) fn propose(text: &str, path: &Path) -> Result<Proposal, SceneError> {
-    let source = Source { text, path };
-    let read = radiance::read(&source)?;
-    let mut builder = RadianceScene::new(&source);
-    for command in &read.commands {
-        builder.warnings.push(format!("not run, and what it would make is missing: {}", shortened(command)));
-    }
-    for primitive in &read.primitives {
-        builder.take(primitive)?;
+pub(super) fn propose(sources: &[Source]) -> Result<Proposal, SceneError> {
+    let [first, ..] = sources else { return Ok(Proposal::default()) };
+    let mut builder = RadianceScene::new(first);
+    for source in sources {
+        builder.source = source;
+        let read = radiance::read(source)?;
+        for command in &read.commands {
+            builder.warnings.push(format!("not run, and what it would make is missing: {}", shortened(command)));
+        }
+        for primitive in &read.primitives {
+            builder.take(primitive)?;
+        }
     }
     builder.finish()
 }
@@ -145,7 +147,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
         let what = format!("the surface {:?} has no material that is read", shortened(primitive.name));
         let got = format!("the modifier {:?}", shortened(primitive.modifier));
         let expected = "a material that is defined above: plastic, metal, trans, glass, mirror, light, illum, glow";
-        let remedy = "give the file with the materials first: cat materials.rad room.rad > all.rad";
+        let remedy = "name the file with the materials too, before this one";
         Err(self.source.refuse(primitive.place.clone(), "", what, got, expected, remedy))
     }
 
@@ -393,6 +395,7 @@ impl<'s, 't> RadianceScene<'s, 't> {
             geometry: self.geometry,
             luminaires: self.luminaires,
             warnings: self.warnings,
+            ..Proposal::default()
         })
     }
 }

@@ -183,3 +183,81 @@ fn radiance_files_cut_short_are_refused() {
         assert!(errors(&output).contains("line 2"), "{}", errors(&output));
     }
 }
+
+/// Files as honeybee writes them: materials without a newline at their end, surfaces, a pane of its own, and sensors.
+#[test]
+fn several_files_of_radiance_are_one_scene_and_sensors_its_receivers() {
+    let home = tempfile::tempdir().expect("a temporary directory");
+    let write = |name: &str, words: &str| {
+        let path = home.path().join(name);
+        std::fs::write(&path, words).expect("written");
+        text(&path).to_owned()
+    };
+    let room = write("room.rad", "wall polygon floor 0 0 12 0 0 0 4 0 0 4 3 0 0 3 0\nwall sphere ball 0 0 4 2 1 1 .2");
+    let wall = write("room.mat", "void plastic wall\n0\n0\n5 0.5 0.5 0.5 0.0 0.0");
+    let pane = write("pane.rad", "pane polygon window 0 0 12 0 3 0 4 3 0 4 3 2 0 3 2");
+    let glass = write("pane.mat", "void glass pane\n0\n0\n3 0.6 0.6 0.6");
+    let grid = write("desk.pts", "1 1 0.8 0 0 1\n3 1 0.8 0 0 1\n");
+    let out = home.path().join("scene.json");
+    let output = run(&["convert", &room, &wall, &grid, &pane, &glass, "--out", text(&out)]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let scene: Value = serde_json::from_str(&read(&out)).expect("JSON");
+    assert_eq!(scene["title"], "room");
+    let names: Vec<&String> = scene["materials"].as_object().expect("materials").keys().collect();
+    assert_eq!(names, ["pane", "wall"]);
+    assert_eq!(scene["receivers"], serde_json::json!([{ "name": "desk", "type": "points", "file": "desk.pts" }]));
+    let inspected = run(&["inspect", text(&out), "--json"]);
+    assert_eq!(code(&inspected), 0, "{}", errors(&inspected));
+    let inspected: Value = serde_json::from_str(&results(&inspected)).expect("JSON");
+    assert_eq!(inspected["totals"]["receiver_points"], 2);
+
+    // A fault is told with the file that it stands in, and what is no one scene is refused.
+    let broken = write("broken.rad", "\nwall polygon p 0 0 9 0 0 0");
+    let output = run(&["convert", &wall, &room, &broken, "--out", text(&home.path().join("other.json"))]);
+    assert!(code(&output) == 2 && errors(&output).contains("broken.rad, line 2"), "{}", errors(&output));
+    let mesh = write("box.obj", BOX);
+    for models in [vec![mesh.as_str(), wall.as_str()], vec![grid.as_str()]] {
+        let output = run(&[&["convert", "--out", "never.json"][..], &models].concat());
+        assert!(code(&output) == 2 && errors(&output).contains("not one scene"), "{}", errors(&output));
+    }
+}
+
+/// A closed box of a metre that faces outward.
+const BOX: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+/// The lamp that stands in is of use: in a room it hangs in the middle, and beside what is solid.
+#[test]
+fn the_lamp_that_stands_in_lights_a_solid_from_outside_and_a_room_from_inside() {
+    let turned: String = BOX
+        .lines()
+        .map(|line| match line.strip_prefix("f ") {
+            Some(corners) => {
+                let mut corners: Vec<&str> = corners.split(' ').collect();
+                corners.reverse();
+                format!("f {}\n", corners.join(" "))
+            }
+            None => format!("{line}\n"),
+        })
+        .collect();
+    for (model, is_inside) in [(BOX, false), (turned.as_str(), true)] {
+        let (home, output) = convert("box.obj", model);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        assert!(!errors(&output).contains("inside of a closed solid"), "{}", errors(&output));
+        let path = home.path().join("scene.json");
+        let scene: Value = serde_json::from_str(&read(&path)).expect("JSON");
+        let place: Vec<f64> = scene["luminaires"][0]["position"]
+            .as_array()
+            .expect("a place")
+            .iter()
+            .map(|number| number.as_f64().expect("a number"))
+            .collect();
+        assert_eq!(place.iter().all(|number| (0.0..=1.0).contains(number)), is_inside, "{place:?}");
+        let out = home.path().join("out");
+        let solved =
+            run(&["solve", text(&path), "--out", text(&out), "--chains", "2000", "--plots", "none", "--quiet"]);
+        assert_eq!(code(&solved), 0, "{}", errors(&solved));
+        let balance = &summary(&out)["flux_balance"];
+        let absorbed_lm = balance["absorbed_lm"].as_f64().expect("a flux");
+        assert!(absorbed_lm > if is_inside { 990.0 } else { 1.0 }, "{balance}");
+    }
+}

@@ -1,0 +1,81 @@
+//! Extensions of glTF: which say nothing of shapes and may be passed over, which are read, and which keep a file from being read.
+
+use std::path::Path;
+
+use gltf::json::Root;
+use gltf::json::extensions::ENABLED_EXTENSIONS;
+
+use super::error::SceneError;
+
+/// Positions in whole numbers.
+const QUANTIZATION: &str = "KHR_mesh_quantization";
+/// Beginnings of names of what surfaces look like: shaders, materials, textures and how these are stored.
+const LOOKS: [&str; 8] = [
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_techniques_",
+    "EXT_materials_",
+    "EXT_texture_",
+    "MSFT_texture_",
+    "ADOBE_materials_",
+    "MSFT_packing_",
+];
+/// Notes on a model and its parts, and lights of the surroundings that are pictures.
+const NOTES: [&str; 8] = [
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "KHR_animation_pointer",
+    "EXT_mesh_features",
+    "EXT_instance_features",
+    "EXT_structural_metadata",
+    "EXT_lights_image_based",
+    "KHR_audio_emitter",
+];
+/// Lamps: a file that needs them has its shapes all the same, and it is said that they were passed over.
+const LAMPS: &str = "KHR_lights_punctual";
+/// Numbers of meshes packed in ways of their own.
+const PACKED: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
+/// Extensions that place or light something, which a file may use without asking readers to know them.
+const OF_CONSEQUENCE: [&str; 5] =
+    ["EXT_mesh_gpu_instancing", LAMPS, "KHR_node_visibility", "EXT_lights_ies", "EXT_lights_image_based"];
+
+fn may_be_passed_over(name: &str) -> bool {
+    let is_known = [QUANTIZATION, LAMPS].contains(&name) || NOTES.contains(&name);
+    is_known || LOOKS.iter().any(|beginning| name.starts_with(beginning)) || ENABLED_EXTENSIONS.contains(&name)
+}
+
+/// Takes what may be passed over from the list of extensions that a file needs.
+///
+/// # Errors
+///
+/// Files that need others.
+pub(super) fn refuse_unread(path: &Path, root: &mut Root) -> Result<(), SceneError> {
+    root.extensions_required.retain(|name| !may_be_passed_over(name));
+    match root.extensions_required.first() {
+        Some(name) if PACKED.contains(&name.as_str()) => Err(packed(path, name)),
+        Some(name) => {
+            let what = "the glTF file needs an extension that is not read".to_owned();
+            let remedy = "export the model again without this extension";
+            Err(SceneError::of_file(path, what, format!("{name:?}"), "plain glTF 2.0", remedy))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The refusal of a file whose numbers are packed, if it is one: it may say so without needing readers to know how, and then lacks them.
+pub(super) fn is_packed(path: &Path, root: &Root) -> Option<SceneError> {
+    let name = root.extensions_used.iter().find(|name| PACKED.contains(&name.as_str()))?;
+    let lacks_numbers = |accessor: &gltf::json::Accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none();
+    root.accessors.iter().any(lacks_numbers).then(|| packed(path, name))
+}
+
+fn packed(path: &Path, name: &str) -> SceneError {
+    let remedy = "export the model again without compression of meshes, or unpack it with a tool for glTF files";
+    let what = "the meshes of the glTF file are compressed in a way that is not read".to_owned();
+    SceneError::of_file(path, what, format!("{name:?}"), "plain glTF 2.0, or KHR_mesh_quantization", remedy)
+}
+
+/// Extensions in use whose part in the scene is passed over.
+pub(super) fn passed_over(document: &gltf::Document) -> impl Iterator<Item = &str> {
+    document.extensions_used().filter(|name| OF_CONSEQUENCE.contains(name))
+}
