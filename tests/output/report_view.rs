@@ -20,13 +20,17 @@ const SCENE: &str = r#"{ "version": 1, "title": "a room",
   "receivers": [ { "name": "plane", "type": "grid", "origin": [100.5, 200.5, 0.8], "u": [3, 0, 0], "v": [0, 2, 0], "columns": 7, "rows": 5 } ] }"#;
 
 fn solved(elements: ElementChoice, maps: MapSelection) -> (Scene, Solution) {
-    let scene = scene_from_json(SCENE, None, Path::new(".")).expect("valid");
+    solved_scene(SCENE, elements, maps)
+}
+
+pub fn solved_scene(scene: &str, elements: ElementChoice, maps: MapSelection) -> (Scene, Solution) {
+    let scene = scene_from_json(scene, None, Path::new(".")).expect("valid");
     let settings = Settings { chains: Some(64), maps, elements, ..Settings::default() };
     let solution = solve(&scene, &settings, &Silent);
     (scene, solution)
 }
 
-fn page_of(scene: &Scene, solution: &Solution) -> String {
+pub fn page_of(scene: &Scene, solution: &Solution) -> String {
     let context = ReportContext {
         scene: "a.json".into(),
         command: "luxmc".into(),
@@ -40,7 +44,7 @@ fn page_of(scene: &Scene, solution: &Solution) -> String {
     String::from_utf8(file.bytes).expect("text")
 }
 
-fn table(scene: &Scene, solution: &Solution, name: &str) -> Vec<csv::StringRecord> {
+pub fn table(scene: &Scene, solution: &Solution, name: &str) -> Vec<csv::StringRecord> {
     let files = result_files(scene, solution).expect("finite");
     let file = files.into_iter().find(|file| file.name == name).expect("written");
     csv::Reader::from_reader(&file.bytes[..]).records().map(|row| row.expect("a row")).collect()

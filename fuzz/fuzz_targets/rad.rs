@@ -1,0 +1,6 @@
+//! Any bytes as a Radiance file.
+#![no_main]
+
+mod model;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| model::read(bytes, "rad"));
