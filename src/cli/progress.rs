@@ -352,7 +352,7 @@ mod tests {
             line.contains("out of reach") && line.contains("2.00 %") && line.contains("--method collision"),
             "{line}"
         );
-        let line_beside = line(&at(Forecast::known(60.0), Some(Hindrance::Cells(0.02))), 0.0);
+        let line_beside = super::line(&at(Forecast::known(60.0), Some(Hindrance::Cells(0.02))), 0.0);
         assert!(line_beside.contains("out of reach so far") && !line_beside.contains(" left"), "{line_beside}");
         assert_eq!(line_of(60.0, Hindrance::Elements(0.02)), None);
         let line = line_of(7200.0, Hindrance::Elements(0.02)).unwrap_or_default();

@@ -281,7 +281,7 @@ impl Job {
             adaptive.detail.restart_indirect();
         }
         self.forget_looks();
-        self.given_up_rays = self.rays;
+        self.give_up_samples();
         self.engine = Engine::unbiased(context.scene, self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
