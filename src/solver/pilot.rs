@@ -27,6 +27,8 @@ const PASSES: u64 = 4;
 const WALKS: u64 = 4;
 /// Passes, and walks, of all points together, at least: a few points need more each to tell how they scatter.
 const LEAST_SAMPLES: u64 = 512;
+/// The same of all sets together: of ten thousand sets of a point each, pilots would take seconds.
+const LEAST_SAMPLES_OF_ALL: u64 = 64 * LEAST_SAMPLES;
 /// The same of a point where the run has ended: of thousands of sets each has a pilot.
 const SAMPLES_IN_HASTE: u64 = 2;
 /// Share of the work to the target that walks of a pilot take, where that is more: where few walks carry most of the light, hundreds tell
@@ -304,7 +306,11 @@ fn sites_of(context: &Context, set: usize) -> u64 {
 
 /// Passes, or walks, of each of these points, where usually so many do.
 fn samples_of_a_site(context: &Context, set: usize, usual: u64) -> u64 {
-    if is_over(context) { SAMPLES_IN_HASTE } else { usual.max(LEAST_SAMPLES / sites_of(context, set)) }
+    if is_over(context) {
+        return SAMPLES_IN_HASTE;
+    }
+    let least = LEAST_SAMPLES.min(LEAST_SAMPLES_OF_ALL / context.scene.receivers.len() as u64);
+    usual.max(least / sites_of(context, set))
 }
 
 /// Looks at some points of a set, spread over it, several at a time, and takes what each found in turn, as long as there is
@@ -511,8 +517,8 @@ mod tests {
         assert!(usual > 500 && in_haste > 0 && 50 * in_haste < usual, "{usual}, {in_haste}");
     }
 
-    /// Walks of a pilot take their share of the work to the target (all tries together up to twice that), which grows with its square; of a map that none binds, or where
-    /// little time is left, they take no more than anyway.
+    /// Walks of a pilot take their share of the work to the target (all tries together up to twice that), which grows with its square; of
+    /// a map that none binds, or where little time is left, they take no more than anyway.
     #[test]
     fn a_pilot_takes_its_share_of_the_work() {
         let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
