@@ -175,8 +175,11 @@ impl SkyClass {
 mod tests {
     use super::*;
 
-    /// Clearness, brightness and coefficients of Radiance's gendaylit for skies of six categories: sun's elevation in degrees, ε, Δ, a to e.
-    const GENDAYLIT: [[f64; 8]; 7] = [
+    /// Clearness, brightness and coefficients of Radiance's gendaylit for skies of all eight categories: sun's elevation in degrees, ε, Δ, a to e.
+    const GENDAYLIT: [[f64; 8]; 10] = [
+        [30.0, 1.3796, 0.2535, -1.132278, -0.740020, 10.716122, -3.107520, 0.110428],
+        [60.0, 2.0875, 0.2283, -1.079536, -0.757202, 14.442220, -3.212666, 0.012863],
+        [55.0, 5.3519, 0.1120, -0.965845, -0.215582, 15.954347, -3.923481, 0.641021],
         [40.0, 3.3643, 0.1646, -0.968163, -0.326375, 13.036123, -3.445475, 0.263343],
         [40.0, 3.9488, 0.1325, -1.039977, -0.297291, 13.053954, -3.454966, 0.267233],
         [20.0, 1.0, 0.1389, 0.756537, -0.610142, 0.513837, -0.430850, -0.027375],

@@ -16,8 +16,8 @@ use crate::scene::{ProposedMaterial, STAND_IN, allow_large_files, is_radiance, p
 /// What the command does, at length.
 pub const ABOUT: &str = "\
 Makes a scene file of a model (OBJ, glTF, GLB, STL, PLY, or Radiance's .rad), to be edited. Meshes stay in their file, which the scene
-names; Radiance's surfaces, materials and lights become keys of the scene, and sensor grids (.pts) its receivers. The list of materials on the standard output tells where each
-reflectance comes from, and what is not known of it; warnings name what was not read.";
+names; Radiance's surfaces, materials and lights become keys of the scene, and sensor grids (.pts) its receivers. The list of materials on
+the standard output tells where each reflectance comes from, and what is not known of it; warnings name what was not read.";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -200,14 +200,16 @@ fn line(progress: &Progress, run_started_s: f64) -> String {
         (None, Some(target)) => parts.push(format!("target {}", percent(target))),
         (None, None) => {}
     }
-    if let Some(remaining_s) = progress.remaining_s {
+    let running_s = progress.wall_s - run_started_s;
+    if is_out_of_reach(progress, running_s) {
+        parts.push("out of reach so far".to_owned());
+    } else if let Some(remaining_s) = progress.remaining_s {
         parts.push(remaining(remaining_s));
     }
     match progress.forecast_rays {
         Some(all) => parts.push(format!("{} of {} rays", count(progress.rays as f64), count(all.expected))),
         None => parts.push(format!("{} rays", count(progress.rays as f64))),
     }
-    let running_s = progress.wall_s - run_started_s;
     if running_s > 0.0 {
         parts.push(format!("{:.1} Mrays/s", progress.rays as f64 / running_s / 1e6));
     }
@@ -240,13 +242,17 @@ fn hindrance(progress: &Progress) -> Option<&Hindrance> {
     progress.slowest_map.as_ref()?.hindrance.as_ref()
 }
 
+/// Whether the run is long enough under way to say that no plan takes the slowest map to its target.
+fn is_out_of_reach(progress: &Progress, runs_s: f64) -> bool {
+    runs_s >= BELIEVED_FROM_S && hindrance(progress).is_some_and(Hindrance::is_out_of_reach)
+}
+
 /// A forecast beyond an hour in words, with its cause and what to do; `None` where the run is shorter, has no target, or where its
 /// first seconds leave it open.
 fn long_run_line(progress: &Progress, runs_s: f64) -> Option<String> {
     let (left_s, target) = (progress.remaining_s?, progress.target_error?);
-    let is_believed = runs_s >= BELIEVED_FROM_S;
-    let is_out_of_reach = is_believed && hindrance(progress).is_some_and(Hindrance::is_out_of_reach);
-    let remaining_s = if is_believed { left_s.expected } else { left_s.low };
+    let is_out_of_reach = is_out_of_reach(progress, runs_s);
+    let remaining_s = if runs_s >= BELIEVED_FROM_S { left_s.expected } else { left_s.low };
     if remaining_s <= LONG_S && !is_out_of_reach {
         return None;
     }
@@ -346,6 +352,8 @@ mod tests {
             line.contains("out of reach") && line.contains("2.00 %") && line.contains("--method collision"),
             "{line}"
         );
+        let line_beside = super::line(&at(Forecast::known(60.0), Some(Hindrance::Cells(0.02))), 0.0);
+        assert!(line_beside.contains("out of reach so far") && !line_beside.contains(" left"), "{line_beside}");
         assert_eq!(line_of(60.0, Hindrance::Elements(0.02)), None);
         let line = line_of(7200.0, Hindrance::Elements(0.02)).unwrap_or_default();
         assert!(line.contains("cannot show, 2.00 %") && line.contains("max_element_edge"), "{line}");

@@ -15,6 +15,9 @@ struct Doubt {
     remedy: &'static str,
 }
 
+/// Positions known so well leave nothing to be wished for: what is amiss then is not the size of the scene.
+const FINE_M: f64 = 1e-4;
+
 fn doubt(scene: &Scene) -> Option<Doubt> {
     let proportions = Proportions::of(scene)?;
     let trust = proportions.trust();
@@ -28,6 +31,16 @@ fn doubt(scene: &Scene) -> Option<Doubt> {
             ),
             expected: format!("{from} with space before them"),
             remedy: "let a room have \"facing\": \"inward\"; else move them off the surface, or turn \"aim\", \"side\" or the surface round",
+        });
+    }
+    if trust == Trust::None && proportions.accuracy_m <= FINE_M {
+        let (from, way) = (proportions.from, plain(proportions.median_way_m, 2));
+        return Some(Doubt {
+            trust,
+            what: "lit from too close to a surface",
+            got: format!("half of all light from {from} goes less than {way} m to the next surface"),
+            expected: format!("{from} in the plane of a surface, or a millimetre before it at least"),
+            remedy: "a luminaire at a ceiling hangs at the ceiling's height or below, not a trace above: move it to the side that it lights",
         });
     }
     (trust != Trust::Sound).then(|| Doubt {
@@ -89,21 +102,26 @@ fn as_warning(doubt: &Doubt) -> String {
 mod tests {
     use super::*;
 
-    /// A lamp in the ceiling's plane of a box that is to be a solid lights its back: that is told, not the size of the scene.
+    /// A lamp in the ceiling's plane of a box that is to be a solid lights its back: that is told, not the size of the scene. A lamp a
+    /// trace above a room's ceiling is told as that, too.
     #[test]
     fn light_that_starts_on_a_back_is_no_matter_of_size() {
-        let refusal = |facing: &str| {
+        let refusal = |height_m: f64, facing: &str| {
             let text = format!(
                 r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
                 "geometry": [ {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "{facing}", "material": "m" }} ],
-                "luminaires": [ {{ "name": "lamp", "type": "point", "position": [2,2,3], "aim": [0,0,-1], "luminous_flux_lm": 1000,
+                "luminaires": [ {{ "name": "lamp", "type": "point", "position": [2,2,{height_m}], "aim": [0,0,-1], "luminous_flux_lm": 1000,
                     "distribution": "lambertian" }} ] }}"#
             );
             let mut scene = crate::scene_from_json(&text, None, std::path::Path::new(".")).expect("a valid scene");
             check_proportions(&mut scene, "room.json")
         };
-        assert!(refusal("inward").is_ok());
-        let Err(Failure::Usage { what, got, remedy, .. }) = refusal("outward") else { panic!("a lamp on a back") };
+        assert!(refusal(3.0, "inward").is_ok());
+        let Err(Failure::Usage { what, remedy, .. }) = refusal(3.0001, "inward") else {
+            panic!("a lamp above a ceiling")
+        };
+        assert!(what.contains("too close to a surface") && remedy.contains("ceiling"), "{what}");
+        let Err(Failure::Usage { what, got, remedy, .. }) = refusal(3.0, "outward") else { panic!("a lamp on a back") };
         assert!(
             !what.contains("large") && got.contains("luminaires") && remedy.contains("\"facing\": \"inward\""),
             "{got}"

@@ -32,6 +32,9 @@ const INTENSITY_HEADER: &[&str] =
 const GLARE_HEADER: &[&str] = &[words!("name"), "UGR", "±", "Lb/(cd/m²)", "±"];
 const GRID_GLARE_HEADER: [&str; 6] = [words!("name"), "UGR", "±", "Lb/(cd/m²)", "±", words!("observer")];
 
+/// Rows of illuminances at most: of thousands a terminal shows the last, and lays all of them out for nothing.
+const MOST_ROWS: usize = 200;
+
 const VERDICT_HEADER: &[&str] = &[
     words!("name"),
     words!("required"),
@@ -165,8 +168,8 @@ fn told(estimate: Estimate) -> [String; 2] {
     }
 }
 
-fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
-    let rows = rows.map(|row| {
+fn illuminance_table<'a>(mut rows: impl Iterator<Item = &'a TableRow>) -> String {
+    let shown = rows.by_ref().take(MOST_ROWS).map(|row| {
         let unknown = || [UNKNOWN.to_owned(), UNKNOWN.to_owned()];
         let extreme = |extreme: Option<Estimate>| extreme.map_or_else(unknown, told);
         let uniformity = |ratio: Option<Estimate>| {
@@ -196,7 +199,11 @@ fn illuminance_table<'a>(rows: impl Iterator<Item = &'a TableRow>) -> String {
             error,
         ]
     });
-    table_of(HEADER, &[0, 1], rows)
+    let table = table_of(HEADER, &[0, 1], shown);
+    match rows.count() {
+        0 => table,
+        more => table + &say!("{} more rows: see tables.csv", more) + "\n",
+    }
 }
 
 #[cfg(test)]
@@ -208,8 +215,13 @@ mod tests {
     }
 
     fn row_of(average_lx: [f64; 2], minimum_lx: [f64; 2], maximum_lx: [f64; 2], estimated_error: f64) -> String {
+        let row = table_row(average_lx, minimum_lx, maximum_lx, estimated_error);
+        illuminance_table(std::iter::once(&row)).lines().last().unwrap_or_default().to_owned()
+    }
+
+    fn table_row(average_lx: [f64; 2], minimum_lx: [f64; 2], maximum_lx: [f64; 2], estimated_error: f64) -> TableRow {
         let estimate = |[value, standard_error]: [f64; 2]| Estimate { value, standard_error };
-        let row = TableRow {
+        TableRow {
             name: "ceiling".to_owned(),
             kind: TableKind::Surface,
             side: "front",
@@ -223,8 +235,19 @@ mod tests {
             covered_area_m2: 0.0,
             estimated_error,
             replica_averages_lx: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn of_very_many_rows_the_first_are_shown_and_the_rest_is_told() {
+        let row = table_row([20.0, 1.0], [10.0, 2.0], [30.0, 1.0], 0.01);
+        let lines_of = |count: usize| {
+            let table = illuminance_table(std::iter::repeat_n(&row, count));
+            (table.lines().filter(|line| line.starts_with("ceiling")).count(), table.lines().last().map(str::to_owned))
         };
-        illuminance_table(std::iter::once(&row)).lines().last().unwrap_or_default().to_owned()
+        let (shown, last) = lines_of(MOST_ROWS);
+        assert!(shown == MOST_ROWS && last.is_some_and(|last| last.starts_with("ceiling")));
+        assert_eq!(lines_of(MOST_ROWS + 30), (MOST_ROWS, Some("30 more rows: see tables.csv".to_owned())));
     }
 
     /// What lies under its own error is told by a bound, and no ratio of it is.

@@ -118,8 +118,8 @@ pub fn run(arguments: &YearArguments, started: Instant) -> Outcome {
     let mut hourly = HourlyFiles::NONE;
     let pool = thread_pool(arguments.threads)?;
     let solved = pool.install(|| {
-        solve_year(&scene, &weather, &settings, |sky, hours| match arguments.hourly {
-            true => hourly.add(&scene, sky, hours).map_err(Failure::from),
+        solve_year(scene, &weather, &settings, |sky, hours| match arguments.hourly {
+            true => hourly.add(sky, hours).map_err(Failure::from),
             false => Ok(()),
         })
     });
@@ -130,19 +130,19 @@ pub fn run(arguments: &YearArguments, started: Instant) -> Outcome {
             return Err(failure);
         }
     };
-    for file in year_tables(&scene, &solution)? {
+    for file in year_tables(&solution)? {
         directory.stage(&file)?;
     }
     for file in hourly.finish()? {
         directory.stage_streamed(&file)?;
     }
-    for file in in_language(arguments.language, || year_plots(&scene, &weather, &solution, arguments.png)) {
+    for file in in_language(arguments.language, || year_plots(&weather, &solution, arguments.png)) {
         directory.stage(&file)?;
     }
     let names = directory.names();
     let paths = [&arguments.scene, &arguments.weather].map(|path| path.display().to_string());
     let wall_s = started.elapsed().as_secs_f64();
-    let summary = year_summary((&paths[0], &scene), (&paths[1], &weather), &settings, &solution, wall_s, &names);
+    let summary = year_summary(&paths[0], (&paths[1], &weather), &settings, &solution, wall_s, &names);
     directory.stage(&summary)?;
     directory.commit()?;
     for warning in &solution.warnings {

@@ -1,5 +1,7 @@
 //! Daylight factors: their table as a file and for the report.
 
+use serde_json::{Value, json};
+
 use super::daylight_factors::daylight_factors;
 use super::html::{HtmlTable, with_error};
 use super::numbers::{lux, percent, tick, uncertainty};
@@ -8,11 +10,13 @@ use super::sheet::{Field, Sheet};
 use super::texts::say;
 use super::verdicts::probability_words;
 use super::{OutputError, ResultFile};
-use crate::maps::{ComponentMeans, DaylightFactors, Estimate, MapValues, NO_SKY_PERCENT, SHARES_WANTED};
+use crate::maps::{
+    ComponentMeans, DaylightFactors, Estimate, MapValues, NO_SKY_PERCENT, SHARES_WANTED, TableKind, TableRow,
+};
 use crate::scene::Scene;
 use crate::solver::Solution;
 
-/// Behind the columns of `receivers.csv` where all light is the sky's.
+/// Behind the columns of `receivers.csv` and `tables.csv` where all light is the sky's.
 pub(super) const DAYLIGHT_FACTOR_COLUMNS: &[&str] =
     &["daylight_factor_percent", "daylight_factor_standard_error_percent"];
 
@@ -55,33 +59,64 @@ pub(super) fn daylight_file(scene: &Scene, solution: &Solution) -> Result<Option
     if factors.is_empty() {
         return Ok(None);
     }
-    let columns = [COLUMNS, &COMPONENT_COLUMNS, &["share_without_sky", "share_without_sky_standard_error"]].concat();
-    let mut sheet = Sheet::new("daylight.csv", &columns);
+    let mut sheet = Sheet::new("daylight.csv", &columns());
     for set in &factors {
-        let mut fields = vec![Field::Text(&set.name), Field::Number(set.outside_lx)];
-        for estimate in [set.average_percent, set.minimum_percent, set.median_percent] {
-            fields.extend([Field::Number(estimate.value), Field::Number(estimate.standard_error)]);
-        }
-        for which in 0..2 {
-            fields.extend([
-                Field::Number(set.targets_percent[which]),
-                Field::Number(set.shares_above[which].value),
-                Field::Number(set.shares_above[which].standard_error),
-                Field::Number(set.certainties[which]),
-            ]);
-        }
-        match &set.components {
-            Some(means) => {
-                let estimates = means.percents.iter().chain([&means.without_sky]);
-                fields.extend(
-                    estimates.flat_map(|estimate| [estimate.value, estimate.standard_error].map(Field::Number)),
-                );
-            }
-            None => fields.extend([const { Field::Text("") }; 8]),
-        }
+        let mut fields = vec![Field::Text(&set.name)];
+        fields.extend(numbers(set).into_iter().map(number_or_nothing));
         sheet.row(&fields)?;
     }
     Ok(Some(sheet.finish()))
+}
+
+fn columns() -> Vec<&'static str> {
+    [COLUMNS, &COMPONENT_COLUMNS, &["share_without_sky", "share_without_sky_standard_error"]].concat()
+}
+
+/// What stands in the columns behind the set's name; `None` where it is not known.
+fn numbers(set: &DaylightFactors) -> Vec<Option<f64>> {
+    let both = |estimate: Estimate| [estimate.value, estimate.standard_error].map(Some);
+    let mut numbers = vec![Some(set.outside_lx)];
+    numbers.extend([set.average_percent, set.minimum_percent, set.median_percent].into_iter().flat_map(both));
+    for which in 0..2 {
+        let share = set.shares_above[which];
+        numbers
+            .extend([set.targets_percent[which], share.value, share.standard_error, set.certainties[which]].map(Some));
+    }
+    match &set.components {
+        Some(means) => numbers.extend(means.percents.into_iter().chain([means.without_sky]).flat_map(both)),
+        None => numbers.extend([None; 8]),
+    }
+    numbers
+}
+
+fn number_or_nothing<'a>(number: Option<f64>) -> Field<'a> {
+    number.map_or(Field::Text(""), Field::Number)
+}
+
+/// What `summary.json` tells: an object a set, whose keys are the columns of `daylight.csv`.
+pub(super) fn daylight_entries(scene: &Scene, solution: &Solution) -> Vec<Value> {
+    let entry = |set: &DaylightFactors| {
+        let names = columns().into_iter().map(str::to_owned);
+        let values = std::iter::once(json!(set.name)).chain(numbers(set).into_iter().map(|number| json!(number)));
+        Value::Object(names.zip(values).collect())
+    };
+    daylight_factors(scene, solution).iter().map(entry).collect()
+}
+
+/// Behind the row of a receiver set in `tables.csv` its mean daylight factor and components in %, each with its error; nothing where there are none.
+pub(super) fn mean_fields(factors: &[DaylightFactors], row: &TableRow) -> Vec<Field<'static>> {
+    let is_set = matches!(row.kind, TableKind::Grid | TableKind::Points);
+    let Some(set) = factors.iter().find(|set| is_set && set.name == row.name) else {
+        let columns = DAYLIGHT_FACTOR_COLUMNS.len() + COMPONENT_COLUMNS.len();
+        return (0..columns).map(|_| Field::Text("")).collect();
+    };
+    let percents = set.components.map(|means| means.percents);
+    let components = [0, 1, 2].map(|which| percents.map(|percents| percents[which]));
+    let estimates = std::iter::once(Some(set.average_percent)).chain(components);
+    let both = |estimate: Option<Estimate>| {
+        [estimate.map(|estimate| estimate.value), estimate.map(|estimate| estimate.standard_error)]
+    };
+    estimates.flat_map(both).map(number_or_nothing).collect()
 }
 
 /// Behind a point's daylight factor its components in %; nothing where they are not known.

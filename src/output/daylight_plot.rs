@@ -3,7 +3,7 @@
 use super::color::SOFT;
 use super::flat::FlatMap;
 use super::map_plot::{GAP, Layout, ROOM, draw_map, foot, head, plus_minus};
-use super::numbers::{lux, lux_with_error, percent, tick};
+use super::numbers::{lux, percent, percents_with_error, tick};
 use super::picture::{Picture, Words};
 use super::texts::say;
 use crate::maps::{DaylightFactors, Estimate, MapResult, MapValues, NO_SKY_PERCENT};
@@ -24,7 +24,8 @@ pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &
     let above = percent(factors.shares_above[0].value);
     let remark = say!("; {} of the area above {} %", above, lux(factors.targets_percent[0]));
     head(&mut picture, &shown, say!("Daylight factor"), &remark);
-    let told = |name: &str, estimate: Estimate| format!("{name} = {} %{GAP}", lux_with_error(estimate, plus_minus));
+    let told =
+        |name: &str, estimate: Estimate| format!("{name} = {} %{GAP}", percents_with_error(estimate, plus_minus));
     let numbers = told("Dmean", factors.average_percent)
         + &told("Dmin", factors.minimum_percent)
         + &told("Dmedian", factors.median_percent);
@@ -62,7 +63,7 @@ pub(super) fn percent_picture(flat: &FlatMap, words: &PercentWords) -> Picture {
 
 /// The same of sky components: the first line is the no-sky line, beyond which hardly any sky is seen.
 pub(super) fn sky_component_picture(flat: &FlatMap, means: &[(&str, Estimate)], note: &str) -> Picture {
-    let told = |(name, mean): &(&str, Estimate)| format!("{name} = {} %", lux_with_error(*mean, plus_minus));
+    let told = |(name, mean): &(&str, Estimate)| format!("{name} = {} %", percents_with_error(*mean, plus_minus));
     percent_picture(
         flat,
         &PercentWords {

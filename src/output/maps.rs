@@ -5,7 +5,8 @@ use std::io::Write;
 
 use glam::DVec3;
 
-use super::daylight::{COMPONENT_COLUMNS, DAYLIGHT_FACTOR_COLUMNS, component_fields, daylight_file};
+use super::daylight::{COMPONENT_COLUMNS, DAYLIGHT_FACTOR_COLUMNS, component_fields, daylight_file, mean_fields};
+use super::daylight_factors::daylight_factors;
 use super::intensity::intensity_files;
 use super::observers::{maps_of, observer_files, point_fields};
 use super::radiance_grids::grid_files;
@@ -14,7 +15,7 @@ use super::streamed::StreamedFile;
 use super::verdicts::verdict_file;
 use super::{OutputError, ResultFile};
 use crate::maps::basis::Linear;
-use crate::maps::{MapKind, MapResult, TableRow};
+use crate::maps::{DaylightFactors, MapKind, MapResult, TableRow};
 use crate::scene::{Elements, Emission, Quantity, Scene, Side};
 use crate::solver::{ConvergenceRow, Solution};
 
@@ -135,7 +136,8 @@ pub fn streamed_files<'a>(scene: &'a Scene, solution: &'a Solution) -> Result<Ve
     files.extend(observer_files(scene, solution)?);
     files.extend(made(intensity_files(scene, solution)?));
     let rows = solution.maps.iter().flat_map(|map| &map.tables);
-    files.push(table_file(rows.filter(|row| row.kind.is_illuminance()))?.into());
+    let factors = scene.daylight().map(|_| daylight_factors(scene, solution));
+    files.push(table_file(rows.filter(|row| row.kind.is_illuminance()), factors.as_deref())?.into());
     files.extend(verdict_file(scene, solution)?.map(StreamedFile::from));
     files.push(convergence_file(&solution.convergence)?.into());
     Ok(files)
@@ -287,10 +289,19 @@ fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn
     sheet.end()
 }
 
-fn table_file<'a>(rows: impl Iterator<Item = &'a TableRow>) -> Result<ResultFile, OutputError> {
-    let mut sheet = Sheet::new("tables.csv", TABLE_COLUMNS);
+/// `tables.csv`. `factors`: those of the sets, where all light is the sky's.
+fn table_file<'a>(
+    rows: impl Iterator<Item = &'a TableRow>,
+    factors: Option<&[DaylightFactors]>,
+) -> Result<ResultFile, OutputError> {
+    let mut columns = TABLE_COLUMNS.to_vec();
+    if factors.is_some() {
+        columns.extend(DAYLIGHT_FACTOR_COLUMNS);
+        columns.extend(COMPONENT_COLUMNS);
+    }
+    let mut sheet = Sheet::new("tables.csv", &columns);
     for row in rows {
-        sheet.row(&[
+        let mut fields = vec![
             Field::Text(&row.name),
             Field::Text(row.kind.name()),
             Field::Text(row.side),
@@ -308,7 +319,9 @@ fn table_file<'a>(rows: impl Iterator<Item = &'a TableRow>) -> Result<ResultFile
             Field::Number(row.uniformity_ud.standard_error),
             Field::Count(row.places as u64),
             Field::Number(row.covered_area_m2),
-        ])?;
+        ];
+        fields.extend(factors.into_iter().flat_map(|factors| mean_fields(factors, row)));
+        sheet.row(&fields)?;
     }
     Ok(sheet.finish())
 }

@@ -31,6 +31,20 @@ pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -
     }
 }
 
+/// Percents with their standard error, both to the error's first digit or to two decimals: `88.31 ± 0.01`, `45.5 ± 0`.
+pub fn percents_with_error(percents: Estimate, join: impl Fn(&str, &str) -> String) -> String {
+    let error = percents.standard_error;
+    if error <= 0.0 {
+        return join(&decimal(format!("{:.1}", percents.value)), "0");
+    }
+    if !percents.is_known() {
+        return lux_with_error(percents, join);
+    }
+    let decimals = usize::try_from(-power_of_ten(error, 1)).unwrap_or(0).min(2);
+    let least = 0.1f64.powi(decimals as i32);
+    join(&decimal(format!("{:.decimals$}", percents.value)), &decimal(format!("{:.decimals$}", error.max(least))))
+}
+
 /// A uniformity with its standard error, where what it is made of is known.
 pub fn uniformity_with_error(uniformity: Option<Estimate>, join: impl Fn(&str, &str) -> String) -> String {
     uniformity.map_or(UNKNOWN.to_owned(), |uniformity| {
@@ -174,6 +188,18 @@ mod tests {
         assert_eq!(amount(1_234_567.0), "1\u{2009}234\u{2009}567");
         assert_eq!([0.0194, 0.1].map(percent), ["1.9\u{a0}%", "10\u{a0}%"]);
         assert_eq!([0.0, 0.1, -0.25, 2000.0, 1e-5, 3e7].map(tick), ["0", "0.1", "−0.25", "2000", "10⁻⁵", "3·10⁷"]);
+    }
+
+    #[test]
+    fn percents_go_to_their_errors_first_digit() {
+        let told = |value: f64, standard_error: f64| {
+            percents_with_error(Estimate { value, standard_error }, |number, error| format!("{number} ± {error}"))
+        };
+        assert_eq!(
+            [told(88.309, 0.008), told(45.45, 0.0), told(51.23, 0.05)],
+            ["88.31 ± 0.01", "45.5 ± 0", "51.23 ± 0.05"]
+        );
+        assert_eq!([told(91.2, 0.31), told(47.0, 13.0), told(0.1, 0.2)], ["91.2 ± 0.3", "47 ± 13", "< 0.5"]);
     }
 
     #[test]

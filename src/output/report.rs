@@ -31,6 +31,8 @@ const MOST_SURFACE_PLOTS: usize = 8;
 const FEWEST_ELEMENTS: usize = 32;
 /// Surfaces below this share of the whole area are left to `tables.csv`, where there are many.
 const SMALL_SHARE: f64 = 0.005;
+/// Receiver sets that a report lists at most: of thousands a page shows no more, and laying out a PDF of them takes seconds.
+const MOST_SETS: usize = 200;
 /// Up to this many surfaces all are listed.
 const FEW_SURFACES: usize = 16;
 
@@ -133,15 +135,22 @@ impl Report<'_> {
         let mut table = result_table();
         let sets = self.scene.receivers.iter().rev();
         let quantities: HashMap<&str, Quantity> = sets.map(|set| (set.name.as_str(), set.quantity)).collect();
-        for row in rows {
+        for row in rows.iter().take(MOST_SETS) {
             let kind = match quantities.get(row.name.as_str()).copied() {
                 None | Some(Quantity::Perpendicular) => String::new(),
                 Some(quantity) => format!(" ({})", said(quantity.name())),
             };
             table.row(result_cells(row, format!("{}{kind}", escaped(&row.name))));
         }
+        let rest = match rows.len().saturating_sub(MOST_SETS) {
+            0 => String::new(),
+            n => format!(
+                "<p class=\"soft small\">{}</p>\n",
+                say!("Not listed: {} more receiver sets; tables.csv holds all.", n)
+            ),
+        };
         format!(
-            "<h2>{}</h2>\n{}<p class=\"soft small\">{} {}</p>\n",
+            "<h2>{}</h2>\n{}{rest}<p class=\"soft small\">{} {}</p>\n",
             say!("Results"),
             table.markup(),
             say!(

@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::ResultFile;
+use super::daylight::daylight_entries;
 use super::energy::energy_entry;
 use super::leaving_light::{LeavingLight, leaving_light};
 use super::schedule::{Power, floor_area_m2};
@@ -140,6 +141,7 @@ pub fn summary_file(scene: &Scene, solution: &Solution, record: &RunRecord) -> R
         "maps": solution.maps.iter().map(|map| map_entry(map, &intensities)).collect::<Vec<Value>>(),
         "glare": worst_of_sets(&solution.glare).into_iter().map(|worst| glare_entry(scene, worst)).collect::<Vec<Value>>(),
         "verdicts": verdict_entries(scene, solution),
+        "daylight_factors": daylight_entries(scene, solution),
         "flux_balance": flux_balance,
         "flux_balance_note": flux_balance_note,
         "map_check": map_check,

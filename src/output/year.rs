@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use super::daylight::COMPONENT_COLUMNS;
 use super::sheet::{Field, Sheet};
@@ -81,7 +81,7 @@ fn pairs<'a>(estimates: &[Estimate]) -> Vec<Field<'a>> {
 /// # Errors
 ///
 /// A number that is not finite: no table holds one.
-pub fn year_tables(scene: &Scene, solution: &YearSolution) -> Result<Vec<ResultFile>, OutputError> {
+pub fn year_tables(solution: &YearSolution) -> Result<Vec<ResultFile>, OutputError> {
     let mut sets = Sheet::new("year.csv", &with_measures(SET_COLUMNS));
     let mut points = Sheet::new("year-points.csv", &with_measures(POINT_COLUMNS));
     let mut hours = Sheet::new("year-hours.csv", HOUR_COLUMNS);
@@ -94,7 +94,7 @@ pub fn year_tables(scene: &Scene, solution: &YearSolution) -> Result<Vec<ResultF
         fields.push(Field::Count(set.closed.iter().filter(|closed| **closed).count() as u64));
         fields.extend([set.error, set.worst_error].map(Field::Number));
         sets.row(&fields)?;
-        for (number, (point, year)) in scene.receivers[set.set].points.iter().zip(&set.points).enumerate() {
+        for (number, (point, year)) in solution.scene.receivers[set.set].points.iter().zip(&set.points).enumerate() {
             let mut fields = vec![Field::Text(&set.name), Field::Count(number as u64 + 1)];
             fields.extend(point.position_m.to_array().map(Field::Number));
             fields.push(Field::Flag(point.inside));
@@ -131,25 +131,31 @@ fn hour_row<'a>(set: &'a SetYear, number: usize, hour: &YearHour) -> Vec<Field<'
 
 /// `summary.json` of a year, with the names of the files beside it.
 pub fn year_summary(
-    (path, scene): (&str, &Scene),
+    path: &str,
     weather: (&str, &Weather),
     settings: &YearSettings,
     solution: &YearSolution,
     wall_s: f64,
     files: &[String],
 ) -> ResultFile {
+    let scene = &solution.scene;
     let estimate = |estimate: Estimate| json!({ "value": estimate.value, "standard_error": estimate.standard_error });
     let set = |set: &SetYear| {
-        json!({
+        let names = MEASURE_COLUMNS.iter().chain(&COMPONENT_COLUMNS).step_by(2).map(|name| (*name).to_owned());
+        let means: Map<String, Value> = names.zip(set.averages.map(estimate)).collect();
+        let mut entry = json!({
             "receiver": set.name,
             "points": set.points.len(),
             "spatial_daylight_autonomy": estimate(set.autonomy),
             "annual_sunlight_exposure": estimate(set.sunlit),
-            "useful_300_to_3000_lx": estimate(set.averages[YearMeasure::Useful as usize]),
-            "light_exposure_lx_h": estimate(set.averages[YearMeasure::Exposure as usize]),
+            "hours_with_closed_blinds": set.closed.iter().filter(|closed| **closed).count(),
             "hourly_error": set.error,
             "worst_hourly_error": set.worst_error,
-        })
+        });
+        if let Some(entries) = entry.as_object_mut() {
+            entries.extend(means);
+        }
+        entry
     };
     let summary = json!({
         "luxmc": env!("CARGO_PKG_VERSION"),
@@ -206,8 +212,8 @@ impl HourlyFiles {
     /// # Errors
     ///
     /// What the disk does not take.
-    pub fn add(&mut self, scene: &Scene, sky: &YearSky, hours: &YearHours) -> Result<(), OutputError> {
-        let receivers = &scene.receivers[hours.set];
+    pub fn add(&mut self, sky: &YearSky, hours: &YearHours) -> Result<(), OutputError> {
+        let receivers = hours.receivers;
         let refused = |error: &std::io::Error| unwritable("hourly illuminances", error);
         if self.sets.last().is_none_or(|(name, _)| *name != receivers.name) {
             let mut begun = Vec::with_capacity(2);

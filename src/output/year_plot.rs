@@ -7,7 +7,7 @@ use super::color::{BLACK, Ink, SOFT, perceptual};
 use super::daylight_plot::{PercentWords, percent_picture, sky_component_picture};
 use super::flat::{FlatMap, grid_map};
 use super::map_plot::{GAP, ROOM, plus_minus};
-use super::numbers::{lux_with_error, tick};
+use super::numbers::{percents_with_error, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::raster::png;
 use super::texts::say;
@@ -29,7 +29,7 @@ const BEFORE_MONTHS: [u32; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 3
 const LEVELS_PERCENT: [f64; 3] = [25.0, 50.0, 75.0];
 
 /// The plots of a year, as SVG, and as PNG where that is asked for.
-pub fn year_plots(scene: &Scene, weather: &Weather, solution: &YearSolution, also_png: bool) -> Vec<ResultFile> {
+pub fn year_plots(weather: &Weather, solution: &YearSolution, also_png: bool) -> Vec<ResultFile> {
     let mut files = Vec::new();
     let mut add = |stem: String, picture: Picture| {
         files.push(ResultFile { name: format!("{stem}.svg"), bytes: picture.svg().into_bytes() });
@@ -46,7 +46,7 @@ pub fn year_plots(scene: &Scene, weather: &Weather, solution: &YearSolution, als
             (YearMeasure::SkyComponent, "sky-component"),
         ];
         for (measure, stem) in measures {
-            if let Some(picture) = measure_picture(scene, (set, solution.sky.occupied), measure) {
+            if let Some(picture) = measure_picture(&solution.scene, (set, solution.sky.occupied), measure) {
                 add(format!("year-{name}-{stem}"), picture);
             }
         }
@@ -149,7 +149,7 @@ fn measure_picture(scene: &Scene, (set, occupied): (&SetYear, usize), measure: Y
     }
     let told = |estimate: Estimate| {
         let estimate = Estimate { value: times * estimate.value, standard_error: times * estimate.standard_error };
-        format!("{} %", lux_with_error(estimate, plus_minus))
+        format!("{} %", percents_with_error(estimate, plus_minus))
     };
     let mean = format!("{} = {}", say!("mean"), told(mean));
     let (title, numbers) = match measure {

@@ -170,7 +170,7 @@ pub fn reconsider(context: &Context, job: &mut Job, target: f64) {
         return;
     }
     let walks = job.work_without_gathering(context, target * job.judgement.mean_lx);
-    if let Some(more) = job.rays_to_ask() {
+    if let Some(more) = job.work_to_ask() {
         let at_best = more.min(walks);
         if job.offered.is_none() && is_worth_a_pilot(job, at_best) {
             let offered = connectable(context, job).and_then(|set| offer(context, job, set, target, at_best));

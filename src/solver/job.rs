@@ -70,6 +70,8 @@ pub struct Context<'a> {
     pub method: Method,
     /// Error that the run is planned for.
     pub target_error: f64,
+    /// Whether it goes to that error, and not to a number of chains.
+    pub to_target: bool,
     /// Error that elements adapt to, if they do.
     pub adapt_to: Option<f64>,
     /// What time it has left.
@@ -83,7 +85,17 @@ impl<'a> Context<'a> {
     /// Of a test that is in no hurry: by counts, to 1 %.
     pub fn of_a_test(scene: &'a Scene, stage: &'a Stage, seed: u64) -> Context<'a> {
         let (method, target_error, time_left) = (Method::Collision, 0.01, &|| TimeLeft::Enough);
-        Context { scene, stage, seed, method, target_error, adapt_to: None, time_left, pace: Pace::steady() }
+        Context {
+            scene,
+            stage,
+            seed,
+            method,
+            target_error,
+            to_target: true,
+            adapt_to: None,
+            time_left,
+            pace: Pace::steady(),
+        }
     }
 }
 
@@ -224,7 +236,7 @@ impl Job {
         };
         let indirect = match &local {
             Some(plan) => plan.cost(&weights),
-            None => indirect_cost(context, kind, &elements),
+            None => indirect_cost(context, kind, &elements, (bound && context.to_target).then_some(direct.mean_lx)),
         };
         let (direct, indirect) = (direct.times(numbers), indirect.times(numbers));
         let entries = map.len();

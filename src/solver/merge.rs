@@ -65,6 +65,7 @@ pub fn merge<E>(
         seed: settings.seed,
         method: settings.method,
         target_error: settings.target_error.unwrap_or(DEFAULT_TARGET_ERROR),
+        to_target: false,
         adapt_to: None,
         time_left: &|| TimeLeft::Enough,
         pace: Pace::of_chains(),

@@ -27,8 +27,16 @@ const PASSES: u64 = 4;
 const WALKS: u64 = 4;
 /// Passes, and walks, of all points together, at least: a few points need more each to tell how they scatter.
 const LEAST_SAMPLES: u64 = 512;
+/// The same of all sets together: of ten thousand sets of a point each, pilots would take seconds.
+const LEAST_SAMPLES_OF_ALL: u64 = 64 * LEAST_SAMPLES;
 /// The same of a point where the run has ended: of thousands of sets each has a pilot.
 const SAMPLES_IN_HASTE: u64 = 2;
+/// Share of the work to the target that walks of a pilot take, where that is more: where few walks carry most of the light, hundreds tell
+/// a few times too little. So many times more at most from one try to the next.
+const SHARE_OF_WORK: f64 = 0.01;
+const MOST_GROWTH_OF_WALKS: f64 = 8.0;
+/// Rays of a walk that count for that: where walks are long, gathering takes so many in their place.
+const MOST_RAYS_THAT_COUNT: f64 = 5.0;
 /// Chains traced for elements.
 const CHAINS: usize = 1024;
 /// Chains traced for what leaves the scene.
@@ -48,6 +56,8 @@ const MOST_LOOKS: f64 = 4096.0;
 const WORTH_ANOTHER: f64 = 2.0;
 /// Share of the squared error that direct light may have, for that.
 const SHARE_OF_ERROR: f64 = 0.5;
+/// Numbers of the parts of a pilot's stream that its walks take, from this one on.
+const WALK_PARTS: u32 = 32;
 /// Bounds of the rays that direct light takes, over those of indirect light: a pilot that saw no penumbra does not
 /// prove that there is none.
 const LEAST_RAY_SHARE: f64 = 0.02;
@@ -188,7 +198,9 @@ fn looked_ahead(context: &Context, set: usize, looks_ahead: f64) -> (PartCost, f
 }
 
 /// Measures a sample of the indirect light of a map by chains (elements) or walks (receivers).
-pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> PartCost {
+///
+/// `direct_mean_lx` is the mean of its direct light where the target binds the map: then a pilot of walks takes its share of the work.
+pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements, direct_mean_lx: Option<f64>) -> PartCost {
     let (stage, scene) = (context.stage, context.scene);
     if !stage.reflects() {
         return PartCost::default();
@@ -202,23 +214,51 @@ pub fn indirect_cost(context: &Context, kind: MapKind, elements: &Elements) -> P
             if let Some(table) = scene.receivers[set].intensity_table() {
                 return leaving_cost(context, set, table);
             }
-            let quantity = scene.receivers[set].quantity;
             let walks = samples_of_a_site(context, set, WALKS);
-            let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
-                let mut cut = Cut::default();
-                let mut site = Sites::default();
-                site.add(context, weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
-                site.weighed = cut.weighed as f64;
-                site
-            };
-            let mut sites = Sites::default();
-            over_receivers(context, set, 1, walk_from, |site| {
-                sites.merge(&site);
-                sites.rays < ENOUGH_RAYS as f64
-            });
-            sites.cost()
+            let first = walk_cost(context, set, walks, WALK_PARTS);
+            match direct_mean_lx {
+                Some(direct_mean_lx) => walked_more(context, set, first, walks, direct_mean_lx),
+                None => first,
+            }
         }
     }
+}
+
+/// Measures so many walks from points of a set, by numbers of a part of their own.
+fn walk_cost(context: &Context, set: usize, walks: u64, part: u32) -> PartCost {
+    let (stage, quantity) = (context.stage, context.scene.receivers[set].quantity);
+    let walk_from = |receiver: &Receiver, weight: f64, stream: &mut Stream| {
+        let mut cut = Cut::default();
+        let mut site = Sites::default();
+        site.add(context, weight, walks, || sample_reflected_lx(stage, quantity, receiver, &mut cut, stream));
+        site.weighed = cut.weighed as f64;
+        site
+    };
+    let mut sites = Sites::default();
+    over_receivers(context, set, part, walk_from, |site| {
+        sites.merge(&site);
+        sites.rays < ENOUGH_RAYS as f64
+    });
+    sites.cost()
+}
+
+/// The same by more walks, until these took their share of the work to the target.
+fn walked_more(context: &Context, set: usize, first: PartCost, mut walks: u64, direct_mean_lx: f64) -> PartCost {
+    let entries = context.scene.receivers[set].points.len() as f64;
+    let (mut cost, mut rays, mut pilot_rays) = (first, first.pilot_rays as f64, first.pilot_rays);
+    for part in WALK_PARTS + 1.. {
+        let error_lx = context.target_error * (direct_mean_lx + cost.mean_lx);
+        let work = cost.variance * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (error_lx * error_lx);
+        let growth = (SHARE_OF_WORK * work).min(ENOUGH_RAYS as f64) / rays;
+        if growth.is_nan() || growth <= WORTH_ANOTHER || (context.time_left)() <= TimeLeft::Little {
+            break;
+        }
+        walks = (walks as f64 * growth.min(MOST_GROWTH_OF_WALKS)) as u64;
+        cost = walk_cost(context, set, walks, part);
+        rays = cost.pilot_rays as f64;
+        pilot_rays += cost.pilot_rays;
+    }
+    PartCost { pilot_rays, ..cost }
 }
 
 /// Measures walks from random points of elements, of which such shares are exposed; empty where elements count as they are.
@@ -266,7 +306,11 @@ fn sites_of(context: &Context, set: usize) -> u64 {
 
 /// Passes, or walks, of each of these points, where usually so many do.
 fn samples_of_a_site(context: &Context, set: usize, usual: u64) -> u64 {
-    if is_over(context) { SAMPLES_IN_HASTE } else { usual.max(LEAST_SAMPLES / sites_of(context, set)) }
+    if is_over(context) {
+        return SAMPLES_IN_HASTE;
+    }
+    let least = LEAST_SAMPLES.min(LEAST_SAMPLES_OF_ALL / context.scene.receivers.len() as u64);
+    usual.max(least / sites_of(context, set))
 }
 
 /// Looks at some points of a set, spread over it, several at a time, and takes what each found in turn, as long as there is
@@ -467,9 +511,37 @@ mod tests {
         let stage = Stage::new(&scene);
         let rays = |time_left: &(dyn Fn() -> TimeLeft + Sync)| {
             let context = Context { time_left, ..Context::of_a_test(&scene, &stage, 3) };
-            indirect_cost(&context, MapKind::Receivers(0), &Elements::default()).pilot_rays
+            indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), None).pilot_rays
         };
         let [usual, in_haste] = [rays(&|| TimeLeft::Enough), rays(&|| TimeLeft::None)];
         assert!(usual > 500 && in_haste > 0 && 50 * in_haste < usual, "{usual}, {in_haste}");
+    }
+
+    /// Walks of a pilot take their share of the work to the target (all tries together up to twice that), which grows with its square; of
+    /// a map that none binds, or where little time is left, they take no more than anyway.
+    #[test]
+    fn a_pilot_takes_its_share_of_the_work() {
+        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" } ],
+            "luminaires": [ { "name": "a", "type": "point", "position": [1,1,1], "luminous_flux_lm": 100 } ],
+            "receivers": [ { "name": "p", "type": "grid", "origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 4 } ] }"#;
+        let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
+        let stage = Stage::new(&scene);
+        let cost = |target_error: f64, time_left: TimeLeft, direct_mean_lx: Option<f64>| {
+            let time_left = &move || time_left;
+            let context = Context { time_left, target_error, ..Context::of_a_test(&scene, &stage, 3) };
+            indirect_cost(&context, MapKind::Receivers(0), &Elements::default(), direct_mean_lx)
+        };
+        let anyway = cost(0.01, TimeLeft::Enough, None).pilot_rays;
+        for target_error in [0.002, 0.001] {
+            let found = cost(target_error, TimeLeft::Enough, Some(0.0));
+            let error_lx = target_error * found.mean_lx;
+            let work = found.variance * found.rays.min(MOST_RAYS_THAT_COUNT) * 32.0 / (error_lx * error_lx);
+            let share = found.pilot_rays as f64 / work;
+            assert!(found.pilot_rays > 4 * anyway, "{} beside {anyway}", found.pilot_rays);
+            assert!((0.5 * SHARE_OF_WORK..2.0 * SHARE_OF_WORK).contains(&share), "{share} to {target_error}");
+        }
+        assert_eq!(cost(0.001, TimeLeft::Enough, None).pilot_rays, anyway);
+        assert_eq!(cost(0.001, TimeLeft::Little, Some(0.0)).pilot_rays, anyway);
     }
 }

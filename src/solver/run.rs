@@ -108,6 +108,7 @@ pub(super) fn solve_as(
         seed,
         method,
         target_error: planned_error,
+        to_target: settings.chains.is_none(),
         adapt_to,
         time_left: &time_left,
         pace,

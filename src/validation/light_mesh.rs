@@ -158,7 +158,33 @@ pub fn solve_by_light_mesh(
         run.traced[index] = Some(TracedMap { map: result, ..map });
     }
     run.tell_at_the_end(scene, &stage, &solids);
+    let end = match () {
+        _ if observer.is_interrupted() => StopReason::Interrupted,
+        _ if is_late() => StopReason::TimeLimit,
+        _ => StopReason::FinestMesh,
+    };
+    let compute_s = started.elapsed().as_secs_f64() - build_s;
+    Ok(solution_of(
+        scene,
+        &stage,
+        run,
+        RunFrame { seed: settings.seed, target_error, end, begun_wall_s, build_s, compute_s },
+    ))
+}
+
+/// What frames a run: what it was to reach, why it ended if it did not, and its times.
+struct RunFrame {
+    seed: u64,
+    target_error: Option<f64>,
+    end: StopReason,
+    begun_wall_s: f64,
+    build_s: f64,
+    compute_s: f64,
+}
+
+fn solution_of(scene: &Scene, stage: &Stage, run: Findings, frame: RunFrame) -> Solution {
     let Findings { traced, left_out, rays, convergence, notes, warnings } = run;
+    let RunFrame { seed, target_error, end, begun_wall_s, build_s, compute_s } = frame;
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
     let all_meet = || maps.iter().filter(|map| map.bound).all(|map| map.target_met == Some(true));
@@ -166,14 +192,12 @@ pub fn solve_by_light_mesh(
     let stop_reason = match (is_exact(&maps), target_met) {
         (true, _) => StopReason::Exact,
         (_, Some(true)) => StopReason::TargetMet,
-        _ if observer.is_interrupted() => StopReason::Interrupted,
-        _ if is_late() => StopReason::TimeLimit,
-        _ => StopReason::FinestMesh,
+        _ => end,
     };
-    Ok(Solution {
+    Solution {
         elements: Elements::of(scene),
         method: "light-mesh".to_owned(),
-        seed: settings.seed,
+        seed,
         target_error,
         chains: 0,
         rays,
@@ -189,11 +213,11 @@ pub fn solve_by_light_mesh(
         spending: Spending::default(),
         begun_wall_s,
         build_s,
-        compute_s: started.elapsed().as_secs_f64() - build_s,
+        compute_s,
         paths_not_found: stage.paths_not_found.clone(),
         warnings,
         notes,
-    })
+    }
 }
 
 /// What a run by light meshes has found so far.

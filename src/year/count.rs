@@ -85,9 +85,10 @@ impl Counted {
         }
     }
 
-    pub fn scaled(mut self, factor: f64) -> Counted {
-        self.value *= factor;
-        self.halves.iter_mut().flatten().for_each(|half| *half *= factor);
+    /// A part of so much; all of it is 1.
+    pub fn over(mut self, all: f64) -> Counted {
+        self.value /= all;
+        self.halves.iter_mut().flatten().for_each(|half| *half /= all);
         self
     }
 }
@@ -142,7 +143,7 @@ impl Counts {
                 | YearMeasure::SkyComponent
                 | YearMeasure::FromOutside
                 | YearMeasure::FromInside => counted,
-                _ => counted.scaled(1.0 / occupied_hours.max(1.0)),
+                _ => counted.over(occupied_hours.max(1.0)),
             }
         })
     }

@@ -7,6 +7,7 @@ use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves};
 use crate::chain::Stage;
 use crate::estimators::coefficients::{CoefficientTally, MetPlace, SKY_WAYS, SkyWay, walk_for_coefficients};
 use crate::estimators::direct::{DirectPass, Receiver};
+use crate::estimators::sunlight::Suns;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Openings, ReceiverPoint, Scene};
@@ -17,6 +18,9 @@ const FIRST_WALKS: u64 = 64;
 const MOST_WALKS: u64 = 1 << 15;
 /// More walks than the error asks for by itself, since it is an estimate.
 const RESERVE: f64 = 1.15;
+/// What suns that are half hidden may leave of the target, and how often a replica looks for them at most.
+const HALF_HIDDEN_SHARE: f64 = 0.5;
+const MOST_LOOKS: u64 = 64;
 
 /// What all receivers share.
 pub(super) struct YearContext<'a> {
@@ -36,6 +40,8 @@ pub(super) struct ReceiverHours {
     pub lx: Vec<(f64, [f64; PARTINGS])>,
     pub counts: Counts,
     pub error: f64,
+    /// What of it looks for suns that are half hidden leave, which no walk lowers.
+    sun_error: f64,
     pub walks: u64,
     pub rays: u64,
 }
@@ -90,12 +96,14 @@ impl CoefficientTally for RowTally<'_> {
 /// What the suns bring a receiver straight on, of 1 lx across their rays each, by all replicas.
 pub(super) struct DirectSuns {
     lx: Replicas,
+    /// Looks of each replica for a sun that some looks see and others do not.
+    looks: u64,
     pub rays: u64,
 }
 
 impl DirectSuns {
     pub fn of(context: &YearContext, (set, index): (usize, usize), receiver: &Receiver) -> DirectSuns {
-        let mut found = DirectSuns { lx: Replicas::new(context.sky.suns.towards.len()), rays: 0 };
+        let mut found = DirectSuns { lx: Replicas::new(context.sky.suns.towards.len()), looks: 1, rays: 0 };
         for replica in 0..PARTED {
             let mut stream = Stream::new(context.seed, Purpose::SunPlaces, set as u32 + 1, replica as u32);
             stream.seek(index as u64);
@@ -105,6 +113,32 @@ impl DirectSuns {
             found.rays += context.sky.suns.look_for_all(around, receiver, context.openings.if_all(), &mut stream, show);
         }
         found
+    }
+
+    /// Looks again for the suns that some looks saw and others did not, up to so many times a replica.
+    fn look_again(&mut self, context: &YearContext, (set, index): (usize, usize), receiver: &Receiver, looks: u64) {
+        let all = &context.sky.suns;
+        let is_half_hidden = |sun: &usize| {
+            let seen = self.lx.across(*sun);
+            seen.iter().any(|lx| *lx > 0.0) && seen.contains(&0.0)
+        };
+        let half_hidden: Vec<usize> = (0..all.towards.len()).filter(is_half_hidden).collect();
+        let suns = Suns { towards: half_hidden.iter().map(|sun| all.towards[*sun]).collect(), disk: all.disk };
+        let around = (context.scene, context.stage);
+        for replica in 0..PARTED {
+            let mut stream = Stream::new(context.seed, Purpose::SunPlaces, set as u32 + 1, replica as u32);
+            let mut sums = vec![0.0; half_hidden.len()];
+            for look in self.looks..looks {
+                stream.seek((look << 32) | index as u64);
+                let add = |sun: usize, lx| sums[sun] += lx;
+                self.rays += suns.look_for_all(around, receiver, context.openings.if_all(), &mut stream, add);
+            }
+            let slab = self.lx.of(replica);
+            for (sun, sum) in half_hidden.iter().zip(sums) {
+                slab[*sun] = (self.looks as f64 * slab[*sun] + sum) / looks as f64;
+            }
+        }
+        self.looks = looks;
     }
 
     /// What a sun brings in lx in the mean, of 1 lx across its rays.
@@ -128,8 +162,8 @@ pub(super) fn year_of(
     closed: Option<(&[bool], f64)>,
 ) -> ReceiverHours {
     let sky = context.sky;
-    let direct = DirectSuns::of(context, (set, index), receiver);
-    let mut rays = direct.rays;
+    let mut direct = DirectSuns::of(context, (set, index), receiver);
+    let mut rays = 0;
     let mut columns = Replicas::new(sky.columns());
     let mut suns = Replicas::new(sky.nodes.suns.towards.len());
     let mut ways = Replicas::new(SKY_WAYS);
@@ -160,15 +194,25 @@ pub(super) fn year_of(
         }
         walked = wanted;
         let mut found = hours_of(sky, (&columns, &suns, &direct), walked, closed);
-        let is_done = found.error <= context.target_error || walked >= MOST_WALKS;
-        if is_done {
+        let target_square = context.target_error.powi(2);
+        let sun_square = (HALF_HIDDEN_SHARE * context.target_error).powi(2);
+        if found.sun_error.powi(2) > sun_square && direct.looks < MOST_LOOKS {
+            let needed = direct.looks as f64 * RESERVE * found.sun_error.powi(2) / sun_square;
+            let looks = (needed.min(MOST_LOOKS as f64) as u64).clamp(direct.looks + 1, MOST_LOOKS);
+            direct.look_again(context, (set, index), receiver, looks);
+            found = hours_of(sky, (&columns, &suns, &direct), walked, closed);
+        }
+        // What walks may leave; where suns alone leave more than the target, as much as these may.
+        let of_walks = found.error.powi(2) - found.sun_error.powi(2);
+        let allowed = (target_square - found.sun_error.powi(2)).max(sun_square);
+        if found.error <= context.target_error || of_walks <= allowed || walked >= MOST_WALKS {
             for way in 0..SKY_WAYS {
                 let percents = ways.across(way).map(|sum| sum / walked as f64);
                 found.counts.of[YearMeasure::SkyComponent as usize + way] = Counted::of(&percents);
             }
-            return ReceiverHours { walks: walked * PARTED as u64, rays, ..found };
+            return ReceiverHours { walks: walked * PARTED as u64, rays: rays + direct.rays, ..found };
         }
-        let needed = walked as f64 * RESERVE * (found.error / context.target_error).powi(2);
+        let needed = walked as f64 * RESERVE * of_walks / allowed;
         wanted = (needed.min(MOST_WALKS as f64) as u64).max(walked + walked / 4).min(MOST_WALKS);
     }
 }
@@ -188,7 +232,7 @@ fn hours_of(
         .collect();
     let mut counts = Counts::default();
     let mut lx = Vec::with_capacity(sky.hours.len());
-    let (mut squares, mut told, mut occupied) = (0.0, 0.0f64, 0usize);
+    let (mut squares, mut sun_squares, mut told, mut occupied) = (0.0, 0.0, 0.0f64, 0usize);
     let mut sun = 0;
     for (number, hour) in sky.hours.iter().enumerate() {
         let luminances = sky.luminances_cd_m2(number);
@@ -208,25 +252,28 @@ fn hours_of(
             }
             sun += 1;
         }
+        let is_open = closed.is_none_or(|(closed, _)| !closed[number]);
         match closed {
-            Some((closed, passed)) if closed[number] => all.iter_mut().for_each(|sum| *sum *= passed),
+            Some((_, passed)) if !is_open => all.iter_mut().for_each(|sum| *sum *= passed),
             _ => all.iter_mut().zip(of_sun).for_each(|(sum, lx)| *sum += lx),
         }
         let (mean_lx, off_lx) = mean_and_halves(&all);
         let sunlit = of_sun.iter().any(|lx| *lx > 0.0).then(|| mean_and_halves(&of_sun));
         let sunlit = sunlit.as_ref().map(|(lx, off)| (*lx, off));
+        let square_of = |off: &[f64; PARTINGS]| off.iter().map(|off| off * off).sum::<f64>() / PARTINGS as f64;
         counts.add_hour(hour.is_occupied, (mean_lx, &off_lx), sunlit);
         if hour.is_occupied {
             occupied += 1;
             if mean_lx > 0.0 {
-                let square: f64 = off_lx.iter().map(|off| off * off).sum::<f64>() / PARTINGS as f64;
-                squares += square / (mean_lx * mean_lx);
+                squares += square_of(&off_lx) / (mean_lx * mean_lx);
+                let of_sun = sunlit.filter(|_| is_open).map_or(0.0, |(_, off)| square_of(off));
+                sun_squares += of_sun / (mean_lx * mean_lx);
                 told += 1.0;
             }
         }
         lx.push((mean_lx, off_lx));
     }
     counts.add_dark((sky.occupied - occupied) as f64);
-    let error = if told > 0.0 { (squares / told).sqrt() } else { 0.0 };
-    ReceiverHours { lx, counts, error, walks: 0, rays: 0 }
+    let [error, sun_error] = [squares, sun_squares].map(|sum| if told > 0.0 { (sum / told).sqrt() } else { 0.0 });
+    ReceiverHours { lx, counts, error, sun_error, walks: 0, rays: 0 }
 }

@@ -3,10 +3,13 @@
 use super::count::MEASURES;
 use super::hours::YearSky;
 use crate::maps::Estimate;
+use crate::scene::Scene;
 
 /// What a year comes to.
 #[derive(Clone, Debug)]
 pub struct YearSolution {
+    /// The scene, its luminaires left out but a sky of 1 cd/m² all around.
+    pub scene: Scene,
     /// Its hours, skies and suns.
     pub sky: YearSky,
     /// Receiver sets on planes.

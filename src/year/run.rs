@@ -11,7 +11,7 @@ use super::survey::survey;
 use crate::base::half_samples::{PARTINGS, error_of_mean};
 use crate::base::sky::{Sky, SkyPattern};
 use crate::chain::Stage;
-use crate::scene::{Emission, Openings, Quantity, ReflectionLaw, Scene, Weather, joined};
+use crate::scene::{Emission, Openings, Quantity, ReceiverSet, ReflectionLaw, Scene, Weather, joined};
 use std::sync::Arc;
 
 /// Receivers that are worked on before their hours are handed out.
@@ -48,9 +48,9 @@ pub struct Blinds {
 
 /// Hours of one receiver, as they are handed out.
 pub struct YearHours<'a> {
-    /// Number of the receiver set in the scene.
-    pub set: usize,
-    /// The point.
+    /// The receiver set.
+    pub receivers: &'a ReceiverSet,
+    /// Number of the point in it.
     pub point: usize,
     /// Illuminance of each hour with light in lx.
     pub lx: &'a [f64],
@@ -69,7 +69,7 @@ pub struct NotForYear {
 }
 
 /// The scene with nothing but a sky of 1 cd/m² all around, its reflectance of the ground and its maintenance.
-fn under_even_sky(scene: &Scene) -> Result<(Scene, f64, f64), NotForYear> {
+fn under_even_sky(mut scene: Scene) -> Result<(Scene, f64, f64), NotForYear> {
     let sky = scene.luminaires.iter().find(|luminaire| matches!(luminaire.emission, Emission::Sky { .. }));
     let Some(luminaire) = sky else {
         return Err(NotForYear {
@@ -90,18 +90,18 @@ fn under_even_sky(scene: &Scene) -> Result<(Scene, f64, f64), NotForYear> {
     }
     alone.luminous_flux_lm = largest;
     let maintained = luminaire.dimming * luminaire.maintenance_factor;
-    let mut scene = scene.clone();
     scene.luminaires = vec![alone];
     Ok((scene, ground_reflectance, maintained))
 }
 
-/// Solves a year. `hand_out` gets the hours of every point that counts, in the order of the scene; what it refuses with ends the run.
+/// Solves a year of a scene, which the solution has at last, its light but that of an even sky left out. `hand_out` gets the hours of every point that
+/// counts, in the order of the scene; what it refuses with ends the run.
 ///
 /// # Errors
 ///
 /// A scene without a sky, or without receivers on planes; what `hand_out` says.
 pub fn solve_year<E: From<NotForYear>>(
-    scene: &Scene,
+    scene: Scene,
     weather: &Weather,
     settings: &YearSettings,
     mut hand_out: impl FnMut(&YearSky, &YearHours) -> Result<(), E>,
@@ -155,6 +155,7 @@ pub fn solve_year<E: From<NotForYear>>(
         walks_given_up,
         warnings: warnings(&scene, &sky),
         sky,
+        scene,
     })
 }
 
@@ -252,21 +253,22 @@ impl Sums {
     }
 
     fn finish(self, set: usize, name: &str, points: Vec<YearPoint>, closed: Vec<bool>) -> SetYear {
-        let share = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
+        // Where no point counts all sums are 0.
+        let all = if self.weight > 0.0 { self.weight } else { 1.0 };
         SetYear {
             set,
             name: name.to_owned(),
             points,
-            autonomy: self.autonomy.scaled(share).estimate(),
-            sunlit: self.sunlit.scaled(share).estimate(),
-            averages: self.averages.map(|average| average.scaled(share).estimate()),
+            autonomy: self.autonomy.over(all).estimate(),
+            sunlit: self.sunlit.over(all).estimate(),
+            averages: self.averages.map(|average| average.over(all).estimate()),
             hourly_standard_error_lx: self
                 .hourly
                 .iter()
-                .map(|(_, off)| error_of_mean(&off.map(|off| share * off)))
+                .map(|(_, off)| error_of_mean(&off.map(|off| off / all)))
                 .collect(),
-            hourly_lx: self.hourly.iter().map(|(lx, _)| share * lx).collect(),
-            hourly_useful: self.useful.iter().map(|useful| share * useful).collect(),
+            hourly_lx: self.hourly.iter().map(|(lx, _)| lx / all).collect(),
+            hourly_useful: self.useful.iter().map(|useful| useful / all).collect(),
             closed,
             worst_error: self.worst_error,
             error: (self.squares / self.points.max(1.0)).sqrt(),
@@ -308,7 +310,7 @@ fn set_year<E>(
             rays += found.rays;
             let lx: Vec<f64> = found.lx.iter().map(|(lx, _)| *lx).collect();
             let standard_error_lx: Vec<f64> = found.lx.iter().map(|(_, off)| error_of_mean(off)).collect();
-            hand_out(&YearHours { set, point: *index, lx: &lx, standard_error_lx: &standard_error_lx })?;
+            hand_out(&YearHours { receivers, point: *index, lx: &lx, standard_error_lx: &standard_error_lx })?;
             let measures = measures.map(|measure| measure.estimate());
             points.push(YearPoint { measures, error: found.error, walks: found.walks });
         }

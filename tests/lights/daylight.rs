@@ -5,6 +5,7 @@ use std::path::Path;
 
 use luxmc::check::scene_from_json;
 use luxmc::maps::MapResult;
+use luxmc::output::{PartOfRun, RunRecord, summary_file};
 use luxmc::scene::{Emission, Openings, Scene};
 use luxmc::solver::{MapSelection, Method, Solution};
 use serde_json::{Value, json};
@@ -234,6 +235,26 @@ fn open_planes_receive_the_closed_form() {
     }
 }
 
+/// Points that look down on a floor in the open see the sky by one bounce alone: ρ E_h times Lambert's factor of the floor, by every method within 1%; 3% more,
+/// the planted fault, is not met.
+#[test]
+fn a_sky_that_is_seen_by_one_bounce_alone_brings_its_exact_share() {
+    let floor = vec![rectangle("floor", [-5.0, -5.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], "paint", false)];
+    let receivers = json!([{ "name": "down", "type": "grid", "origin": [-0.01, -0.01, 1], "u": [0, 0.02, 0], "v": [0.02, 0, 0], "columns": 2, "rows": 2 }]);
+    let value = scene(floor, vec![sky("overcast", json!({}))], receivers);
+    let corners = [[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]].map(|[x, y]| glam::DVec3::new(x, y, 0.0));
+    let factor = luxmc::base::polygon::polygon_illuminance_factor(glam::DVec3::Z, glam::DVec3::NEG_Z, &corners).abs();
+    let exact = 0.7 * 7.0 / 9.0 * PI * LUMINANCE_CD_M2 * factor;
+    for method in [Method::Auto, Method::Gather, Method::Collision, Method::Local] {
+        let solution = solved(&value, method, MapSelection::Receivers, 0.004);
+        let values = &solution.maps[0].values;
+        let mean = values.illuminance_lx.iter().sum::<f64>() / values.illuminance_lx.len() as f64;
+        assert!((mean / exact - 1.0).abs() < 0.01, "{method:?}: {mean}, {exact}");
+        assert!((mean / (1.03 * exact) - 1.0).abs() > 0.01, "the planted fault passed");
+        assert!(values.direct_lx.iter().all(|lx| *lx == 0.0));
+    }
+}
+
 /// Daylight factors of points without chance: a window under the uniform sky, whose sky component is Lambert's factor (CIE 171, 5.11), and
 /// shares of the points above two values.
 #[test]
@@ -258,6 +279,36 @@ fn daylight_factors_are_those_of_the_window() {
     let mean = exact.iter().sum::<f64>() / 8.0;
     assert!((set.average_percent.value - mean).abs() < 1e-6, "{set:?}, {exact:?}");
     assert!((set.average_percent.value - 1.01 * mean).abs() > 1e-6, "the planted fault passed");
+    // The same in tables.csv and summary.json, with components: here sky alone.
+    let record = RunRecord {
+        scene: String::new(),
+        read_s: 0.0,
+        write_s: 0.0,
+        wall_s: 0.0,
+        threads: 1,
+        peak_memory_bytes: 0,
+        position_accuracy_m: 0.0,
+        files: Vec::new(),
+        part: PartOfRun::Whole,
+    };
+    let summary: Value = serde_json::from_slice(&summary_file(&read(&value), &solution, &record).bytes).expect("JSON");
+    let told = &summary["daylight_factors"][0];
+    assert_eq!((told["receiver"].as_str(), told["target_percent"].as_f64()), (Some("floor"), Some(15.0)));
+    for (key, expected) in
+        [("average_percent", mean), ("sky_component_percent", mean), ("internally_reflected_percent", 0.0)]
+    {
+        assert!((told[key].as_f64().expect(key) - expected).abs() < 1e-6, "{key}: {told}");
+    }
+    let files = luxmc::output::result_files(&read(&value), &solution).expect("files");
+    let table = files.iter().find(|file| file.name == "tables.csv").expect("tables.csv");
+    let mut rows =
+        std::str::from_utf8(&table.bytes).expect("text").lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let header = rows.next().expect("a header");
+    let row = rows.find(|row| row[0] == "floor" && row[1] == "grid").expect("the set");
+    let cell = |name: &str| row[header.iter().position(|column| *column == name).expect(name)].parse::<f64>();
+    assert!((cell("daylight_factor_percent").expect("a number") - mean).abs() < 1e-6, "{row:?}");
+    assert!((cell("sky_component_percent").expect("a number") - mean).abs() < 1e-6, "{row:?}");
+    assert_eq!(cell("externally_reflected_percent").expect("a number"), 0.0);
     let above = |limit: f64| exact.iter().filter(|factor| **factor > limit).count() as f64 / 8.0;
     for (share, limit) in set.shares_above.iter().zip([15.0, 5.0]) {
         assert!((share.value - above(limit)).abs() < 1e-9, "above {limit} %: {share:?}, {exact:?}");

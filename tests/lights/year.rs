@@ -82,7 +82,7 @@ fn settings(subdivision: u32, seed: u64, target_error: f64) -> YearSettings {
 /// The year, and of each point each hour's illuminance.
 fn year(scene: &Scene, weather: &Weather, settings: &YearSettings) -> (YearSolution, Vec<Vec<Estimate>>) {
     let mut points = Vec::new();
-    let solution = solve_year(scene, weather, settings, |_: &YearSky, hours| {
+    let solution = solve_year(scene.clone(), weather, settings, |_: &YearSky, hours| {
         let both = hours.lx.iter().zip(hours.standard_error_lx);
         points.push(both.map(|(value, error)| Estimate { value: *value, standard_error: *error }).collect());
         Ok::<(), NotForYear>(())
@@ -251,16 +251,26 @@ fn shutters_and_poles() {
     assert!(noon.towards_sun.z < 0.0 && noon.sun_lx == 0.0);
 }
 
-/// In the open field again, with the sun in the zenith of a tropic and hardly above the horizon: what the weather says, within 7 errors and 1%; 3% more is not.
+/// In the open field again, with the sun in the zenith of a tropic and hardly above the horizon, and on a polar day at midnight and noon: what the weather says,
+/// within 7 errors and 1%; 3% more is not.
 #[test]
-fn the_sun_in_the_zenith_and_on_the_horizon() {
+fn the_sun_in_the_zenith_on_the_horizon_and_at_midnight() {
     let hours = [(6, 21, 12.03, [90_000.0, 12_000.0]), (6, 21, 5.35, [3000.0, 900.0])];
     let tropic = Weather { latitude_deg: 23.44, longitude_deg: 15.0, ..weather(&hours) };
+    let day = [(6, 21, 0.5, [30_000.0, 8000.0]), (6, 21, 12.5, [70_000.0, 9000.0])];
+    let pole = Weather { latitude_deg: 80.0, ..weather(&day) };
+    for (site, heights_deg) in [(tropic, [89.5..90.1, 0.3..1.5]), (pole, [13.2..13.6, 33.2..33.6])] {
+        open_field(&site, heights_deg);
+    }
+}
+
+/// The hours of a site in the open field, with the sun so high.
+fn open_field(site: &Weather, expected_deg: [std::ops::Range<f64>; 2]) {
     let pit = vec![rectangle("pit", [0.0, 0.0, -9.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], "black")];
     let receivers = json!([grid("up", [1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 2, 2)]);
-    let (solution, points) = year(&scene(pit, vec![sky()], receivers), &tropic, &settings(1, 1, 0.002));
+    let (solution, points) = year(&scene(pit, vec![sky()], receivers), site, &settings(1, 1, 0.002));
     let heights_deg = [0, 1].map(|hour: usize| solution.sky.hours[hour].towards_sun.z.asin().to_degrees());
-    assert!(heights_deg[0] > 89.5 && (0.3..1.5).contains(&heights_deg[1]), "{heights_deg:?}");
+    assert!(expected_deg.iter().zip(&heights_deg).all(|(range, height)| range.contains(height)), "{heights_deg:?}");
     for (found, hour) in points.iter().flat_map(|point| point.iter().zip(&solution.sky.hours)) {
         let outside_lx = hour.outside_lx[0] + hour.outside_lx[1];
         let off = |lx: f64| ((found.value - lx).abs() / found.standard_error, (found.value / lx - 1.0).abs());
@@ -289,6 +299,57 @@ fn light_that_comes_by_a_bounce_alone_is_met() {
     assert!(measures(YearMeasure::SkyComponent).value == 0.0 && measures(YearMeasure::FromInside).value > 0.0);
     let parts = &run.maps[0].values.sky_components_lx;
     assert!(parts.iter().all(|[sky, _, inside]| sky.value == 0.0 && inside.value > 0.0));
+}
+
+/// Points that look down on a floor in the open see the sky by one bounce alone: ρ E_h times Lambert's factor of the floor. Seed 1, an error of 0.5%: the mean
+/// within 1%, 3% more, the planted fault, is not.
+#[test]
+fn a_sky_that_is_seen_by_one_bounce_alone_brings_its_exact_share() {
+    let floor = vec![rectangle("floor", [-5.0, -5.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], "paint")];
+    let receivers = json!([grid("down", [-0.01, -0.01, 1.0], [0.0, 0.02, 0.0], [0.02, 0.0, 0.0], 2, 2)]);
+    let mut dark_ground = sky();
+    dark_ground["ground_reflectance"] = json!(0);
+    let given = weather(&[(12, 20, 20.5, [0.0, 8000.0])]);
+    let (solution, points) = year(&scene(floor, vec![dark_ground], receivers), &given, &settings(4, 1, 0.005));
+    let corners = [[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]].map(|[x, y]| glam::DVec3::new(x, y, 0.0));
+    let factor = luxmc::base::polygon::polygon_illuminance_factor(glam::DVec3::Z, glam::DVec3::NEG_Z, &corners).abs();
+    let mean_lx = points.iter().map(|hours| hours[0].value).sum::<f64>() / points.len() as f64;
+    let exact_lx = 0.6 * 8000.0 * factor;
+    assert!((mean_lx / exact_lx - 1.0).abs() < 0.01, "{mean_lx}, {exact_lx}");
+    assert!((1.03 * mean_lx / exact_lx - 1.0).abs() > 0.01, "the planted fault passed");
+    assert_eq!(solution.sets[0].averages[YearMeasure::SkyComponent as usize].value, 0.0);
+}
+
+/// A board hides all of the sun's disk but a segment of a third of its radius, from points so near each other that all have the same. More looks bring its
+/// error down to 5% (sixteen leave 39%): seed 1, all 32 points meet a target of 8%, lie within 7 of their errors, scatter by these within a third, and their
+/// mean is that of the segment within 3%. A third more, the planted fault, is not.
+#[test]
+fn suns_that_are_half_hidden_are_looked_for_until_their_error_is_met() {
+    const FAR_M: f64 = 20.0;
+    const SHOWN_FROM: f64 = 1.0 / 3.0;
+    let given = weather(&[(6, 21, 12.5, [DIRECT_LX, 1.0])]);
+    let towards = YearSky::of(&given, 1, 0.0, 1.0, |_| true).hours[0].towards_sun;
+    let across = towards.cross(glam::DVec3::Z).normalize();
+    let up = across.cross(towards);
+    // Its edge stands so far from the middle, its other edges beyond the disk.
+    let radius_m = FAR_M * 0.265f64.to_radians().tan();
+    let corner = FAR_M * towards + SHOWN_FROM * radius_m * across - 0.5 * up - across;
+    let mut board = rectangle("board", corner.to_array(), across.to_array(), up.to_array(), "black");
+    board["two_sided"] = json!(true);
+    let receivers = json!([grid("up", [-0.0005, -0.0005, 0.0], [0.001, 0.0, 0.0], [0.0, 0.001, 0.0], 8, 4)]);
+    let mut dark_ground = sky();
+    dark_ground["ground_reflectance"] = json!(0);
+    let (solution, points) = year(&scene(vec![board], vec![dark_ground], receivers), &given, &settings(1, 1, 0.08));
+    assert!(solution.target_met(), "{}", solution.sets[0].worst_error);
+    let shown = (SHOWN_FROM.acos() - SHOWN_FROM * (1.0 - SHOWN_FROM * SHOWN_FROM).sqrt()) / PI;
+    let exact_lx = shown * DIRECT_LX * towards.z + 1.0;
+    let found: Vec<Estimate> = points.iter().map(|hours| hours[0]).collect();
+    let scores: Vec<f64> = found.iter().map(|lx| (lx.value - exact_lx) / lx.standard_error).collect();
+    let scatter = (scores.iter().map(|score| score * score).sum::<f64>() / scores.len() as f64).sqrt();
+    assert!(scores.iter().all(|score| score.abs() < 7.0) && (0.67..1.33).contains(&scatter), "{scatter}, {scores:?}");
+    let mean_lx = found.iter().map(|lx| lx.value).sum::<f64>() / found.len() as f64;
+    let off = |exact_lx: f64| (mean_lx / exact_lx - 1.0).abs();
+    assert!(off(exact_lx) < 0.03 && off(4.0 / 3.0 * exact_lx) > 0.03, "{mean_lx}, {exact_lx}");
 }
 
 /// What suns of many days have together is what each has alone: nine hours of sixty-one days, whose reflected suns come from nodes among them, against the hours
@@ -411,7 +472,7 @@ fn blinds_close_by_the_sun_and_threads_change_nothing() {
 fn scenes_without_a_sky_are_refused() {
     let lamp = json!({ "name": "lamp", "type": "point", "position": [2, 2, 2], "intensity_cd": 100 });
     let dark = scene(room("paint", false), vec![lamp], work_plane());
-    let refused = solve_year(&dark, &a_day(), &settings(1, 0, 0.03), |_, _| Ok::<(), NotForYear>(()));
+    let refused = solve_year(dark, &a_day(), &settings(1, 0, 0.03), |_, _| Ok::<(), NotForYear>(()));
     let told = refused.expect_err("no sky").to_string();
     assert!(told.contains("no sky") && told.contains("remedy"), "{told}");
 }

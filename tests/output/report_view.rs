@@ -257,3 +257,27 @@ fn the_page_stands_by_itself_and_names_cannot_end_its_scripts() {
     );
     assert!(!without.expect("text").contains("view-data"), "pages without plots have no view");
 }
+
+/// Of 230 receiver sets the report lists 200 and says how many it leaves out; with 200 it leaves out none.
+#[test]
+fn of_very_many_receiver_sets_a_report_lists_the_first_and_tells_of_the_rest() {
+    let page_of_sets = |count: usize| {
+        let set = |i: usize| {
+            let x = 100.1 + 0.01 * i as f64;
+            format!(r#"{{ "name": "set {i}.", "type": "points", "points": [[{x}, 201.5, 0.8, 0, 0, 1]] }}"#)
+        };
+        let mut json: Value = serde_json::from_str(SCENE).expect("JSON");
+        let sets = (0..count).map(set).collect::<Vec<_>>().join(",");
+        json["receivers"] = serde_json::from_str(&format!("[{sets}]")).expect("JSON");
+        let scene = scene_from_json(&json.to_string(), None, Path::new(".")).expect("valid");
+        let settings = Settings { chains: Some(16), maps: MapSelection::Receivers, ..Settings::default() };
+        page_of(&scene, &solve(&scene, &settings, &Silent))
+    };
+    let listed = |page: &str| page.matches("<td class=\"text\">set ").count();
+    let page = page_of_sets(230);
+    assert_eq!(listed(&page), 200);
+    assert!(page.contains("Not listed: 30 more receiver sets; tables.csv holds all."));
+    let page = page_of_sets(200);
+    assert_eq!(listed(&page), 200);
+    assert!(!page.contains("Not listed"));
+}

@@ -175,6 +175,11 @@ impl Job {
         self.cell_growth.as_ref().map(|(growth, planned_at)| (growth.rays - (self.rays - planned_at) as f64).max(0.0))
     }
 
+    /// The same as work, to be held against that of other ways.
+    pub fn work_to_ask(&self) -> Option<f64> {
+        self.rays_to_ask().map(|rays| WORK_OF_A_GATHERING_RAY * rays)
+    }
+
     /// What a map does before its first look.
     fn first_goal(&self, error: f64) -> CellGoal {
         let entries = self.gathered().len().max(1) as u64;
@@ -276,7 +281,7 @@ impl Job {
             adaptive.detail.restart_indirect();
         }
         self.forget_looks();
-        self.given_up_rays = self.rays;
+        self.give_up_samples();
         self.engine = Engine::unbiased(context.scene, self.kind, Method::Auto);
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;

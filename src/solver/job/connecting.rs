@@ -58,7 +58,7 @@ impl Job {
         self.engine = Engine::Walking;
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
-        self.given_up_rays = self.rays;
+        self.give_up_samples();
     }
 
     /// Whether it goes by local estimation.

@@ -50,7 +50,7 @@ impl Job {
             (self.elements, self.adaptive) = (elements, Some(adaptive));
             let numbers = self.numbers_per_site();
             self.direct = direct_cost(context, self.kind, &self.elements, self.adaptive.as_ref()).0.times(numbers);
-            self.indirect = indirect_cost(context, self.kind, &self.elements).times(numbers);
+            self.indirect = indirect_cost(context, self.kind, &self.elements, None).times(numbers);
         }
         let found = match found {
             Refinement::OfDirect => self.keep_gathered(context),
@@ -61,7 +61,7 @@ impl Job {
         }
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
-        self.given_up_rays = self.rays;
+        self.give_up_samples();
         if self.engine == Engine::Gathering {
             self.begin_asks(context);
         }
@@ -172,6 +172,11 @@ impl Job {
     /// Area or weight of every element or point.
     pub fn site_weights(&self) -> &[f64] {
         &self.weights[..self.map.len()]
+    }
+
+    /// Rays of indirect light so far are in no sample of the map any more; those of direct light stay.
+    pub(super) fn give_up_samples(&mut self) {
+        self.given_up_rays = self.rays - self.direct_rays;
     }
 
     /// Rays of the samples that are in the map.

@@ -65,6 +65,7 @@ pub fn expectations(
             seed: settings.seed,
             method,
             target_error: target,
+            to_target: true,
             adapt_to: adapts(&settings, &stage).then_some(target),
             time_left: &time_left,
             pace: Pace::within(PACE_S),

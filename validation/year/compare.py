@@ -1,0 +1,190 @@
+"""What a year of daylight has wrong that its replicas do not show: its hours against runs of `luxmc solve` with the same sky or sun.
+
+    python3 validation/year/compare.py patches --out out/year-check     the sky in patches of even luminance, MF 1 to 4
+    python3 validation/year/compare.py suns --out out/year-check        the sun by way of surfaces, from nodes of its way
+
+Rooms: scenes/daylight-office.json, scenes/atrium.json, and a room with a reveal of 0.5 m and slats before its window. Points are few; what stands in the tables
+is root mean squares from which the errors that both runs state have been taken. Sky and sun are looked at one without the other: before the suns of the skies
+small black squares stand far away, and the suns shine in a sky of 1 lx. The ground is black. Both tables are Markdown. Needs nothing but Python.
+"""
+import argparse
+import csv
+import json
+import math
+import pathlib
+import statistics
+import subprocess
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SITE = ["latitude_deg,52", "longitude_deg,13", "time_zone_hours,1"]
+# Month, day, middle of the hour, lx of the sun across its rays and of the sky on a plane.
+SKIES = [(3, 10, 12.5, 70_000, 14_000), (6, 21, 9.5, 80_000, 12_000), (12, 15, 12.5, 40_000, 9_000), (9, 5, 15.5, 30_000, 25_000),
+         (4, 20, 10.5, 5_000, 30_000), (11, 10, 13.5, 0, 12_000), (7, 1, 17.5, 50_000, 10_000), (2, 1, 10.5, 20_000, 10_000)]
+SUN_LX = 100_000
+FAR_M = 4000
+DAYS = [(1, 20), (3, 5), (5, 25), (8, 3), (11, 1)]
+HOURS = [9.5, 12.5, 15.5]
+LENGTHS = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31]
+
+
+def rectangle(name, origin, u, v, material="paint", two_sided=False):
+    return {"name": name, "type": "rectangle", "origin": origin, "u": u, "v": v, "material": material, "two_sided": two_sided}
+
+
+def slats():
+    """4 m × 4 m × 3 m, a window of 3 m × 1.5 m to the south in a reveal, and before it slats of 8 cm turned by 30°."""
+    parts = [rectangle("floor", [0, 0, 0], [4, 0, 0], [0, 4, 0]), rectangle("ceiling", [0, 0, 3], [0, 4, 0], [4, 0, 0]),
+             rectangle("back", [0, 4, 0], [4, 0, 0], [0, 0, 3]), rectangle("left", [0, 0, 0], [0, 4, 0], [0, 0, 3]),
+             rectangle("right", [4, 0, 0], [0, 0, 3], [0, 4, 0]), rectangle("front 1", [0, 0, 0], [0, 0, 3], [.5, 0, 0]),
+             rectangle("front 2", [3.5, 0, 0], [0, 0, 3], [.5, 0, 0]), rectangle("front 3", [.5, 0, 0], [0, 0, 1], [3, 0, 0]),
+             rectangle("front 4", [.5, 0, 2.5], [0, 0, .5], [3, 0, 0]), rectangle("sill", [.5, -.5, 1], [3, 0, 0], [0, .5, 0]),
+             rectangle("soffit", [.5, -.5, 2.5], [0, .5, 0], [3, 0, 0]), rectangle("reveal 1", [.5, -.5, 1], [0, .5, 0], [0, 0, 1.5]),
+             rectangle("reveal 2", [3.5, -.5, 1], [0, 0, 1.5], [0, .5, 0])]
+    for number in range(15):
+        parts.append(rectangle(f"slat {number + 1}", [.5, -.6, 1.03 + .1 * number], [3, 0, 0], [0, .07, .04], two_sided=True))
+    return {"version": 1, "materials": {"paint": {"type": "diffuse", "reflectance": 0.6}}, "geometry": parts, "luminaires": [], "receivers": []}
+
+
+def grid(name, origin, u, v, columns, rows):
+    return {"name": name, "type": "grid", "origin": origin, "u": u, "v": v, "columns": columns, "rows": rows}
+
+
+def rooms():
+    office = json.loads((ROOT / "scenes/daylight-office.json").read_text())
+    office["receivers"] = [grid("plane", [.5, .5, .85], [4, 0, 0], [0, 5.5, 0], 3, 4)]
+    atrium = json.loads((ROOT / "scenes/atrium.json").read_text())
+    atrium["receivers"] = [grid("plane", [2, 1, .85], [16, 0, 0], [0, 10, 0], 4, 3)]
+    blinds = slats()
+    blinds["receivers"] = [grid("plane", [.5, .5, .85], [3, 0, 0], [0, 3, 0], 3, 4)]
+    for scene in (office, atrium, blinds):
+        scene["materials"]["black"] = {"type": "diffuse", "reflectance": 0}
+    return {"office": office, "atrium": atrium, "reveal and slats": blinds}
+
+
+def towards(hour):
+    height, turn = (math.radians(float(hour[key])) for key in ("sun_elevation_deg", "sun_azimuth_deg"))
+    return [math.cos(height) * math.sin(turn), math.cos(height) * math.cos(turn), math.sin(height)]
+
+
+def cover(number, sun, middle):
+    """A black square of 0.9° before the sun, so far that it hides it from a whole room about `middle`."""
+    across = [-sun[1], sun[0], 0]
+    length = math.hypot(*across)
+    across = [a / length for a in across]
+    up = [sun[1] * across[2] - sun[2] * across[1], sun[2] * across[0] - sun[0] * across[2], sun[0] * across[1] - sun[1] * across[0]]
+    half = FAR_M * math.tan(math.radians(.45))
+    corner = [m + FAR_M * s - half * (a + b) for m, s, a, b in zip(middle, sun, across, up)]
+    return rectangle(f"cover {number}", corner, [2 * half * a for a in across], [2 * half * b for b in up], "black", True)
+
+
+class Check:
+    def __init__(self, arguments):
+        self.luxmc, self.out = arguments.luxmc, pathlib.Path(arguments.out)
+        self.out.mkdir(parents=True, exist_ok=True)
+
+    def run(self, command, scene, luminaires, name, *more):
+        path = self.out / f"{name}.json"
+        path.write_text(json.dumps(dict(scene, luminaires=luminaires)))
+        ended = subprocess.run([self.luxmc, command, path, "--out", self.out / name, "--quiet", *map(str, more)], capture_output=True, text=True)
+        if ended.returncode not in (0, 1):
+            raise SystemExit(ended.stderr)
+        return self.out / name
+
+    def year(self, scene, hours, name, target, subdivision=2):
+        """Of each hour its row and every point's lx with its error; and what the year says of itself."""
+        weather = self.out / "weather.csv"
+        rows = [f"{month},{day},{hour},{sun},{sky}" for month, day, hour, sun, sky in hours]
+        columns = "month,day,hour,direct_normal_illuminance_lx,diffuse_horizontal_illuminance_lx"
+        weather.write_text("\n".join([*SITE, columns, *rows]) + "\n")
+        sky = {"name": "sky", "type": "sky", "luminance_distribution": "overcast", "horizontal_illuminance_lx": 1000}
+        out = self.run("year", scene, [sky], name, "--weather", weather, "--target-error", target, "--hourly", "--occupied", "0-24",
+                       "--sky-subdivision", subdivision)
+        lit = list(csv.DictReader((out / "year-hours.csv").open()))
+        both = [[list(map(float, row[4:])) for row in list(csv.reader((out / f"hourly{part}-plane.csv").open()))[1:]] for part in ("", "-error")]
+        found = {(int(hour["month"]), int(hour["day"]), float(hour["hour"])): (hour, [[point[k] for point in part] for part in both])
+                 for k, hour in enumerate(lit)}
+        return found, json.loads((out / "summary.json").read_text())
+
+    def solve(self, scene, luminaire, name, target):
+        """lx, errors and direct lx of every point."""
+        out = self.run("solve", scene, [luminaire], name, "--maps", "receivers", "--target-error", target)
+        rows = list(csv.DictReader((out / "receivers.csv").open()))
+        return [[float(row[key]) for row in rows] for key in ("illuminance_lx", "standard_error_lx", "direct_lx")]
+
+
+def left(pairs):
+    """Root mean square of differences without what both errors leave, and what these leave, both over the root mean square."""
+    squares = sum((a - b) ** 2 for (a, _), (b, _) in pairs)
+    noise = sum(s ** 2 + t ** 2 for (_, s), (_, t) in pairs)
+    all_lx = sum(b ** 2 for _, (b, _) in pairs)
+    return (squares - noise) / all_lx, math.sqrt(noise / all_lx)
+
+
+def signed_root(square):
+    return math.copysign(math.sqrt(abs(square)), square)
+
+
+def patches(check, target):
+    print("| room | MF | patches | told, median hour | found, median hour | worst hour | of the errors |\n| --- | --- | --- | --- | --- | --- | --- |")
+    for name, scene in rooms().items():
+        bare, _ = check.year(scene, SKIES, "sky", "30%", 1)
+        suns = {hour: towards(bare[hour[:3]][0]) for hour in SKIES}
+        plane = scene["receivers"][0]
+        middle = [at + (a + b) / 2 for at, a, b in zip(plane["origin"], plane["u"], plane["v"])]
+        covers = [cover(number, suns[hour], middle) for number, hour in enumerate(SKIES) if hour[3]]
+        scene = dict(scene, geometry=scene["geometry"] + covers)
+        runs = {}
+        for hour in SKIES:
+            at = bare[hour[:3]][0]
+            place = {"sun_elevation_deg": float(at["sun_elevation_deg"]), "sun_azimuth_deg": float(at["sun_azimuth_deg"])}
+            sky = {"name": "sky", "type": "sky", "luminance_distribution": "Perez", "direct_normal_illuminance_lx": hour[3],
+                   "diffuse_horizontal_illuminance_lx": hour[4], **place}
+            runs[hour] = check.solve(scene, sky, "sky-run", target)
+        for subdivision in range(1, 5):
+            found, summary = check.year(scene, SKIES, "sky", target, subdivision)
+            errors = []
+            for hour, (lx, error, _) in runs.items():
+                of_year = found[hour[:3]][1]
+                errors.append(left(list(zip(zip(*of_year), zip(lx, error)))))
+            squares, noise = [square for square, _ in errors], math.sqrt(statistics.mean(noise ** 2 for _, noise in errors))
+            print(f"| {name} | {subdivision} | {summary['sky_patches']} | {100 * summary['patch_error']:.2f} % | "
+                  f"{100 * signed_root(statistics.median(squares)):.2f} % | {100 * signed_root(max(squares)):.2f} % | {100 * noise:.2f} % |", flush=True)
+
+
+def suns(check, target):
+    hours = [(month + 1, day + 1, hour + .5, SUN_LX, 1) for month, days in enumerate(LENGTHS) for day in range(days) for hour in range(3, 21)]
+    print("| room | hours | nodes' error of a point | of the plane's mean | mean of all hours | errors of a point |\n| --- | --- | --- | --- | --- | --- |")
+    for name, scene in rooms().items():
+        found, _ = check.year(scene, hours, "sun", target)
+        points, planes, sums = [], [], [0, 0]
+        for month, day in DAYS:
+            for hour in HOURS:
+                if (month, day, hour) not in found:
+                    continue
+                at, of_year = found[month, day, hour]
+                if float(at["sun_elevation_deg"]) < 3:
+                    continue
+                sun = {"name": "sun", "type": "sun", "normal_illuminance_lx": SUN_LX,
+                       "sun_elevation_deg": float(at["sun_elevation_deg"]), "sun_azimuth_deg": float(at["sun_azimuth_deg"])}
+                lx, error, direct = check.solve(scene, sun, "sun-run", target)
+                pairs = [pair for pair, straight in zip(zip(zip(*of_year), zip(lx, error)), direct) if straight == 0]
+                mean = sum(b for _, (b, _) in pairs) / max(len(pairs), 1)
+                if mean < 1:
+                    continue
+                points.append(left(pairs))
+                planes.append((sum(a for (a, _), _ in pairs) / len(pairs) / mean - 1, points[-1][1] ** 2 / len(pairs)))
+                sums = [sums[0] + planes[-1][0], sums[1] + 1]
+        point = signed_root(statistics.mean(square for square, _ in points))
+        plane = signed_root(statistics.mean(off ** 2 - noise for off, noise in planes))
+        noise = math.sqrt(statistics.mean(noise ** 2 for _, noise in points))
+        print(f"| {name} | {len(points)} | {100 * point:.2f} % | {100 * plane:.2f} % | {100 * sums[0] / sums[1]:+.2f} % | {100 * noise:.2f} % |", flush=True)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["patches", "suns"])
+    parser.add_argument("--out", required=True)
+    parser.add_argument("--luxmc", default=str(ROOT / "target/release/luxmc"))
+    parser.add_argument("--target-error", default="1%")
+    given = parser.parse_args()
+    {"patches": patches, "suns": suns}[given.what](Check(given), given.target_error)
