@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example make_light_mesh_scenes` (from the project's root)
 
-use luxmc::validation::studies::open_air::{gazebo, playground, scene_text};
+use luxmc::validation::studies::open_air::{Lamps, gazebo, playground, scene_text};
 
 /// Receivers along each edge of the lawn.
 const EDGE: usize = 1024;
@@ -13,7 +13,10 @@ fn main() -> std::io::Result<()> {
         ("playground", "A playground, 400 units wide, for the study of light meshes", playground(), 350.0),
     ] {
         std::fs::write(format!("scenes/{name}.obj"), &things.text)?;
-        std::fs::write(format!("scenes/{name}.json"), scene_text(title, &format!("{name}.obj"), depth, EDGE))?;
+        std::fs::write(
+            format!("scenes/{name}.json"),
+            scene_text(title, &format!("{name}.obj"), depth, EDGE, Lamps::Points),
+        )?;
         println!("scenes/{name}.json: {} triangles in {} solids", things.triangles, things.parts);
     }
     Ok(())

@@ -23,18 +23,24 @@ pub struct Mirrors {
     pub areas: Vec<u32>,
     /// Whether the facets are all there are in the scene.
     pub are_all: bool,
-    /// Whether walks look for areas in them: where no facet sees another. Between mirrors that face each other a ray that goes on meets
-    /// areas better than looks that stop somewhere.
-    pub walks_look: bool,
-    /// Of every triangle's front and back, whether it is a facet.
-    is_facet: Vec<[bool; 2]>,
+    /// Of every triangle's front and back, the number of the facet that it is.
+    number: Vec<[u16; 2]>,
 }
 
+/// The number of what is no facet.
+const NO_FACET: u16 = u16::MAX;
+
 impl Mirrors {
-    /// Whether walks look for images of areas in this side of a triangle.
+    /// Whether walks look for areas in them.
     #[inline]
-    pub fn shows_areas_in(&self, triangle: u32, side: Side) -> bool {
-        self.walks_look && self.is_facet[triangle as usize][side as usize]
+    pub fn walks_look(&self) -> bool {
+        !self.areas.is_empty()
+    }
+
+    /// The number of the facet that a side of a triangle is.
+    #[inline]
+    pub fn number(&self, triangle: u32, side: Side) -> Option<u16> {
+        Some(self.number[triangle as usize][side as usize]).filter(|number| *number != NO_FACET)
     }
 }
 
@@ -71,7 +77,7 @@ pub(super) fn mirrors_of(
     // Flat mirrors have few facets: they come first, and curved ones are left out where there are too many.
     surfaces.sort_unstable();
     let mut facets = Vec::new();
-    let mut is_facet = vec![[false; 2]; triangles.len()];
+    let mut number = vec![[NO_FACET; 2]; triangles.len()];
     let mut left_out = Vec::new();
     for (count, id) in surfaces {
         let surface = &scene.surfaces[id];
@@ -81,11 +87,10 @@ pub(super) fn mirrors_of(
             continue;
         }
         for triangle in surface.triangles.clone() {
-            facets.push(Facet::new(scene, triangle, Side::Front));
-            if surface.two_sided {
-                facets.push(Facet::new(scene, triangle, Side::Back));
+            for side in if surface.two_sided { &[Side::Front, Side::Back][..] } else { &[Side::Front] } {
+                number[triangle as usize][*side as usize] = facets.len() as u16;
+                facets.push(Facet::new(scene, triangle, *side));
             }
-            is_facet[triangle as usize] = [true, surface.two_sided];
         }
     }
     let are_all = left_out.is_empty();
@@ -93,11 +98,7 @@ pub(super) fn mirrors_of(
         // Rays meet areas in what is left out.
         left_out.clear();
     }
-    let sees = |one: &Facet, other: &Facet| one.is_before(other) && other.is_before(one);
-    let face_each_other =
-        || facets.iter().enumerate().any(|(index, one)| facets[..index].iter().any(|other| sees(one, other)));
-    let walks_look = !areas.is_empty() && !face_each_other();
-    let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, sun, points, areas, are_all, walks_look, is_facet });
+    let mirrors = (!facets.is_empty()).then_some(Mirrors { facets, sun, points, areas, are_all, number });
     (mirrors, left_out)
 }
 

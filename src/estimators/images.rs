@@ -3,14 +3,17 @@
 //!
 //! A sequence of facets is drawn step by step ([`Beam`]); at every step one emitter is chosen and a point of it, and if
 //! the beam holds that, the path is followed back from facet to facet and counts in full. Each path has one sequence,
-//! which is drawn with a known probability: counted once, without bias (docs/methods.md (16)).
+//! which is drawn with a known probability: counted once, without bias (docs/methods.md (16)). Rays meet areas by way of the
+//! same facets: both ways count, weighed by their densities.
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
 
 use crate::chain::{Mirrors, Stage};
 use crate::estimators::direct::Receiver;
 use crate::geometry::Origin;
-use crate::sampling::beam::{Beam, Facet};
+use crate::sampling::beam::{Beam, Facet, Step as Reached};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 
@@ -25,6 +28,80 @@ fn decay(depth: u32) -> f64 {
     if depth == 1 { 1.0 } else { (f64::from(depth + 5) / f64::from(depth + 6)).powf(2.5) }
 }
 
+/// Facets on a way that both a look and a ray may find, at most: looks go no further, and rays count all that lies beyond.
+const MOST_SHARED: usize = 12;
+
+/// One part of what a place makes of light from a direction.
+#[derive(Clone, Copy)]
+pub struct ImageResponse {
+    /// What an illuminance of 1 lx from there counts.
+    pub factor: f64,
+    /// Density of the rays that find the same light, per sr and over the cosine; 0 where none does.
+    pub ray_per_sr: f64,
+}
+
+/// The way of a ray by mirrors from a place that has looked for areas in them.
+#[derive(Clone, Copy)]
+pub struct Trail {
+    point_m: DVec3,
+    normal: DVec3,
+    /// Density of the ray per sr and over the cosine, for every look.
+    ray_per_sr: f64,
+    /// What the mirrors and panes on the way leave of light.
+    share: f64,
+    facets: [u16; MOST_SHARED],
+    count: usize,
+}
+
+impl Trail {
+    /// A ray that starts at a place which looks for areas by chance (1: always).
+    pub fn from(point_m: DVec3, normal: DVec3, ray_per_sr: f64, chance: f64) -> Trail {
+        Trail { point_m, normal, ray_per_sr: ray_per_sr / chance, share: 1.0, facets: [0; MOST_SHARED], count: 0 }
+    }
+
+    /// After a mirror that reflects a share; nothing where no look comes there.
+    pub fn mirrored(mut self, facet: Option<u16>, share: f64) -> Option<Trail> {
+        *self.facets.get_mut(self.count)? = facet?;
+        self.count += 1;
+        self.share *= share;
+        Some(self)
+    }
+
+    /// After a pane that lets a share pass.
+    pub fn passed(self, share: f64) -> Trail {
+        Trail { share: self.share * share, ..self }
+    }
+
+    /// Share of an area's light that is the ray's to count where it meets that, z/(1 + z) with z its density over that with
+    /// which looks find the same (docs/methods.md (15b)).
+    pub fn share_of_ray(&self, stage: &Stage, mirrors: &Mirrors, number: u32) -> f64 {
+        let mut beam = Beam::above(self.point_m, self.normal);
+        let mut normal = self.normal;
+        let mut probability = 1.0;
+        for (facet, depth) in self.facets[..self.count].iter().zip(1..) {
+            let Some(step) = beam.step_to(&mirrors.facets, usize::from(*facet)) else {
+                return 1.0;
+            };
+            let facet = &mirrors.facets[step.facet];
+            probability *= step.probability * survival(stage, facet, &step, depth);
+            beam = beam.reflected(facet, &step);
+            normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
+        }
+        let emitter = &stage.emitters.list()[number as usize];
+        let weight = |number: &u32| stage.emitters.list()[*number as usize].importance(beam.apex_m, normal);
+        let total: f64 = mirrors.areas.iter().map(weight).sum();
+        let luminance_cd_m2 = emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
+        let looked = probability * weight(&number) / total * luminance_cd_m2;
+        let rayed = self.ray_per_sr * self.share * emitter.unshadowed_lx(beam.apex_m, normal);
+        if looked > 0.0 { rayed / (rayed + looked) } else { 1.0 }
+    }
+}
+
+/// Probability with which a sequence of facets goes on past one of them.
+fn survival(stage: &Stage, facet: &Facet, step: &Reached, depth: u32) -> f64 {
+    stage.law(facet.triangle).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
+}
+
 /// A point of an emitter, as it is chosen at a step of a beam.
 struct Chosen {
     position_m: DVec3,
@@ -32,6 +109,8 @@ struct Chosen {
     /// What it brings to the image of the place in lx, its cosine included, as if no mirror took anything and nothing
     /// stood between; over the probability of its choice.
     brought_lx: f64,
+    /// Luminance of an area.
+    luminance_cd_m2: f64,
 }
 
 /// Where a beam has come to.
@@ -53,19 +132,20 @@ pub fn look_into_mirrors(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
+    let count = |lx: f64, towards: DVec3, _: &Chosen| lx * response(towards);
     let (sun_lx, sun_rays) = match mirrors.sun {
-        Some(number) => look_by_facets(stage, &mirrors.facets, receiver, &response, stream, |step, stream| {
+        Some(number) => look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, &count, stream, |step, stream| {
             let look = stage.emitters.list()[number as usize].look(step.apex_m, step.normal, stream)?;
             let origin = stage.origin(&look.place?);
             let position_m = stage.tracer.position_m(&origin);
-            Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx })
+            Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx, luminance_cd_m2: 0.0 })
         }),
         None => (0.0, 0),
     };
     let Some(points) = &mirrors.points else {
         return (sun_lx, sun_rays);
     };
-    let (lx, rays) = look_by_facets(stage, &mirrors.facets, receiver, &response, stream, |step, stream| {
+    let (lx, rays) = look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, &count, stream, |step, stream| {
         let variate = stream.fine_unit();
         let (look, chosen) = points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
         let offset_m = step.apex_m - look.point.position_m;
@@ -75,21 +155,52 @@ pub fn look_into_mirrors(
         }
         let intensity_cd = look.emitter.intensity_from_cd(&look.point, offset_m.normalize_or_zero());
         let brought_lx = intensity_cd * cosine / offset_m.length_squared() / chosen;
-        Some(Chosen { position_m: look.point.position_m, origin: stage.origin(&look.place), brought_lx })
+        let origin = stage.origin(&look.place);
+        Some(Chosen { position_m: look.point.position_m, origin, brought_lx, luminance_cd_m2: 0.0 })
     });
     (sun_lx + lx, sun_rays + rays)
 }
 
-/// One unbiased sample of what images of balls and areas bring to a place in lx, times `response` to the direction that it comes from;
-/// and the rays it took. Whoever looks so leaves out what a ray meets by way of these facets: see [`Mirrors::shows_areas_in`].
-pub fn look_for_areas(
+/// One unbiased sample of what images of balls and areas bring to a place in lx, and the rays it took. Whoever looks so leaves out what a
+/// ray meets by way of these facets.
+pub fn look_for_areas(stage: &Stage, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
+    look_at_areas(stage, mirrors, receiver, u32::MAX, |lx, _, _| lx, stream)
+}
+
+/// The part of it that is not left to rays, for places that send some, each of whose parts `responses` tells by the direction that light
+/// comes from. It is made by chance (1: always): the ray's share, [`Trail::share_of_ray`], must know the same chance.
+pub fn look_for_areas_beside_rays(
     stage: &Stage,
     mirrors: &Mirrors,
     receiver: &Receiver,
-    response: impl Fn(DVec3) -> f64,
+    chance: f64,
+    responses: impl Fn(DVec3) -> [ImageResponse; 2],
     stream: &mut Stream,
 ) -> (f64, u64) {
-    look_by_facets(stage, &mirrors.facets, receiver, response, stream, |step, stream| {
+    if chance < 1.0 && !stream.happens(chance) {
+        return (0.0, 0);
+    }
+    // 1/(1 + z), z the density of a ray over that of the look: docs/methods.md (15b).
+    let count = |lx: f64, towards: DVec3, chosen: &Chosen| {
+        let lx = lx / chance;
+        responses(towards)
+            .iter()
+            .map(|part| part.factor * lx / (1.0 + part.ray_per_sr * lx / chosen.luminance_cd_m2))
+            .sum()
+    };
+    look_at_areas(stage, mirrors, receiver, MOST_SHARED as u32, count, stream)
+}
+
+/// Looks at areas in mirrors, up to so many facets away.
+fn look_at_areas(
+    stage: &Stage,
+    mirrors: &Mirrors,
+    receiver: &Receiver,
+    deepest: u32,
+    count: impl Fn(f64, DVec3, &Chosen) -> f64,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    look_by_facets(stage, &mirrors.facets, receiver, deepest, count, stream, |step, stream| {
         let list = stage.emitters.list();
         let weight = |number: &u32| list[*number as usize].importance(step.apex_m, step.normal);
         let total: f64 = mirrors.areas.iter().map(weight).sum();
@@ -102,19 +213,24 @@ pub fn look_for_areas(
             found
         });
         let number = met.unwrap_or(&mirrors.areas[last]);
-        let look = list[*number as usize].look(step.apex_m, step.normal, stream)?;
+        let emitter = &list[*number as usize];
+        let look = emitter.look(step.apex_m, step.normal, stream)?;
         let origin = stage.origin(&look.place?);
         let position_m = stage.tracer.position_m(&origin);
-        Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx * total / weight(number) })
+        let luminance_cd_m2 = emitter.exitance_lm_m2()? / PI;
+        let brought_lx = look.unshadowed_lx * total / weight(number);
+        Some(Chosen { position_m, origin, brought_lx, luminance_cd_m2 })
     })
 }
 
-/// One sample of what emitters bring to a place by way of facets; `choose` picks a point of one at every step.
+/// One sample of what emitters bring to a place by way of so many facets at most; `choose` picks a point of one at every step, and
+/// `count` tells what the light that comes from it counts.
 fn look_by_facets(
     stage: &Stage,
     facets: &[Facet],
     receiver: &Receiver,
-    response: impl Fn(DVec3) -> f64,
+    deepest: u32,
+    count: impl Fn(f64, DVec3, &Chosen) -> f64,
     stream: &mut Stream,
     mut choose: impl FnMut(&Step, &mut Stream) -> Option<Chosen>,
 ) -> (f64, u64) {
@@ -123,12 +239,12 @@ fn look_by_facets(
     let mut path: Vec<(usize, DVec3)> = Vec::new();
     let mut probability = 1.0;
     let (mut sum, mut rays) = (0.0, 0);
-    for depth in 1.. {
+    for depth in 1..=deepest {
         let Some(step) = beam.choose(facets, stream.fine_unit()) else {
             break;
         };
         let facet = &facets[step.facet];
-        let survival = stage.law(facet.triangle).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth);
+        let survival = survival(stage, facet, &step, depth);
         if stream.unit() >= survival {
             break;
         }
@@ -142,7 +258,7 @@ fn look_by_facets(
             let (share, direction, path_rays) = follow(stage, facets, receiver, &path, beam.apex_m, &chosen);
             rays += path_rays;
             if share > 0.0 {
-                sum += share * chosen.brought_lx * response(direction) / probability;
+                sum += count(share * chosen.brought_lx / probability, direction, &chosen);
             }
         }
     }

@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::direct::{DirectPass, Receiver};
-use super::images::look_into_mirrors;
-use super::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
-use super::walk::sample_arriving_share_lx;
+use super::images::ImageResponse;
+use super::sight::{SMALL_SHARE, SMALL_SHARE_OF_LUMINAIRES, Seen, SubPoint, look_along};
+use super::walk::{in_mirrors_lx, sample_arriving_share_lx, trail_from};
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter::Emitter;
@@ -28,7 +28,7 @@ const MOST_EACH: usize = 24;
 pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, stream: &mut Stream) -> (f64, u64) {
     let mut ends = Vec::new();
     let mut sum_cd_m2 = 0.0;
-    let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE, stream, |seen| match seen {
+    let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE_OF_LUMINAIRES, stream, |seen| match seen {
         Seen::Luminaire(luminance_cd_m2) => sum_cd_m2 += luminance_cd_m2,
         Seen::Surface(end) => ends.push(end),
     });
@@ -99,29 +99,33 @@ impl SubPoint {
     ) -> (f64, u64) {
         let receiver = self.receiver();
         let law = stage.law(self.hit.triangle);
-        let response =
-            |towards: DVec3| law.eval_per_sr(&Pair { normal: self.normal, towards, leaving: -self.direction });
-        let (mut sum_cd_m2, mut rays) = (0.0, 0);
-        if let Some(mirrors) = &stage.mirrors {
-            let (images_cd_m2, image_rays) = look_into_mirrors(stage, mirrors, &receiver, response, cut, stream);
-            sum_cd_m2 += images_cd_m2;
-            rays += image_rays;
-            if let Law::Translucent(law) = law {
-                let behind = self.behind(stage);
-                let receiver = self.receiver_behind(&behind);
-                let response = |_: DVec3| law.transmittance / PI;
-                let (images_cd_m2, image_rays) = look_into_mirrors(stage, mirrors, &receiver, response, cut, stream);
-                sum_cd_m2 += images_cd_m2;
-                rays += image_rays;
-            }
+        let responses = |towards: DVec3| {
+            let pair = Pair { normal: self.normal, towards, leaving: -self.direction };
+            [law.spread_per_sr(&pair), law.lobe_per_sr(&pair)]
+                .map(|per_sr| ImageResponse { factor: per_sr, ray_per_sr: per_sr })
+        };
+        let (mut sum_cd_m2, mut rays) = in_mirrors_lx(stage, &receiver, 1.0, responses, cut, stream);
+        if let Law::Translucent(law) = law {
+            let behind = self.behind(stage);
+            let per_sr = law.transmittance / PI;
+            let responses = |_: DVec3| [per_sr, 0.0].map(|per_sr| ImageResponse { factor: per_sr, ray_per_sr: per_sr });
+            let (through_cd_m2, more_rays) =
+                in_mirrors_lx(stage, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
+            sum_cd_m2 += through_cd_m2;
+            rays += more_rays;
         }
         // Light travels the other way: the law is reciprocal.
         let Some(scattered) = law.sample(self.direction, self.normal, stream) else {
             return (sum_cd_m2, rays);
         };
         let origin = stage.leave(&self.hit, scattered.way);
+        let pair = Pair { normal: self.normal, towards: -self.direction, leaving: scattered.direction };
+        let ray_per_sr = if scattered.way == Way::Lobe { law.lobe_per_sr(&pair) } else { law.spread_per_sr(&pair) };
+        let side = if scattered.way == Way::SpreadThrough { -self.normal } else { self.normal };
+        let trail = trail_from(stage, (self.point_m, side), ray_per_sr, 1.0);
         let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.way, point_m, normal);
-        let (lm_m2, walk_rays) = sample_arriving_share_lx(stage, origin, scattered.direction, share_of, cut, stream);
+        let (lm_m2, walk_rays) =
+            sample_arriving_share_lx(stage, (origin, trail), scattered.direction, share_of, cut, stream);
         (sum_cd_m2 + lm_m2 / PI, rays + walk_rays)
     }
 }

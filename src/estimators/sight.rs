@@ -13,6 +13,9 @@ use crate::sampling::reflection::{Law, Way, mirrored};
 
 /// A branch of a line of sight (mirrored or passed by a pane) that carries less than this share goes on by chance only.
 pub const SMALL_SHARE: f64 = 0.1;
+/// The same where luminaires themselves are looked for: a bright one in a pane outshines all else of a picture, and whether it is there
+/// must not be left to chance.
+pub const SMALL_SHARE_OF_LUMINAIRES: f64 = 0.01;
 /// A line of sight that has met so many mirrors and panes goes on by chance only, whatever it carries: between two mirrors that
 /// face each other and absorb nothing it would never end.
 pub const MANY_MIRRORS: u32 = 1000;

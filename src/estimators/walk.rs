@@ -10,13 +10,13 @@
 //! straight on; there the two are combined by their densities (Veach and Guibas, 1995, "Optimally combining sampling
 //! techniques for Monte Carlo rendering"), so that every path counts once.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::chain::{LookedBack, Spot, Stage};
+use crate::chain::{LookedBack, Mirrors, Spot, Stage};
 use crate::estimators::direct::{Care, Receiver, Sight, one_look};
-use crate::estimators::images::{look_for_areas, look_into_mirrors};
+use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
@@ -26,28 +26,12 @@ use crate::sampling::warp::cosine_hemisphere;
 
 /// How a walk left the last vertex at which it looked for luminaires.
 enum Departure {
-    /// Light samples have found all luminaires that the ray can meet straight on; `in_mirrors`: those in flat mirrors, too.
-    Seen { in_mirrors: bool },
+    /// Light samples have found all luminaires that the ray can meet straight on.
+    Seen,
     /// Along a lobe: looks have found them too, and both are weighed.
     Lobe(LobeRay),
-    /// A mirror on the way: unless it `is_seen` through, no light sample has found them.
-    Mirrored { is_seen: bool },
-}
-
-impl Departure {
-    /// Whether light samples have found all that the ray can meet.
-    #[inline]
-    fn is_seen(&self) -> bool {
-        matches!(self, Departure::Seen { .. } | Departure::Mirrored { is_seen: true })
-    }
-
-    /// The same after a mirror.
-    #[inline]
-    fn mirrored(&self, stage: &Stage, hit: &SurfaceHit) -> Departure {
-        let shows = stage.mirrors.as_ref().is_some_and(|mirrors| mirrors.shows_areas_in(hit.triangle, hit.side));
-        let looked = matches!(self, Departure::Seen { in_mirrors: true } | Departure::Mirrored { is_seen: true });
-        Departure::Mirrored { is_seen: shows && looked }
-    }
+    /// A mirror on the way: looks have found those alone to which the ray's trail leads.
+    Mirrored,
 }
 
 /// A ray drawn from a lobe, and where from.
@@ -127,11 +111,15 @@ pub fn gather_parts_lx(
     stream: &mut Stream,
 ) -> ([f64; 2], u64) {
     let direction = cosine_hemisphere(receiver.normal, variates);
-    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, [|_| 1.0; 2], 1.0, cut, stream);
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
     let (near_lx, near_rays) = from_near_lights_lx(stage, receiver, stream);
     let looked_back = stage.near_lights.as_ref().map(|_| (receiver.point_m, receiver.normal));
-    let departure = Departure::Seen { in_mirrors: true };
-    let start = Start { origin: *receiver.origin, direction, departure, looked_back };
+    let start = Start {
+        origin: *receiver.origin,
+        direction,
+        trail: trail_from(stage, (receiver.point_m, receiver.normal), FRAC_1_PI, 1.0),
+        looked_back,
+    };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream);
     ([mirrored_lx + near_lx, arriving_lx], mirrored_rays + near_rays + rays)
 }
@@ -171,9 +159,9 @@ pub fn sample_share_lx(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
-    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, [|_| 1.0; 2], 1.0, cut, stream);
-    let departure = Departure::Seen { in_mirrors: true };
-    let start = Start { origin: *receiver.origin, direction, departure, looked_back: None };
+    let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
+    let trail = trail_from(stage, (receiver.point_m, receiver.normal), FRAC_1_PI, 1.0);
+    let start = Start { origin: *receiver.origin, direction, trail, looked_back: None };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream);
     (mirrored_lx + arriving_lx, mirrored_rays + rays)
 }
@@ -199,20 +187,20 @@ pub fn gather_arriving_lx(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, departure: Departure::Seen { in_mirrors: false }, looked_back: None };
+    let start = Start { origin, direction, trail: None, looked_back: None };
     follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream)
 }
 
-/// The same of a part of it: see [`sample_share_lx`].
+/// The same of a part of it: see [`sample_share_lx`]. With a trail, areas in mirrors have been looked for from where it starts.
 pub fn sample_arriving_share_lx(
     stage: &Stage,
-    origin: Origin,
+    (origin, trail): (Origin, Option<Trail>),
     direction: DVec3,
     share_of: impl Fn(DVec3, DVec3) -> [f64; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let start = Start { origin, direction, departure: Departure::Seen { in_mirrors: false }, looked_back: None };
+    let start = Start { origin, direction, trail, looked_back: None };
     follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream)
 }
 
@@ -222,8 +210,8 @@ struct Start {
     origin: Origin,
     /// Its unit direction.
     direction: DVec3,
-    /// Which luminaires it may meet without their having been looked at.
-    departure: Departure,
+    /// Its way by mirrors, if areas in them have been looked for from where it starts.
+    trail: Option<Trail>,
     /// Where it starts, if that has received light by way of what near luminaires light.
     looked_back: Option<LookedBack>,
 }
@@ -236,8 +224,7 @@ pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
 /// finds has been reflected once more than what the receiver's own look finds.
 const ON_THE_WAY: f64 = 0.25;
 
-/// One sample of π times the luminance that comes along a ray, without the emitters that `departure` has looked at, and
-/// the rays it took. What the first surface spreads counts with the shares of its place and normal.
+/// One sample of π times the luminance that comes along a ray, without the emitters in sight from where it starts, and the rays it took. What the first surface spreads counts with the shares of its place and normal.
 fn follow_lm_m2(
     stage: &Stage,
     start: Start,
@@ -246,7 +233,8 @@ fn follow_lm_m2(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
-    let Start { mut origin, mut direction, mut departure, mut looked_back } = start;
+    let Start { mut origin, mut direction, mut trail, mut looked_back } = start;
+    let mut departure = Departure::Seen;
     let (mut sum_lm_m2, mut rays) = (0.0, 0);
     let mut is_first = true;
     let mut weight = 1.0;
@@ -258,18 +246,18 @@ fn follow_lm_m2(
             Meeting::Surface(hit) => hit,
             Meeting::Ball(luminaire) => {
                 let met = stage.emitters.of_ball(luminaire);
-                return (sum_lm_m2 + weight * met_lm_m2(stage, &departure, met.into_iter(), cut), rays);
+                return (sum_lm_m2 + weight * met_lm_m2(stage, &departure, &trail, met.into_iter(), cut), rays);
             }
             Meeting::Nothing => {
                 // No light sample finds the sky in a mirror.
-                let sky = stage.emitters.sky().filter(|_| matches!(departure, Departure::Mirrored { .. }));
+                let sky = stage.emitters.sky().filter(|_| matches!(departure, Departure::Mirrored));
                 let sky_lm_m2 = sky.map_or(0.0, |sky| PI * sky.luminance_cd_m2(direction));
                 return (sum_lm_m2 + weight * sky_lm_m2, rays);
             }
         };
-        if !departure.is_seen() {
+        if !matches!(departure, Departure::Seen) {
             let met = stage.emitters.on_surface(hit.triangle, hit.side);
-            sum_lm_m2 += weight * met_lm_m2(stage, &departure, met, cut);
+            sum_lm_m2 += weight * met_lm_m2(stage, &departure, &trail, met, cut);
         }
         let law = stage.law(hit.triangle);
         if law.is_black() || !stage.receives(hit.triangle, hit.side) {
@@ -306,7 +294,7 @@ fn follow_lm_m2(
             }
         }
         let (direct_lm_m2, direct_rays) = match law {
-            Law::Diffuse(law) => vertex.spread_lm_m2(shares.map(|share| share * law.reflectance), cut, stream),
+            Law::Diffuse(law) => vertex.spread_lm_m2(law.reflectance, shares, cut, stream),
             Law::Translucent(law) => vertex.translucent_lm_m2(law, [shares, shares_behind], cut, stream),
             law if law.is_specular() => (0.0, 0),
             law => vertex.glossy_lm_m2(law, shares, cut, stream),
@@ -334,18 +322,36 @@ fn follow_lm_m2(
             Way::Spread => here,
             _ => None,
         };
-        departure = match scattered.way {
-            Way::Lobe => Departure::Lobe(LobeRay {
-                lobe_per_sr: law.lobe_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
-                spot,
-                point_m: stage.tracer.position_m(&origin),
-                normal,
-            }),
-            Way::Mirrored => departure.mirrored(stage, &hit),
-            Way::Passed => departure,
-            _ => {
-                weight *= if scattered.way == Way::SpreadThrough { shares_behind[1] } else { shares[1] };
-                Departure::Seen { in_mirrors: true }
+        let cosine = normal.dot(direction);
+        match scattered.way {
+            Way::Lobe => {
+                let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
+                let point_m = stage.tracer.position_m(&origin);
+                let lobe_per_sr = law.lobe_per_sr(&pair);
+                trail = trail_from(stage, (point_m, normal), lobe_per_sr, ON_THE_WAY);
+                departure = Departure::Lobe(LobeRay { lobe_per_sr, spot, point_m, normal });
+            }
+            Way::Mirrored => {
+                let facet = |mirrors: &Mirrors| mirrors.number(hit.triangle, hit.side);
+                let facet = stage.mirrors.as_ref().and_then(facet);
+                trail = trail.and_then(|trail| trail.mirrored(facet, law.mirror_share(cosine)));
+                departure = Departure::Mirrored;
+            }
+            Way::Passed => {
+                let passed = if let Law::Glass(glass) = law { glass.shares(cosine)[1] } else { 1.0 };
+                trail = trail.map(|trail| trail.passed(passed));
+            }
+            Way::Spread | Way::SpreadThrough => {
+                let is_behind = scattered.way == Way::SpreadThrough;
+                weight *= if is_behind { shares_behind[1] } else { shares[1] };
+                let spread_per_sr = match law {
+                    // One side looks for areas, by chance: both by their shares.
+                    Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
+                    law => law.spread_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
+                };
+                let start = (stage.tracer.position_m(&origin), if is_behind { -normal } else { normal });
+                trail = trail_from(stage, start, spread_per_sr, ON_THE_WAY);
+                departure = Departure::Seen;
             }
         };
         if weight <= 0.0 {
@@ -361,14 +367,23 @@ fn follow_lm_m2(
 ///
 /// For a lobe f and an emitter of luminance L that brings E and is chosen with probability p, a look draws the
 /// direction with density p L cos θ/E and the ray with density f cos θ: the ray's share is z/(1 + z), z = f E/(p L).
-fn met_lm_m2(stage: &Stage, departure: &Departure, met: impl Iterator<Item = u32>, cut: &mut Cut) -> f64 {
+fn met_lm_m2(
+    stage: &Stage,
+    departure: &Departure,
+    trail: &Option<Trail>,
+    met: impl Iterator<Item = u32>,
+    cut: &mut Cut,
+) -> f64 {
     let mut sum_lm_m2 = 0.0;
     for index in met {
         let emitter = &stage.emitters.list()[index as usize];
         let exitance_lm_m2 = emitter.exitance_lm_m2().unwrap_or(0.0);
         let share = match departure {
-            Departure::Seen { .. } => 0.0,
-            Departure::Mirrored { is_seen } => f64::from(u8::from(!is_seen)),
+            Departure::Seen => 0.0,
+            Departure::Mirrored => match (trail, &stage.mirrors) {
+                (Some(trail), Some(mirrors)) => trail.share_of_ray(stage, mirrors, index),
+                _ => 1.0,
+            },
             Departure::Lobe(ray) => {
                 let unshadowed_lx = emitter.unshadowed_lx(ray.point_m, ray.normal);
                 let probability = stage.choices(ray.spot, ray.point_m, ray.normal, cut).probability(index);
@@ -417,16 +432,18 @@ impl Vertex<'_> {
         share * sight.direct_lx()
     }
 
-    /// Direct light of which a share leaves in all directions, and another of light from images in mirrors.
+    /// Light that leaves in all directions: of direct light, and of light from images in mirrors, by the shares that count.
     #[inline]
-    fn spread_lm_m2(&self, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+    fn spread_lm_m2(&self, reflectance: f64, shares: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
+        let [direct, mirrored] = shares.map(|share| share * reflectance);
+        let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
         let sight = match direct > 0.0 {
             true => one_look(self.stage, self.spot, &self.receiver(), Care::Glance, cut, stream),
             false => None,
         };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * self.direct_lx(&sight), 1));
         let (mirrored_lm_m2, mirrored_rays) =
-            in_mirrors_lx(self.stage, &self.receiver(), [|_| mirrored; 2], ON_THE_WAY, cut, stream);
+            in_mirrors_lx(self.stage, &self.receiver(), ON_THE_WAY, responses, cut, stream);
         (lm_m2 + mirrored_lm_m2, rays + mirrored_rays)
     }
 
@@ -439,13 +456,16 @@ impl Vertex<'_> {
         stream: &mut Stream,
     ) -> (f64, u64) {
         if stream.unit() * law.total(1.0) < law.reflectance {
-            return self.spread_lm_m2(shares.map(|share| share * law.total(1.0)), cut, stream);
+            return self.spread_lm_m2(law.total(1.0), shares, cut, stream);
         }
         let behind = self.stage.leave(self.hit, Way::SpreadThrough);
-        let shares = shares_behind.map(|share| share * law.total(1.0));
         let (triangle, side) = self.spot;
-        Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }
-            .spread_lm_m2(shares, cut, stream)
+        Vertex { spot: (triangle, side.other()), normal: -self.normal, origin: &behind, ..*self }.spread_lm_m2(
+            law.total(1.0),
+            shares_behind,
+            cut,
+            stream,
+        )
     }
 
     /// Direct light that a glossy surface sends back along the walk, π times its luminance; of what does not follow the
@@ -453,15 +473,13 @@ impl Vertex<'_> {
     fn glossy_lm_m2(&self, law: &Law, [direct, mirrored]: [f64; 2], cut: &mut Cut, stream: &mut Stream) -> (f64, u64) {
         let receiver = self.receiver();
         let pair = |towards: DVec3| Pair { normal: self.normal, towards, leaving: -self.direction };
-        // Rays meet areas along lobes, and no points.
-        let response = |lobe: f64| {
-            move |towards: DVec3| {
-                let pair = pair(towards);
-                PI * (lobe * law.lobe_per_sr(&pair) + mirrored * law.spread_per_sr(&pair))
-            }
+        let responses = |towards: DVec3| {
+            let pair = pair(towards);
+            let (spread_per_sr, lobe_per_sr) = (law.spread_per_sr(&pair), law.lobe_per_sr(&pair));
+            let spread = ImageResponse { factor: PI * mirrored * spread_per_sr, ray_per_sr: spread_per_sr };
+            [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
         };
-        let (mirrored_lm_m2, rays) =
-            in_mirrors_lx(self.stage, &receiver, [response(1.0), response(0.0)], ON_THE_WAY, cut, stream);
+        let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, ON_THE_WAY, responses, cut, stream);
         let Some(sight) = one_look(self.stage, self.spot, &receiver, Care::Look, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
@@ -478,26 +496,38 @@ impl Vertex<'_> {
     }
 }
 
-/// What a place receives from images in mirrors, if there can be any, with its responses to points and to areas, and the chance with
-/// which areas are looked for: see [`look_into_mirrors`] and [`look_for_areas`].
+/// A place that makes the same of light from everywhere, and its rays.
+fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
+    [ImageResponse { factor, ray_per_sr }, ImageResponse { factor: 0.0, ray_per_sr }]
+}
+
+/// The trail of a ray from a place that looks for areas in mirrors by chance, if there are any.
+pub fn trail_from(stage: &Stage, (point_m, normal): (DVec3, DVec3), ray_per_sr: f64, chance: f64) -> Option<Trail> {
+    let looks = stage.mirrors.as_ref().is_some_and(Mirrors::walks_look);
+    looks.then(|| Trail::from(point_m, normal, ray_per_sr, chance))
+}
+
+/// What a place receives from images in mirrors, if there can be any, by its responses; areas are looked for by chance, and beside the
+/// rays that [`trail_from`] tells of.
 #[inline]
-fn in_mirrors_lx<F: Fn(DVec3) -> f64>(
+pub fn in_mirrors_lx(
     stage: &Stage,
     receiver: &Receiver,
-    [to_points, to_areas]: [F; 2],
     chance: f64,
+    responses: impl Fn(DVec3) -> [ImageResponse; 2],
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
     let Some(mirrors) = &stage.mirrors else {
         return (0.0, 0);
     };
+    let to_points = |towards: DVec3| responses(towards).iter().map(|part| part.factor).sum();
     let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, to_points, cut, stream);
-    if !mirrors.walks_look || chance < 1.0 && !stream.happens(chance) {
+    if !mirrors.walks_look() {
         return (points_lx, point_rays);
     }
-    let (areas_lx, area_rays) = look_for_areas(stage, mirrors, receiver, to_areas, stream);
-    (points_lx + areas_lx / chance, point_rays + area_rays)
+    let (areas_lx, area_rays) = look_for_areas_beside_rays(stage, mirrors, receiver, chance, responses, stream);
+    (points_lx + areas_lx, point_rays + area_rays)
 }
 
 /// What a place receives by way of the surfaces that near luminaires light, if there are any: see [`crate::chain::NearLights`].

@@ -34,7 +34,7 @@ fn look_at_images(around: &Surroundings, receiver: &Receiver, cut: &mut Cut, str
     };
     let (points_lx, point_rays) = look_into_mirrors(stage, mirrors, receiver, |_| 1.0, cut, stream);
     let (areas_lx, area_rays) = match around.looks_for_areas() {
-        true => look_for_areas(stage, mirrors, receiver, |_| 1.0, stream),
+        true => look_for_areas(stage, mirrors, receiver, stream),
         false => (0.0, 0),
     };
     (points_lx + areas_lx, point_rays + area_rays)

@@ -41,13 +41,6 @@ impl Facet {
         (point_m - self.corners_m[0]).dot(self.normal)
     }
 
-    /// Whether a part of another facet lies before the side that reflects, beyond rounding.
-    pub fn is_before(&self, other: &Facet) -> bool {
-        let size_m =
-            other.corners_m.iter().map(|corner_m| (*corner_m - self.corners_m[0]).length()).fold(0.0, f64::max);
-        other.corners_m.iter().any(|corner_m| self.height_m(*corner_m) > 1e-9 * size_m)
-    }
-
     /// The image of a point.
     pub fn image_m(&self, point_m: DVec3) -> DVec3 {
         point_m - self.normal * (2.0 * self.height_m(point_m))
@@ -147,8 +140,7 @@ impl Beam {
 
     /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle that the beam leaves of it.
     pub fn choose(&self, facets: &[Facet], variate: f64) -> Option<Step> {
-        let solid_angle_sr = |facet: &Facet| self.part_of(facet).map_or(0.0, |part| part.solid_angle_sr(self.apex_m));
-        let seen_sr: Vec<f64> = facets.iter().map(solid_angle_sr).collect();
+        let seen_sr = self.seen_sr(facets);
         let total_sr: f64 = seen_sr.iter().sum();
         let mut rest = variate * total_sr;
         let last = seen_sr.iter().rposition(|sr| *sr > 0.0)?;
@@ -157,7 +149,23 @@ impl Beam {
             rest -= sr;
             found
         });
-        let facet = chosen.unwrap_or(last);
+        self.step(facets, chosen.unwrap_or(last), &seen_sr)
+    }
+
+    /// The step to a facet, with the probability that it would be chosen with; `None` where no path leads there.
+    pub fn step_to(&self, facets: &[Facet], facet: usize) -> Option<Step> {
+        let seen_sr = self.seen_sr(facets);
+        if seen_sr[facet] > 0.0 { self.step(facets, facet, &seen_sr) } else { None }
+    }
+
+    /// Solid angles that the beam leaves of facets, in sr.
+    fn seen_sr(&self, facets: &[Facet]) -> Vec<f64> {
+        let solid_angle_sr = |facet: &Facet| self.part_of(facet).map_or(0.0, |part| part.solid_angle_sr(self.apex_m));
+        facets.iter().map(solid_angle_sr).collect()
+    }
+
+    fn step(&self, facets: &[Facet], facet: usize, seen_sr: &[f64]) -> Option<Step> {
+        let total_sr: f64 = seen_sr.iter().sum();
         let polygon = self.part_of(&facets[facet])?;
         let middle_m = polygon.corners().iter().sum::<DVec3>() / polygon.count as f64;
         let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();

@@ -8,4 +8,5 @@ mod exact;
 mod limits;
 mod luminance;
 mod mirrors;
+mod shadow_rivals;
 mod studies;

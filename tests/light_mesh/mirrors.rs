@@ -40,7 +40,7 @@ fn looks(scene: &Scene, point_m: DVec3, normal: DVec3, count: u64) -> (f64, f64)
     let (mut sum, mut squares) = (0.0, 0.0);
     for look in 0..count {
         stream.seek(look);
-        let (lx, _) = look_for_areas(&stage, mirrors, &receiver, |_| 1.0, &mut stream);
+        let (lx, _) = look_for_areas(&stage, mirrors, &receiver, &mut stream);
         sum += lx;
         squares += lx * lx;
     }

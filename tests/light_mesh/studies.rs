@@ -31,7 +31,7 @@ fn every_study_tells_numbers_and_draws() {
         }
     }
     assert_eq!(studies_named("light-mesh").len(), 8);
-    assert_eq!(["scaling", "choice"].map(|name| studies_named(name).len()), [1, 1]);
+    assert_eq!(["shadow-rivals", "scaling", "choice"].map(|name| studies_named(name).len()), [1, 1, 1]);
     assert!(studies_named("cube").is_empty());
 }
 

@@ -7,4 +7,5 @@ mod cylinders;
 mod emergency;
 mod glare;
 mod luminance;
+mod luminance_in_mirrors;
 mod luminance_of_elements;

@@ -4,6 +4,7 @@
 mod cli_support;
 
 mod cases;
+mod faults;
 mod proving_ground;
 mod stored_run;
 mod ugr_table;

@@ -12,10 +12,11 @@ mod pictures;
 mod report;
 mod savings;
 mod scaling;
+pub mod shadow_rivals;
 mod slopes;
 mod sources;
 mod steps;
-mod world;
+pub mod world;
 
 use super::report::Table;
 
@@ -76,6 +77,11 @@ pub const STUDIES: &[Study] = &[
         name: "light-mesh-sources",
         title: "An area as 1, 5, 25 and 225 point sources, and by the light mesh",
         run: sources::sources,
+    },
+    Study {
+        name: "shadow-rivals",
+        title: "Shadows as games make them beside the light mesh and shadow rays",
+        run: shadow_rivals::shadow_rivals,
     },
     Study {
         name: "scaling",

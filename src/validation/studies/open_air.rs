@@ -175,8 +175,33 @@ pub fn playground() -> Things {
     all
 }
 
+/// What the two lamps of the open-air scenes are.
+#[derive(Clone, Copy, Debug)]
+pub enum Lamps {
+    /// Points.
+    Points,
+    /// Balls of a radius that shine as brightly.
+    Balls {
+        /// The radius in m.
+        radius_m: f64,
+    },
+}
+
+impl Lamps {
+    /// A lamp's keys in the scene file, but for its name.
+    fn keys(self, place: [i64; 3], intensity_cd: f64) -> String {
+        match self {
+            Lamps::Points => format!(r#""type": "point", "position": {place:?}, "intensity_cd": {intensity_cd:e}"#),
+            Lamps::Balls { radius_m } => {
+                let flux_lm = 2.0 * TAU * intensity_cd;
+                format!(r#""type": "sphere", "center": {place:?}, "radius": {radius_m}, "luminous_flux_lm": {flux_lm}"#)
+            }
+        }
+    }
+}
+
 /// The scene file around things in an OBJ file, on a lawn of 400 units by `depth`, with a grid of `edge`² receivers.
-pub fn scene_text(title: &str, file: &str, depth: f64, edge: usize) -> String {
+pub fn scene_text(title: &str, file: &str, depth: f64, edge: usize, lamps: Lamps) -> String {
     format!(
         r#"{{
   "version": 1,
@@ -191,15 +216,16 @@ pub fn scene_text(title: &str, file: &str, depth: f64, edge: usize) -> String {
   }},
   "geometry": [ {{ "name": "things", "type": "mesh", "file": "{file}", "material": "stone" }} ],
   "luminaires": [
-    {{ "name": "lamp 1", "type": "point", "position": [60, 40, 220], "intensity_cd": 4e6, "maintenance_factor": 1 }},
-    {{ "name": "lamp 2", "type": "point", "position": [330, {far}, 260], "intensity_cd": 3e6 }}
+    {{ "name": "lamp 1", {first}, "maintenance_factor": 1 }},
+    {{ "name": "lamp 2", {second} }}
   ],
   "receivers": [
     {{ "name": "lawn", "type": "grid", "origin": [1, 1, 0], "u": [398, 0, 0], "v": [0, {across}, 0], "columns": {edge}, "rows": {edge} }}
   ]
 }}
 "#,
-        far = depth - 60.0,
+        first = lamps.keys([60, 40, 220], 4e6),
+        second = lamps.keys([330, depth as i64 - 60, 260], 3e6),
         across = depth - 2.0,
     )
 }

@@ -1,8 +1,10 @@
 //! What each acceleration saves, and what the sparse tree does.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::DVec3;
 
-use super::open_air::{Things, gazebo, playground, scene_text};
+use super::open_air::{Lamps, Things, gazebo, playground, scene_text};
 use super::world::{Lit, World, grid, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::check::read_scene;
@@ -17,6 +19,11 @@ const EDGE_M: f64 = 400.0;
 /// The papers' steps in m, and their radii in steps.
 const STEPS_M: [f64; 2] = [2.0, 1.0];
 const RADII: [f64; 2] = [2.1, 3.1];
+/// Receivers along an edge, beside shadow rays; and in small.
+const EDGES: [usize; 3] = [512, 1024, 2048];
+const EDGES_QUICK: [usize; 2] = [48, 96];
+/// Steps in m and radii in steps of meshes beside shadow rays: the papers' density, half of it in space, and along every edge.
+const MESHES: [(f64, f64); 5] = [(1.0, 2.1), (1.26, 2.1), (2.0, 2.1), (1.0, 3.1), (2.0, 3.1)];
 /// What the papers saved of the time with MU1 alone.
 const PAPERS: [(&str, f64); 2] = [("gazebo", 0.65), ("playground", 0.50)];
 
@@ -29,22 +36,36 @@ struct Place {
 /// Both scenes with the receivers that are seen: `edge`² on the lawn, those under things left out.
 fn places(edge: usize) -> Result<Vec<Place>, String> {
     let make = |name: &'static str, things: Things, depth: f64| -> Result<Place, String> {
-        let world = World::of(read(name, &things, depth)?);
-        let mut points_m = grid(DVec3::ZERO, [EDGE_M, depth], edge);
-        points_m.retain(|point_m| !world.solids.holds(&world.stage.tracer, *point_m + DVec3::Z * SOUNDING_M).0);
+        let (world, points_m) = place_of(name, &things, depth, Lamps::Points, edge)?;
         Ok(Place { name, world, points_m })
     };
     Ok(vec![make("gazebo", gazebo(), 400.0)?, make("playground", playground(), 350.0)?])
 }
 
+/// A scene of things with its lamps, and those of `edge`² receivers on its lawn that are seen.
+pub fn place_of(
+    name: &str,
+    things: &Things,
+    depth: f64,
+    lamps: Lamps,
+    edge: usize,
+) -> Result<(World, Vec<DVec3>), String> {
+    let world = World::of(read(name, &scene_text(name, "things.obj", depth, 2, lamps), things)?);
+    let mut points_m = grid(DVec3::ZERO, [EDGE_M, depth], edge);
+    points_m.retain(|point_m| !world.solids.holds(&world.stage.tracer, *point_m + DVec3::Z * SOUNDING_M).0);
+    Ok((world, points_m))
+}
+
 /// A mesh comes from a file: it stands in a folder of its own for as long as it is read.
-fn read(name: &str, things: &Things, depth: f64) -> Result<crate::scene::Scene, String> {
-    let folder = std::env::temp_dir().join(format!("luxmc-{}-{name}", std::process::id()));
+fn read(name: &str, text: &str, things: &Things) -> Result<crate::scene::Scene, String> {
+    static READ: AtomicU64 = AtomicU64::new(0);
+    let number = READ.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("luxmc-{}-{number}-{name}", std::process::id()));
     let wrong = |error: std::io::Error| format!("{}: {error}", folder.display());
     std::fs::create_dir_all(&folder).map_err(wrong)?;
     std::fs::write(folder.join("things.obj"), &things.text).map_err(wrong)?;
     let file = folder.join("scene.json");
-    std::fs::write(&file, scene_text(name, "things.obj", depth, 2)).map_err(wrong)?;
+    std::fs::write(&file, text).map_err(wrong)?;
     let scene = read_scene(&file).map_err(|error| error.to_string());
     std::fs::remove_dir_all(&folder).map_err(wrong)?;
     scene
@@ -105,7 +126,80 @@ pub fn accelerations(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let header =
         vec!["scene", "step, m", "R/h", "", "MU1", "+ MU2", "+ MU3", "+ MU4", "saved by all", "MU2", "MU3", "MU4"];
     found.tables.push(("Savings".to_owned(), Table { header, text_columns: vec![0, 3], rows }));
+    against_rays(wishes, &mut found)?;
     Ok(found)
+}
+
+/// Times, rays and points of meshes with all accelerations beside a shadow ray from every place to every lamp, over numbers of receivers,
+/// and with fewer points.
+fn against_rays(wishes: &mut StudyWishes, found: &mut Findings) -> Result<(), String> {
+    let (edges, meshes): (&[usize], &[(f64, f64)]) =
+        if wishes.quick { (&EDGES_QUICK, &MESHES[..2]) } else { (&EDGES, &MESHES) };
+    let mut rows = Vec::new();
+    let (mut quicker, mut grown) = (Vec::new(), Vec::new());
+    let mut first: Vec<u64> = Vec::new();
+    for edge in edges {
+        let mut number = 0;
+        for place in places(*edge)? {
+            (wishes.tell)(&format!("{}: {edge}² receivers", place.name));
+            let exact = place.world.by_rays(&place.points_m, 1, f64::INFINITY);
+            let mut of_densest_s = None;
+            for (step_m, ratio) in meshes {
+                let run = place.world.by_mesh(&place.points_m, options(*step_m, *ratio, 3))?;
+                let densest_s = *of_densest_s.get_or_insert(run.seconds);
+                if first.len() == number {
+                    first.push(run.counts.points);
+                }
+                if edge == &edges[edges.len() - 1] {
+                    quicker.push(run.seconds / exact.seconds);
+                    grown.push(run.counts.points as f64 / first[number] as f64 - 1.0);
+                }
+                number += 1;
+                rows.push(vec![
+                    place.name.to_owned(),
+                    format!("{edge}²"),
+                    significant(*step_m, 3),
+                    ratio.to_string(),
+                    grouped(run.counts.points),
+                    significant(exact.rays as f64 * 1e-6, 3),
+                    significant(run.rays as f64 * 1e-6, 3),
+                    significant(exact.seconds, 3),
+                    significant(run.seconds, 3),
+                    significant(run.seconds / exact.seconds, 2),
+                    significant(densest_s / run.seconds, 2),
+                    percent(relative_rms(&run, &exact)),
+                ]);
+            }
+        }
+    }
+    let [least, most] = [f64::min as fn(f64, f64) -> f64, f64::max]
+        .map(|pick| quicker.iter().copied().reduce(pick).unwrap_or(f64::NAN));
+    found.results.push(format!(
+        "At {}² receivers a mesh takes {} to {} times the time of a shadow ray to every lamp. {} times as many receivers along an edge use {} to {} more mesh points.",
+        edges[edges.len() - 1],
+        significant(least, 2),
+        significant(most, 2),
+        edges[edges.len() - 1] / edges[0],
+        rounded_percent(grown.iter().copied().fold(f64::INFINITY, f64::min)),
+        rounded_percent(grown.iter().copied().fold(0.0, f64::max)),
+    ));
+    let header = vec![
+        "scene",
+        "receivers",
+        "step, m",
+        "R/h",
+        "points used",
+        "shadow rays, 10⁶",
+        "mesh rays, 10⁶",
+        "shadow rays, s",
+        "mesh, s",
+        "mesh / shadow rays",
+        "quicker than first",
+        "RMS error",
+    ];
+    let caption = "Against shadow rays; steps of 1 m, of half as many points in space (1.26 m), and of half as many along an edge (2 m)";
+    found.tables.push((caption.to_owned(), Table { header, text_columns: vec![0], rows }));
+    Ok(())
 }
 
 fn head(place: &Place, step_m: f64, ratio: f64, what: &str) -> Vec<String> {

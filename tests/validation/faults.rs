@@ -1,0 +1,107 @@
+//! Cases of the house with planted faults: what a case is there to see, it sees. Each runs as it is, with less work, and passes; then a number of
+//! its scene is off by some per cent, and it fails.
+
+use std::fs;
+use std::path::Path;
+
+use luxmc::validation::{Case, run_case};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+/// A case with one run and one comparison, and a fault in it.
+struct Planted {
+    case: &'static str,
+    /// Number of the run, and the chains that it takes.
+    run: (usize, u64),
+    comparison: &'static str,
+    /// Where in the scene, and what stands there instead.
+    fault: (&'static str, Value),
+}
+
+/// Copies the case's folder, leaves one run and one comparison in it, and says whether it passes.
+fn passes(planted: &Planted, with_fault: bool) -> bool {
+    let house = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation").join(planted.case);
+    let home = TempDir::new().expect("a folder");
+    for file in fs::read_dir(&house).expect("a case").flatten().filter(|file| file.path().is_file()) {
+        fs::copy(file.path(), home.path().join(file.file_name())).expect("a copy");
+    }
+    let mut case: Value =
+        serde_json::from_str(&fs::read_to_string(house.join("case.json")).expect("a case")).expect("JSON");
+    let mut run = case["runs"][planted.run.0].take();
+    run["chains"] = json!(planted.run.1);
+    run.as_object_mut().expect("a run").remove("target_error");
+    case["runs"] = json!([run]);
+    let compared = case["compare"].as_array().expect("comparisons").iter();
+    let one: Vec<Value> = compared.filter(|one| one["name"] == planted.comparison).cloned().collect();
+    assert_eq!(one.len(), 1, "{}: {}", planted.case, planted.comparison);
+    case["compare"] = json!(one);
+    if with_fault {
+        let place = case["scene"].pointer_mut(planted.fault.0).expect("the place of the fault");
+        assert_ne!(*place, planted.fault.1, "no fault");
+        *place = planted.fault.1.clone();
+    }
+    fs::write(home.path().join("case.json"), case.to_string()).expect("a case");
+    let case = Case::read(home.path()).unwrap_or_else(|error| panic!("{error}"));
+    run_case(&case, &mut |_| {}).unwrap_or_else(|error| panic!("{error}")).passes()
+}
+
+#[test]
+fn cases_see_the_faults_that_are_planted_in_them() {
+    let planted = [
+        Planted {
+            case: "harmonics-sphere",
+            run: (0, 300_000),
+            comparison: "mean of the sphere",
+            fault: ("/materials/paint/reflectance", json!(0.79)),
+        },
+        // A hundredth of a metre beside the source: direct light changes by 2 % of itself from side to side.
+        Planted {
+            case: "harmonics-off-centre",
+            run: (0, 4096),
+            comparison: "direct light",
+            fault: ("/geometry/0/center/0", json!(-0.134)),
+        },
+        // A white body that takes a tenth of what it receives: the room is darker by 1.5 %.
+        Planted {
+            case: "harmonics-isothermal",
+            run: (0, 200_000),
+            comparison: "mean of the white body",
+            fault: ("/materials/white/reflectance", json!(0.9)),
+        },
+        Planted {
+            case: "luminance-mirrors",
+            run: (0, 34 * 1024),
+            comparison: "eye",
+            fault: ("/materials/mirror/reflectance", json!(0.88)),
+        },
+        Planted {
+            case: "luminance-mirrors",
+            run: (1, 34 * 1024),
+            comparison: "eye",
+            fault: ("/materials/pane/refractive_index", json!(1.56)),
+        },
+        Planted {
+            case: "luminance-mirrors",
+            run: (0, 16),
+            comparison: "balls",
+            fault: ("/materials/mirror/reflectance", json!(0.88)),
+        },
+        // A sheet that keeps 2 % more.
+        Planted {
+            case: "intensity-reflectors",
+            run: (0, 2_000_000),
+            comparison: "intensities",
+            fault: ("/materials/sheet/reflectance", json!(0.88)),
+        },
+        Planted {
+            case: "luminance-phong",
+            run: (0, 300_000),
+            comparison: "all light",
+            fault: ("/materials/lacquer/exponent", json!(26)),
+        },
+    ];
+    for planted in &planted {
+        assert!(passes(planted, false), "{}, {}: it fails as it is", planted.case, planted.comparison);
+        assert!(!passes(planted, true), "{}, {}: the planted fault passed", planted.case, planted.comparison);
+    }
+}
