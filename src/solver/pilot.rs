@@ -250,7 +250,7 @@ fn walked_more(context: &Context, set: usize, first: PartCost, mut walks: u64, d
         let error_lx = context.target_error * (direct_mean_lx + cost.mean_lx);
         let work = cost.variance * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (error_lx * error_lx);
         let growth = (SHARE_OF_WORK * work).min(ENOUGH_RAYS as f64) / rays;
-        if !(growth > WORTH_ANOTHER) || (context.time_left)() <= TimeLeft::Little {
+        if growth.is_nan() || growth <= WORTH_ANOTHER || (context.time_left)() <= TimeLeft::Little {
             break;
         }
         walks = (walks as f64 * growth.min(MOST_GROWTH_OF_WALKS)) as u64;
