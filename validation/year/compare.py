@@ -1,11 +1,12 @@
-"""What a year of daylight has wrong that its replicas do not show: its hours against runs of `luxmc solve` with the same sky or sun.
+"""What a year of daylight has wrong that its replicas do not show: its hours against runs of `luxmc solve`, and against years of single hours.
 
     python3 validation/year/compare.py patches --out out/year-check     the sky in patches of even luminance, MF 1 to 4
     python3 validation/year/compare.py suns --out out/year-check        the sun by way of surfaces, from nodes of its way
 
 Rooms: scenes/daylight-office.json, scenes/atrium.json, and a room with a reveal of 0.5 m and slats before its window. Points are few; what stands in the tables
-is root mean squares from which the errors that both runs state have been taken. Sky and sun are looked at one without the other: before the suns of the skies
-small black squares stand far away, and the suns shine in a sky of 1 lx. The ground is black. Both tables are Markdown. Needs nothing but Python.
+of patches is root mean squares from which the errors that both runs state have been taken. Sky and sun are looked at one without the other: before the suns
+of the skies small black squares stand far away, and the suns shine in a sky of 1 lx. A year of few hours has their suns for nodes and the same walks as one of
+all, so that nearly all that the two differ by is the nodes'. The ground is black. Both tables are Markdown. Needs nothing but Python.
 """
 import argparse
 import csv
@@ -22,6 +23,8 @@ SKIES = [(3, 10, 12.5, 70_000, 14_000), (6, 21, 9.5, 80_000, 12_000), (12, 15, 1
          (4, 20, 10.5, 5_000, 30_000), (11, 10, 13.5, 0, 12_000), (7, 1, 17.5, 50_000, 10_000), (2, 1, 10.5, 20_000, 10_000)]
 SUN_LX = 100_000
 FAR_M = 4000
+# Error of a point over its value from which on a rim of the sun is seen from it, and over how many medians of the plane the sun lights it straight.
+RIM, BRIGHT = 0.1, 3
 DAYS = [(1, 20), (3, 5), (5, 25), (8, 3), (11, 1)]
 HOURS = [9.5, 12.5, 15.5]
 LENGTHS = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31]
@@ -81,6 +84,7 @@ class Check:
     def __init__(self, arguments):
         self.luxmc, self.out = arguments.luxmc, pathlib.Path(arguments.out)
         self.out.mkdir(parents=True, exist_ok=True)
+        self.rooms = [(name, scene) for name, scene in rooms().items() if arguments.room in (None, name)]
 
     def run(self, command, scene, luminaires, name, *more):
         path = self.out / f"{name}.json"
@@ -126,7 +130,7 @@ def signed_root(square):
 
 def patches(check, target):
     print("| room | MF | patches | told, median hour | found, median hour | worst hour | of the errors |\n| --- | --- | --- | --- | --- | --- | --- |")
-    for name, scene in rooms().items():
+    for name, scene in check.rooms:
         bare, _ = check.year(scene, SKIES, "sky", "30%", 1)
         suns = {hour: towards(bare[hour[:3]][0]) for hour in SKIES}
         plane = scene["receivers"][0]
@@ -153,31 +157,27 @@ def patches(check, target):
 
 def suns(check, target):
     hours = [(month + 1, day + 1, hour + .5, SUN_LX, 1) for month, days in enumerate(LENGTHS) for day in range(days) for hour in range(3, 21)]
-    print("| room | hours | nodes' error of a point | of the plane's mean | mean of all hours | errors of a point |\n| --- | --- | --- | --- | --- | --- |")
-    for name, scene in rooms().items():
+    few = [hour for hour in hours if hour[:2] in DAYS and hour[2] in HOURS]
+    print("| room | hours | nodes' error of a point, median hour | worst hour | of the plane's mean | worst hour | mean of all hours | errors of a point |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    for name, scene in check.rooms:
         found, _ = check.year(scene, hours, "sun", target)
-        points, planes, sums = [], [], [0, 0]
-        for month, day in DAYS:
-            for hour in HOURS:
-                if (month, day, hour) not in found:
-                    continue
-                at, of_year = found[month, day, hour]
-                if float(at["sun_elevation_deg"]) < 3:
-                    continue
-                sun = {"name": "sun", "type": "sun", "normal_illuminance_lx": SUN_LX,
-                       "sun_elevation_deg": float(at["sun_elevation_deg"]), "sun_azimuth_deg": float(at["sun_azimuth_deg"])}
-                lx, error, direct = check.solve(scene, sun, "sun-run", target)
-                pairs = [pair for pair, straight in zip(zip(zip(*of_year), zip(lx, error)), direct) if straight == 0]
-                mean = sum(b for _, (b, _) in pairs) / max(len(pairs), 1)
-                if mean < 1:
-                    continue
-                points.append(left(pairs))
-                planes.append((sum(a for (a, _), _ in pairs) / len(pairs) / mean - 1, points[-1][1] ** 2 / len(pairs)))
-                sums = [sums[0] + planes[-1][0], sums[1] + 1]
-        point = signed_root(statistics.mean(square for square, _ in points))
-        plane = signed_root(statistics.mean(off ** 2 - noise for off, noise in planes))
-        noise = math.sqrt(statistics.mean(noise ** 2 for _, noise in points))
-        print(f"| {name} | {len(points)} | {100 * point:.2f} % | {100 * plane:.2f} % | {100 * sums[0] / sums[1]:+.2f} % | {100 * noise:.2f} % |", flush=True)
+        alone, _ = check.year(scene, few, "alone", target)
+        points, planes, noises = [], [], []
+        for hour, (at, own) in alone.items():
+            # Points that the sun lights straight stand out from the median.
+            limit = BRIGHT * statistics.median(own[0])
+            pairs = [pair for pair in zip(zip(*found[hour][1]), zip(*own)) if pair[1][0] < limit and pair[1][1] < RIM * pair[1][0]]
+            if float(at["sun_elevation_deg"]) < 3 or len(pairs) < 3 or limit < 3:
+                continue
+            square = sum(lx ** 2 for _, (lx, _) in pairs)
+            points.append(math.sqrt(sum((a - b) ** 2 for (a, _), (b, _) in pairs) / square))
+            planes.append(sum(a - b for (a, _), (b, _) in pairs) / sum(b for _, (b, _) in pairs))
+            noises.append(left(pairs)[1])
+        sizes = [abs(off) for off in planes]
+        numbers = [statistics.median(points), max(points), statistics.median(sizes), max(sizes)]
+        cells = " | ".join(f"{100 * number:.1f} %" for number in numbers)
+        print(f"| {name} | {len(points)} | {cells} | {100 * statistics.mean(planes):+.1f} % | {100 * statistics.median(noises):.1f} % |", flush=True)
 
 
 if __name__ == "__main__":
@@ -186,5 +186,6 @@ if __name__ == "__main__":
     parser.add_argument("--out", required=True)
     parser.add_argument("--luxmc", default=str(ROOT / "target/release/luxmc"))
     parser.add_argument("--target-error", default="1%")
+    parser.add_argument("--room", choices=list(rooms()), help="one room alone")
     given = parser.parse_args()
     {"patches": patches, "suns": suns}[given.what](Check(given), given.target_error)
