@@ -3,7 +3,7 @@
 use super::error::SceneError;
 use super::reader::Node;
 
-/// What LENI is computed from besides the luminaires' power; see docs/methods.md, section 29.
+/// What LENI is computed from besides the luminaires' power; see docs/methods.md, section 25.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
     /// Hours of use in a year by daylight and without it.

@@ -1,7 +1,7 @@
 //! The split of daylight: what comes to the points of a map straight from the sky, by way of something outside, and by way of something inside.
 //!
 //! The map itself tells direct light from reflected. What share of the direct light is the ground's, and what share of the reflected has met something
-//! outside before, tell walks of their own, as those of a year of daylight do (docs/methods.md, section 31). So the three components add up to the map's value,
+//! outside before, tell walks of their own, as those of a year of daylight do (docs/methods.md, section 27). So the three components add up to the map's value,
 //! whatever the shares have wrong.
 
 use rayon::prelude::*;

@@ -46,7 +46,7 @@ struct Taken {
 /// Solves a scene until each requirement of the maps that settings ask for is decided, or a limit comes.
 ///
 /// Every run is a look, at which a requirement counts as decided beyond the tail of that look alone, so that many looks do not add up to
-/// more wrong verdicts than they may: docs/methods.md, section 26. `solve` makes one run; the solution is the last one's, or that of
+/// more wrong verdicts than they may: docs/methods.md, section 22. `solve` makes one run; the solution is the last one's, or that of
 /// the one before where a limit cut the last one short and that had the larger error, with the work of all of them.
 ///
 /// # Errors

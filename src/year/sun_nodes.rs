@@ -1,7 +1,7 @@
 //! Fewer suns than hours: a grid over the sun's ways of the year, among whose nodes what surfaces reflect of the sun is interpolated.
 //!
 //! The grid lies in declination and hour angle, in which the sun of every hour of a year has a neighbour within a degree or two: what is looked for at a node
-//! serves all of them (docs/methods.md, section 31). The sun's own light, which has edges, is looked for at each hour's own place.
+//! serves all of them (docs/methods.md, section 27). The sun's own light, which has edges, is looked for at each hour's own place.
 
 use std::collections::BTreeMap;
 
