@@ -134,7 +134,7 @@ pub fn look_into_mirrors(
 ) -> (f64, u64) {
     let count = |lx: f64, towards: DVec3, _: &Chosen| lx * response(towards);
     let (sun_lx, sun_rays) = match mirrors.sun {
-        Some(number) => look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, &count, stream, |step, stream| {
+        Some(number) => look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
             let look = stage.emitters.list()[number as usize].look(step.apex_m, step.normal, stream)?;
             let origin = stage.origin(&look.place?);
             let position_m = stage.tracer.position_m(&origin);
@@ -145,7 +145,7 @@ pub fn look_into_mirrors(
     let Some(points) = &mirrors.points else {
         return (sun_lx, sun_rays);
     };
-    let (lx, rays) = look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, &count, stream, |step, stream| {
+    let (lx, rays) = look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
         let variate = stream.fine_unit();
         let (look, chosen) = points.choose(step.apex_m, step.facet_normal, variate, cut, stream)?;
         let offset_m = step.apex_m - look.point.position_m;

@@ -104,7 +104,9 @@ fn a_run_for_verdicts_stops_where_all_is_decided() {
     assert_eq!(code(&long), 0, "{}", errors(&long));
     let value_lx = summary(&out)["verdicts"][0]["value"].as_f64().expect("a value");
     std::fs::write(&scene, room(&format!(r#", "requirements": {{ "average_lx": {value_lx} }}"#))).expect("a file");
-    let undecided = run(&["solve", text(&scene), "--out", text(&out), "--target", "verdicts", "--target-error", "1%"]);
+    // One run in twenty decides by chance (4 of the seeds 0 to 59, and 0 is one of them).
+    let to_the_end = ["--target", "verdicts", "--target-error", "1%", "--seed", "1"];
+    let undecided = run(&[&["solve", text(&scene), "--out", text(&out)], &to_the_end[..]].concat());
     assert_eq!(code(&undecided), 3, "{}", errors(&undecided));
     assert!(errors(&undecided).contains("verdicts undecided"), "{}", errors(&undecided));
     let told = summary(&out);
