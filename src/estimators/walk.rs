@@ -224,7 +224,8 @@ pub const MOST_RAYS_OF_A_WALK: u64 = 600_000;
 /// finds has been reflected once more than what the receiver's own look finds.
 const ON_THE_WAY: f64 = 0.25;
 
-/// One sample of π times the luminance that comes along a ray, without the emitters in sight from where it starts, and the rays it took. What the first surface spreads counts with the shares of its place and normal.
+/// One sample of π times the luminance that comes along a ray, without the emitters in sight from where it starts, and
+/// the rays it took. What the first surface spreads counts with the shares of its place and normal.
 fn follow_lm_m2(
     stage: &Stage,
     start: Start,
@@ -235,6 +236,7 @@ fn follow_lm_m2(
 ) -> (f64, u64) {
     let Start { mut origin, mut direction, mut trail, mut looked_back } = start;
     let mut departure = Departure::Seen;
+    let walks_look = stage.mirrors.as_ref().is_some_and(Mirrors::walks_look);
     let (mut sum_lm_m2, mut rays) = (0.0, 0);
     let mut is_first = true;
     let mut weight = 1.0;
@@ -322,7 +324,6 @@ fn follow_lm_m2(
             Way::Spread => here,
             _ => None,
         };
-        let cosine = normal.dot(direction);
         match scattered.way {
             Way::Lobe => {
                 let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
@@ -334,23 +335,27 @@ fn follow_lm_m2(
             Way::Mirrored => {
                 let facet = |mirrors: &Mirrors| mirrors.number(hit.triangle, hit.side);
                 let facet = stage.mirrors.as_ref().and_then(facet);
-                trail = trail.and_then(|trail| trail.mirrored(facet, law.mirror_share(cosine)));
+                trail = trail.and_then(|trail| trail.mirrored(facet, law.mirror_share(normal.dot(direction))));
                 departure = Departure::Mirrored;
             }
             Way::Passed => {
-                let passed = if let Law::Glass(glass) = law { glass.shares(cosine)[1] } else { 1.0 };
-                trail = trail.map(|trail| trail.passed(passed));
+                trail = trail.map(|trail| {
+                    trail.passed(if let Law::Glass(glass) = law { glass.shares(normal.dot(direction))[1] } else { 1.0 })
+                });
             }
             Way::Spread | Way::SpreadThrough => {
                 let is_behind = scattered.way == Way::SpreadThrough;
                 weight *= if is_behind { shares_behind[1] } else { shares[1] };
-                let spread_per_sr = match law {
-                    // One side looks for areas, by chance: both by their shares.
-                    Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
-                    law => law.spread_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
-                };
-                let start = (stage.tracer.position_m(&origin), if is_behind { -normal } else { normal });
-                trail = trail_from(stage, start, spread_per_sr, ON_THE_WAY);
+                // Without mirrors in which areas are looked for there is no trail, and nothing of it is worked out.
+                trail = walks_look.then(|| {
+                    let spread_per_sr = match law {
+                        // One side looks for areas, by chance: both by their shares.
+                        Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
+                        law => law.spread_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
+                    };
+                    let normal = if is_behind { -normal } else { normal };
+                    Trail::from(stage.tracer.position_m(&origin), normal, spread_per_sr, ON_THE_WAY)
+                });
                 departure = Departure::Seen;
             }
         };
