@@ -88,13 +88,18 @@ impl Trail {
             normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
         }
         let emitter = &stage.emitters.list()[number as usize];
-        let weight = |number: &u32| stage.emitters.list()[*number as usize].importance(beam.apex_m, normal);
-        let total: f64 = mirrors.areas.iter().map(weight).sum();
+        let (weight, total) = weights_of_areas(stage, mirrors, beam.apex_m, normal);
         let luminance_cd_m2 = emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
         let looked = probability * weight(&number) / total * luminance_cd_m2;
         let rayed = self.ray_per_sr * self.share * emitter.unshadowed_lx(beam.apex_m, normal);
         if looked > 0.0 { rayed / (rayed + looked) } else { 1.0 }
     }
+}
+
+/// How often areas are chosen at a step of a beam: the weight of each, and that of all.
+fn weights_of_areas(stage: &Stage, mirrors: &Mirrors, apex_m: DVec3, normal: DVec3) -> (impl Fn(&u32) -> f64, f64) {
+    let weight = move |number: &u32| stage.emitters.list()[*number as usize].importance(apex_m, normal);
+    (weight, mirrors.areas.iter().map(weight).sum())
 }
 
 /// Probability with which a sequence of facets goes on past one of them.
@@ -202,8 +207,7 @@ fn look_at_areas(
 ) -> (f64, u64) {
     look_by_facets(stage, &mirrors.facets, receiver, deepest, count, stream, |step, stream| {
         let list = stage.emitters.list();
-        let weight = |number: &u32| list[*number as usize].importance(step.apex_m, step.normal);
-        let total: f64 = mirrors.areas.iter().map(weight).sum();
+        let (weight, total) = weights_of_areas(stage, mirrors, step.apex_m, step.normal);
         let mut rest = stream.fine_unit() * total;
         let last = mirrors.areas.iter().rposition(|number| weight(number) > 0.0)?;
         let met = mirrors.areas[..last].iter().find(|number| {

@@ -119,10 +119,12 @@ impl SubPoint {
             return (sum_cd_m2, rays);
         };
         let origin = stage.leave(&self.hit, scattered.way);
-        let pair = Pair { normal: self.normal, towards: -self.direction, leaving: scattered.direction };
-        let ray_per_sr = if scattered.way == Way::Lobe { law.lobe_per_sr(&pair) } else { law.spread_per_sr(&pair) };
-        let side = if scattered.way == Way::SpreadThrough { -self.normal } else { self.normal };
-        let trail = trail_from(stage, (self.point_m, side), ray_per_sr, 1.0);
+        let trail = trail_from(stage, 1.0, || {
+            let pair = Pair { normal: self.normal, towards: -self.direction, leaving: scattered.direction };
+            let ray_per_sr = if scattered.way == Way::Lobe { law.lobe_per_sr(&pair) } else { law.spread_per_sr(&pair) };
+            let side = if scattered.way == Way::SpreadThrough { -self.normal } else { self.normal };
+            (self.point_m, side, ray_per_sr)
+        });
         let share_of = |point_m: DVec3, normal: DVec3| share_of(scattered.way, point_m, normal);
         let (lm_m2, walk_rays) =
             sample_arriving_share_lx(stage, (origin, trail), scattered.direction, share_of, cut, stream);

@@ -117,7 +117,7 @@ pub fn gather_parts_lx(
     let start = Start {
         origin: *receiver.origin,
         direction,
-        trail: trail_from(stage, (receiver.point_m, receiver.normal), FRAC_1_PI, 1.0),
+        trail: trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI)),
         looked_back,
     };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, |_, _| [1.0; 2], memory, cut, stream);
@@ -160,7 +160,7 @@ pub fn sample_share_lx(
 ) -> (f64, u64) {
     let direction = cosine_hemisphere(receiver.normal, stream.pair());
     let (mirrored_lx, mirrored_rays) = in_mirrors_lx(stage, receiver, 1.0, |_| evenly(1.0, FRAC_1_PI), cut, stream);
-    let trail = trail_from(stage, (receiver.point_m, receiver.normal), FRAC_1_PI, 1.0);
+    let trail = trail_from(stage, 1.0, || (receiver.point_m, receiver.normal, FRAC_1_PI));
     let start = Start { origin: *receiver.origin, direction, trail, looked_back: None };
     let (arriving_lx, rays) = follow_lm_m2(stage, start, share_of, &mut Blank, cut, stream);
     (mirrored_lx + arriving_lx, mirrored_rays + rays)
@@ -236,7 +236,6 @@ fn follow_lm_m2(
 ) -> (f64, u64) {
     let Start { mut origin, mut direction, mut trail, mut looked_back } = start;
     let mut departure = Departure::Seen;
-    let walks_look = stage.mirrors.as_ref().is_some_and(Mirrors::walks_look);
     let (mut sum_lm_m2, mut rays) = (0.0, 0);
     let mut is_first = true;
     let mut weight = 1.0;
@@ -329,7 +328,7 @@ fn follow_lm_m2(
                 let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
                 let point_m = stage.tracer.position_m(&origin);
                 let lobe_per_sr = law.lobe_per_sr(&pair);
-                trail = trail_from(stage, (point_m, normal), lobe_per_sr, ON_THE_WAY);
+                trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
                 departure = Departure::Lobe(LobeRay { lobe_per_sr, spot, point_m, normal });
             }
             Way::Mirrored => {
@@ -346,15 +345,13 @@ fn follow_lm_m2(
             Way::Spread | Way::SpreadThrough => {
                 let is_behind = scattered.way == Way::SpreadThrough;
                 weight *= if is_behind { shares_behind[1] } else { shares[1] };
-                // Without mirrors in which areas are looked for there is no trail, and nothing of it is worked out.
-                trail = walks_look.then(|| {
+                trail = trail_from(stage, ON_THE_WAY, || {
                     let spread_per_sr = match law {
                         // One side looks for areas, by chance: both by their shares.
                         Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
                         law => law.spread_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
                     };
-                    let normal = if is_behind { -normal } else { normal };
-                    Trail::from(stage.tracer.position_m(&origin), normal, spread_per_sr, ON_THE_WAY)
+                    (stage.tracer.position_m(&origin), if is_behind { -normal } else { normal }, spread_per_sr)
                 });
                 departure = Departure::Seen;
             }
@@ -506,10 +503,15 @@ fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
     [ImageResponse { factor, ray_per_sr }, ImageResponse { factor: 0.0, ray_per_sr }]
 }
 
-/// The trail of a ray from a place that looks for areas in mirrors by chance, if there are any.
-pub fn trail_from(stage: &Stage, (point_m, normal): (DVec3, DVec3), ray_per_sr: f64, chance: f64) -> Option<Trail> {
+/// The trail of a ray from a place that looks for areas in mirrors by chance, if there are any: only then `start` works out the place,
+/// its normal, and the ray's density per sr and over the cosine.
+#[inline]
+pub fn trail_from(stage: &Stage, chance: f64, start: impl FnOnce() -> (DVec3, DVec3, f64)) -> Option<Trail> {
     let looks = stage.mirrors.as_ref().is_some_and(Mirrors::walks_look);
-    looks.then(|| Trail::from(point_m, normal, ray_per_sr, chance))
+    looks.then(|| {
+        let (point_m, normal, ray_per_sr) = start();
+        Trail::from(point_m, normal, ray_per_sr, chance)
+    })
 }
 
 /// What a place receives from images in mirrors, if there can be any, by its responses; areas are looked for by chance, and beside the

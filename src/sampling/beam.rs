@@ -149,13 +149,15 @@ impl Beam {
             rest -= sr;
             found
         });
-        self.step(facets, chosen.unwrap_or(last), &seen_sr)
+        let facet = chosen.unwrap_or(last);
+        self.step(facets, facet, seen_sr[facet] / total_sr)
     }
 
     /// The step to a facet, with the probability that it would be chosen with; `None` where no path leads there.
     pub fn step_to(&self, facets: &[Facet], facet: usize) -> Option<Step> {
         let seen_sr = self.seen_sr(facets);
-        if seen_sr[facet] > 0.0 { self.step(facets, facet, &seen_sr) } else { None }
+        let probability = seen_sr[facet] / seen_sr.iter().sum::<f64>();
+        if seen_sr[facet] > 0.0 { self.step(facets, facet, probability) } else { None }
     }
 
     /// Solid angles that the beam leaves of facets, in sr.
@@ -164,12 +166,11 @@ impl Beam {
         facets.iter().map(solid_angle_sr).collect()
     }
 
-    fn step(&self, facets: &[Facet], facet: usize, seen_sr: &[f64]) -> Option<Step> {
-        let total_sr: f64 = seen_sr.iter().sum();
+    fn step(&self, facets: &[Facet], facet: usize, probability: f64) -> Option<Step> {
         let polygon = self.part_of(&facets[facet])?;
         let middle_m = polygon.corners().iter().sum::<DVec3>() / polygon.count as f64;
         let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();
-        Some(Step { facet, probability: seen_sr[facet] / total_sr, cosine, polygon })
+        Some(Step { facet, probability, cosine, polygon })
     }
 
     /// The beam after a step.

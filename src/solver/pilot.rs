@@ -245,20 +245,19 @@ fn walk_cost(context: &Context, set: usize, walks: u64, part: u32) -> PartCost {
 /// The same by more walks, until these took their share of the work to the target.
 fn walked_more(context: &Context, set: usize, first: PartCost, mut walks: u64, direct_mean_lx: f64) -> PartCost {
     let entries = context.scene.receivers[set].points.len() as f64;
-    let (mut cost, mut rays, mut pilot_rays) = (first, first.pilot_rays as f64, first.pilot_rays);
+    let (mut cost, mut all_rays) = (first, first.pilot_rays);
     for part in WALK_PARTS + 1.. {
         let error_lx = context.target_error * (direct_mean_lx + cost.mean_lx);
         let work = cost.variance * cost.rays.min(MOST_RAYS_THAT_COUNT) * entries / (error_lx * error_lx);
-        let growth = (SHARE_OF_WORK * work).min(ENOUGH_RAYS as f64) / rays;
+        let growth = (SHARE_OF_WORK * work).min(ENOUGH_RAYS as f64) / cost.pilot_rays as f64;
         if growth.is_nan() || growth <= WORTH_ANOTHER || (context.time_left)() <= TimeLeft::Little {
             break;
         }
         walks = (walks as f64 * growth.min(MOST_GROWTH_OF_WALKS)) as u64;
         cost = walk_cost(context, set, walks, part);
-        rays = cost.pilot_rays as f64;
-        pilot_rays += cost.pilot_rays;
+        all_rays += cost.pilot_rays;
     }
-    PartCost { pilot_rays, ..cost }
+    PartCost { pilot_rays: all_rays, ..cost }
 }
 
 /// Measures walks from random points of elements, of which such shares are exposed; empty where elements count as they are.
@@ -498,16 +497,24 @@ mod tests {
     use super::*;
     use crate::chain::Stage;
     use crate::check::scene_from_json;
+    use crate::scene::Scene;
+
+    /// A room with a lamp and a grid of receivers.
+    fn room_with(grid: &str) -> Scene {
+        let text = format!(
+            r#"{{ "version": 1, "materials": {{ "m": {{ "type": "diffuse", "reflectance": 0.5 }} }},
+            "geometry": [ {{ "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" }} ],
+            "luminaires": [ {{ "name": "a", "type": "point", "position": [1,1,1], "luminous_flux_lm": 100 }} ],
+            "receivers": [ {{ "name": "p", "type": "grid", {grid} }} ] }}"#
+        );
+        scene_from_json(&text, None, Path::new(".")).expect("a valid scene")
+    }
 
     /// The pilot of a set of one point takes hundreds of walks and passes, and few where the time is over: a scene may have thousands of
     /// sets, and each has a pilot.
     #[test]
     fn where_the_time_is_over_a_pilot_takes_few_rays() {
-        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
-            "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" } ],
-            "luminaires": [ { "name": "a", "type": "point", "position": [1,1,1], "luminous_flux_lm": 100 } ],
-            "receivers": [ { "name": "p", "type": "grid", "origin": [2,2,1], "u": [1,0,0], "v": [0,0.5,0], "columns": 1, "rows": 1 } ] }"#;
-        let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
+        let scene = room_with(r#""origin": [2,2,1], "u": [1,0,0], "v": [0,0.5,0], "columns": 1, "rows": 1"#);
         let stage = Stage::new(&scene);
         let rays = |time_left: &(dyn Fn() -> TimeLeft + Sync)| {
             let context = Context { time_left, ..Context::of_a_test(&scene, &stage, 3) };
@@ -521,11 +528,7 @@ mod tests {
     /// a map that none binds, or where little time is left, they take no more than anyway.
     #[test]
     fn a_pilot_takes_its_share_of_the_work() {
-        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
-            "geometry": [ { "name": "r", "type": "box", "min": [0,0,0], "max": [4,3,2], "facing": "inward", "material": "m" } ],
-            "luminaires": [ { "name": "a", "type": "point", "position": [1,1,1], "luminous_flux_lm": 100 } ],
-            "receivers": [ { "name": "p", "type": "grid", "origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 4 } ] }"#;
-        let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
+        let scene = room_with(r#""origin": [1,1,1], "u": [2,0,0], "v": [0,1,0], "columns": 8, "rows": 4"#);
         let stage = Stage::new(&scene);
         let cost = |target_error: f64, time_left: TimeLeft, direct_mean_lx: Option<f64>| {
             let time_left = &move || time_left;
