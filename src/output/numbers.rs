@@ -32,6 +32,7 @@ pub fn lux_with_error(estimate: Estimate, join: impl Fn(&str, &str) -> String) -
 }
 
 /// Percents with their standard error, both to the error's first digit or to two decimals: `88.31 ± 0.01`, `45.5 ± 0`.
+/// Percents under their own error are told by a bound of two digits, as illuminances are: `< 0.50`.
 pub fn percents_with_error(percents: Estimate, join: impl Fn(&str, &str) -> String) -> String {
     let error = percents.standard_error;
     if error <= 0.0 {
@@ -199,7 +200,7 @@ mod tests {
             [told(88.309, 0.008), told(45.45, 0.0), told(51.23, 0.05)],
             ["88.31 ± 0.01", "45.5 ± 0", "51.23 ± 0.05"]
         );
-        assert_eq!([told(91.2, 0.31), told(47.0, 13.0), told(0.1, 0.2)], ["91.2 ± 0.3", "47 ± 13", "< 0.5"]);
+        assert_eq!([told(91.2, 0.31), told(47.0, 13.0), told(0.1, 0.2)], ["91.2 ± 0.3", "47 ± 13", "< 0.50"]);
     }
 
     #[test]
