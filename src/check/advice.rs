@@ -152,8 +152,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
             if count == 1 { "it" } else { "them" }
         ));
     }
-    let aim = |luminaire: &Luminaire| Some((luminaire.emission.place_m()?, luminaire.emission.aim()?));
-    let aimed = scene.luminaires.iter().filter_map(aim).count();
+    let aimed = scene.luminaires.iter().filter_map(place_and_aim).count();
     if aimed * scene.triangles.len() > MOST_LOOKS {
         advice.push(format!(
             "{aimed} luminaires times {} triangles are too many to look where they aim and which surfaces cut their openings",
@@ -167,12 +166,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     advise_on_openings(scene, advice);
     let mut at_ceiling = Vec::new();
     let mut at_backs = Vec::new();
-    let aims = scene.luminaires.par_iter().map(|luminaire| {
-        let (place_m, aim) = aim(luminaire)?;
-        Some((aim.z, first_met(scene, place_m, aim)?))
-    });
-    let aims: Vec<Option<(f64, FirstMet)>> = aims.collect();
-    for (luminaire, aim) in scene.luminaires.iter().zip(aims) {
+    for (luminaire, aim) in scene.luminaires.iter().zip(aims_of(scene)) {
         match aim {
             Some((up, met)) if up > UPWARD && met.distance_m < TOO_NEAR_M => at_ceiling.push(luminaire),
             Some((_, met)) if met.is_dead_back => at_backs.push(luminaire),
@@ -191,6 +185,34 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
             names(at_backs)
         ));
     }
+}
+
+/// Where a luminaire that has a direction stands in m, and that direction.
+fn place_and_aim(luminaire: &Luminaire) -> Option<(DVec3, DVec3)> {
+    Some((luminaire.emission.place_m()?, luminaire.emission.aim()?))
+}
+
+/// How far up each luminaire is aimed, and what it meets there first.
+fn aims_of(scene: &Scene) -> Vec<Option<(f64, FirstMet)>> {
+    let aims = scene.luminaires.par_iter().map(|luminaire| {
+        let (place_m, aim) = place_and_aim(luminaire)?;
+        Some((aim.z, first_met(scene, place_m, aim)?))
+    });
+    aims.collect()
+}
+
+/// Names of the luminaires that are aimed at the back of a one-sided surface, as a message lists them; `None` where there are none, or too
+/// many to look.
+pub(crate) fn luminaires_aimed_at_backs(scene: &Scene) -> Option<String> {
+    if scene.luminaires.len() * scene.triangles.len() > MOST_LOOKS {
+        return None;
+    }
+    let aims = scene.luminaires.iter().zip(aims_of(scene));
+    let at_backs: Vec<&Luminaire> = aims
+        .filter(|(_, aim)| aim.as_ref().is_some_and(|(_, met)| met.is_dead_back))
+        .map(|(luminaire, _)| luminaire)
+        .collect();
+    (!at_backs.is_empty()).then(|| names(at_backs))
 }
 
 /// A horizontal grid in the lower half of a scene that faces down is seldom meant.

@@ -34,6 +34,7 @@ mod winding;
 mod work_tests;
 
 pub use advice::BURIED;
+pub(crate) use advice::luminaires_aimed_at_backs;
 pub(crate) use advice_openings::luminaires_behind_surfaces;
 pub use faults::{Faults, Hole, KindOfFault, MeshFaults};
 pub use harmonic_fit::{HarmonicFit, NoFit, fit_harmonics};

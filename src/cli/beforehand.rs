@@ -24,7 +24,7 @@ const A_POINT: Seconds = [0.2e-6, 0.0];
 /// a model and the page.
 const AN_ELEMENT_S: f64 = 12e-6;
 const A_POINT_S: f64 = 8e-6;
-const A_SET_S: f64 = 80e-6;
+const A_SET_S: f64 = 120e-6;
 
 /// Reading that takes as long as this tells how fast a machine is.
 const TELLING_S: f64 = 0.1;

@@ -9,8 +9,8 @@ use super::patience::latest_s;
 use crate::output::{MOST_SURFACES, plotted_sets, shortest};
 
 /// Trials, pieces that each thread writes in one of them, numbers of a piece, and what writing one takes on a usual core, in s.
-const TRIALS: usize = 5;
-const PIECES: u32 = 16;
+const TRIALS: usize = 3;
+const PIECES: u32 = 8;
 const NUMBERS_OF_A_PIECE: u32 = 1000;
 const A_NUMBER_S: f64 = 150e-9;
 /// No more than that is believed of a few milliseconds.
@@ -62,6 +62,11 @@ pub struct Machine {
     pub threads: usize,
     /// What a file takes by itself.
     pub a_file: Duration,
+}
+
+/// Whether it matters how quick the machine is: not where even a slow one judges and writes in what a limit may be exceeded by.
+pub fn needs_trial(limit_s: f64, work: &Work) -> bool {
+    MOST_SLOWNESS * work.ending_s > COUNTED_ON * (latest_s(limit_s) - limit_s)
 }
 
 /// Files of a run with maps of so many receiver sets and so many surfaces, about.
@@ -168,6 +173,14 @@ mod tests {
         assert_eq!(of(1, Duration::from_millis(20)), 10.0);
         // Of ten thousand sets some are plotted.
         assert!(files_about(10_000, 10) < 300 && files_about(3, 10_000) < 300);
+    }
+
+    /// A trial takes time itself: a small scene under a limit of milliseconds has none.
+    #[test]
+    fn what_is_done_in_no_time_has_no_trial() {
+        let of = |ending_s: f64| Work { ending_s, ..Work::default() };
+        assert!(!needs_trial(0.03, &of(0.1)) && needs_trial(0.03, &of(0.3)));
+        assert!(!needs_trial(600.0, &of(10.0)) && needs_trial(600.0, &of(20.0)));
     }
 
     #[test]

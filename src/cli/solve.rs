@@ -10,7 +10,7 @@ use super::beforehand::{Beforehand, Kinds};
 use super::checkpoint::CheckpointKeeper;
 use super::dry_run::{self, dry_run};
 use super::exit::Failure;
-use super::kept_back::{KeptBack, Machine, Work, files_about, trial};
+use super::kept_back::{KeptBack, Machine, Work, files_about, needs_trial, trial};
 use super::memory::limit_memory;
 use super::mesh::MeshArguments;
 use super::method::{self, MethodChoice, Plots, method};
@@ -430,11 +430,10 @@ fn keep_back(
 ) -> KeptBack {
     let (scene, settings) = (run.scene(), run.settings());
     let known = known.with_sides(sides_asked_for(scene, settings));
-    let machine = Machine {
-        slowness: known.slowness(read_s, || run.on_its_threads(trial)),
-        threads: run.threads(),
-        a_file: directory.took_a_file(),
-    };
+    let needs_trial = needs_trial(limit_s, &known.work());
+    let tried = || if needs_trial { run.on_its_threads(trial) } else { 1.0 };
+    let machine =
+        Machine { slowness: known.slowness(read_s, tried), threads: run.threads(), a_file: directory.took_a_file() };
     let asked_for = map_requests(scene, &settings.maps);
     let sets = asked_for.iter().filter(|(kind, _)| *kind != MapKind::Elements).count();
     let surfaces = if sets < asked_for.len() { scene.surfaces.len() } else { 0 };

@@ -48,6 +48,8 @@ const NOISIEST: f64 = 0.12;
 const NOISY: f64 = 0.02;
 /// Size of the type of labels in the drawing.
 const SMALL: f64 = 11.0;
+/// Between two lines of small type.
+const LINE: f64 = 15.0;
 
 pub(super) struct Room {
     top: f64,
@@ -225,7 +227,24 @@ pub(super) fn foot(picture: &mut Picture, map: &FlatMap, note: &str) {
     );
     let y = picture.height - 26.0;
     picture.words(Words::new(error, [ROOM.left, y], SMALL).ink(SOFT));
-    picture.words(Words::new(note, [ROOM.left, y + 15.0], SMALL).ink(SOFT));
+    // A narrow page grows downward where the note takes several lines.
+    let lines = lines_within(note, SMALL, picture.width - ROOM.left - MARGIN);
+    picture.height += LINE * lines.len().saturating_sub(1) as f64;
+    for (number, line) in lines.into_iter().enumerate() {
+        picture.words(Words::new(line, [ROOM.left, y + LINE * (1 + number) as f64], SMALL).ink(SOFT));
+    }
+}
+
+/// Words in lines no wider than so much, but for single words that are.
+fn lines_within(text: &str, size: f64, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if text_width(&format!("{line} {word}"), size, false) <= width => *line += &format!(" {word}"),
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 fn capital(text: &str) -> String {
@@ -556,5 +575,22 @@ impl ColorScale {
         };
         let anchor = if title.len() <= 2 { TextAnchor::Start } else { TextAnchor::Middle };
         picture.words(Words::new(title, [left, top - 8.0], TYPE).anchored(anchor).ink(SOFT));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A long note stands in lines that fit their page, and none of its words is lost.
+    #[test]
+    fn a_long_note_takes_several_lines() {
+        let note =
+            "No isolux lines: the values differ by little more than their error. The target does not bind this map.";
+        let lines = lines_within(note, SMALL, 300.0);
+        assert!(lines.len() > 1 && lines.iter().all(|line| text_width(line, SMALL, false) <= 300.0), "{lines:?}");
+        assert_eq!(lines.join(" "), note);
+        assert_eq!(lines_within(note, SMALL, 3000.0), [note]);
+        assert!(lines_within("", SMALL, 300.0).is_empty());
     }
 }

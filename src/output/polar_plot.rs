@@ -2,6 +2,7 @@
 
 use super::axes::TYPE;
 use super::color::{BLACK, BLUE, FAINT, SOFT, VERMILION};
+use super::font::text_width;
 use super::numbers::{amount, round_step, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::texts::{said, say, words};
@@ -10,6 +11,10 @@ use crate::scene::photometry::IntensityWeb;
 const WIDTH: f64 = 560.0;
 const RADIUS: f64 = 215.0;
 const MIDDLE: PagePoint = [280.0, 300.0];
+/// Where words begin, what stays free at the right, and the size of the type of what is told of the intensities.
+const LEFT: f64 = 24.0;
+const MARGIN: f64 = 8.0;
+const FACTS: f64 = 13.0;
 /// Rings that the diagram has at most.
 const MOST_RINGS: usize = 5;
 /// Step of γ in degrees along a curve.
@@ -31,7 +36,9 @@ pub fn polar_picture(name: &str, web: &IntensityWeb, values: &'static str) -> Pi
         amount(web.maximum_intensity_cd()),
         said(values)
     );
-    picture.words(Words::new(facts, [24.0, 46.0], 13.0).ink(SOFT));
+    // What takes more than the page is set smaller.
+    let size = FACTS * ((WIDTH - LEFT - MARGIN) / text_width(&facts, FACTS, false)).min(1.0);
+    picture.words(Words::new(facts, [LEFT, 46.0], size).ink(SOFT));
     if flux_lm > 0.0 {
         let per_klm = say!("For cd per 1000 lm of the luminaire, divide by {}.", tick_short(flux_lm / 1000.0));
         picture.words(Words::new(per_klm, [24.0, 576.0], TYPE).ink(SOFT));

@@ -9,7 +9,7 @@ use super::surface_tables::{receiver_table, surface_tables};
 use super::{ConvergenceRow, ElementChoice, FluxBalance, MapCheck, Settings, Solution, StopReason};
 use crate::base::memory::limit_bytes;
 use crate::chain::MOST_RAYS_OF_A_CHAIN;
-use crate::check::luminaires_behind_surfaces;
+use crate::check::{luminaires_aimed_at_backs, luminaires_behind_surfaces};
 use crate::estimators::walk::MOST_RAYS_OF_A_WALK;
 use crate::maps::{MapError, MapKind, MapResult, REPLICAS, StatisticalCheck, TableRow, standard_error};
 use crate::sampling::reflection::Law;
@@ -127,12 +127,17 @@ fn warnings_of_flux(context: &Context, balance: &FluxBalance) -> Vec<String> {
     let mut warnings = Vec::new();
     // The sky shines on roofs and outer walls, too.
     if balance.back_face_lm > 0.0 && context.stage.emitters.list().iter().all(|emitter| !emitter.is_far()) {
-        let why = match luminaires_behind_surfaces(context.scene) {
-            Some(names) => {
-                format!("part of what shines of {names} lies behind a surface; move it off, or turn its \"aim\"")
-            }
-            None => "normals may be flipped; turn the faces round, or set \"two_sided\": true".to_owned(),
+        let part = luminaires_behind_surfaces(context.scene).map(|names| {
+            format!("part of what shines of {names} lies behind a surface; move it off, or turn its \"aim\"")
+        });
+        let whole = || {
+            let names = luminaires_aimed_at_backs(context.scene)?;
+            Some(format!(
+                "{names} shines at it from behind; move what shines to the front of the surface, or turn its \"aim\""
+            ))
         };
+        let flipped = || "normals may be flipped; turn the faces round, or set \"two_sided\": true".to_owned();
+        let why = part.or_else(whole).unwrap_or_else(flipped);
         let share = percent(balance.back_face_lm);
         warnings
             .push(format!("{share:.3} % of the flux hits the back of one-sided surfaces and is absorbed there: {why}"));

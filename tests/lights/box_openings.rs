@@ -8,11 +8,11 @@ use luxmc::solver::{MapSelection, Settings, solve};
 
 use crate::common::Silent;
 
-/// A room of 4 m × 4 m × 3 m with black walls under a file of a box of 400 mm × 400 mm × 25 mm, its middle at a height.
-fn room(height_m: f64) -> Scene {
+/// A room of 4 m × 4 m × 3 m with walls of a reflectance under a file of a box of 400 mm × 400 mm × 25 mm, its middle at a height.
+fn room(reflectance: f64, height_m: f64) -> Scene {
     let text = format!(
-        r#"{{ "version": 1, "materials": {{ "black": {{ "type": "diffuse", "reflectance": 0 }} }},
-        "geometry": [ {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "black" }} ],
+        r#"{{ "version": 1, "materials": {{ "walls": {{ "type": "diffuse", "reflectance": {reflectance} }} }},
+        "geometry": [ {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,4,3], "facing": "inward", "material": "walls" }} ],
         "luminaires": [ {{ "name": "panel", "type": "photometric", "file": "photometric/box_panel.ldt", "position": [2,2,{height_m}] }} ],
         "receivers": [ {{ "name": "floor", "type": "grid", "origin": [1,1,0], "u": [2,0,0], "v": [0,2,0], "columns": 3, "rows": 3 }},
                        {{ "name": "wall", "type": "grid", "origin": [0,1,2.2], "u": [0,2,0], "v": [0,0,0.6], "columns": 3, "rows": 3 }} ] }}"#
@@ -33,10 +33,10 @@ fn means_lx(scene: &Scene) -> [f64; 2] {
 /// second had 0.56 of the first (the planted fault).
 #[test]
 fn the_light_of_a_box_does_not_hang_on_how_far_it_is_let_into_the_ceiling() {
-    let hanging = means_lx(&room(3.0 - 0.0125));
+    let hanging = means_lx(&room(0.0, 3.0 - 0.0125));
     assert!(hanging.iter().all(|lx| *lx > 0.5), "{hanging:?}");
     for height_m in [3.0 - 0.0124, 3.0 - 0.005, 3.0, 3.01, 3.0125] {
-        let scene = room(height_m);
+        let scene = room(0.0, height_m);
         let there = means_lx(&scene);
         let [floor, wall] = [0, 1].map(|set: usize| there[set] / hanging[set]);
         assert!((floor - 1.0).abs() < 0.02, "{height_m}: {floor} of the floor's light when hanging");
@@ -45,4 +45,14 @@ fn the_light_of_a_box_does_not_hang_on_how_far_it_is_let_into_the_ceiling() {
         assert_eq!(told, height_m > 3.0 - 0.0115, "{height_m}: {:?}", scene.warnings);
         assert!(!scene.warnings.iter().any(|warning| warning.contains("lies behind")), "{:?}", scene.warnings);
     }
+}
+
+/// A box wholly above the ceiling shines at its back alone: that is told as the luminaire's place, and no normals are called flipped.
+#[test]
+fn a_box_above_the_ceiling_is_told_as_one_that_shines_from_behind() {
+    let scene = room(0.5, 3.02);
+    let settings = Settings { chains: Some(4096), maps: MapSelection::Elements, ..Settings::default() };
+    let warnings = solve(&scene, &settings, &Silent).warnings;
+    let told = warnings.iter().find(|warning| warning.contains("of the flux hits the back")).expect("told");
+    assert!(told.contains("panel shines at it from behind") && !told.contains("flipped"), "{told}");
 }
