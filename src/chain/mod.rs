@@ -30,6 +30,8 @@ pub struct Stage {
     pub tracer: Tracer,
     /// Numbering of element sides.
     pub elements: Elements,
+    /// Area of all surfaces in m², both sides of those that count on both.
+    pub area_m2: f64,
     /// Where light comes from.
     pub emitters: Emitters,
     /// Flat mirrors in which walks look for point-like luminaires; `None` where there is nothing to look for.
@@ -134,6 +136,7 @@ impl Stage {
         let mut stage = Stage {
             tracer,
             elements: Elements::of(scene),
+            area_m2: scene.area_m2(),
             emitters,
             mirrors,
             outlook: Outlook::default(),
@@ -162,10 +165,9 @@ impl Stage {
         self.sight_map.get_or_init(|| found);
     }
 
-    /// Whether a run of about so many rays in a scene of so many m² would find that out for nearly all places: choosing luminaires
-    /// costs little then.
-    pub fn would_look_out(&self, scene_m2: f64, planned_rays: f64) -> bool {
-        sight_map::would_serve(self, scene_m2, planned_rays)
+    /// Whether a run of about so many rays would find that out for nearly all places: choosing luminaires costs little then.
+    pub fn would_look_out(&self, planned_rays: f64) -> bool {
+        sight_map::would_serve(self, planned_rays)
     }
 
     /// What is in sight from where, if a run has found it out.

@@ -96,13 +96,13 @@ struct CellSights {
     rays: u64,
 }
 
-/// Whether in a run of about so many rays nearly all choices in a scene of so many m² would be by cells.
-pub fn would_serve(stage: &Stage, scene_m2: f64, planned_rays: f64) -> bool {
+/// Whether in a run of about so many rays nearly all choices would be by cells.
+pub fn would_serve(stage: &Stage, planned_rays: f64) -> bool {
     let emitters = stage.emitters.list();
     let shining_m2 =
         |emitter: &Emitter| emitter.exitance_lm_m2().map_or(0.0, |exitance| emitter.luminous_flux_lm / exitance);
     emitters.len() <= MOST_SERVED
-        && emitters.iter().map(shining_m2).sum::<f64>() <= MOST_SHINING * scene_m2
+        && emitters.iter().map(shining_m2).sum::<f64>() <= MOST_SHINING * stage.area_m2
         && rays_to_find_out(stage, planned_rays).is_some()
 }
 

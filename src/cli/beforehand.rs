@@ -7,6 +7,7 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use super::kept_back::Work;
 use super::number_text::time;
 use super::patience::latest_s;
 
@@ -18,9 +19,12 @@ const A_LUMINAIRE: Seconds = [4.5e-6, 4e-6];
 const A_GEOMETRY: Seconds = [32e-6, 35e-6];
 const A_TRIANGLE_OF_A_MESH: Seconds = [2.7e-6, 4e-6];
 const A_BYTE_OF_TEXT: Seconds = [40e-9, 0.0];
-/// The same of an element side and of a point whose map is computed: tables, a model and the page are written of them.
-const AN_ELEMENT: Seconds = [0.0, 12e-6];
-const A_POINT: Seconds = [0.2e-6, 8e-6];
+const A_POINT: Seconds = [0.2e-6, 0.0];
+/// The same seconds of what comes after computing, of an element side, a point and a receiver set whose map is computed: judging, tables,
+/// a model and the page.
+const AN_ELEMENT_S: f64 = 12e-6;
+const A_POINT_S: f64 = 8e-6;
+const A_SET_S: f64 = 80e-6;
 
 /// Reading that takes as long as this tells how fast a machine is.
 const TELLING_S: f64 = 0.1;
@@ -96,9 +100,11 @@ impl Kinds {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beforehand {
     reading_s: f64,
-    rest_s: f64,
-    /// Of the rest, what element sides take.
-    sides_s: f64,
+    readying_s: f64,
+    /// Element sides, points and sets whose maps are computed.
+    sides: f64,
+    points: f64,
+    sets: f64,
 }
 
 impl Beforehand {
@@ -125,22 +131,43 @@ impl Beforehand {
         tables.sort();
         tables.dedup();
         let text = bytes.len() as f64 + tables.iter().map(|file| size(file)).sum::<f64>();
-        let parts: [(f64, Seconds); 6] = [
+        let parts: [(f64, Seconds); 5] = [
             (luminaires.min(MOST_LUMINAIRES), A_LUMINAIRE),
             (outline.geometry.len() as f64, A_GEOMETRY),
             (triangles, A_TRIANGLE_OF_A_MESH),
             (text, A_BYTE_OF_TEXT),
-            (if kinds.elements { sides } else { 0.0 }, AN_ELEMENT),
-            (if kinds.receivers { points.min(MOST_POINTS) } else { 0.0 }, A_POINT),
+            (points.min(MOST_POINTS), A_POINT),
         ];
-        let [reading_s, rest_s] = [0, 1].map(|part| parts.iter().map(|(count, seconds)| count * seconds[part]).sum());
-        Some(Beforehand { reading_s, rest_s, sides_s: parts[4].0 * AN_ELEMENT[1] })
+        let [reading_s, readying_s] =
+            [0, 1].map(|part| parts.iter().map(|(count, seconds)| count * seconds[part]).sum());
+        let of_receivers = |count: f64| if kinds.receivers { count } else { 0.0 };
+        Some(Beforehand {
+            reading_s,
+            readying_s,
+            sides: if kinds.elements { sides } else { 0.0 },
+            points: of_receivers(points.min(MOST_POINTS)),
+            sets: of_receivers(outline.receivers.len() as f64),
+        })
     }
 
     /// The same with as many element sides as the scene has, once it is read: of a surface that is cut finely a file says little.
     pub fn with_sides(self, sides: usize) -> Beforehand {
-        let sides_s = sides as f64 * AN_ELEMENT[1];
-        Beforehand { rest_s: self.rest_s - self.sides_s + sides_s, sides_s, ..self }
+        Beforehand { sides: sides as f64, ..self }
+    }
+
+    /// What the run does beside reading and computing, files left out.
+    pub fn work(&self) -> Work {
+        Work { readying_s: self.readying_s, ending_s: self.ending_s(), files: 0 }
+    }
+
+    /// Seconds of one core for what comes after computing.
+    fn ending_s(&self) -> f64 {
+        self.sides * AN_ELEMENT_S + self.points * A_POINT_S + self.sets * A_SET_S
+    }
+
+    /// The same with making ready before it.
+    fn rest_s(&self) -> f64 {
+        self.readying_s + self.ending_s()
     }
 
     /// What is told before reading where a limit is shorter than all that.
@@ -149,12 +176,12 @@ impl Beforehand {
             reading_s if reading_s > latest_s(limit_s) => "ends the run while it reads, and nothing will be written",
             _ => "is exceeded by that and leaves no time for more than a first look",
         };
-        (self.reading_s + self.rest_s > limit_s).then(|| {
+        (self.reading_s + self.rest_s() > limit_s).then(|| {
             format!(
                 "warning: reading this scene takes about {} of a usual core, and making it ready for rays and writing about {} more, \
                  whatever is computed: the time limit of {} {comes_to}",
                 time(self.reading_s),
-                time(self.rest_s),
+                time(self.rest_s()),
                 time(limit_s)
             )
         })
@@ -162,13 +189,13 @@ impl Beforehand {
 
     /// Seconds of one core for reading and checking, and for the rest.
     pub fn seconds(&self) -> [f64; 2] {
-        [self.reading_s, self.rest_s]
+        [self.reading_s, self.rest_s()]
     }
 
-    /// Seconds of the rest on a machine on which reading took so long; reading that takes next to nothing tells nothing of a machine.
-    pub fn rest_after_s(&self, read_s: f64) -> f64 {
-        let slowness = if self.reading_s > TELLING_S { read_s / self.reading_s } else { 1.0 };
-        self.rest_s * slowness
+    /// How many times as long as on a usual core work takes where reading took so long, or else by a trial; reading that takes next to
+    /// nothing tells nothing of a machine.
+    pub fn slowness(&self, read_s: f64, trial: impl FnOnce() -> f64) -> f64 {
+        if self.reading_s > TELLING_S { read_s / self.reading_s } else { trial() }
     }
 }
 
@@ -198,8 +225,8 @@ mod tests {
     fn arrays_geometries_and_meshes_are_counted_before_they_are_read() {
         let lamps =
             of(r#"{ "luminaires": [ { "type": "point", "columns": 1000, "rows": 1000 } ] }"#, &[], ALL).expect("read");
-        assert!((lamps.reading_s - 4.5).abs() < 0.1 && lamps.rest_s > 1.0, "{lamps:?}");
-        assert_eq!(lamps.rest_after_s(2.0 * lamps.reading_s), 2.0 * lamps.rest_s);
+        assert!((lamps.reading_s - 4.5).abs() < 0.1 && lamps.rest_s() > 1.0, "{lamps:?}");
+        assert_eq!(lamps.slowness(2.0 * lamps.reading_s, || 7.0), 2.0);
         let line = lamps.line(1.0).expect("told");
         assert!(line.contains("about 4.5 s") && line.contains("time limit of 1.0 s ends the run while"), "{line}");
         let line = lamps.line(5.0).expect("told");
@@ -214,13 +241,19 @@ mod tests {
         let mesh = |size, kinds| of(mesh, &[("a.obj", size)], kinds).expect("read");
         assert!(mesh(1 << 10, ALL).line(0.1).is_none() && mesh(4 << 20, ALL).line(0.1).is_some());
         let receivers = Kinds::of(Some("receivers"));
-        assert!(mesh(4 << 20, receivers).rest_s < 0.5 * mesh(4 << 20, Kinds::of(Some("desk, elements"))).rest_s);
+        assert!(mesh(4 << 20, receivers).rest_s() < 0.5 * mesh(4 << 20, Kinds::of(Some("desk, elements"))).rest_s());
 
         // A rectangle that is cut into a million elements is one geometry in its file. Where reading takes nothing the rest is what it is.
         let floor = of(r#"{ "geometry": [ { "name": "floor" } ], "luminaires": [] }"#, &[], ALL).expect("read");
-        assert!(floor.rest_after_s(0.02) < 1e-3);
-        let rest_s = floor.with_sides(1_000_000).rest_after_s(0.02);
-        assert!((rest_s - floor.rest_s - 12.0).abs() < 0.01, "{rest_s}");
+        assert_eq!(floor.slowness(0.02, || 1.5), 1.5);
+        assert!(floor.rest_s() < 1e-3);
+        let ending_s = floor.with_sides(1_000_000).work().ending_s;
+        assert!((ending_s - 1e6 * AN_ELEMENT_S).abs() < 0.01, "{ending_s}");
+
+        // Ten thousand sets of a point each take longer than their points alone do.
+        let sets = vec![r#"{ "name": "a", "type": "points" }"#; 10_000].join(",");
+        let sets = of(&format!(r#"{{ "receivers": [ {sets} ] }}"#), &[], ALL).expect("read");
+        assert!(sets.ending_s() > 5.0 * 10_000.0 * A_POINT_S, "{sets:?}");
 
         // Points and what luminaires say of themselves, read once where many share it.
         let text =

@@ -11,6 +11,7 @@ mod dry_run;
 mod exit;
 mod inspect;
 mod inspect_photometric;
+mod kept_back;
 mod man;
 mod memory;
 mod merge;

@@ -9,8 +9,8 @@ use super::number_text::{percent, significant, time};
 use super::result_table::result_table;
 use crate::maps::{MapKind, TableKind, TableRow};
 use crate::output::{
-    Language, ReportContext, ResultDirectory, glb_file, in_language, plots, plotted_sets, report_files, streamed_files,
-    vtk_file,
+    Language, ReportContext, ResultDirectory, StagedFiles, StreamedFile, glb_file, in_language, plots, plotted_sets,
+    report_files, streamed_files, vtk_file,
 };
 use crate::scene::Scene;
 use crate::solver::{Solution, StopReason};
@@ -23,34 +23,48 @@ pub fn stage_results(
     formats: Option<Plots>,
     directory: &mut ResultDirectory,
 ) -> Result<(), Failure> {
-    for file in streamed_files(scene, solution)? {
-        directory.stage_streamed(&file)?;
+    let tables = streamed_files(scene, solution)?;
+    let models: Vec<StreamedFile> =
+        [vtk_file(scene, solution), glb_file(scene, solution)].into_iter().flatten().collect();
+    let to = &*directory;
+    let drawing = || {
+        let formats = formats.unwrap_or(Plots { svg: true, png: false });
+        write_pages(scene, solution, context, formats, to)
+    };
+    let (tables, (models, pages)) =
+        rayon::join(|| to.written(&tables), || rayon::join(|| to.written(&models), drawing));
+    for files in [tables?, pages?, models?] {
+        directory.take(files);
     }
-    let formats = formats.unwrap_or(Plots { svg: true, png: false });
+    Ok(())
+}
+
+/// Writes plots, and the report that shows them.
+fn write_pages(
+    scene: &Scene,
+    solution: &Solution,
+    context: &ReportContext,
+    formats: Plots,
+    directory: &ResultDirectory,
+) -> Result<StagedFiles, Failure> {
     let drawn = match formats.any() {
         true => in_language(context.language, || plots(scene, solution)),
         false => Vec::new(),
     };
+    let mut files: Vec<StreamedFile> = Vec::new();
     for plot in &drawn {
-        if formats.svg {
-            directory.stage(&plot.svg_file())?;
-        }
-        if formats.png {
-            directory.stage(&plot.png_file())?;
-        }
+        files.extend(formats.svg.then(|| plot.svg()));
+        files.extend(formats.png.then(|| plot.png()));
     }
     let (page, pdf) = report_files(scene, solution, &drawn, context);
-    directory.stage(&page)?;
+    files.push(page.into());
     match pdf {
-        Some(pdf) => directory.stage(&pdf)?,
+        Some(pdf) => files.push(pdf.into()),
         None => console::message(
             "warning: report.pdf is left out, since its text cannot be laid out; report.html has all of it",
         ),
     }
-    for file in [vtk_file(scene, solution), glb_file(scene, solution)].into_iter().flatten() {
-        directory.stage_streamed(&file)?;
-    }
-    Ok(())
+    Ok(directory.written(&files)?)
 }
 
 /// Prints the table in a language, what surfaces are covered, and the warnings.

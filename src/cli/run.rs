@@ -191,6 +191,11 @@ impl SceneRun {
         self.digest_of_whole.clone().unwrap_or_else(|| self.scene.digest())
     }
 
+    /// Ends computing earlier than the time limit says, so that what comes after it ends in time.
+    pub fn compute_until(&mut self, limit_s: f64) {
+        self.settings.time_limit_s = Some(limit_s);
+    }
+
     /// What the solver is asked for.
     pub fn settings(&self) -> &Settings {
         &self.settings

@@ -10,6 +10,7 @@ use super::beforehand::{Beforehand, Kinds};
 use super::checkpoint::CheckpointKeeper;
 use super::dry_run::{self, dry_run};
 use super::exit::Failure;
+use super::kept_back::{KeptBack, Machine, Work, files_about, trial};
 use super::memory::limit_memory;
 use super::mesh::MeshArguments;
 use super::method::{self, MethodChoice, Plots, method};
@@ -26,7 +27,7 @@ use crate::maps::MapKind;
 use crate::output::{CheckpointFile, Language, PartOfRun, ResultDirectory, ShareHeader, share_file};
 use crate::scene::under_way::reading_so_far;
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
-use crate::solver::{ElementChoice, Portion, Settings, Share, Solution, map_requests};
+use crate::solver::{ElementChoice, GoingOn, Portion, Settings, Share, Solution, map_requests};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -237,7 +238,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     let scene = meanwhile(reading, started, arguments.quiet, || false, || read_scene(scene_file))?;
     let read_s = started.elapsed().as_secs_f64();
     guard.has_read(read_s);
-    let run = SceneRun::new(scene, &arguments.scene.display().to_string(), options(arguments)?)?;
+    let mut run = SceneRun::new(scene, &arguments.scene.display().to_string(), options(arguments)?)?;
     let (scene, settings) = (run.scene(), run.settings());
     let portion = arguments.portion();
     if let Some(portion) = portion {
@@ -267,12 +268,20 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         console::message(&format!("warning: {warning}"));
     }
 
-    let rest_s =
-        beforehand.map_or(0.0, |known| known.with_sides(sides_asked_for(scene, settings)).rest_after_s(read_s));
-    let was_told = beforehand.zip(limit_s).is_some_and(|(known, limit_s)| known.line(limit_s).is_some());
-    if let Some(line) = late_line(limit_s, started.elapsed().as_secs_f64(), rest_s, was_told) {
-        console::message(&line);
+    let computing_until_s = beforehand.zip(limit_s).map(|(known, limit_s)| {
+        let kept_back = keep_back(&run, known, [limit_s, read_s, started.elapsed().as_secs_f64()], &directory);
+        let was_told = known.line(limit_s).is_some();
+        match late_line(limit_s, read_s, &kept_back).or_else(|| kept_back.warning().filter(|_| !was_told)) {
+            Some(line) => console::message(&line),
+            None => kept_back.line().iter().for_each(|line| tell(line)),
+        }
+        kept_back.computing_until_s
+    });
+    let going_on = going_on.map(|going_on| GoingOn { time_limit_s: computing_until_s, ..going_on });
+    if let (Some(until_s), None) = (computing_until_s, &resumption) {
+        run.compute_until(until_s);
     }
+    let (scene, settings) = (run.scene(), run.settings());
 
     if let Some(resumption) = &resumption {
         tell(&format!("going on from {}", checkpoint::words_on(&resumption.file)));
@@ -318,7 +327,7 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
         let command = command_without_output(arguments, &solution);
         share_file(ShareHeader { command, threads: run.threads(), scene: story.scene.clone(), ..header }, sums)
     });
-    story.write(scene, &solution, share, directory)?;
+    run.on_its_threads(|| story.write(scene, &solution, share, directory))?;
 
     tell_results(scene, &solution, arguments.language, tell)?;
     notes_on(arguments, &solution).for_each(|note| tell(&format!("note: {note}")));
@@ -411,25 +420,36 @@ pub(super) fn opening_line(arguments: &SolveArguments, scene: &Scene, settings: 
     )
 }
 
-/// What is told before the run where reading alone has taken all the time there was, with the time that making ready and writing take.
-fn late_line(time_limit_s: Option<f64>, read_s: f64, rest_s: f64, was_told: bool) -> Option<String> {
-    let limit_s = time_limit_s?;
-    if read_s < limit_s {
-        return (!was_told && read_s + rest_s > limit_s).then(|| {
-            format!(
-                "warning: making this scene ready for rays and writing takes about {} of a usual core, whatever is computed: the time limit of \
-                 {} is exceeded by that and leaves no time for more than a first look",
-                time(rest_s),
-                time(limit_s)
-            )
-        });
-    }
-    let rest =
-        if rest_s > 0.0 { format!(", some {} with making ready and writing", time(rest_s)) } else { String::new() };
-    Some(format!(
-        "warning: reading and checking the scene took {}, more than the time limit of {}: what follows is a first look{rest}, and a \
-         limit leaves time to compute from twice all that on",
-        time(read_s),
-        time(limit_s)
-    ))
+/// Shares a limit out between computing and what comes after it, by what the scene takes by its files: seconds of the limit, of reading, and
+/// so far.
+fn keep_back(
+    run: &SceneRun,
+    known: Beforehand,
+    [limit_s, read_s, now_s]: [f64; 3],
+    directory: &ResultDirectory,
+) -> KeptBack {
+    let (scene, settings) = (run.scene(), run.settings());
+    let known = known.with_sides(sides_asked_for(scene, settings));
+    let machine = Machine {
+        slowness: known.slowness(read_s, || run.on_its_threads(trial)),
+        threads: run.threads(),
+        a_file: directory.took_a_file(),
+    };
+    let asked_for = map_requests(scene, &settings.maps);
+    let sets = asked_for.iter().filter(|(kind, _)| *kind != MapKind::Elements).count();
+    let surfaces = if sets < asked_for.len() { scene.surfaces.len() } else { 0 };
+    KeptBack::of(limit_s, now_s, Work { files: files_about(sets, surfaces), ..known.work() }, machine)
+}
+
+/// What is told before the run where reading alone has taken all the time there was.
+fn late_line(limit_s: f64, read_s: f64, kept_back: &KeptBack) -> Option<String> {
+    (read_s >= limit_s).then(|| {
+        format!(
+            "warning: reading and checking the scene took {}, more than the time limit of {}: what follows is a first look, some {} with \
+             making ready and writing, and a limit leaves time to compute from twice all that on",
+            time(read_s),
+            time(limit_s),
+            time(kept_back.rest_s())
+        )
+    })
 }

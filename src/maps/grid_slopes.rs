@@ -102,8 +102,10 @@ impl Middles {
     /// element about the point is among them.
     fn nearest(&self, from_m: [f64; 2]) -> Vec<(u32, [f64; 2])> {
         let [column, row] = self.column_and_row(from_m);
-        let offset = |(element, middle): &(u32, [f64; 2])| (*element, [0, 1].map(|axis| middle[axis] - from_m[axis]));
-        let distance = |(_, [x, y]): &(u32, [f64; 2])| x.hypot(*y);
+        let offset = |(element, middle): &(u32, [f64; 2])| {
+            let [x, y] = [0, 1].map(|axis| middle[axis] - from_m[axis]);
+            (x.hypot(y), (*element, [x, y]))
+        };
         for ring in 1.. {
             let range = |at: usize, count: usize| at.saturating_sub(ring)..(at + ring + 1).min(count);
             let (columns, rows) = (range(column, self.counts[0]), range(row, self.counts[1]));
@@ -112,17 +114,18 @@ impl Middles {
                 &self.members[self.starts[first + columns.start]..self.starts[first + columns.end]]
             };
             let is_all = columns.len() == self.counts[0] && rows.len() == self.counts[1];
-            let mut found: Vec<(u32, [f64; 2])> = rows.flat_map(of_row).map(offset).collect();
-            found.sort_by(|one, other| distance(one).total_cmp(&distance(other)));
+            let mut found: Vec<(f64, (u32, [f64; 2]))> = rows.flat_map(of_row).map(offset).collect();
+            found.sort_by(|(one_m, _), (other_m, _)| one_m.total_cmp(other_m));
+            let all = |found: Vec<(f64, _)>| found.into_iter().map(|(_, one)| one).collect();
             // What lies in squares further off is at least so far.
             let safe_m = ring as f64 * self.step_m;
-            let last_m = found.get(NEIGHBOURS).map(|last| distance(last) * (1.0 + SAME_DISTANCE));
+            let last_m = found.get(NEIGHBOURS).map(|(last_m, _)| last_m * (1.0 + SAME_DISTANCE));
             match last_m {
                 Some(last_m) if is_all || last_m < safe_m => {
-                    found.retain(|one| distance(one) <= last_m);
-                    return found;
+                    found.retain(|(one_m, _)| *one_m <= last_m);
+                    return all(found);
                 }
-                None if is_all => return found,
+                None if is_all => return all(found),
                 _ => {}
             }
         }

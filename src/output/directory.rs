@@ -2,10 +2,13 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use tempfile::{NamedTempFile, TempPath};
 
 use super::radiance_grids::GRIDS_INFO;
+use super::texts::{in_language, language};
 use super::{OutputError, ResultFile, StreamedFile};
 
 /// Names that luxmc gives to its results; plots of maps and luminaires (`map-….svg`, …) and sensor grids (`grid-….pts`, `grid-….res`) come
@@ -36,6 +39,11 @@ const BLOCK: usize = 1 << 20;
 /// The file whose presence says that the others are complete.
 const SUMMARY: &str = "summary.json";
 
+/// Files on the disk under temporary names, closed, with those that they are to bear: of thousands of them the system would not let all be
+/// open. They go where nobody [takes](ResultDirectory::take) them.
+#[derive(Debug, Default)]
+pub struct StagedFiles(Vec<(String, TempPath)>);
+
 /// A directory for the results of one run.
 ///
 /// Files are staged under temporary names, and appear under their own only when all are safely on the disk;
@@ -45,10 +53,11 @@ pub struct ResultDirectory {
     path: PathBuf,
     /// Held as long as the run lasts, where the system can lock a directory; the system lets go of it with the process.
     _lock: Option<std::fs::File>,
-    /// Files under temporary names, closed: of thousands of them the system would not let all be open.
-    staged: Vec<(String, TempPath)>,
+    staged: StagedFiles,
     /// Whether it was made for this run.
     is_new: bool,
+    /// What it took to put a file on the disk.
+    probe: Duration,
 }
 
 impl ResultDirectory {
@@ -61,16 +70,18 @@ impl ResultDirectory {
         let is_new = !path.exists();
         make(path)?;
         let lock = locked(path)?;
+        let probed = Instant::now();
         let mut probe = temporary(path)?;
         probe
             .write_all(b"luxmc")
             .and_then(|()| probe.as_file().sync_all())
             .and_then(|()| probe.close())
             .map_err(|error| OutputError::unwritable(path, "a file in it cannot be written", &error))?;
+        let probe = probed.elapsed();
         for name in OWN_NAMES.iter().chain([&SUMMARY]) {
             refuse_directory(&path.join(name))?;
         }
-        Ok(ResultDirectory { path: path.to_path_buf(), _lock: lock, staged: Vec::new(), is_new })
+        Ok(ResultDirectory { path: path.to_path_buf(), _lock: lock, staged: StagedFiles::default(), is_new, probe })
     }
 
     /// Takes a directory that was made for a run without results away again.
@@ -82,6 +93,11 @@ impl ResultDirectory {
         }
     }
 
+    /// What it took to put a file of a few bytes on the disk, and to take it away again.
+    pub fn took_a_file(&self) -> Duration {
+        self.probe
+    }
+
     /// Where the results go.
     pub fn path(&self) -> &Path {
         &self.path
@@ -89,7 +105,7 @@ impl ResultDirectory {
 
     /// Names of the files staged so far.
     pub fn names(&self) -> Vec<String> {
-        self.staged.iter().map(|(name, _)| name.clone()).collect()
+        self.staged.0.iter().map(|(name, _)| name.clone()).collect()
     }
 
     /// Puts a file on the disk under a temporary name.
@@ -107,6 +123,31 @@ impl ResultDirectory {
     ///
     /// As [`ResultDirectory::stage`], and a number that no table holds.
     pub fn stage_streamed(&mut self, file: &StreamedFile) -> Result<(), OutputError> {
+        let staged = self.on_disk(file)?;
+        self.staged.0.push((file.name.clone(), staged));
+        Ok(())
+    }
+
+    /// Puts files on the disk under temporary names, on as many threads as there are.
+    ///
+    /// # Errors
+    ///
+    /// As [`ResultDirectory::stage_streamed`]; of several the first, and then nothing of all of them is left.
+    pub fn written(&self, files: &[StreamedFile]) -> Result<StagedFiles, OutputError> {
+        let spoken = language();
+        let write =
+            |file: &StreamedFile| in_language(spoken, || self.on_disk(file)).map(|staged| (file.name.clone(), staged));
+        let written: Vec<Result<(String, TempPath), OutputError>> =
+            files.par_iter().with_max_len(1).map(write).collect();
+        written.into_iter().collect::<Result<Vec<_>, _>>().map(StagedFiles)
+    }
+
+    /// Takes files for the results, in the order in which they are to get their names.
+    pub fn take(&mut self, files: StagedFiles) {
+        self.staged.0.extend(files.0);
+    }
+
+    fn on_disk(&self, file: &StreamedFile) -> Result<TempPath, OutputError> {
         let mut staged = temporary(&self.path)?;
         let mut writer = std::io::BufWriter::with_capacity(BLOCK, staged.as_file_mut());
         let unwritable = |error: &std::io::Error| super::streamed::unwritable(&file.name, error);
@@ -115,8 +156,7 @@ impl ResultDirectory {
         drop(writer.into_parts());
         let synced = written.and_then(|()| staged.as_file().sync_all().map_err(|error| unwritable(&error)));
         synced.map_err(|error| error.within(&self.path))?;
-        self.staged.push((file.name.clone(), staged.into_temp_path()));
-        Ok(())
+        Ok(staged.into_temp_path())
     }
 
     /// Gives all staged files their names, in the order in which they were staged.
@@ -128,17 +168,17 @@ impl ResultDirectory {
     ///
     /// A file cannot be renamed; what has not been renamed yet leaves nothing behind.
     pub fn commit(self) -> Result<(), OutputError> {
-        for (name, _) in &self.staged {
+        for (name, _) in &self.staged.0 {
             refuse_directory(&self.path.join(name))?;
         }
         let stale = files_of_an_earlier_run(&self.path);
 
         // From here on the directory is in between two runs: no summary stands in it.
         remove(&self.path.join(SUMMARY))?;
-        for name in stale.iter().filter(|name| self.staged.iter().all(|(staged, _)| staged != *name)) {
+        for name in stale.iter().filter(|name| self.staged.0.iter().all(|(staged, _)| staged != *name)) {
             remove(&self.path.join(name))?;
         }
-        for (name, staged) in self.staged {
+        for (name, staged) in self.staged.0 {
             let path = self.path.join(name);
             staged
                 .persist(&path)
@@ -289,6 +329,29 @@ mod tests {
         assert!(!path.join("tables.csv").exists());
         drop(directory);
         assert!(listing(&path).is_empty());
+    }
+
+    /// Files that several threads write are there in the order in which they were named, in the language spoken; where one is not taken, none of
+    /// them stays.
+    #[test]
+    fn files_written_at_a_time_keep_their_order_or_leave_nothing() {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        let mut directory = ResultDirectory::open(home.path()).expect("writable");
+        let german = crate::output::Language::of_code("de").expect("there is German");
+        let told = |number: usize| StreamedFile::later(format!("map-{number}.svg"), || file("", language().code()));
+        let files: Vec<StreamedFile> = (0..100).map(told).collect();
+        let staged = in_language(german, || directory.written(&files)).expect("written");
+        directory.take(staged);
+        assert_eq!(directory.names(), (0..100).map(|number| format!("map-{number}.svg")).collect::<Vec<_>>());
+        let refused = StreamedFile::new("tables.csv", |_| {
+            Err(super::super::streamed::unwritable("tables.csv", &std::io::ErrorKind::StorageFull.into()))
+        });
+        let files = [told(100), refused, told(101)];
+        assert!(directory.written(&files).is_err());
+        directory.commit().expect("committed");
+        let listed = listing(home.path());
+        assert_eq!(listed.len(), 100, "{listed:?}");
+        assert_eq!(std::fs::read_to_string(home.path().join("map-7.svg")).expect("there"), "de");
     }
 
     /// Files are closed once they are staged: a system lets a process hold a thousand open, or less, and each receiver set may bring some.

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::io::Write;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::daylight::{COMPONENT_COLUMNS, DAYLIGHT_FACTOR_COLUMNS, component_fields, daylight_file, mean_fields};
 use super::daylight_factors::daylight_factors;
@@ -11,7 +12,7 @@ use super::intensity::intensity_files;
 use super::observers::{maps_of, observer_files, point_fields};
 use super::radiance_grids::grid_files;
 use super::sheet::{Field, Sheet};
-use super::streamed::StreamedFile;
+use super::streamed::{StreamedFile, unwritable};
 use super::verdicts::verdict_file;
 use super::{OutputError, ResultFile};
 use crate::maps::basis::Linear;
@@ -22,6 +23,9 @@ use crate::solver::{ConvergenceRow, Solution};
 /// Files as long as the maps that they tell of.
 const ELEMENTS: &str = "elements.csv";
 const RECEIVERS: &str = "receivers.csv";
+
+/// Rows of `elements.csv` that one thread makes at a time.
+const ROWS_OF_A_PIECE: usize = 4096;
 
 const ELEMENT_COLUMNS: &[&str] = &[
     "surface",
@@ -149,35 +153,69 @@ fn write_elements(
     map: &MapResult,
     writer: &mut dyn Write,
 ) -> Result<(), OutputError> {
-    let own_emission = OwnEmission::of(scene);
-    let adapts = !map.values.slopes_lx.is_empty();
-    let columns = [ELEMENT_COLUMNS, if adapts { ADAPTIVE_COLUMNS } else { &[] }].concat();
-    let mut sheet = Sheet::to(ELEMENTS, &columns, writer)?;
+    let rows = ElementRows::of(scene, elements, map);
+    Sheet::to(ELEMENTS, &rows.columns, &mut *writer)?.end()?;
+    let firsts: Vec<usize> = (0..elements.len()).step_by(ROWS_OF_A_PIECE).collect();
+    // As many pieces lie in memory as there are threads that make them.
+    for some in firsts.chunks(rayon::current_num_threads()) {
+        let pieces: Vec<Result<Vec<u8>, OutputError>> =
+            some.par_iter().map(|first| rows.piece(*first, (first + ROWS_OF_A_PIECE).min(elements.len()))).collect();
+        for piece in pieces {
+            writer.write_all(&piece?).map_err(|error| unwritable(ELEMENTS, &error))?;
+        }
+    }
+    Ok(())
+}
 
-    // Elements are counted from 0 within their surface; both sides of one share its number.
-    let mut next = vec![0u64; scene.surfaces.len()];
-    let mut numbers = vec![0u64; elements.len()];
-    for index in 0..elements.len() {
+/// What makes rows of `elements.csv`.
+struct ElementRows<'a> {
+    scene: &'a Scene,
+    elements: &'a Elements,
+    map: &'a MapResult,
+    own_emission: OwnEmission,
+    columns: Vec<&'static str>,
+    adapts: bool,
+    /// Number of every element within its surface; both sides of one share it.
+    numbers: Vec<u64>,
+}
+
+impl<'a> ElementRows<'a> {
+    fn of(scene: &'a Scene, elements: &'a Elements, map: &'a MapResult) -> ElementRows<'a> {
+        let adapts = !map.values.slopes_lx.is_empty();
+        let columns = [ELEMENT_COLUMNS, if adapts { ADAPTIVE_COLUMNS } else { &[] }].concat();
+        let mut next = vec![0u64; scene.surfaces.len()];
+        let mut numbers = vec![0u64; elements.len()];
+        for index in 0..elements.len() {
+            let cell = elements.cell(index as u32);
+            let surface = scene.triangle_surfaces[cell.triangle as usize];
+            numbers[index] = match (cell.side, elements.opposite(index as u32)) {
+                (Side::Back, Some(front)) => numbers[front as usize],
+                _ => {
+                    next[surface as usize] += 1;
+                    next[surface as usize] - 1
+                }
+            };
+        }
+        ElementRows { scene, elements, map, own_emission: OwnEmission::of(scene), columns, adapts, numbers }
+    }
+
+    /// Rows of some elements as they stand in the file.
+    fn piece(&self, first: usize, end: usize) -> Result<Vec<u8>, OutputError> {
+        let mut sheet = Sheet::behind(ELEMENTS, &self.columns, first);
+        (first..end).try_for_each(|index| sheet.row(&self.fields(index)))?;
+        Ok(sheet.finish().bytes)
+    }
+
+    fn fields(&self, index: usize) -> Vec<Field<'a>> {
+        let ElementRows { scene, elements, map, .. } = *self;
         let cell = elements.cell(index as u32);
-        let surface = scene.triangle_surfaces[cell.triangle as usize];
-        let number = match (cell.side, elements.opposite(index as u32)) {
-            (Side::Back, Some(front)) => numbers[front as usize],
-            _ => {
-                next[surface as usize] += 1;
-                next[surface as usize] - 1
-            }
-        };
-        numbers[index] = number;
+        let surface = &scene.surfaces[scene.triangle_surfaces[cell.triangle as usize] as usize];
         let (centroid_m, normal) = elements.middle(scene, cell);
-        let illuminance_lx = map.values.illuminance_lx[index];
-
-        let [diffuse_lm_m2, emitted_lm_m2] = own_emission.exitances_lm_m2(scene, elements, map, index as u32);
+        let [diffuse_lm_m2, emitted_lm_m2] = self.own_emission.exitances_lm_m2(scene, elements, map, index as u32);
         let exitance_lm_m2 = diffuse_lm_m2 + emitted_lm_m2;
-        let material = scene.surfaces[surface as usize].material as usize;
-
         let mut fields = vec![
-            Field::Text(&scene.surfaces[surface as usize].name),
-            Field::Count(number),
+            Field::Text(&surface.name),
+            Field::Count(self.numbers[index]),
             Field::Text(cell.side.name()),
             Field::Number(centroid_m.x),
             Field::Number(centroid_m.y),
@@ -186,7 +224,7 @@ fn write_elements(
             Field::Number(normal.y),
             Field::Number(normal.z),
             Field::Number(elements.area_m2(scene, cell)),
-            Field::Number(illuminance_lx),
+            Field::Number(map.values.illuminance_lx[index]),
             Field::Number(map.values.standard_error_lx[index]),
             Field::Number(map.values.direct_lx[index]),
             Field::Number(map.values.indirect_lx[index]),
@@ -195,15 +233,14 @@ fn write_elements(
         ];
         fields.extend(halves(map, index));
         fields.extend([diffuse_lm_m2, emitted_lm_m2].map(|part_lm_m2| Field::Number(part_lm_m2 / PI)));
-        fields.push(Field::Text(scene.materials[material].law.name()));
-        if adapts {
+        fields.push(Field::Text(scene.materials[surface.material as usize].law.name()));
+        if self.adapts {
             let gradient = gradient_lx_per_m(elements.corners_m(scene, cell), map.values.slopes_lx[index]);
             fields.push(Field::Number(map.values.discretisation_lx[index]));
             fields.extend(gradient.to_array().map(Field::Number));
         }
-        sheet.row(&fields)?;
+        fields
     }
-    sheet.end()
 }
 
 /// Gradient in lx/m, along the element, of the linear function with two coefficients of [`crate::maps::basis`].

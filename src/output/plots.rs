@@ -3,6 +3,8 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::convergence_plot::convergence_picture;
 use super::daylight_factors::daylight_factors;
 use super::daylight_plot::{daylight_picture, sky_component_map, sky_component_picture};
@@ -17,8 +19,8 @@ use super::picture::Picture;
 use super::plan::plan_picture;
 use super::polar_plot::{INITIAL, LEAVING, polar_picture};
 use super::schedule::Schedule;
-use super::texts::say;
-use super::{ResultFile, file_name_part, raster};
+use super::texts::{in_language, language, say};
+use super::{ResultFile, StreamedFile, file_name_part, raster};
 use crate::maps::MapKind;
 use crate::scene::photometry::IntensityWeb;
 use crate::scene::{Emission, Quantity, Scene};
@@ -77,6 +79,16 @@ pub struct Plot {
 }
 
 impl Plot {
+    /// The plot as an SVG file that is made when it is written.
+    pub fn svg(&self) -> StreamedFile<'_> {
+        StreamedFile::later(format!("{}.svg", self.stem), || self.svg_file())
+    }
+
+    /// The plot as a PNG file that is made when it is written.
+    pub fn png(&self) -> StreamedFile<'_> {
+        StreamedFile::later(format!("{}.png", self.stem), || self.png_file())
+    }
+
     /// The plot as an SVG file.
     pub fn svg_file(&self) -> ResultFile {
         ResultFile { name: format!("{}.svg", self.stem), bytes: self.picture.svg().into_bytes() }
@@ -208,12 +220,17 @@ fn flat_surfaces<'a>(scene: &Scene, solution: &'a Solution) -> Vec<FlatMap<'a>> 
     let is_reported = |surface: &u32| scene.is_reported(&scene.surfaces[*surface as usize].name);
     let mut surfaces: Vec<u32> = (0..scene.surfaces.len() as u32).filter(is_reported).collect();
     surfaces.sort_by_key(|surface| std::cmp::Reverse(elements.cells_of_surface(scene, *surface).len()));
-    let mut chosen: Vec<(u32, Vec<FlatMap>)> = surfaces
-        .into_iter()
-        .map(|surface| (surface, surface_maps(scene, elements, (map, &rows), surface)))
-        .filter(|(_, maps)| !maps.is_empty())
-        .take(MOST_SURFACES)
-        .collect();
+    let spoken = language();
+    let maps_of = |surface: &u32| in_language(spoken, || surface_maps(scene, elements, (map, &rows), *surface));
+    let mut chosen: Vec<(u32, Vec<FlatMap>)> = Vec::new();
+    for some in surfaces.chunks(MOST_SURFACES) {
+        let maps: Vec<Vec<FlatMap>> = some.par_iter().with_max_len(1).map(maps_of).collect();
+        chosen.extend(some.iter().copied().zip(maps).filter(|(_, maps)| !maps.is_empty()));
+        if chosen.len() >= MOST_SURFACES {
+            break;
+        }
+    }
+    chosen.truncate(MOST_SURFACES);
     chosen.sort_by_key(|(surface, _)| *surface);
     chosen.into_iter().flat_map(|(_, maps)| maps).collect()
 }

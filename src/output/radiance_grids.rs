@@ -40,7 +40,7 @@ pub(super) fn grid_files<'a>(scene: &'a Scene, maps: &[(&'a MapResult, usize)]) 
 }
 
 /// A file of lines that are made while it is written.
-fn lines<'a, I: Iterator<Item = String>>(name: String, lines: impl Fn() -> I + 'a) -> StreamedFile<'a> {
+fn lines<'a, I: Iterator<Item = String>>(name: String, lines: impl Fn() -> I + Send + Sync + 'a) -> StreamedFile<'a> {
     let told = name.clone();
     StreamedFile::new(name, move |writer| {
         lines().try_for_each(|line| writer.write_all(line.as_bytes())).map_err(|error| unwritable(&told, &error))

@@ -1,5 +1,6 @@
 //! A table in the making, checked cell by cell.
 
+use std::fmt::Write as _;
 use std::io::Write;
 
 use super::streamed::unwritable;
@@ -23,6 +24,8 @@ pub(super) struct Sheet<W: Write = Vec<u8>> {
     columns: Vec<&'static str>,
     writer: csv::Writer<W>,
     rows: usize,
+    /// The number that is being written.
+    text: String,
 }
 
 /// Writing to memory asks for nothing that could fail.
@@ -32,6 +35,17 @@ impl Sheet {
     /// A table with its header, in memory.
     pub fn new(name: &'static str, columns: &[&'static str]) -> Sheet {
         Sheet::to(name, columns, Vec::new()).expect(IN_MEMORY)
+    }
+
+    /// Rows behind so many of a table, without its header, in memory.
+    pub fn behind(name: &'static str, columns: &[&'static str], rows: usize) -> Sheet {
+        Sheet {
+            name,
+            columns: columns.to_vec(),
+            writer: csv::Writer::from_writer(Vec::new()),
+            rows,
+            text: String::new(),
+        }
     }
 
     /// The table as a file.
@@ -47,7 +61,13 @@ impl<W: Write> Sheet<W> {
     ///
     /// What the writer does not take.
     pub fn to(name: &'static str, columns: &[&'static str], writer: W) -> Result<Sheet<W>, OutputError> {
-        let mut sheet = Sheet { name, columns: columns.to_vec(), writer: csv::Writer::from_writer(writer), rows: 0 };
+        let mut sheet = Sheet {
+            name,
+            columns: columns.to_vec(),
+            writer: csv::Writer::from_writer(writer),
+            rows: 0,
+            text: String::new(),
+        };
         sheet.taken(|writer| writer.write_record(columns))?;
         Ok(sheet)
     }
@@ -70,7 +90,9 @@ impl<W: Write> Sheet<W> {
                 Field::Count(count) => self.taken(|writer| writer.write_field(count.to_string()))?,
                 Field::Flag(flag) => self.taken(|writer| writer.write_field(flag.to_string()))?,
                 Field::Number(number) if number.is_finite() => {
-                    self.taken(|writer| writer.write_field(shortest(*number)))?;
+                    let mut text = std::mem::take(&mut self.text);
+                    self.taken(|writer| writer.write_field(shortest_in(&mut text, *number)))?;
+                    self.text = text;
                 }
                 Field::Number(number) => {
                     let (file, row, column) = (self.name, self.rows, self.columns[place]);
@@ -93,8 +115,14 @@ impl<W: Write> Sheet<W> {
 
 /// The shortest decimals that read back to the same f64; −0 is written as 0.
 pub fn shortest(number: f64) -> String {
-    let text = format!("{:?}", number + 0.0);
-    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+    shortest_in(&mut String::new(), number).to_owned()
+}
+
+/// The same in a text that is used again and again.
+fn shortest_in(text: &mut String, number: f64) -> &str {
+    text.clear();
+    write!(text, "{:?}", number + 0.0).expect("memory takes every letter");
+    text.strip_suffix(".0").unwrap_or(text)
 }
 
 #[cfg(test)]
@@ -117,6 +145,18 @@ mod tests {
         assert!(sheet.row(&[Field::Text("a, \"b\""), Field::Number(1.0)]).is_ok());
         let refused = sheet.row(&[Field::Text("c"), Field::Number(f64::NAN)]);
         assert!(matches!(refused, Err(OutputError::NotFinite { row: 2, column: "x", .. })));
+    }
+
+    /// Pieces of a table stand one behind the other, and a fault is told by its row in the whole.
+    #[test]
+    fn rows_behind_others_go_on_where_these_end() {
+        let mut behind = Sheet::behind("t.csv", &["name", "x"], 4096);
+        behind.row(&[Field::Text("b"), Field::Number(-0.0)]).expect("finite");
+        let refused = behind.row(&[Field::Text("c"), Field::Number(f64::INFINITY)]);
+        assert!(matches!(refused, Err(OutputError::NotFinite { row: 4098, column: "x", .. })));
+        let mut behind = Sheet::behind("t.csv", &["name", "x"], 1);
+        behind.row(&[Field::Text("b"), Field::Number(2.0)]).expect("finite");
+        assert_eq!(behind.finish().bytes, b"b,2\n");
     }
 
     #[test]

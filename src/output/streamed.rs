@@ -5,7 +5,7 @@ use std::io::Write;
 use super::{OutputError, ResultFile};
 
 /// What writes a file.
-type Writing<'a> = Box<dyn Fn(&mut dyn Write) -> Result<(), OutputError> + 'a>;
+type Writing<'a> = Box<dyn Fn(&mut dyn Write) -> Result<(), OutputError> + Send + Sync + 'a>;
 
 /// A result file that is made while it is written.
 pub struct StreamedFile<'a> {
@@ -18,7 +18,7 @@ impl<'a> StreamedFile<'a> {
     /// A file of this name, and what writes it.
     pub fn new(
         name: impl Into<String>,
-        writing: impl Fn(&mut dyn Write) -> Result<(), OutputError> + 'a,
+        writing: impl Fn(&mut dyn Write) -> Result<(), OutputError> + Send + Sync + 'a,
     ) -> StreamedFile<'a> {
         StreamedFile { name: name.into(), writing: Box::new(writing) }
     }
@@ -26,6 +26,11 @@ impl<'a> StreamedFile<'a> {
     /// A file that is there already.
     pub fn of(file: &'a ResultFile) -> StreamedFile<'a> {
         StreamedFile::new(file.name.as_str(), |writer| write_bytes(file, writer))
+    }
+
+    /// A file of this name that is made in memory when it is written.
+    pub fn later(name: impl Into<String>, make: impl Fn() -> ResultFile + Send + Sync + 'a) -> StreamedFile<'a> {
+        StreamedFile::new(name, move |writer| write_bytes(&make(), writer))
     }
 
     /// Writes the file.

@@ -13,6 +13,9 @@ const STEPS: f64 = 65_533.0;
 /// The code of what has no value.
 const UNKNOWN: u16 = u16::MAX;
 
+/// Bytes that are compressed as well as can be; more of them would take seconds for a few percent.
+const MOST_AT_BEST: usize = 2 << 20;
+
 /// Illuminances by even steps of their logarithm; a step is 0.03 %.
 pub struct LuxCode {
     /// The largest one in lx.
@@ -74,7 +77,8 @@ impl Columns {
     /// All of them by zlib (RFC 1950), which browsers call "deflate".
     pub fn compressed(&self) -> Vec<u8> {
         const IN_MEMORY: &str = "compressing to memory asks for nothing that could fail";
-        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
+        let level = if self.bytes.len() <= MOST_AT_BEST { Compression::best() } else { Compression::default() };
+        let mut encoder = ZlibEncoder::new(Vec::new(), level);
         encoder.write_all(&self.bytes).expect(IN_MEMORY);
         encoder.finish().expect(IN_MEMORY)
     }

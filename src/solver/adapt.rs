@@ -254,7 +254,7 @@ pub fn add_direct(detail: &mut DirectDetail, seen: &TwoLooks, reference: &Linear
 
 /// Edge in m over which elements show slopes in any case: over a smaller one light changes less than the target asks to show.
 pub fn slope_from_m(context: &Context, target_error: f64) -> f64 {
-    USUAL_SLOPE * target_error * (context.scene.area_m2() / 6.0).sqrt()
+    USUAL_SLOPE * target_error * (context.stage.area_m2 / 6.0).sqrt()
 }
 
 impl Adaptive {

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use rayon::prelude::*;
+
 use super::adapt::{COVER_POINTS, Exposure, exposed_shares};
 use super::job::{Context, Job};
 use super::pilot::is_over;
@@ -71,7 +73,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
         }
         row
     };
-    sides.into_iter().zip(left_lx).map(row).collect()
+    sides.into_par_iter().with_max_len(1).zip(left_lx).map(row).collect()
 }
 
 /// What is left of the cells' error in the average of each of several rows, in lx, as walks have measured it: of the elements that gathered

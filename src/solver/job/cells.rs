@@ -112,7 +112,7 @@ impl Job {
         };
         if let Some((target_error, exposed)) = adapts_to {
             let elements = (BROAD_AT_ONE_PERCENT * 0.01 / error).max(FEWEST_BROAD);
-            let edge_m = (2.0 * context.scene.area_m2() / elements).sqrt();
+            let edge_m = (2.0 * context.stage.area_m2 / elements).sqrt();
             let edges_m = [edge_m, slope_from_m(context, target_error)];
             self.broad = Some(Broad::first(context, &self.elements, exposed, edges_m, self.indirect.mean_lx));
         }
@@ -153,7 +153,7 @@ impl Job {
         let walks = WALKS_OF_AN_ENTRY * self.walked.rays * (2.0 * entries).sqrt();
         let to_first_look = self.rays_to_first_look(error);
         let rays = to_first_look.max(RAYS_OF_A_RAY * of_one * (entries + walks));
-        let looks_out = context.stage.would_look_out(context.scene.area_m2(), rays);
+        let looks_out = context.stage.would_look_out(rays);
         let choosing = if looks_out { 0.0 } else { self.walked.choosing / self.walked.rays.max(1.0) };
         let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), error_lx);
         // Where a look is cheap beside walks it is taken: it tells more than the pilot of walks can.

@@ -32,8 +32,7 @@ impl Job {
     /// The same in work: rays, and what choosing among luminaires takes beside them.
     pub fn work_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         let rays = self.rays_without_gathering(context, error_lx);
-        let choosing =
-            if context.stage.would_look_out(context.scene.area_m2(), rays) { 0.0 } else { self.indirect.choosing };
+        let choosing = if context.stage.would_look_out(rays) { 0.0 } else { self.indirect.choosing };
         self.without_gathering(context, error_lx, self.indirect.rays + choosing)
     }
 
