@@ -2,12 +2,16 @@
 //!
 //! What a walk meets takes the suns of its cell. A replica has points of its own, so that what cells cannot show differs between replicas and is in the
 //! error, but for how the light's way to the receiver changes within a cell, which its size keeps small.
+//!
+//! A cell looks for the nodes of the suns' ways, and for a part of the hours' own suns: what these are off what nodes make of them, over the chance of being
+//! looked for, is what interpolation leaves, without bias. It is looked for most where a sun's nodes are seen in part.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 
+use super::sun_nodes::SunNodes;
 use crate::base::half_samples::PARTED;
 use crate::chain::{Spot, Stage};
 use crate::estimators::direct::Receiver;
@@ -26,21 +30,60 @@ const LEAST_M: f64 = 0.02;
 /// Steps of a share of the sun's light.
 const STEPS: f64 = 65_535.0;
 
-/// A sun by its number, and what it brings of 1 lx across its rays, in steps of 1/65535.
-type SunShare = (u16, u16);
+/// One of so many suns is looked for at its own place: where the nodes around it are seen in part, and else.
+const IN_PART: usize = 2;
+const ALIKE: usize = 32;
+
+/// A node by its number, and what it brings of 1 lx across its rays, in steps of 1/65535.
+type NodeShare = (u16, u16);
+
+/// A sun that was looked for at its own place.
+pub(super) struct OwnSun {
+    /// Its number.
+    pub sun: u16,
+    /// One over the chance of that.
+    pub times: f32,
+    /// What it brings of 1 lx across its rays in lx.
+    pub lx: f32,
+    /// By how much that is more than its nodes make of it, over the chance.
+    pub off_lx: f32,
+}
+
+/// What a cell sees.
+pub(super) struct Seen {
+    nodes: Box<[NodeShare]>,
+    /// In the order of the suns' fields.
+    pub own: Box<[OwnSun]>,
+}
+
+impl Seen {
+    /// The nodes that shine on the cell: their numbers, and the illuminance in lx that each brings of 1 lx across its rays.
+    #[inline]
+    pub fn nodes(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.nodes.iter().map(|(node, share)| (usize::from(*node), f64::from(*share) * (1.0 / STEPS)))
+    }
+
+    /// The illuminance that one of them brings.
+    pub fn of_node(&self, node: usize) -> f64 {
+        let place = self.nodes.binary_search_by_key(&node, |(node, _)| usize::from(*node));
+        place.map_or(0.0, |place| f64::from(self.nodes[place].1) * (1.0 / STEPS))
+    }
+}
 
 /// The suns of all cells, looked for when they are first asked for.
 pub(super) struct SunCells<'a> {
     scene: &'a Scene,
     stage: &'a Stage,
+    /// The hours' own.
     suns: &'a Suns,
+    nodes: &'a SunNodes,
     openings: Option<&'a Openings>,
     seed: u64,
     /// Parts along the edges of each side of each triangle.
     parts: Vec<u32>,
     /// First cell of each side.
     firsts: Vec<u32>,
-    cells: [Vec<OnceLock<Box<[SunShare]>>>; PARTED],
+    cells: [Vec<OnceLock<Seen>>; PARTED],
     rays: AtomicU64,
 }
 
@@ -53,7 +96,7 @@ impl<'a> SunCells<'a> {
     /// Cells for how often walks met each side.
     pub fn new(
         (scene, stage): (&'a Scene, &'a Stage),
-        suns: &'a Suns,
+        (suns, nodes): (&'a Suns, &'a SunNodes),
         openings: Option<&'a Openings>,
         meetings: &[u32],
         (target_error, seed): (f64, u64),
@@ -85,16 +128,15 @@ impl<'a> SunCells<'a> {
         }
         let count = firsts[firsts.len() - 1] as usize;
         let cells = std::array::from_fn(|_| std::iter::repeat_with(OnceLock::new).take(count).collect());
-        SunCells { scene, stage, suns, openings, seed, parts, firsts, cells, rays: AtomicU64::new(0) }
+        SunCells { scene, stage, suns, nodes, openings, seed, parts, firsts, cells, rays: AtomicU64::new(0) }
     }
 
-    /// The suns that shine on a place by a replica: their numbers, and the illuminance in lx that each brings of 1 lx across its rays.
+    /// What a place sees of the suns by a replica.
     #[inline]
-    pub fn suns_on(&self, replica: usize, spot: Spot, barycentric: [f64; 2]) -> impl Iterator<Item = (usize, f64)> {
+    pub fn suns_on(&self, replica: usize, spot: Spot, barycentric: [f64; 2]) -> &Seen {
         let side = side_index(spot);
         let cell = self.firsts[side] + part_at(self.parts[side], barycentric[0], barycentric[1]);
-        let shares = self.cells[replica][cell as usize].get_or_init(|| self.look(replica, spot, cell));
-        shares.iter().map(|(sun, share)| (usize::from(*sun), f64::from(*share) * (1.0 / STEPS)))
+        self.cells[replica][cell as usize].get_or_init(|| self.look(replica, spot, cell))
     }
 
     /// Rays that looking took.
@@ -102,9 +144,9 @@ impl<'a> SunCells<'a> {
         self.rays.load(Ordering::Relaxed)
     }
 
-    /// Looks for all suns from a point of a cell.
+    /// Looks for all nodes from a point of a cell, and for some suns.
     #[cold]
-    fn look(&self, replica: usize, (triangle, side): Spot, cell: u32) -> Box<[SunShare]> {
+    fn look(&self, replica: usize, (triangle, side): Spot, cell: u32) -> Seen {
         let index = side_index((triangle, side));
         let mut stream = Stream::new(self.seed, Purpose::SunPlaces, 0, replica as u32);
         stream.seek(u64::from(cell));
@@ -114,15 +156,72 @@ impl<'a> SunCells<'a> {
         let origin = self.stage.tracer.surface_origin(triangle, barycentric, side);
         let normal: DVec3 = self.stage.normal_on(triangle, barycentric, side);
         let place = Receiver { point_m: self.stage.tracer.position_m(&origin), normal, origin: &origin };
-        let mut shares = Vec::new();
+        let mut nodes = Vec::new();
         let around = (self.scene, self.stage);
-        let rays = self.suns.look_for_all(around, &place, self.openings, &mut stream, |sun, lx| {
+        let mut rays = self.nodes.suns.look_for_all(around, &place, self.openings, &mut stream, |node, lx| {
             let steps = (STEPS * lx.min(1.0)).round() as u16;
             if steps > 0 {
-                shares.push((sun as u16, steps));
+                nodes.push((node as u16, steps));
             }
         });
+        let mut seen = Seen { nodes: nodes.into(), own: Box::default() };
+        if !self.nodes.fields.is_empty() {
+            rays += self.look_for_own(&mut seen, &place, &mut stream);
+        }
         self.rays.fetch_add(rays, Ordering::Relaxed);
-        shares.into()
+        seen
+    }
+
+    /// Looks for some of the hours' own suns; returns the rays.
+    fn look_for_own(&self, seen: &mut Seen, place: &Receiver, stream: &mut Stream) -> u64 {
+        let mut node_lx = vec![0.0; self.nodes.suns.towards.len()];
+        seen.nodes().for_each(|(node, lx)| node_lx[node] = lx);
+        let [first_in_part, first_alike] = stream.pair();
+        // Every so many-th sun from a random first one on: each has the same chance.
+        let mut in_part = Every { step: IN_PART, next: (IN_PART as f64 * first_in_part) as usize };
+        let mut alike = Every { step: ALIKE, next: (ALIKE as f64 * first_alike) as usize };
+        let (mut looked_for, mut times) = (Vec::new(), Vec::new());
+        for field in &self.nodes.fields {
+            let is_seen = field.corners.map(|corner| corner.is_some_and(|node| node_lx[node as usize] > 0.0));
+            let every = if is_seen.contains(&!is_seen[0]) { &mut in_part } else { &mut alike };
+            let suns = self.nodes.suns_in(field);
+            for place in every.take(suns.len()) {
+                looked_for.push(usize::from(suns[place]));
+                times.push(every.step as f32);
+            }
+        }
+        let mut shining = Vec::new();
+        let around = (self.scene, self.stage);
+        let found = |sun: usize, lx: f64| shining.push((sun, lx));
+        let rays = self.suns.look_for(looked_for.iter().copied(), around, place, (self.openings, stream), found);
+        let mut shining = shining.into_iter().peekable();
+        let own = looked_for.iter().zip(times).filter_map(|(sun, times)| {
+            let lx = shining.next_if(|(shines, _)| shines == sun).map_or(0.0, |(_, lx)| lx);
+            let between_lx = self.nodes.between(*sun, |node| node_lx[node]);
+            let off_lx = times * (lx - between_lx) as f32;
+            (lx > 0.0 || between_lx > 0.0).then_some(OwnSun { sun: *sun as u16, times, lx: lx as f32, off_lx })
+        });
+        seen.own = own.collect();
+        rays
+    }
+}
+
+/// Every so many-th of things that come in lots.
+struct Every {
+    step: usize,
+    /// How many are to be left out before the next.
+    next: usize,
+}
+
+impl Every {
+    /// Places in a lot of so many.
+    fn take(&mut self, count: usize) -> std::iter::StepBy<std::ops::Range<usize>> {
+        let first = self.next.min(count);
+        let places = (first..count).step_by(self.step);
+        self.next = match places.len() {
+            0 => self.next - count,
+            taken => first + taken * self.step - count,
+        };
+        places
     }
 }
