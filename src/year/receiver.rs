@@ -91,14 +91,14 @@ impl CoefficientTally for RowTally<'_> {
         let nodes = &self.sky.nodes;
         if let Some(share) = place.brings_evenly() {
             seen.nodes().for_each(|(node, lx)| self.suns[node] += share * lx);
-            seen.own.iter().for_each(|own| self.own_suns[usize::from(own.sun)] += share * f64::from(own.off_lx));
+            seen.own.iter().for_each(|own| self.own_suns[usize::from(own.sun)] += share * own.off_lx());
             return;
         }
         let of_node = |node: usize, lx: f64| lx * place.brings(nodes.suns.towards[node]);
         seen.nodes().for_each(|(node, lx)| self.suns[node] += of_node(node, lx));
         for own in &seen.own {
             let sun = usize::from(own.sun);
-            let lx = f64::from(own.lx) * place.brings(self.sky.suns.towards[sun]);
+            let lx = own.lx() * place.brings(self.sky.suns.towards[sun]);
             let off_lx = lx - nodes.between(sun, |node| of_node(node, seen.of_node(node)));
             self.own_suns[sun] += f64::from(own.times) * off_lx;
         }

@@ -4,7 +4,7 @@
 //! error, but for how the light's way to the receiver changes within a cell, which its size keeps small.
 //!
 //! A cell looks for the nodes of the suns' ways, and for a part of the hours' own suns: what these are off what nodes make of them, over the chance of being
-//! looked for, is what interpolation leaves, without bias. It is looked for most where a sun's nodes are seen in part.
+//! looked for, is what interpolation leaves, without bias (docs/methods.md (40)). Suns are looked for most where their nodes are seen in part.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -42,11 +42,23 @@ pub(super) struct OwnSun {
     /// Its number.
     pub sun: u16,
     /// One over the chance of that.
-    pub times: f32,
+    pub times: u16,
+    /// What it brings of 1 lx across its rays, and by how much that is more than its nodes make of it, over the chance: in steps.
+    share: u16,
+    off: i32,
+}
+
+impl OwnSun {
     /// What it brings of 1 lx across its rays in lx.
-    pub lx: f32,
+    pub fn lx(&self) -> f64 {
+        f64::from(self.share) * (1.0 / STEPS)
+    }
+
     /// By how much that is more than its nodes make of it, over the chance.
-    pub off_lx: f32,
+    #[inline]
+    pub fn off_lx(&self) -> f64 {
+        f64::from(self.off) * (1.0 / STEPS)
+    }
 }
 
 /// What a cell sees.
@@ -187,7 +199,7 @@ impl<'a> SunCells<'a> {
             let suns = self.nodes.suns_in(field);
             for place in every.take(suns.len()) {
                 looked_for.push(usize::from(suns[place]));
-                times.push(every.step as f32);
+                times.push(every.step as u16);
             }
         }
         let mut shining = Vec::new();
@@ -198,8 +210,9 @@ impl<'a> SunCells<'a> {
         let own = looked_for.iter().zip(times).filter_map(|(sun, times)| {
             let lx = shining.next_if(|(shines, _)| shines == sun).map_or(0.0, |(_, lx)| lx);
             let between_lx = self.nodes.between(*sun, |node| node_lx[node]);
-            let off_lx = times * (lx - between_lx) as f32;
-            (lx > 0.0 || between_lx > 0.0).then_some(OwnSun { sun: *sun as u16, times, lx: lx as f32, off_lx })
+            let off = (STEPS * f64::from(times) * (lx - between_lx)).round() as i32;
+            let share = (STEPS * lx.min(1.0)).round() as u16;
+            (lx > 0.0 || between_lx > 0.0).then_some(OwnSun { sun: *sun as u16, times, share, off })
         });
         seen.own = own.collect();
         rays
@@ -223,5 +236,80 @@ impl Every {
             taken => first + taken * self.step - count,
         };
         places
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::solar_position::{Moment, direction_of, solar_position_deg};
+    use crate::base::sun::Sun;
+    use serde_json::{Value, json};
+
+    /// On the floor of a room with a window, before which a building stands, in the hours of two winter months: nodes and what a few suns show together
+    /// are what all suns by themselves are, seen from the same points of cells. In half of the places each hour's sign of what nodes alone have wrong is
+    /// found, by which the other half is summed: seed 1, 4,608 sums with 16 replicas, within 4 standard errors (α 6e-5). Nodes alone, the planted fault,
+    /// are off by more than 20 of them.
+    #[test]
+    fn a_few_suns_make_up_for_what_nodes_have_wrong() {
+        const PLACES: usize = 24;
+        let part = |name: &str, origin: [f64; 3], u: [f64; 3], v: [f64; 3]| -> Value {
+            json!({ "name": name, "type": "rectangle", "origin": origin, "u": u, "v": v, "material": "paint" })
+        };
+        let geometry = json!([
+            part("floor", [0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]),
+            part("front 1", [-9.0, 0.0, 0.0], [0.0, 0.0, 3.0], [9.5, 0.0, 0.0]),
+            part("front 2", [3.5, 0.0, 0.0], [0.0, 0.0, 3.0], [9.5, 0.0, 0.0]),
+            part("front 3", [0.5, 0.0, 0.0], [0.0, 0.0, 1.0], [3.0, 0.0, 0.0]),
+            part("front 4", [0.5, 0.0, 2.5], [0.0, 0.0, 9.5], [3.0, 0.0, 0.0]),
+            part("opposite", [-3.0, -9.0, -4.0], [0.0, 0.0, 7.0], [7.0, 0.0, 0.0]),
+        ]);
+        let scene = json!({ "version": 1, "materials": { "paint": { "type": "diffuse", "reflectance": 0.6 } }, "geometry": geometry,
+            "luminaires": [{ "name": "sky", "type": "sky", "luminance_distribution": "overcast", "horizontal_illuminance_lx": 1000 }],
+            "receivers": [{ "name": "plane", "type": "grid", "origin": [1, 1, 0.85], "u": [1, 0, 0], "v": [0, 1, 0], "columns": 2, "rows": 2 }] });
+        let scene = crate::scene_from_json(&scene.to_string(), None, std::path::Path::new(".")).expect("a scene");
+        let stage = Stage::new(&scene);
+        let at = |day: u32, hour: u32| {
+            let moment = Moment::of_date(2026, 1 + day / 31, 1 + day % 31, f64::from(hour) + 0.5);
+            let [elevation_deg, azimuth_deg] = solar_position_deg(52.0, 13.0, moment);
+            (elevation_deg > 0.0).then(|| direction_of(elevation_deg, azimuth_deg))
+        };
+        let towards: Vec<DVec3> = (0..59).flat_map(|day| (6..18).filter_map(move |hour| at(day, hour))).collect();
+        let disk = Sun::of_normal(DVec3::Z, 1.0);
+        let suns = Suns { towards, disk: [disk.sine(), disk.one_minus_cosine()] };
+        let (nodes, themselves) = (SunNodes::of(&suns, 52.0), SunNodes::themselves(&suns));
+        assert!(2 * nodes.suns.towards.len() < suns.towards.len());
+        let meetings = vec![1; 2 * scene.triangles.len()];
+        let cells = |nodes| SunCells::new((&scene, &stage), (&suns, nodes), None, &meetings, (0.03, 1));
+        let (few, all) = (cells(&nodes), cells(&themselves));
+        // Of a place by a replica and each sun: what nodes have wrong, and what is left of it.
+        let wrong = |replica: usize, place: usize| -> Vec<[f64; 2]> {
+            let across = |number: usize| 0.5 * (number as f64 + 0.5) / PLACES as f64;
+            let barycentric = [across(place % PLACES), across(place / PLACES)];
+            let [seen, exact] = [&few, &all].map(|cells| cells.suns_on(replica, (0, Side::Front), barycentric));
+            let mut wrong: Vec<[f64; 2]> = (0..suns.towards.len())
+                .map(|sun| [nodes.between(sun, |node| seen.of_node(node)) - exact.of_node(sun); 2])
+                .collect();
+            seen.own.iter().for_each(|own| wrong[usize::from(own.sun)][1] += own.off_lx());
+            wrong
+        };
+        let mut signs = vec![0.0; suns.towards.len()];
+        let in_half = |half: usize| (half..PLACES * PLACES).step_by(2);
+        for (place, replica) in in_half(0).flat_map(|place| (0..PARTED).map(move |replica| (place, replica))) {
+            signs.iter_mut().zip(wrong(replica, place)).for_each(|(sign, [of_nodes, _])| *sign += of_nodes);
+        }
+        let (mut sums, mut squares, mut count) = ([0.0; 2], [0.0; 2], 0.0f64);
+        for (place, replica) in in_half(1).flat_map(|place| (0..PARTED).map(move |replica| (place, replica))) {
+            let wrong = wrong(replica, place);
+            for of in 0..2 {
+                let sum: f64 = signs.iter().zip(&wrong).map(|(sign, wrong)| sign.signum() * wrong[of]).sum();
+                sums[of] += sum;
+                squares[of] += sum * sum;
+            }
+            count += 1.0;
+        }
+        let scores = [0, 1].map(|of| sums[of] / (squares[of] - sums[of] * sums[of] / count).sqrt());
+        assert!(scores[1].abs() < 4.0, "{scores:?}");
+        assert!(scores[0] > 20.0, "the planted fault passed: {scores:?}");
     }
 }

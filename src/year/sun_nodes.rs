@@ -45,8 +45,7 @@ impl SunNodes {
         let used = corners.iter().flatten().filter(|(_, weight)| *weight > 0.0).map(|(node, _)| (*node, 0));
         let mut numbers: BTreeMap<Node, u32> = used.collect();
         if numbers.len() >= suns.towards.len() {
-            let itself = (0..suns.towards.len() as u32).map(|sun| [(sun, 1.0), (sun, 0.0), (sun, 0.0), (sun, 0.0)]);
-            return SunNodes { suns: suns.clone(), around: itself.collect(), fields: vec![], in_fields: vec![] };
+            return SunNodes::themselves(suns);
         }
         numbers.values_mut().zip(0..).for_each(|(place, number)| *place = number);
         let mut by_field: BTreeMap<[Node; AROUND], Vec<u16>> = BTreeMap::new();
@@ -66,6 +65,12 @@ impl SunNodes {
         let around = around.collect();
         let towards = numbers.keys().map(|node| frame.towards(*node)).collect();
         SunNodes { suns: Suns { towards, disk: suns.disk }, around, fields, in_fields }
+    }
+
+    /// Suns that are nodes by themselves.
+    pub fn themselves(suns: &Suns) -> SunNodes {
+        let itself = (0..suns.towards.len() as u32).map(|sun| [(sun, 1.0), (sun, 0.0), (sun, 0.0), (sun, 0.0)]);
+        SunNodes { suns: suns.clone(), around: itself.collect(), fields: vec![], in_fields: vec![] }
     }
 
     /// The suns in a field, in the order of time.
