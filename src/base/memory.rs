@@ -68,7 +68,14 @@ fn give_back(bytes: usize) {
 fn end() -> ! {
     let mut errors = std::io::stderr();
     errors.write_all(SAYS).and_then(|()| errors.flush()).ok();
-    signal_hook::low_level::exit(OUT_OF_MEMORY)
+    // Without what waits for a process's end: it could take memory.
+    #[cfg(unix)]
+    signal_hook::low_level::exit(OUT_OF_MEMORY);
+    #[cfg(not(unix))]
+    {
+        LIMIT_BYTES.store(usize::MAX, Ordering::Relaxed);
+        std::process::exit(OUT_OF_MEMORY)
+    }
 }
 
 /// What was allocated; ends the process where that is nothing.

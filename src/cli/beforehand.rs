@@ -22,7 +22,7 @@ const A_BYTE_OF_TEXT: Seconds = [40e-9, 0.0];
 const A_POINT: Seconds = [0.2e-6, 0.0];
 /// The same seconds of what comes after computing, of an element side, a point and a receiver set whose map is computed: judging, tables,
 /// a model and the page.
-const AN_ELEMENT_S: f64 = 12e-6;
+const AN_ELEMENT_S: f64 = 14e-6;
 const A_POINT_S: f64 = 8e-6;
 const A_SET_S: f64 = 120e-6;
 

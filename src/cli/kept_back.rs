@@ -12,7 +12,7 @@ use crate::output::{MOST_SURFACES, plotted_sets, shortest};
 const TRIALS: usize = 3;
 const PIECES: u32 = 8;
 const NUMBERS_OF_A_PIECE: u32 = 1000;
-const A_NUMBER_S: f64 = 150e-9;
+const A_NUMBER_S: f64 = 300e-9;
 /// No more than that is believed of a few milliseconds.
 const MOST_SLOWNESS: f64 = 2.5;
 /// Share of what comes after computing that one thread does while the others wait.

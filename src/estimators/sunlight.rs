@@ -35,10 +35,22 @@ impl Suns {
     /// hides one mostly hides the next: that triangle is asked first, without a ray. `openings`: nothing else lets light in.
     pub fn look_for_all(
         &self,
-        (scene, stage): (&Scene, &Stage),
+        around: (&Scene, &Stage),
         place: &Receiver,
         openings: Option<&Openings>,
         stream: &mut Stream,
+        found: impl FnMut(usize, f64),
+    ) -> u64 {
+        self.look_for(0..self.towards.len(), around, place, (openings, stream), found)
+    }
+
+    /// The same for some of them, by their numbers.
+    pub fn look_for(
+        &self,
+        which: impl Iterator<Item = usize>,
+        (scene, stage): (&Scene, &Stage),
+        place: &Receiver,
+        (openings, stream): (Option<&Openings>, &mut Stream),
         mut found: impl FnMut(usize, f64),
     ) -> u64 {
         let [sine, one_minus_cosine] = self.disk;
@@ -46,7 +58,8 @@ impl Suns {
         let cones = openings.map(|openings| cones_of(openings, place.point_m));
         let mut hidden_by: Option<u32> = None;
         let mut rays = 0;
-        for (number, middle) in self.towards.iter().enumerate() {
+        for number in which {
+            let middle = &self.towards[number];
             if place.normal.dot(*middle) <= -sine || middle.z <= -sine {
                 continue;
             }

@@ -158,6 +158,7 @@ fn first_hits_agree_with_all_triangles_tried_in_f64() {
     assert!(hits > 5_000 && misses > 1_000, "{hits} hits and {misses} misses are no test");
 }
 
+#[cfg(target_arch = "x86_64")]
 #[test]
 fn the_portable_walk_gives_the_same_bits() {
     for (scene, seed) in [(soup(3_000, 5), 6), (room(DVec3::new(4.0, 3.0, 2.5)), 7)] {

@@ -31,6 +31,7 @@ pub(super) struct Tree {
     /// Number of the scene's triangles; what has a higher number is a ball, then a body.
     triangles: u32,
     /// Whether this processor has AVX2 and its kin.
+    #[cfg(target_arch = "x86_64")]
     pub has_avx2: bool,
 }
 
@@ -58,7 +59,14 @@ impl Tree {
             Some(after) => triangles + after,
             None => flat[primitive as usize],
         });
-        Tree { nodes, balls, bodies, triangles, has_avx2: has_avx2() }
+        Tree {
+            nodes,
+            balls,
+            bodies,
+            triangles,
+            #[cfg(target_arch = "x86_64")]
+            has_avx2: has_avx2(),
+        }
     }
 
     /// Numbers of the slots that hold a triangle, and its number in the scene; balls follow after the last triangle.
@@ -340,18 +348,14 @@ walks!(
     blocks_avx2
 );
 
+#[cfg(target_arch = "x86_64")]
 fn has_avx2() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    {
-        is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("popcnt")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    false
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
+        && is_x86_feature_detected!("popcnt")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
 }
 
 /// What waits for a walk.

@@ -72,7 +72,9 @@ struct RowTally<'a> {
     cells: &'a SunCells<'a>,
     replica: usize,
     columns: &'a mut [f64],
+    /// By way of surfaces, of nodes, and of the hours' own suns what is more than nodes make of them.
     suns: &'a mut [f64],
+    own_suns: &'a mut [f64],
     ways: &'a mut [f64],
 }
 
@@ -85,10 +87,20 @@ impl CoefficientTally for RowTally<'_> {
 
     #[inline]
     fn met(&mut self, place: &MetPlace) {
-        let shining = self.cells.suns_on(self.replica, place.spot, place.barycentric);
-        match place.brings_evenly() {
-            Some(share) => shining.for_each(|(sun, lx)| self.suns[sun] += share * lx),
-            None => shining.for_each(|(sun, lx)| self.suns[sun] += place.brings(self.sky.nodes.suns.towards[sun]) * lx),
+        let seen = self.cells.suns_on(self.replica, place.spot, place.barycentric);
+        let nodes = &self.sky.nodes;
+        if let Some(share) = place.brings_evenly() {
+            seen.nodes().for_each(|(node, lx)| self.suns[node] += share * lx);
+            seen.own.iter().for_each(|own| self.own_suns[usize::from(own.sun)] += share * own.off_lx());
+            return;
+        }
+        let of_node = |node: usize, lx: f64| lx * place.brings(nodes.suns.towards[node]);
+        seen.nodes().for_each(|(node, lx)| self.suns[node] += of_node(node, lx));
+        for own in &seen.own {
+            let sun = usize::from(own.sun);
+            let lx = own.lx() * place.brings(self.sky.suns.towards[sun]);
+            let off_lx = lx - nodes.between(sun, |node| of_node(node, seen.of_node(node)));
+            self.own_suns[sun] += f64::from(own.times) * off_lx;
         }
     }
 }
@@ -166,6 +178,7 @@ pub(super) fn year_of(
     let mut rays = 0;
     let mut columns = Replicas::new(sky.columns());
     let mut suns = Replicas::new(sky.nodes.suns.towards.len());
+    let mut own_suns = Replicas::new(sky.suns.towards.len());
     let mut ways = Replicas::new(SKY_WAYS);
     let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
     let mut walked = 0;
@@ -179,6 +192,7 @@ pub(super) fn year_of(
                 replica,
                 columns: columns.of(replica),
                 suns: suns.of(replica),
+                own_suns: own_suns.of(replica),
                 ways: ways.of(replica),
             };
             for number in walked..wanted {
@@ -193,14 +207,14 @@ pub(super) fn year_of(
             }
         }
         walked = wanted;
-        let mut found = hours_of(sky, (&columns, &suns, &direct), walked, closed);
+        let mut found = hours_of(sky, (&columns, [&suns, &own_suns], &direct), walked, closed);
         let target_square = context.target_error.powi(2);
         let sun_square = (HALF_HIDDEN_SHARE * context.target_error).powi(2);
         if found.sun_error.powi(2) > sun_square && direct.looks < MOST_LOOKS {
             let needed = direct.looks as f64 * RESERVE * found.sun_error.powi(2) / sun_square;
             let looks = (needed.min(MOST_LOOKS as f64) as u64).clamp(direct.looks + 1, MOST_LOOKS);
             direct.look_again(context, (set, index), receiver, looks);
-            found = hours_of(sky, (&columns, &suns, &direct), walked, closed);
+            found = hours_of(sky, (&columns, [&suns, &own_suns], &direct), walked, closed);
         }
         // What walks may leave; where suns alone leave more than the target, as much as these may.
         let of_walks = found.error.powi(2) - found.sun_error.powi(2);
@@ -220,7 +234,7 @@ pub(super) fn year_of(
 /// The hours of coefficients that so many walks a replica have gathered.
 fn hours_of(
     sky: &YearSky,
-    (columns, suns, direct): (&Replicas, &Replicas, &DirectSuns),
+    (columns, [suns, own_suns], direct): (&Replicas, [&Replicas; 2], &DirectSuns),
     walks: u64,
     closed: Option<(&[bool], f64)>,
 ) -> ReceiverHours {
@@ -246,9 +260,10 @@ fn hours_of(
         let mut of_sun = [0.0; PARTED];
         if sky.hours_of_suns.get(sun) == Some(&(number as u32)) {
             of_sun = direct.lx.across(sun).map(|lx| hour.sun_lx * lx);
+            let by_suns = hour.sun_lx * share;
+            all.iter_mut().zip(own_suns.across(sun)).for_each(|(sum, more)| *sum += by_suns * more);
             for (node, weight) in sky.nodes.around(sun) {
-                let by_suns = weight * hour.sun_lx * share;
-                all.iter_mut().zip(suns.across(node)).for_each(|(sum, reflected)| *sum += by_suns * reflected);
+                all.iter_mut().zip(suns.across(node)).for_each(|(sum, reflected)| *sum += weight * by_suns * reflected);
             }
             sun += 1;
         }

@@ -116,9 +116,8 @@ pub fn solve_year<E: From<NotForYear>>(
     let is_plane = |set: &usize| scene.receivers[*set].quantity == Quantity::Perpendicular;
     let (planes, others): (Vec<usize>, Vec<usize>) = (0..scene.receivers.len()).partition(is_plane);
     let survey = survey((&scene, &stage), openings, &sky, &planes, settings.seed);
-    let suns = &sky.nodes.suns;
     let tuning = (settings.target_error, settings.seed);
-    let cells = SunCells::new((&scene, &stage), suns, openings.if_all(), &survey.meetings, tuning);
+    let cells = SunCells::new((&scene, &stage), (&sky.suns, &sky.nodes), openings.if_all(), &survey.meetings, tuning);
     let context = YearContext {
         scene: &scene,
         stage: &stage,

@@ -1,9 +1,11 @@
 //! Fewer suns than hours: a grid over the sun's ways of the year, among whose nodes what surfaces reflect of the sun is interpolated.
 //!
 //! The grid lies in declination and hour angle, in which the sun of every hour of a year has a neighbour within a degree or two: what is looked for at a node
-//! serves all of them (docs/methods.md, section 27). The sun's own light, which has edges, is looked for at each hour's own place.
+//! serves all of them, but for what a few of their own suns show to be left (docs/methods.md, section 27). The sun's own light, which has edges, is looked
+//! for at each hour's own place.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -21,6 +23,18 @@ pub(super) struct SunNodes {
     pub suns: Suns,
     /// Of each sun the nodes around it with their weights, which add up to 1.
     around: Vec<[(u32, f64); AROUND]>,
+    /// The fields of the grid that have suns; none where suns are nodes themselves.
+    pub fields: Vec<Field>,
+    /// The suns of all fields, field by field.
+    in_fields: Vec<u16>,
+}
+
+/// A field of the grid.
+#[derive(Clone, Debug)]
+pub(super) struct Field {
+    /// The nodes at its corners; none where one lies below the horizon.
+    pub corners: [Option<u32>; AROUND],
+    suns: Range<usize>,
 }
 
 impl SunNodes {
@@ -31,16 +45,43 @@ impl SunNodes {
         let used = corners.iter().flatten().filter(|(_, weight)| *weight > 0.0).map(|(node, _)| (*node, 0));
         let mut numbers: BTreeMap<Node, u32> = used.collect();
         if numbers.len() >= suns.towards.len() {
-            let itself = (0..suns.towards.len() as u32).map(|sun| [(sun, 1.0), (sun, 0.0), (sun, 0.0), (sun, 0.0)]);
-            return SunNodes { suns: suns.clone(), around: itself.collect() };
+            return SunNodes::themselves(suns);
         }
         numbers.values_mut().zip(0..).for_each(|(place, number)| *place = number);
+        let mut by_field: BTreeMap<[Node; AROUND], Vec<u16>> = BTreeMap::new();
+        for (sun, corners) in corners.iter().enumerate() {
+            by_field.entry(corners.map(|(node, _)| node)).or_default().push(sun as u16);
+        }
+        let (mut fields, mut in_fields) = (Vec::with_capacity(by_field.len()), Vec::with_capacity(corners.len()));
+        for (nodes, suns) in by_field {
+            let first = in_fields.len();
+            in_fields.extend(suns);
+            let corners = nodes.map(|node| numbers.get(&node).copied());
+            fields.push(Field { corners, suns: first..in_fields.len() });
+        }
         let around = corners
             .iter()
             .map(|corners| corners.map(|(node, weight)| (numbers.get(&node).copied().unwrap_or_default(), weight)));
         let around = around.collect();
         let towards = numbers.keys().map(|node| frame.towards(*node)).collect();
-        SunNodes { suns: Suns { towards, disk: suns.disk }, around }
+        SunNodes { suns: Suns { towards, disk: suns.disk }, around, fields, in_fields }
+    }
+
+    /// Suns that are nodes by themselves.
+    pub fn themselves(suns: &Suns) -> SunNodes {
+        let itself = (0..suns.towards.len() as u32).map(|sun| [(sun, 1.0), (sun, 0.0), (sun, 0.0), (sun, 0.0)]);
+        SunNodes { suns: suns.clone(), around: itself.collect(), fields: vec![], in_fields: vec![] }
+    }
+
+    /// The suns in a field, in the order of time.
+    pub fn suns_in(&self, field: &Field) -> &[u16] {
+        &self.in_fields[field.suns.clone()]
+    }
+
+    /// What nodes have makes, for a sun among them.
+    #[inline]
+    pub fn between(&self, sun: usize, of_node: impl Fn(usize) -> f64) -> f64 {
+        self.around(sun).map(|(node, weight)| weight * of_node(node)).sum()
     }
 
     /// The nodes of a sun, and their weights.

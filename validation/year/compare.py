@@ -2,19 +2,25 @@
 
     python3 validation/year/compare.py patches --out out/year-check     the sky in patches of even luminance, MF 1 to 4
     python3 validation/year/compare.py suns --out out/year-check        the sun by way of surfaces, from nodes of its way
+    python3 validation/year/compare.py hours --out out/year-check       whether stated errors of hours hold, most of them with a low sun
 
 Rooms: scenes/daylight-office.json, scenes/atrium.json, and a room with a reveal of 0.5 m and slats before its window. Points are few; what stands in the tables
 of patches is root mean squares from which the errors that both runs state have been taken. Sky and sun are looked at one without the other: before the suns
 of the skies small black squares stand far away, and the suns shine in a sky of 1 lx. A year of few hours has their suns for nodes and the same walks as one of
-all, so that nearly all that the two differ by is the nodes'. The ground is black. Both tables are Markdown. Needs nothing but Python.
+all, so that nearly all that the two differ by is the nodes'. For `hours` some of a year's hours are drawn by a seed, two of three with the sun below 20
+degrees, and looked at in a year of these alone by other walks to a third of the error: of 95 % of them both ought to lie within 2.13 common errors (Student's
+t of 15 degrees of freedom); the sky has 1000 lx. The ground is black.
+All tables are Markdown. Needs nothing but Python.
 """
 import argparse
 import csv
 import json
 import math
 import pathlib
+import random
 import statistics
 import subprocess
+import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SITE = ["latitude_deg,52", "longitude_deg,13", "time_zone_hours,1"]
@@ -27,6 +33,9 @@ FAR_M = 4000
 RIM, BRIGHT = 0.1, 3
 DAYS = [(1, 20), (3, 5), (5, 25), (8, 3), (11, 1)]
 HOURS = [9.5, 12.5, 15.5]
+# Elevations in degrees between which two of three drawn hours lie, and the least of all; errors within which 95 % of differences are.
+LOW_DEG, LEAST_DEG, T_15 = 20, 2, 2.13
+CLEAR_SKY_LX = 1000
 LENGTHS = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31]
 
 
@@ -90,11 +99,11 @@ class Check:
         path = self.out / f"{name}.json"
         path.write_text(json.dumps(dict(scene, luminaires=luminaires)))
         ended = subprocess.run([self.luxmc, command, path, "--out", self.out / name, "--quiet", *map(str, more)], capture_output=True, text=True)
-        if ended.returncode not in (0, 1):
+        if ended.returncode not in (0, 1, 3):
             raise SystemExit(ended.stderr)
         return self.out / name
 
-    def year(self, scene, hours, name, target, subdivision=2):
+    def year(self, scene, hours, name, target, subdivision=2, more=()):
         """Of each hour its row and every point's lx with its error; and what the year says of itself."""
         weather = self.out / "weather.csv"
         rows = [f"{month},{day},{hour},{sun},{sky}" for month, day, hour, sun, sky in hours]
@@ -102,7 +111,7 @@ class Check:
         weather.write_text("\n".join([*SITE, columns, *rows]) + "\n")
         sky = {"name": "sky", "type": "sky", "luminance_distribution": "overcast", "horizontal_illuminance_lx": 1000}
         out = self.run("year", scene, [sky], name, "--weather", weather, "--target-error", target, "--hourly", "--occupied", "0-24",
-                       "--sky-subdivision", subdivision)
+                       "--sky-subdivision", subdivision, *more)
         lit = list(csv.DictReader((out / "year-hours.csv").open()))
         both = [[list(map(float, row[4:])) for row in list(csv.reader((out / f"hourly{part}-plane.csv").open()))[1:]] for part in ("", "-error")]
         found = {(int(hour["month"]), int(hour["day"]), float(hour["hour"])): (hour, [[point[k] for point in part] for part in both])
@@ -180,12 +189,54 @@ def suns(check, target):
         print(f"| {name} | {len(points)} | {cells} | {100 * statistics.mean(planes):+.1f} % | {100 * statistics.median(noises):.1f} % |", flush=True)
 
 
+def drawn_hours(found, count, seed):
+    """Hours by their key, low suns first."""
+    height = {hour: float(at["sun_elevation_deg"]) for hour, (at, _) in found.items()}
+    low = [hour for hour in sorted(height) if LEAST_DEG < height[hour] < LOW_DEG]
+    high = [hour for hour in sorted(height) if height[hour] >= LOW_DEG]
+    drawn = random.Random(seed)
+    return drawn.sample(low, count - count // 3) + drawn.sample(high, count // 3)
+
+
+def hours(check, target, count, seed):
+    every = [(month + 1, day + 1, hour + .5, SUN_LX, CLEAR_SKY_LX) for month, days in enumerate(LENGTHS) for day in range(days) for hour in range(3, 21)]
+    print("| room | hours | planes within 2.13 errors | scatter over errors | points within | scatter over errors | low suns: points off | their errors | worst | planes off in the mean |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    rms = lambda values: math.sqrt(statistics.mean(value ** 2 for value in values))
+    held = lambda values: f"{sum(abs(value) <= T_15 for value in values)} of {len(values)}"
+    plane_of = lambda at: (float(at["average_lx"]), float(at["average_standard_error_lx"]))
+    for name, scene in check.rooms:
+        found, _ = check.year(scene, every, "all", target, more=["--seed", seed])
+        drawn = drawn_hours(found, count, seed)
+        part = float(target.rstrip("%")) / 3
+        alone, _ = check.year(scene, [hour for hour in every if hour[:3] in drawn], "alone", f"{part}%", more=["--seed", seed + 1000])
+        planes, points, lows = [], [], []
+        for hour in drawn:
+            (at, of_year), (at_alone, own) = found[hour], alone[hour]
+            both = [plane_of(at), plane_of(at_alone)]
+            planes.append(((both[0][0] - both[1][0]) / math.hypot(both[0][1], both[1][1]), both[0][0] / both[1][0] - 1))
+            pairs = [((a - b) / math.hypot(s, t), a / b - 1, math.hypot(s, t) / b) for a, s, b, t in zip(*of_year, *own)]
+            points += [score for score, _, _ in pairs]
+            if float(at["sun_elevation_deg"]) < LOW_DEG:
+                lows += pairs
+            print(f"  {hour} {float(at['sun_elevation_deg']):.1f} deg {both[1][0]:.0f} lx: plane {planes[-1][0]:+.1f} errors, {100 * planes[-1][1]:+.1f} %; points "
+                  + " ".join(f"{score:+.1f}" for score, _, _ in pairs), file=sys.stderr, flush=True)
+        print(f"| {name} | {len(planes)} | {held([score for score, _ in planes])} | {rms([score for score, _ in planes]):.2f} | {held(points)} | {rms(points):.2f} | "
+              f"{100 * rms([off for _, off, _ in lows]):.2f} % | {100 * rms([error for _, _, error in lows]):.2f} % | {100 * max(abs(off) for _, off, _ in lows):.0f} % | "
+              f"{100 * statistics.mean(off for _, off in planes):+.2f} % |", flush=True)
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["patches", "suns"])
+    parser.add_argument("what", choices=["patches", "suns", "hours"])
     parser.add_argument("--out", required=True)
     parser.add_argument("--luxmc", default=str(ROOT / "target/release/luxmc"))
     parser.add_argument("--target-error", default="1%")
     parser.add_argument("--room", choices=list(rooms()), help="one room alone")
+    parser.add_argument("--count", type=int, default=60, help="hours that are drawn")
+    parser.add_argument("--seed", type=int, default=1, help="of the draw and of the year")
     given = parser.parse_args()
-    {"patches": patches, "suns": suns}[given.what](Check(given), given.target_error)
+    if given.what == "hours":
+        hours(Check(given), given.target_error, given.count, given.seed)
+    else:
+        {"patches": patches, "suns": suns}[given.what](Check(given), given.target_error)
