@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::direct::{DirectPass, Receiver};
 use super::images::ImageResponse;
 use super::sight::{SMALL_SHARE, SMALL_SHARE_OF_LUMINAIRES, Seen, SubPoint, look_along};
-use super::walk::{in_mirrors_lx, sample_arriving_share_lx, trail_from};
+use super::walk::{evenly, in_mirrors_lx, sample_arriving_share_lx, trail_from};
 use crate::chain::Stage;
 use crate::geometry::{Meeting, Origin};
 use crate::sampling::emitter::Emitter;
@@ -108,7 +108,7 @@ impl SubPoint {
         if let Law::Translucent(law) = law {
             let behind = self.behind(stage);
             let per_sr = law.transmittance / PI;
-            let responses = |_: DVec3| [per_sr, 0.0].map(|per_sr| ImageResponse { factor: per_sr, ray_per_sr: per_sr });
+            let responses = |_: DVec3| evenly(per_sr, per_sr);
             let (through_cd_m2, more_rays) =
                 in_mirrors_lx(stage, &self.receiver_behind(&behind), 1.0, responses, cut, stream);
             sum_cd_m2 += through_cd_m2;

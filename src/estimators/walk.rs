@@ -499,7 +499,7 @@ impl Vertex<'_> {
 }
 
 /// A place that makes the same of light from everywhere, and its rays.
-fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
+pub fn evenly(factor: f64, ray_per_sr: f64) -> [ImageResponse; 2] {
     [ImageResponse { factor, ray_per_sr }, ImageResponse { factor: 0.0, ray_per_sr }]
 }
 

@@ -39,13 +39,7 @@ impl Sheet {
 
     /// Rows behind so many of a table, without its header, in memory.
     pub fn behind(name: &'static str, columns: &[&'static str], rows: usize) -> Sheet {
-        Sheet {
-            name,
-            columns: columns.to_vec(),
-            writer: csv::Writer::from_writer(Vec::new()),
-            rows,
-            text: String::new(),
-        }
+        Sheet::over(name, columns, Vec::new(), rows)
     }
 
     /// The table as a file.
@@ -61,15 +55,15 @@ impl<W: Write> Sheet<W> {
     ///
     /// What the writer does not take.
     pub fn to(name: &'static str, columns: &[&'static str], writer: W) -> Result<Sheet<W>, OutputError> {
-        let mut sheet = Sheet {
-            name,
-            columns: columns.to_vec(),
-            writer: csv::Writer::from_writer(writer),
-            rows: 0,
-            text: String::new(),
-        };
+        let mut sheet = Sheet::over(name, columns, writer, 0);
         sheet.taken(|writer| writer.write_record(columns))?;
         Ok(sheet)
+    }
+
+    /// What goes to a writer behind so many rows.
+    fn over(name: &'static str, columns: &[&'static str], writer: W, rows: usize) -> Sheet<W> {
+        let writer = csv::Writer::from_writer(writer);
+        Sheet { name, columns: columns.to_vec(), writer, rows, text: String::new() }
     }
 
     fn taken(&mut self, write: impl FnOnce(&mut csv::Writer<W>) -> csv::Result<()>) -> Result<(), OutputError> {
