@@ -34,6 +34,7 @@ use super::cells::{CellAsks, CellSets};
 use super::guide::Guide;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
+use super::pace::SliceSizes;
 use super::pace::{Pace, TimeLeft};
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::spending::{Activity, Spending};
@@ -143,6 +144,8 @@ pub struct Job {
     given_up_rays: u64,
     /// Rays and seconds by what they were for, those of pilots left out.
     pub spending: Spending,
+    /// How large its next slices of work are.
+    slices: SliceSizes,
     /// Ends of its packets (elements only), replica by replica.
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
@@ -286,6 +289,7 @@ impl Job {
             offered: None,
             given_up_rays: 0,
             spending: Spending::default(),
+            slices: SliceSizes::default(),
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
             history: History::default(),
@@ -407,10 +411,24 @@ impl Job {
     /// `sets` are the cells that rays ask; there are none where nothing does.
     pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let (activity, rays, started) = (self.next_activity(goal), self.rays, Instant::now());
-        context.pace.turn_to(activity);
+        context.pace.turn_to(&self.slices, activity);
         let arrived = self.do_a_slice(context, sets, goal);
-        self.spending.add(activity, self.rays - rays, started.elapsed());
+        let took = started.elapsed();
+        self.spending.add(activity, self.rays - rays, took);
+        context.pace.note(&mut self.slices, activity, took);
         arrived
+    }
+
+    /// Rays of its next slice of work towards a goal, about.
+    pub fn rays_of_next_slice(&self, context: &Context, goal: u64) -> f64 {
+        context.pace.rays_of_next(&self.slices, self.next_activity(goal))
+    }
+
+    /// Rays a second of such work as is next towards a goal, if any of it was done.
+    pub fn rays_per_s_of_next(&self, goal: u64) -> Option<f64> {
+        let activity = self.next_activity(goal);
+        let (rays, seconds) = (self.spending.rays(activity), self.spending.seconds(activity));
+        (rays > 0 && seconds > 0.0).then(|| rays as f64 / seconds)
     }
 
     /// What the next slice is about.
@@ -497,11 +515,21 @@ impl Job {
     }
 
     /// Lets chains count direct light too: for an element map whose first pass over direct light would take longer
-    /// than there is. What it had of that pass is dropped.
-    pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64) {
+    /// than there is. What it had of that pass is dropped. Not more than about so many seconds, or one slice of chains.
+    pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64, most_s: f64) {
         let (rays, started) = (self.rays, Instant::now());
         self.map.direct.iter_mut().for_each(|slab| slab.fill(0.0));
-        self.chains_until(context, chains_per_replica.max(1), Deposits::DirectToo);
+        let goal = chains_per_replica.max(1);
+        while self.map.indirect_samples.complete < goal {
+            let slice_started = Instant::now();
+            let slice = context.pace.rays_of_next(&self.slices, Activity::Chains) / self.rays_per_sample();
+            let until = goal.min(self.map.indirect_samples.complete + slice.ceil() as u64);
+            self.chains_until(context, until, Deposits::DirectToo);
+            context.pace.note(&mut self.slices, Activity::Chains, slice_started.elapsed());
+            if started.elapsed().as_secs_f64() > most_s {
+                break;
+            }
+        }
         self.map.direct_samples = self.map.indirect_samples;
         self.samples = self.map.indirect_samples.complete;
         self.spending.add(Activity::Chains, self.rays - rays, started.elapsed());
