@@ -28,8 +28,8 @@
 //! # Solve it
 //!
 //! [`solve`] computes the maps that [`Settings`] ask for, until their target error is met, a limit ends the run, or the
-//! [`Observer`] that watches it interrupts; [`Silent`] watches nothing. The same seed gives the same bytes on any number of
-//! threads.
+//! [`Observer`] that watches it interrupts; [`Silent`] watches nothing. Without a time limit the same seed gives the same bytes on any
+//! number of threads.
 //!
 //! ```
 //! use luxmc::{MapSelection, Settings, Silent, solve};

@@ -511,6 +511,23 @@ fn all_slow_campaigns_are_run_before_a_change_lands() {
     assert!(left_out.is_empty() && named("--lib"), ".ci/run leaves out the slow campaigns of {left_out:?}");
 }
 
+#[test]
+fn tests_that_the_test_command_leaves_out_are_run_before_a_change_lands() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files: Vec<_> = ["src", "tests"].iter().flat_map(|folder| rust_files(&root.join(folder))).collect();
+    let ignored = concat!("#[", "ignore");
+    let left_out: usize = files.iter().map(|(_, text)| text.matches(ignored).count()).sum();
+    let script = fs::read_to_string(root.join(".ci/run")).unwrap();
+    let is_run = |script: &str| {
+        script.lines().any(|line| line == "cargo test --release --locked --no-fail-fast --tests -- --ignored")
+    };
+    assert!(left_out > 0 && is_run(&script), "{left_out} tests are run by nobody");
+    assert!(!is_run(&script.replace("--ignored", "")), "the planted fault passed");
+    let told = format!("{ignored} = \"takes long: .ci/run runs it\"]");
+    let untold = files.iter().filter(|(_, text)| text.matches(ignored).count() != text.matches(&told).count());
+    assert_eq!(untold.map(|(path, _)| path.display().to_string()).collect::<Vec<_>>(), [""; 0]);
+}
+
 /// Test binaries: each is linked for itself, which takes longer than most of them run.
 const MOST_TEST_BINARIES: usize = 14;
 

@@ -281,19 +281,19 @@ impl Emitter {
         of_light!(&self.shape, light => light.has_opening())
     }
 
-    /// A point of a point-like emitter, its only one or one of its opening; `None` for the others.
+    /// A point of an emitter without a body: its only one, one of its opening or of its ring; `None` for the others.
     #[inline]
     pub fn draw_point(&self, stream: &mut Stream) -> Option<OpeningPoint> {
         of_light!(&self.shape, light => light.draw_point(stream))
     }
 
-    /// A point of a point-like emitter for the geometry; a directed one belongs to the side it aims at.
+    /// A point of an emitter without a body for the geometry; a directed one belongs to the side it aims at.
     #[inline]
     pub fn place_of_point(&self, point_m: DVec3) -> Place {
         of_light!(&self.shape, light => light.place_of_point(point_m))
     }
 
-    /// Intensity of a point emitter in cd towards a unit direction; 0 for the others, which have none.
+    /// Intensity in cd of an emitter without a body towards a unit direction; 0 for the others, which have none.
     pub fn intensity_cd(&self, direction: DVec3) -> f64 {
         of_light!(&self.shape, light => light.intensity_cd(direction))
     }

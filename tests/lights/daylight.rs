@@ -106,6 +106,7 @@ fn deviation(map: &MapResult, exact: f64) -> (f64, f64) {
 /// with 15 degrees of freedom), and the mean of each set within 1%. With a sky 10% too dark, the planted fault, the
 /// windows' neighbourhood is not.
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn in_a_world_of_one_luminance_every_place_receives_alike() {
     for two_sided in [false, true] {
         for method in [Method::Auto, Method::Gather, Method::Collision, Method::Local] {

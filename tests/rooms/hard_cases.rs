@@ -198,6 +198,7 @@ fn flux_through_rectangle_lm(a: f64, b: f64, d: f64) -> f64 {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn the_light_through_a_slit_goes_with_its_width() {
     for width_m in [1e-1, 1e-2, 1e-3] {
         // On the far wall, 1.5 m away, the slit at 0.5 m shows three times its width, and all of the height.

@@ -82,6 +82,7 @@ fn a_closed_lumpy_body_holds_its_light_and_leaks_none() {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn white_bodies_change_nothing_in_an_isothermal_room_whatever_the_method() {
     let materials =
         r#""grey": { "type": "diffuse", "reflectance": 0.5 }, "white": { "type": "diffuse", "reflectance": 1 }"#;

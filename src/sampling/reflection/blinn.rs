@@ -24,7 +24,8 @@ impl Blinn {
     /// Tabulates the lobe's reflectance for an exponent of 0 or more.
     pub fn new(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> Blinn {
         let width = 2.0 / (exponent + 4.0).sqrt();
-        // Light leaves at 2 θ_h from the mirror direction, evenly about it: as in Phong's lobe, with another angle.
+        // As far as the share of light above the surface asks, light leaves at 2 θ_h from the mirror direction, evenly about it: cos θ_o has
+        // the distribution that it would have then.
         let table = Lossless::new(width, |y| {
             let [cos_half, sin_half] = power_of_cosine_angle(exponent, y);
             [1.0 - 2.0 * sin_half * sin_half, 2.0 * sin_half * cos_half]
