@@ -146,6 +146,7 @@ impl Solution {
             ReceiverLayout::View { columns, rows, .. } => ("view", Some((rows, columns))),
             ReceiverLayout::Fan { .. } => ("fan", None),
             ReceiverLayout::Points => ("points", None),
+            ReceiverLayout::Part(_) => ("part", None), // of a run that shares out receivers
             ReceiverLayout::Towards { .. } => ("elements of a surface", None),
             ReceiverLayout::Intensity(_) => ("intensity", None),
         };

@@ -12,8 +12,8 @@ from conftest import SCENES, room
 
 import luxmc
 
-#: Files that hold times, and the report, which tells how the run is made again.
-WITH_TIMES = {"convergence.csv", "convergence.svg", "summary.json", "report.html"}
+#: Files that hold times, and the reports, which tell how long the run took and how it is made again.
+WITH_TIMES = {"convergence.csv", "convergence.svg", "summary.json", "report.html", "report.pdf"}
 
 
 def by_program(program: str, scene: Path, out: Path, *options: str) -> dict[str, bytes]:
