@@ -1,12 +1,17 @@
 //! Memory that the process has taken, counted, and the limit at which it ends in words instead of by an abort.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 use std::io::Write;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 static USED_BYTES: AtomicUsize = AtomicUsize::new(0);
 static PEAK_BYTES: AtomicUsize = AtomicUsize::new(0);
 static LIMIT_BYTES: AtomicUsize = AtomicUsize::new(usize::MAX);
+static CLEAN_UP: OnceLock<fn()> = OnceLock::new();
+/// Whether the process ends for want of memory.
+static ENDS: AtomicBool = AtomicBool::new(false);
 
 /// Exit code of a process that ran out of memory: its results could not be written.
 const OUT_OF_MEMORY: i32 = 4;
@@ -63,19 +68,41 @@ fn give_back(bytes: usize) {
     USED_BYTES.fetch_sub(bytes, Ordering::Relaxed);
 }
 
+/// Is called before the process ends for want of memory, to remove what it would leave behind. The limit holds no more then.
+pub fn clean_up_by(clean: fn()) {
+    CLEAN_UP.set(clean).ok();
+}
+
+thread_local! {
+    static IS_ENDING: Cell<bool> = const { Cell::new(false) };
+}
+
 /// Ends the process with its words: what asks for memory cannot do without.
 #[cold]
 fn end() -> ! {
+    if IS_ENDING.replace(true) {
+        // There is not even enough to clean up.
+        leave();
+    }
+    while ENDS.swap(true, Ordering::SeqCst) {
+        // Another thread ends the process.
+        std::thread::park();
+    }
     let mut errors = std::io::stderr();
     errors.write_all(SAYS).and_then(|()| errors.flush()).ok();
+    LIMIT_BYTES.store(usize::MAX, Ordering::Relaxed);
+    if let Some(clean) = CLEAN_UP.get() {
+        clean();
+    }
+    leave()
+}
+
+fn leave() -> ! {
     // Without what waits for a process's end: it could take memory.
     #[cfg(unix)]
     signal_hook::low_level::exit(OUT_OF_MEMORY);
     #[cfg(not(unix))]
-    {
-        LIMIT_BYTES.store(usize::MAX, Ordering::Relaxed);
-        std::process::exit(OUT_OF_MEMORY)
-    }
+    std::process::exit(OUT_OF_MEMORY)
 }
 
 /// What was allocated; ends the process where that is nothing.

@@ -5,7 +5,8 @@ use crate::scene::{Elements, Scene};
 use crate::solver::{Settings, map_requests};
 
 use super::exit::Failure;
-use crate::base::memory::{limit_bytes, set_limit_bytes};
+use crate::base::memory::{clean_up_by, limit_bytes, set_limit_bytes};
+use crate::output::remove_unfinished_results;
 
 /// Bytes of a map's entry at the peak of a run: sums of 16 replicas, levels, results, and what of its files lies in memory. Measured as
 /// 621 at most, and a sixth on top (`docs/performance.md`, as the others).
@@ -63,6 +64,7 @@ pub fn check_memory(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
 pub fn limit_memory(wanted: Option<u64>) {
     let available = available_bytes().unwrap_or(u64::MAX);
     set_limit_bytes(wanted.unwrap_or(u64::MAX).min(available));
+    clean_up_by(remove_unfinished_results);
 }
 
 fn refuse_beyond(needed: u64, available: u64) -> Result<(), Failure> {

@@ -13,6 +13,7 @@ use super::exit::Exit;
 use super::number_text::{count, percent, time};
 use super::time_guard::TimeGuard;
 use crate::control::Forecast;
+use crate::output::remove_unfinished_results;
 use crate::solver::{Hindrance, Keeper, Observer, Progress};
 
 /// Seconds between two lines where there is no terminal.
@@ -40,6 +41,7 @@ pub fn heed_interruptions() {
     let handler = || {
         let first = INTERRUPTED.get_or_init(Instant::now);
         if first.elapsed().as_secs_f64() > SAME_INTERRUPTION_S {
+            remove_unfinished_results();
             std::process::exit(i32::from(Exit::Interrupted.number()));
         }
     };

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -36,6 +37,10 @@ const OWN_NAMES: &[&str] = &[
 ];
 /// Bytes that are written at a time.
 const BLOCK: usize = 1 << 20;
+/// How names begin and end that files bear until all of a run are on the disk, and those that are written one by one.
+const STAGED: &str = ".luxmc-result-";
+const WRITTEN: &str = ".luxmc-";
+const TEMPORARY: &str = ".tmp";
 /// The file whose presence says that the others are complete.
 const SUMMARY: &str = "summary.json";
 
@@ -56,6 +61,7 @@ pub struct ResultDirectory {
     staged: StagedFiles,
     /// Whether it was made for this run.
     is_new: bool,
+    _opened: Opened,
     /// What it took to put a file on the disk.
     probe: Duration,
 }
@@ -70,8 +76,13 @@ impl ResultDirectory {
         let is_new = !path.exists();
         make(path)?;
         let lock = locked(path)?;
+        if lock.is_some() {
+            // Nobody else writes results here: these are of a run that was killed.
+            remove_staged(path);
+        }
+        let opened = Opened::new(path);
         let probed = Instant::now();
-        let mut probe = temporary(path)?;
+        let mut probe = temporary(path, STAGED)?;
         probe
             .write_all(b"luxmc")
             .and_then(|()| probe.as_file().sync_all())
@@ -81,7 +92,8 @@ impl ResultDirectory {
         for name in OWN_NAMES.iter().chain([&SUMMARY]) {
             refuse_directory(&path.join(name))?;
         }
-        Ok(ResultDirectory { path: path.to_path_buf(), _lock: lock, staged: StagedFiles::default(), is_new, probe })
+        let (path, staged) = (path.to_path_buf(), StagedFiles::default());
+        Ok(ResultDirectory { path, _lock: lock, staged, is_new, _opened: opened, probe })
     }
 
     /// Takes a directory that was made for a run without results away again.
@@ -148,7 +160,7 @@ impl ResultDirectory {
     }
 
     fn on_disk(&self, file: &StreamedFile) -> Result<TempPath, OutputError> {
-        let mut staged = temporary(&self.path)?;
+        let mut staged = temporary(&self.path, STAGED)?;
         let mut writer = std::io::BufWriter::with_capacity(BLOCK, staged.as_file_mut());
         let unwritable = |error: &std::io::Error| super::streamed::unwritable(&file.name, error);
         let written = file.write_to(&mut writer).and_then(|()| writer.flush().map_err(|error| unwritable(&error)));
@@ -204,7 +216,7 @@ pub fn write_files(directory: &Path, files: &[ResultFile]) -> Result<(), OutputE
     for file in files {
         let path = directory.join(&file.name);
         refuse_directory(&path)?;
-        let mut staged = temporary(directory)?;
+        let mut staged = temporary(directory, WRITTEN)?;
         staged
             .write_all(&file.bytes)
             .and_then(|()| staged.as_file().sync_all())
@@ -243,9 +255,49 @@ fn locked(path: &Path) -> Result<Option<std::fs::File>, OutputError> {
     }
 }
 
-fn temporary(directory: &Path) -> Result<NamedTempFile, OutputError> {
+/// Directories that are open for results.
+static OPENED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Tells of a directory that it is open as long as it lasts.
+#[derive(Debug)]
+struct Opened(PathBuf);
+
+impl Opened {
+    fn new(path: &Path) -> Opened {
+        OPENED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_path_buf());
+        Opened(path.to_path_buf())
+    }
+}
+
+impl Drop for Opened {
+    fn drop(&mut self) {
+        let mut opened = OPENED.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(index) = opened.iter().position(|path| *path == self.0) {
+            opened.swap_remove(index);
+        }
+    }
+}
+
+/// Removes files that have not got their names yet, for a process that ends at once: nothing else would.
+pub fn remove_unfinished_results() {
+    if let Ok(opened) = OPENED.try_lock() {
+        opened.iter().for_each(|path| remove_staged(path));
+    }
+}
+
+/// Removes what is staged in a directory, as far as the system lets it.
+fn remove_staged(directory: &Path) {
+    let Ok(entries) = std::fs::read_dir(directory) else {
+        return;
+    };
+    let is_staged = |name: &str| name.starts_with(STAGED) && name.ends_with(TEMPORARY);
+    let staged = entries.flatten().filter(|entry| entry.file_name().to_str().is_some_and(is_staged));
+    staged.for_each(|entry| drop(std::fs::remove_file(entry.path())));
+}
+
+fn temporary(directory: &Path, prefix: &str) -> Result<NamedTempFile, OutputError> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".luxmc-").suffix(".tmp");
+    builder.prefix(prefix).suffix(TEMPORARY);
 
     // Temporary files are private by default; results are for whoever may read files of this user.
     #[cfg(unix)]
@@ -309,6 +361,31 @@ mod tests {
             entries.map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned()).collect();
         names.sort();
         names
+    }
+
+    /// Files of a run that ended in the middle go when it ends in words, and else with the next run; a file that another program left,
+    /// or a checkpoint in the making, stays.
+    #[test]
+    fn what_a_killed_run_left_is_removed() {
+        let home = tempfile::tempdir().expect("a temporary directory");
+        let others = [".luxmc-a1B2c3.tmp", ".luxmc-result-notes.txt"];
+        others.iter().for_each(|name| std::fs::write(home.path().join(name), "").expect("written"));
+        let mut directory = ResultDirectory::open(home.path()).expect("writable");
+        directory.stage(&file("receivers.csv", "old")).expect("staged");
+        assert_eq!(listing(home.path()).len(), 3);
+        // Other tests have directories open, too.
+        let is_told = || OPENED.lock().expect("whole").iter().any(|path| path == home.path());
+        assert!(is_told());
+        remove_staged(home.path());
+        assert_eq!(listing(home.path()), others);
+        directory.stage(&file("receivers.csv", "old")).expect("staged");
+        // A process that is killed drops nothing.
+        directory.staged.0.drain(..).for_each(|(_, staged)| drop(staged.keep().expect("kept")));
+        drop(directory);
+        assert!(!is_told());
+        assert_eq!(listing(home.path()).len(), 3);
+        drop(ResultDirectory::open(home.path()).expect("writable"));
+        assert_eq!(listing(home.path()), others);
     }
 
     fn run(path: &Path, files: &[ResultFile]) {

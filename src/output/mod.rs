@@ -55,7 +55,7 @@ mod year_plot;
 
 pub use checkpoint_file::{CheckpointFile, CheckpointHeader, prove_checkpoint, read_checkpoint, write_checkpoint};
 pub use daylight_factors::daylight_factors;
-pub use directory::{ResultDirectory, StagedFiles, write_files};
+pub use directory::{ResultDirectory, StagedFiles, remove_unfinished_results, write_files};
 pub use error::OutputError;
 pub use glb::glb_file;
 pub use leaving_light::{LeavingLight, leaving_light};

@@ -25,7 +25,7 @@ pub(super) const SMOOTH_COSINE: f64 = 0.94;
 /// Side of a square that is covered or not, where there are too many edges.
 const SQUARE: f64 = 2.0;
 /// Of more luminaires than this only one is drawn in each square of a picture that symbols fill.
-const MOST_SYMBOLS: usize = 10_000;
+const MOST_SYMBOLS: usize = 2_000;
 const SYMBOL: f64 = 10.0;
 /// Symbols of more luminaires than this bear no letters.
 const MOST_LETTERS: usize = 200;

@@ -6,6 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::job::{Context, Job};
+use super::pace::TimeLeft;
 use crate::base::glare::{LEAST_RATING, unified_glare_rating};
 use crate::base::position_index::Outside;
 use crate::estimators::direct::Receiver;
@@ -14,8 +15,12 @@ use crate::maps::{Estimate, MapKind, REPLICAS, standard_error};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{Background, GlareObserver, Quantity};
 
-/// Rays of all replicas for the luminaires of a set's observers, about; the rating of a single one stays within some thousandths.
+/// Rays of all replicas for the luminaires of a set's observers, about, at most.
 const RAYS: f64 = 1e6;
+/// Standard error of a rating, by the luminaires' part alone, at which no more passes are made; ratings are told to a tenth.
+const RATING_ERROR: f64 = 0.01;
+/// A rating's change for that of the logarithm of the luminaires' sum: it is 8 times the decimal one.
+const UGR_PER_LOG_SUM: f64 = 8.0 / std::f64::consts::LN_10;
 /// Passes over the luminaires in a replica; of a grid of observers one does.
 const FEWEST_PASSES: u64 = 4;
 const FEWEST_PASSES_OF_MANY: u64 = 1;
@@ -103,20 +108,28 @@ fn rate_observer(
     let observers = context.scene.receivers[set].observers.len();
     let fewest = if observers > 1 { FEWEST_PASSES_OF_MANY } else { FEWEST_PASSES };
     let rays_of_replica = RAYS / (REPLICAS * observers) as f64;
-    let passes = ((rays_of_replica / rays.max(1) as f64) as u64).clamp(fewest, MOST_PASSES);
-    let by_replica: Vec<Vec<f64>> = (0..REPLICAS as u32)
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|replica| {
-            let mut stream = Stream::new(context.seed, Purpose::Direct, map, replica);
-            let mut sums = vec![0.0; luminaires];
-            for pass in 0..passes {
+    let most_passes = ((rays_of_replica / rays.max(1) as f64) as u64).clamp(fewest, MOST_PASSES);
+    let mut by_replica = vec![vec![0.0; luminaires]; REPLICAS];
+    let mut passes = 0;
+    while passes < most_passes {
+        let until = if passes == 0 { fewest } else { (2 * passes).min(most_passes) };
+        by_replica.par_iter_mut().with_max_len(1).enumerate().for_each(|(replica, sums)| {
+            let mut stream = Stream::new(context.seed, Purpose::Direct, map, replica as u32);
+            for pass in passes..until {
                 stream.seek(index as u64 * MOST_PASSES + pass);
-                sample_glare(context.stage, &eye, &mut stream, &mut sums);
+                sample_glare(context.stage, &eye, &mut stream, sums);
             }
-            sums.iter().map(|sum| sum / passes as f64).collect()
-        })
-        .collect();
+        });
+        passes = until;
+        let of_replica = |replica: usize| by_replica[replica].iter().sum::<f64>();
+        let mean = (0..REPLICAS).map(of_replica).sum::<f64>() / REPLICAS as f64;
+        let rating_error = UGR_PER_LOG_SUM * standard_error(of_replica) / mean;
+        // A luminaire that hardly shows may be in none of the first passes: where nothing is seen, all are made.
+        if mean > 0.0 && rating_error <= RATING_ERROR || (context.time_left)() == TimeLeft::LongOver {
+            break;
+        }
+    }
+    by_replica.iter_mut().flatten().for_each(|sum| *sum /= passes as f64);
     let mut contributions: Vec<(usize, f64)> = (0..luminaires)
         .map(|index| (index, by_replica.iter().map(|sums| sums[index]).sum::<f64>() / REPLICAS as f64))
         .filter(|(_, sum)| *sum > 0.0)

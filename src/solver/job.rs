@@ -2,6 +2,7 @@
 
 mod cells;
 mod connecting;
+mod counting;
 mod elements;
 mod ends;
 mod engine;
@@ -34,6 +35,7 @@ use super::cells::{CellAsks, CellSets};
 use super::guide::Guide;
 use super::local::LocalPlan;
 pub use super::pace::RAYS_PER_SLICE;
+use super::pace::SliceSizes;
 use super::pace::{Pace, TimeLeft};
 use super::pilot::{DirectShare, PartCost, direct_cost, indirect_cost};
 use super::spending::{Activity, Spending};
@@ -143,6 +145,8 @@ pub struct Job {
     given_up_rays: u64,
     /// Rays and seconds by what they were for, those of pilots left out.
     pub spending: Spending,
+    /// How large its next slices of work are.
+    slices: SliceSizes,
     /// Ends of its packets (elements only), replica by replica.
     pub ends: [Ends; REPLICAS],
     /// Latest judgement.
@@ -286,6 +290,7 @@ impl Job {
             offered: None,
             given_up_rays: 0,
             spending: Spending::default(),
+            slices: SliceSizes::default(),
             ends: [Ends::default(); REPLICAS],
             judgement: Judgement::default(),
             history: History::default(),
@@ -407,10 +412,24 @@ impl Job {
     /// `sets` are the cells that rays ask; there are none where nothing does.
     pub fn advance(&mut self, context: &Context, sets: Option<&mut CellSets>, goal: u64) -> bool {
         let (activity, rays, started) = (self.next_activity(goal), self.rays, Instant::now());
-        context.pace.turn_to(activity);
+        context.pace.turn_to(&self.slices, activity);
         let arrived = self.do_a_slice(context, sets, goal);
-        self.spending.add(activity, self.rays - rays, started.elapsed());
+        let took = started.elapsed();
+        self.spending.add(activity, self.rays - rays, took);
+        context.pace.note(&mut self.slices, activity, took);
         arrived
+    }
+
+    /// Rays of its next slice of work towards a goal, about.
+    pub fn rays_of_next_slice(&self, context: &Context, goal: u64) -> f64 {
+        context.pace.rays_of_next(&self.slices, self.next_activity(goal))
+    }
+
+    /// Rays a second of such work as is next towards a goal, if any of it was done.
+    pub fn rays_per_s_of_next(&self, goal: u64) -> Option<f64> {
+        let activity = self.next_activity(goal);
+        let (rays, seconds) = (self.spending.rays(activity), self.spending.seconds(activity));
+        (rays > 0 && seconds > 0.0).then(|| rays as f64 / seconds)
     }
 
     /// What the next slice is about.
@@ -484,40 +503,6 @@ impl Job {
                 None => self.walk_from_points(context, set, goal),
             },
         }
-    }
-
-    fn chains_until(&mut self, context: &Context, until: u64, deposits: Deposits) {
-        let chains = self.map.indirect_samples.complete..until;
-        let traced = sweep::chains(context, &self.elements, &mut self.map, self.adaptive.as_mut(), chains, deposits);
-        for (replica, (rays, ends)) in traced.into_iter().enumerate() {
-            self.rays += rays;
-            self.ends[replica] += ends;
-        }
-        self.map.indirect_samples.complete = until;
-    }
-
-    /// Lets chains count direct light too: for an element map whose first pass over direct light would take longer
-    /// than there is. What it had of that pass is dropped.
-    pub fn count_all_by_chains(&mut self, context: &Context, chains_per_replica: u64) {
-        let (rays, started) = (self.rays, Instant::now());
-        self.map.direct.iter_mut().for_each(|slab| slab.fill(0.0));
-        self.chains_until(context, chains_per_replica.max(1), Deposits::DirectToo);
-        self.map.direct_samples = self.map.indirect_samples;
-        self.samples = self.map.indirect_samples.complete;
-        self.spending.add(Activity::Chains, self.rays - rays, started.elapsed());
-    }
-
-    /// Traces chains that only tell whether flux gets lost, for elements that gather and count none.
-    pub fn balance_flux(&mut self, context: &Context) {
-        if self.kind != MapKind::Elements || self.engine != Engine::Gathering || self.asks.is_none() {
-            return;
-        }
-        let started = Instant::now();
-        let traced = sweep::ends_of_chains(context, CHAINS_OF_BALANCE);
-        let rays = traced.iter().map(|(rays, _)| rays).sum();
-        self.rays += rays;
-        self.ends = std::array::from_fn(|replica| traced[replica].1);
-        self.spending.add(Activity::Chains, rays, started.elapsed());
     }
 
     /// Judges the error as it stands.

@@ -18,7 +18,7 @@ pub use self::expectations::{Expectation, expectations};
 pub use self::forecast::SlowestMap;
 use self::kept::LaterObserver;
 pub use self::kept::{GoingOn, Keeper, KeptRun, RunState, resume};
-use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over, rays_in_patience};
+use self::long_over::{LONG_OVER, PATIENCE_S, give_up_long_paths, is_long_over, patience_s};
 pub use self::observer::{Observer, Progress, Silent};
 use self::standing::Standing;
 use super::adapt::most_that_adapt;
@@ -26,7 +26,7 @@ use super::cells::CellSets;
 use super::choice;
 use super::finish::{Ending, finish};
 use super::job::{Context, Engine, Job, Refinement};
-use super::pace::{Pace, TimeLeft};
+use super::pace::{Pace, TimeLeft, slice_s};
 use super::share::{MapOfShare, MapSums, Portion, sums_of};
 use super::sparse::fill_sparse_elements;
 use super::spending::{Activity, Spending};
@@ -270,7 +270,7 @@ impl Run<'_> {
             let Some(index) = self.next_job() else {
                 return self.why_all_is_done();
             };
-            if !self.fits(&self.jobs[index], self.all_rays()) || !self.slice_fits() {
+            if !self.fits(&self.jobs[index], self.all_rays()) || !self.slice_fits(&self.jobs[index]) {
                 return StopReason::TimeLimit;
             }
             self.slice(index);
@@ -350,16 +350,22 @@ impl Run<'_> {
         took_s <= (LONG_OVER * limit_s - wall_s).max(0.0) + PATIENCE_S
     }
 
-    /// Rays that end within a time limit and the patience beyond it, at the rate so far.
-    fn rays_in_patience(&self) -> f64 {
+    /// Rays that end within a time limit and the patience beyond it, at the rate of the map's next kind of work, or else of the run so far.
+    fn rays_in_patience(&self, job: &Job) -> f64 {
+        if self.settings.time_limit_s.is_none() {
+            return f64::INFINITY;
+        }
         let (rays, wall_s) = (self.all_rays(), self.observer.wall_s());
-        rays_in_patience(self.settings.time_limit_s, wall_s, self.clock.rays_per_s(rays, wall_s))
+        let of_map = job.rays_per_s_of_next(self.goal(job));
+        let rays_per_s = of_map.unwrap_or_else(|| self.clock.rays_per_s(rays, wall_s));
+        patience_s(self.settings.time_limit_s, wall_s) * rays_per_s
     }
 
-    /// Whether the next slice ends in time where the clock has no say in how large it is: where rays are slow, one of a fixed number of
-    /// chains may take many times the limit.
-    fn slice_fits(&self) -> bool {
-        self.settings.chains.is_none() || self.context.pace.rays_per_slice() <= self.rays_in_patience()
+    /// Whether the map's next slice ends in time where the clock has no say in how large it is: where rays are slow, one of a fixed number
+    /// of chains may take many times the limit.
+    fn slice_fits(&self, job: &Job) -> bool {
+        let rays = || job.rays_of_next_slice(self.context, self.goal(job));
+        self.settings.chains.is_none() || rays() <= self.rays_in_patience(job)
     }
 
     /// Rays, about, in which walks and gathering look for luminaires until the run's end, by what the pilots measured;
@@ -414,9 +420,7 @@ impl Run<'_> {
     fn slice(&mut self, index: usize) {
         let goal = self.goal(&self.jobs[index]);
         let job = &mut self.jobs[index];
-        let slice_started = Instant::now();
         let arrived = job.advance(self.context, self.sets.as_mut(), goal);
-        self.context.pace.note(slice_started.elapsed());
         self.note(index);
         if !self.keeps_to_its_memory() {
             // Walks and counts keep sums alone. The next slice is theirs.
@@ -492,15 +496,20 @@ impl Run<'_> {
 
     /// Every map that was asked for shows something, however the run ended.
     fn give_every_map_a_start(&mut self, in_haste: bool) {
-        // In haste no more than some slices take, which were short where rays are slow.
-        let in_slices = SLICES_IN_HASTE * self.context.pace.rays_per_slice();
-        let in_time = self.rays_in_patience().max(FEWEST_RAYS_IN_HASTE);
-        let most_rays = if in_haste { in_slices.min(RAYS_IN_HASTE).min(in_time) } else { FIRST_LOOK_RAYS };
+        let limit_s = self.settings.time_limit_s.filter(|_| in_haste);
+        let most_s = limit_s.map_or(f64::INFINITY, |limit_s| SLICES_IN_HASTE * slice_s(limit_s));
         let all_rays = self.all_rays();
-        let fits: Vec<bool> = self.jobs.iter().map(|job| self.fits(job, all_rays)).collect();
-        let starts = |job: &&mut Job| !job.has_started() || in_haste && !job.knows_its_bias();
-        let jobs = self.jobs.iter_mut().zip(fits).filter(|(_, fits)| *fits).map(|(job, _)| job);
-        for job in jobs.filter(starts).filter(|job| !job.map.is_empty()) {
+        let most_rays_of = |job: &Job| match in_haste {
+            true => RAYS_IN_HASTE.min(self.rays_in_patience(job).max(FEWEST_RAYS_IN_HASTE)),
+            false => FIRST_LOOK_RAYS,
+        };
+        let starts = |job: &Job| !job.map.is_empty() && (!job.has_started() || in_haste && !job.knows_its_bias());
+        let to_start = self.jobs.iter().map(|job| (self.fits(job, all_rays) && starts(job)).then(|| most_rays_of(job)));
+        let to_start: Vec<Option<f64>> = to_start.collect();
+        for (job, most_rays) in self.jobs.iter_mut().zip(to_start) {
+            let Some(most_rays) = most_rays else {
+                continue;
+            };
             if in_haste && !job.knows_its_bias() {
                 job.stop_asking(self.context);
                 job.method_reason = "the run ended before walks could measure what cells have wrong".to_owned();
@@ -516,7 +525,7 @@ impl Run<'_> {
                         job.method_reason = "a first look at every element by gathering would take too long".to_owned();
                     }
                     let chains = (most_rays / job.rays_per_sample()) as u64;
-                    job.count_all_by_chains(self.context, chains);
+                    job.count_all_by_chains(self.context, chains, most_s);
                 }
                 _ => {
                     while !job.advance(self.context, self.sets.as_mut(), 1) {

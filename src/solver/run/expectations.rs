@@ -1,7 +1,5 @@
 //! What a run may be expected to take, by its pilots and a few slices of work: for several targets and methods, and the error that a time limit affords.
 
-use std::time::Instant;
-
 use super::clock::Clock;
 use super::standing::Standing;
 use super::{Context, Observer, Pace, Run, TimeLeft, adapts, choose_jobs};
@@ -108,11 +106,9 @@ impl Run<'_> {
         for job in self.jobs.iter_mut().filter(|job| job.bound && !job.map.is_empty()) {
             job.next_judgement = job.first_samples();
             for _ in 0..SLICES {
-                let slice_started = Instant::now();
                 if job.advance(self.context, self.sets.as_mut(), job.next_judgement) {
                     break;
                 }
-                self.context.pace.note(slice_started.elapsed());
             }
         }
     }

@@ -34,7 +34,6 @@ pub struct RunState<'a> {
     spending: Spending,
     clock: Clock,
     target_error: Option<f64>,
-    rays_per_slice: f64,
     sight_map: Option<&'a SightMap>,
     wall_s: f64,
 }
@@ -49,7 +48,6 @@ pub struct KeptRun {
     spending: Spending,
     clock: Clock,
     target_error: Option<f64>,
-    rays_per_slice: f64,
     sight_map: Option<SightMap>,
     wall_s: f64,
 }
@@ -147,7 +145,6 @@ impl Run<'_> {
             spending: self.spending,
             clock: self.clock,
             target_error: self.target_error,
-            rays_per_slice: self.context.pace.rays_per_slice(),
             sight_map: self.context.stage.sight_map(),
             wall_s: self.observer.wall_s(),
         }
@@ -157,7 +154,6 @@ impl Run<'_> {
     pub(super) fn take_up(&mut self, kept: KeptRun) {
         let stage = self.context.stage;
         stage.take_sight_map(kept.sight_map);
-        self.context.pace.go_on(kept.rays_per_slice);
         (self.jobs, self.sets, self.most_bytes_of_cells) = (kept.jobs, kept.sets, kept.most_bytes_of_cells);
         (self.convergence, self.spending, self.clock) = (kept.convergence, kept.spending, kept.clock);
         for job in &mut self.jobs {
