@@ -125,7 +125,9 @@ impl Entries {
     /// Hands the places at which the mesh is asked to `ask`, each with what its illuminance counts.
     pub fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(MeshPlace, f64)) {
         match (self.kind, &self.sights) {
-            (_, Some(sights)) => sights.places_of(entry).iter().for_each(|place| ask(place.spot, place.weight_per_sr)),
+            (_, Some(sights)) => sights.places_of(entry).iter().for_each(|place| {
+                ask(MeshPlace::at_origin(place.point_m, place.normal, place.origin), place.weight_per_sr);
+            }),
             (MapKind::Receivers(set), None) => {
                 ask(MeshPlace::of_point(&around.scene.receivers[set].points[entry]), 1.0)
             }

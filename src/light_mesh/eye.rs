@@ -10,12 +10,13 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::exact::{MeshPlace, looks_are_exact};
 use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
 use crate::estimators::images::{look_for_areas_with, look_into_mirrors};
 use crate::estimators::luminance::{MOST_EACH, looks_from_gloss_cd_m2, share_of_ray};
 use crate::estimators::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
 use crate::geometry::Origin;
+use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair};
@@ -28,10 +29,21 @@ const RAY_BITS: u32 = 32;
 /// A place that a direction of view shows.
 #[derive(Clone, Copy)]
 pub struct SeenPlace {
-    /// The side of the surface whose light is seen.
-    pub spot: MeshPlace,
+    /// Place in m on the side of the surface whose light is seen.
+    pub point_m: DVec3,
+    /// Unit normal of that side.
+    pub normal: DVec3,
+    /// Where its rays start.
+    pub origin: Origin,
     /// Luminance in cd/m² that gets to the eye for each lx that the side receives.
     pub weight_per_sr: f64,
+}
+
+impl SeenPlace {
+    /// The place as a receiver.
+    pub fn receiver(&self) -> Receiver<'_> {
+        Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
+    }
 }
 
 /// How an eye looks.
@@ -103,8 +115,10 @@ impl Eye<'_> {
             GlossRays::Even(count, _) => (f64::from(count) * share.min(1.0)).ceil().max(1.0) as u64,
         };
         // Points that no mirror shows are looked at without any chance: once is enough.
-        let few = self.stage.emitters.list().len() <= MOST_EACH;
-        let passes = if few && self.stage.mirrors.is_none() && looks_are_exact(self.stage) { 1 } else { rays };
+        let list = self.stage.emitters.list();
+        let is_exact = |emitter: &Emitter| emitter.is_point() && !emitter.has_opening();
+        let once = list.len() <= MOST_EACH && self.stage.mirrors.is_none() && list.iter().all(is_exact);
+        let passes = if once { 1 } else { rays };
         let mut ends = Vec::new();
         for ray in 0..rays {
             if let GlossRays::Even(_, direction) = self.gloss {
@@ -213,18 +227,17 @@ impl<'a> Gloss<'a> {
 
 /// The sides of a surface whose light its sub-point sends to the eye, with a weight.
 fn end_at(stage: &Stage, end: &SubPoint, weight: f64, places: &mut Vec<SeenPlace>) {
-    let mut add = |spot: MeshPlace, share: f64| {
+    let mut add = |normal: DVec3, origin: Origin, share: f64| {
         if share > 0.0 {
-            places.push(SeenPlace { spot, weight_per_sr: weight * share / PI });
+            places.push(SeenPlace { point_m: end.point_m, normal, origin, weight_per_sr: weight * share / PI });
         }
     };
-    let front = MeshPlace::at_origin(end.point_m, end.normal, end.origin);
     match stage.law(end.hit.triangle) {
-        Law::Diffuse(law) => add(front, law.reflectance),
+        Law::Diffuse(law) => add(end.normal, end.origin, law.reflectance),
         Law::Translucent(law) => {
-            add(front, law.reflectance);
-            add(MeshPlace::at_origin(end.point_m, -end.normal, end.behind(stage)), law.transmittance);
+            add(end.normal, end.origin, law.reflectance);
+            add(-end.normal, end.behind(stage), law.transmittance);
         }
-        law => add(front, law.diffuse_part()),
+        law => add(end.normal, end.origin, law.diffuse_part()),
     }
 }

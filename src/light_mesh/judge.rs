@@ -182,7 +182,7 @@ fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream:
         sum_lx += shown.luminaires_cd_m2;
         rays += shown.rays;
         for place in places {
-            let (lx, look_rays) = place.spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
+            let (lx, look_rays) = look_at_all(around.stage, &place.receiver(), stream);
             sum_lx += place.weight_per_sr * lx;
             rays += look_rays;
         }
@@ -209,8 +209,7 @@ fn sample_indirect(
         let (shown, places) = look_again(around, point, false, stream);
         rays += shown.rays;
         for place in places {
-            let (lx, walk_rays) =
-                place.spot.ask(around.stage, |receiver| sample_at_place_lx(around, receiver, cut, stream));
+            let (lx, walk_rays) = sample_at_place_lx(around, &place.receiver(), cut, stream);
             sum_lx += place.weight_per_sr * lx;
             rays += walk_rays;
         }

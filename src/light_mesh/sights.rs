@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::exact::{MeshPlace, look_at_all};
+use super::exact::look_at_all;
 use super::eye::{Eye, GlossRays, SeenPlace, Shown};
 use super::mesh::Surroundings;
 use crate::sampling::random::{Purpose, Stream};
@@ -116,8 +116,8 @@ impl Sights {
     }
 
     /// All places that are seen.
-    pub fn spots(&self) -> impl Iterator<Item = &MeshPlace> {
-        self.places.iter().map(|place| &place.spot)
+    pub fn spots(&self) -> impl Iterator<Item = &SeenPlace> {
+        self.places.iter()
     }
 
     /// What a direction shows of surfaces.
@@ -163,7 +163,7 @@ fn effort_of_gloss(
             has_gloss |= shown.has_gloss;
             *sample = shown.luminaires_cd_m2;
             for place in places {
-                let (lx, _) = place.spot.ask(stage, |receiver| look_at_all(stage, receiver, &mut stream));
+                let (lx, _) = look_at_all(stage, &place.receiver(), &mut stream);
                 *sample += place.weight_per_sr * lx;
             }
         }
