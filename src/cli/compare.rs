@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
 use super::{Failure, Outcome, console, values};
 use crate::output::{ResultDirectory, ResultFile};
-use crate::validation::studies::{self, Findings, STUDIES, Study, studies_named};
+use crate::validation::studies::{self, DirectForm, Findings, Interpolation, Only, STUDIES, Study, studies_named};
 use crate::validation::{METHODS, case_of_stored_run, climb, find_cases, ladder_csv, ladder_html, ladder_md};
 
 const EXAMPLES: &str = "\
@@ -54,9 +54,50 @@ pub struct CompareArguments {
     /// Studies in small, to see that they work: seconds instead of minutes
     #[arg(long)]
     quick: bool,
+    /// What mesh points keep of direct light in the study light-mesh-forms [default: both]
+    #[arg(long, value_name = "FORM", value_enum)]
+    mesh_direct: Option<DirectWord>,
+    /// How places take it from the points, there and in light-mesh-indirect [default: all]
+    #[arg(long, value_name = "WAY", value_enum)]
+    mesh_interpolation: Option<InterpolationWord>,
     /// No progress on standard error
     #[arg(long)]
     quiet: bool,
+}
+
+/// What a mesh point keeps of direct light.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum DirectWord {
+    /// Which luminaires are in sight
+    Visibility,
+    /// One number, which knows no luminaire
+    Scalar,
+}
+
+/// How a place takes it.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum InterpolationWord {
+    /// The nearest corner of its cell
+    Nearest,
+    /// All corners of its cell
+    Trilinear,
+    /// All points within the radius, with both weights
+    Sphere,
+}
+
+impl CompareArguments {
+    fn only(&self) -> Only {
+        let direct = self.mesh_direct.map(|word| match word {
+            DirectWord::Visibility => DirectForm::Visibility,
+            DirectWord::Scalar => DirectForm::Scalar,
+        });
+        let interpolation = self.mesh_interpolation.map(|word| match word {
+            InterpolationWord::Nearest => Interpolation::Nearest,
+            InterpolationWord::Trilinear => Interpolation::Trilinear,
+            InterpolationWord::Sphere => Interpolation::Sphere,
+        });
+        Only { direct, interpolation }
+    }
 }
 
 /// Compares.
@@ -121,7 +162,7 @@ fn run_studies(names: &[String], arguments: &CompareArguments) -> Result<Vec<Fin
                 console::message(&format!("{}: {line}", study.name));
             }
         };
-        let mut wishes = studies::StudyWishes { quick: arguments.quick, tell: &mut tell };
+        let mut wishes = studies::StudyWishes { quick: arguments.quick, only: arguments.only(), tell: &mut tell };
         (study.run)(&mut wishes)
             .map(|found| found.marked(arguments.quick))
             .map_err(|why| Failure::Study { name: study.name, why })

@@ -169,7 +169,18 @@ pub fn look_into_mirrors(
 /// One unbiased sample of what images of balls and areas bring to a place in lx, and the rays it took. Whoever looks so leaves out what a
 /// ray meets by way of these facets.
 pub fn look_for_areas(stage: &Stage, mirrors: &Mirrors, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
-    look_at_areas(stage, mirrors, receiver, u32::MAX, |lx, _, _| lx, stream)
+    look_for_areas_with(stage, mirrors, receiver, |_| 1.0, stream)
+}
+
+/// The same times `response` to the direction that it comes from.
+pub fn look_for_areas_with(
+    stage: &Stage,
+    mirrors: &Mirrors,
+    receiver: &Receiver,
+    response: impl Fn(DVec3) -> f64,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    look_at_areas(stage, mirrors, receiver, u32::MAX, |lx, towards, _| lx * response(towards), stream)
 }
 
 /// The part of it that is not left to rays, for places that send some, each of whose parts `responses` tells by the direction that light

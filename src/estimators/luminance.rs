@@ -21,7 +21,7 @@ use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair, Way};
 
 /// Up to this many emitters are each looked at from a glossy sub-point; of more, as many looks choose.
-const MOST_EACH: usize = 24;
+pub const MOST_EACH: usize = 24;
 
 /// One unbiased sample of the luminance in cd/m² of what an eye sees of luminaires and of their light reflected once,
 /// and the rays it took; the receiver's normal is the direction of view.
@@ -29,7 +29,7 @@ pub fn sample_seen_cd_m2(stage: &Stage, eye: &Receiver, pass: &mut DirectPass, s
     let mut ends = Vec::new();
     let mut sum_cd_m2 = 0.0;
     let mut rays = look_along(stage, eye.origin, eye.normal, SMALL_SHARE_OF_LUMINAIRES, stream, |seen| match seen {
-        Seen::Luminaire(luminance_cd_m2) => sum_cd_m2 += luminance_cd_m2,
+        Seen::Luminaire(luminaire) => sum_cd_m2 += luminaire.luminance_cd_m2,
         Seen::Surface(end) => ends.push(end),
     });
     for end in &ends {
@@ -134,11 +134,44 @@ impl SubPoint {
 
 /// Light of luminaires that a glossy sub-point sends to the eye: looks at luminaires, and a ray along the lobe.
 fn glossy_cd_m2(stage: &Stage, end: &SubPoint, law: &Law, stream: &mut Stream) -> (f64, u64) {
+    let responses = |pair: &Pair| [law.spread_per_sr(pair), law.lobe_per_sr(pair)];
+    let (looked_cd_m2, rays) = looks_from_gloss_cd_m2(stage, end, responses, stream);
+    let Some(scattered) = law.sample(end.direction, end.normal, stream) else {
+        return (looked_cd_m2, rays);
+    };
+    if scattered.way != Way::Lobe {
+        return (looked_cd_m2, rays);
+    }
+    let pair = Pair { normal: end.normal, towards: scattered.direction, leaving: -end.direction };
+    let lobe_per_sr = law.lobe_per_sr(&pair);
+    let (met, ray_count) = first_luminaires(stage, &end.origin, scattered.direction);
+    let mut sum_cd_m2 = looked_cd_m2;
+    for (index, transmittance) in met {
+        let emitter = &stage.emitters.list()[index as usize];
+        let share = share_of_ray(stage, emitter, &end.receiver(), lobe_per_sr);
+        sum_cd_m2 += transmittance * share * emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
+    }
+    (sum_cd_m2, rays + ray_count)
+}
+
+/// Looks at each of so many luminaires in one pass, on average: beyond a few, as many looks at some chosen at random, uniformly, which
+/// is simple, and known for the ray.
+fn looks_per_emitter(emitters: usize) -> f64 {
+    emitters.min(MOST_EACH) as f64 / emitters as f64
+}
+
+/// One pass of looks at luminaires from a glossy sub-point: what they bring to the eye in cd/m², and the rays. Of the two responses in
+/// 1/sr the first counts in full, the second beside a ray along it, which counts [`share_of_ray`] of what it meets.
+pub fn looks_from_gloss_cd_m2(
+    stage: &Stage,
+    end: &SubPoint,
+    responses: impl Fn(&Pair) -> [f64; 2],
+    stream: &mut Stream,
+) -> (f64, u64) {
     let receiver = end.receiver();
     let list = stage.emitters.list();
-    // Beyond a few, as many looks at emitters chosen at random, uniformly: simple, and known for the ray.
     let looks = list.len().min(MOST_EACH);
-    let looks_per_emitter = looks as f64 / list.len() as f64;
+    let looks_per_emitter = looks_per_emitter(list.len());
     let (mut sum_cd_m2, mut rays) = (0.0, 0);
     let shift = stream.fine_unit();
     for look in 0..looks {
@@ -160,27 +193,18 @@ fn glossy_cd_m2(stage: &Stage, end: &SubPoint, law: &Law, stream: &mut Stream) -
         let towards = (stage.tracer.position_m(&origin) - receiver.point_m).normalize_or(receiver.normal);
         let pair = Pair { normal: end.normal, towards, leaving: -end.direction };
         let brought_lx = found.unshadowed_lx / looks_per_emitter;
-        let lobe_cd_m2 = law.lobe_per_sr(&pair) * brought_lx;
-        let lobe_cd_m2 =
-            lobe_cd_m2 * look_share(emitter, law.lobe_per_sr(&pair), found.unshadowed_lx, looks_per_emitter);
-        sum_cd_m2 += transmittance * (law.spread_per_sr(&pair) * brought_lx + lobe_cd_m2);
+        let [spread_per_sr, lobe_per_sr] = responses(&pair);
+        let lobe_cd_m2 = lobe_per_sr * brought_lx;
+        let lobe_cd_m2 = lobe_cd_m2 * look_share(emitter, lobe_per_sr, found.unshadowed_lx, looks_per_emitter);
+        sum_cd_m2 += transmittance * (spread_per_sr * brought_lx + lobe_cd_m2);
     }
-    let Some(scattered) = law.sample(end.direction, end.normal, stream) else {
-        return (sum_cd_m2, rays);
-    };
-    if scattered.way != Way::Lobe {
-        return (sum_cd_m2, rays);
-    }
-    let pair = Pair { normal: end.normal, towards: scattered.direction, leaving: -end.direction };
-    let lobe_per_sr = law.lobe_per_sr(&pair);
-    let (met, ray_count) = first_luminaires(stage, &end.origin, scattered.direction);
-    for (index, transmittance) in met {
-        let emitter = &list[index as usize];
-        let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
-        let share = 1.0 - look_share(emitter, lobe_per_sr, unshadowed_lx, looks_per_emitter);
-        sum_cd_m2 += transmittance * share * emitter.exitance_lm_m2().unwrap_or(0.0) / PI;
-    }
-    (sum_cd_m2, rays + ray_count)
+    (sum_cd_m2, rays)
+}
+
+/// Share of an area's light that a ray along the lobe counts where it meets that, beside a pass of looks.
+pub fn share_of_ray(stage: &Stage, emitter: &Emitter, receiver: &Receiver, lobe_per_sr: f64) -> f64 {
+    let unshadowed_lx = emitter.unshadowed_lx(receiver.point_m, receiver.normal);
+    1.0 - look_share(emitter, lobe_per_sr, unshadowed_lx, looks_per_emitter(stage.emitters.list().len()))
 }
 
 /// Share of the lobe's light that looks count, the lobe's ray the rest: 1/(1 + z), z = fE/(nL), n looks at the emitter

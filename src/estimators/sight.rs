@@ -39,10 +39,20 @@ pub struct SubPoint {
     pub share: f64,
 }
 
+/// A luminaire on a line of sight.
+pub struct SeenLuminaire {
+    /// Luminance in cd/m², with what panes and mirrors let pass.
+    pub luminance_cd_m2: f64,
+    /// Its number, if rays can meet it: none of a luminous opening, of the sky and the sun.
+    pub emitter: Option<u32>,
+    /// Whether no mirror is on the way.
+    pub is_straight: bool,
+}
+
 /// What is on a line of sight.
 pub enum Seen {
-    /// A luminaire's luminance in cd/m², with what panes and mirrors let pass.
-    Luminaire(f64),
+    /// A luminaire.
+    Luminaire(SeenLuminaire),
     /// A surface that scatters.
     Surface(SubPoint),
 }
@@ -60,8 +70,11 @@ pub fn look_along(
     mut show: impl FnMut(Seen),
 ) -> u64 {
     let mut rays = 0;
-    let mut branches = vec![(*eye, direction, 1.0, 0)];
-    while let Some((origin, direction, mut share, met)) = branches.pop() {
+    let mut branches = vec![(*eye, direction, 1.0, 0, true)];
+    while let Some((origin, direction, mut share, met, is_straight)) = branches.pop() {
+        let luminaire = |luminance_cd_m2: f64, emitter: Option<u32>| {
+            Seen::Luminaire(SeenLuminaire { luminance_cd_m2, emitter, is_straight })
+        };
         if met > MANY_MIRRORS {
             if stream.unit() >= 0.5 {
                 continue;
@@ -92,28 +105,29 @@ pub fn look_along(
             if let Some((distance_m, luminance_cd_m2)) = emitter.opening_on_sight(from_m, direction)
                 && distance_m <= reach_m
             {
-                show(Seen::Luminaire(share * luminance_cd_m2));
+                show(luminaire(share * luminance_cd_m2, None));
             }
         }
         let own_cd_m2 = |index: u32| stage.emitters.list()[index as usize].exitance_lm_m2().unwrap_or(0.0) / PI;
         let hit = match meeting {
             Meeting::Surface(hit) => hit,
-            Meeting::Ball(luminaire) => {
-                show(Seen::Luminaire(share * stage.emitters.of_ball(luminaire).map_or(0.0, own_cd_m2)));
+            Meeting::Ball(ball) => {
+                let emitter = stage.emitters.of_ball(ball);
+                show(luminaire(share * emitter.map_or(0.0, own_cd_m2), emitter));
                 continue;
             }
             Meeting::Nothing => {
                 if let Some(sky) = stage.emitters.sky() {
-                    show(Seen::Luminaire(share * sky.luminance_cd_m2(direction)));
+                    show(luminaire(share * sky.luminance_cd_m2(direction), None));
                 }
                 if let Some(sun) = stage.emitters.sun() {
-                    show(Seen::Luminaire(share * sun.luminance_cd_m2(direction)));
+                    show(luminaire(share * sun.luminance_cd_m2(direction), None));
                 }
                 continue;
             }
         };
         for index in stage.emitters.on_surface(hit.triangle, hit.side) {
-            show(Seen::Luminaire(share * own_cd_m2(index)));
+            show(luminaire(share * own_cd_m2(index), Some(index)));
         }
         let law = stage.law(hit.triangle);
         if law.is_black() || !stage.receives(hit.triangle, hit.side) {
@@ -127,10 +141,11 @@ pub fn look_along(
                 mirrored(direction, normal),
                 share * law.mirror_share(cosine),
                 met + 1,
+                false,
             ));
             if let Law::Glass(glass) = law {
                 let passed = stage.leave(&hit, Way::Passed);
-                branches.push((passed, direction, share * glass.shares(cosine)[1], met + 1));
+                branches.push((passed, direction, share * glass.shares(cosine)[1], met + 1, is_straight));
             }
         } else {
             let origin = stage.leave(&hit, Way::Spread);

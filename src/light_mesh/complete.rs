@@ -7,6 +7,7 @@ use super::judge::ONE_IN_TWENTY;
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT};
 use super::result::{mean_lx, random_lx};
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy};
+use super::walks::HALVES;
 
 /// Passes of shadow rays in each half, at most, where they have chance in them.
 const MOST_PASSES: u64 = 1 << 20;
@@ -33,7 +34,8 @@ pub struct Rounds {
 impl Planner<'_> {
     /// Whether shadow rays from every place have no chance in them.
     pub(super) fn rays_are_exact(&self, entries: &Entries) -> bool {
-        looks_are_exact(self.around.stage) && !entries.are_means()
+        let sees_gloss = entries.sights.as_ref().is_some_and(|sights| sights.gloss.is_some());
+        looks_are_exact(self.around.stage) && !entries.are_means() && !sees_gloss
     }
 
     /// Completes what the plan leaves to the places themselves.
@@ -106,7 +108,13 @@ impl Planner<'_> {
     ) {
         let none = DirectBy::Rays { first: 0, passes: 0 };
         let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
-        let mut more = if (self.stop)() { HURRIED_PLACE_WALKS } else { FIRST_ROUND_WALKS };
+        // Places that gloss shows are many, and stand for a small part of a direction each.
+        let sees_gloss = entries.sights.as_ref().is_some_and(|sights| sights.gloss.is_some());
+        let mut more = match (self.stop)() {
+            _ if sees_gloss => HALVES as u32,
+            true => HURRIED_PLACE_WALKS,
+            false => FIRST_ROUND_WALKS,
+        };
         loop {
             let by_walks = IndirectBy::Walks([rounds.walks, more]);
             let (found, took) = self.light_of_all(entries, &none, &by_walks, map);

@@ -34,8 +34,9 @@ pub struct Entries {
 }
 
 impl Entries {
-    /// The entries of a map. Lines of sight that split beyond counting are thinned by the seed's chance.
-    pub fn of(around: &Surroundings, kind: MapKind, seed: u64) -> Entries {
+    /// The entries of a map. Lines of sight that split beyond counting are thinned by the seed's chance, and gloss is looked into as often as
+    /// the target needs, if there is one.
+    pub fn of(around: &Surroundings, kind: MapKind, seed: u64, target_error: Option<f64>) -> Entries {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let mut include = |place_m: DVec3| bounds_m = [bounds_m[0].min(place_m), bounds_m[1].max(place_m)];
         let mut sights = None;
@@ -43,7 +44,7 @@ impl Entries {
             MapKind::Receivers(number) => {
                 let set = &around.scene.receivers[number];
                 if set.quantity == Quantity::Luminance {
-                    let found = Sights::of(around.stage, set, seed, number as u32);
+                    let found = Sights::of(around, set, seed, number as u32, target_error);
                     found.spots().for_each(|spot| include(spot.point_m));
                     sights = Some(found);
                 } else {
@@ -124,7 +125,9 @@ impl Entries {
     /// Hands the places at which the mesh is asked to `ask`, each with what its illuminance counts.
     pub fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(MeshPlace, f64)) {
         match (self.kind, &self.sights) {
-            (_, Some(sights)) => sights.places_of(entry).iter().for_each(|place| ask(place.spot, place.weight_per_sr)),
+            (_, Some(sights)) => sights.places_of(entry).iter().for_each(|place| {
+                ask(MeshPlace::at_origin(place.point_m, place.normal, place.origin), place.weight_per_sr);
+            }),
             (MapKind::Receivers(set), None) => {
                 ask(MeshPlace::of_point(&around.scene.receivers[set].points[entry]), 1.0)
             }

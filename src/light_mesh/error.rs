@@ -21,7 +21,7 @@ pub struct NotForLightMesh {
 /// Whether light meshes can compute some receiver sets of a scene, by their numbers, and its elements.
 ///
 /// # Errors
-/// What they cannot: skies, illuminance on cylinders, glare ratings, and the luminance of surfaces with a lobe.
+/// What they cannot: skies, bodies of spherical harmonics, illuminance on cylinders, glare ratings and intensities.
 pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), NotForLightMesh> {
     if let Some(sky) = scene.luminaires.iter().find(|luminaire| luminaire.emission.is_daylight()) {
         return Err(NotForLightMesh {
@@ -44,7 +44,7 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
         let got = format!("receivers \"{}\", {}", set.name, set.quantity.name());
         match set.quantity {
             quantity if quantity.has_one_hemisphere() => {}
-            Quantity::Luminance => refuse_lobes(scene, &got)?,
+            Quantity::Luminance => {}
             Quantity::Glare(_) => {
                 return Err(NotForLightMesh {
                     what: "glare ratings".to_owned(),
@@ -72,23 +72,6 @@ pub fn check(scene: &Scene, sets: impl Iterator<Item = usize>) -> Result<(), Not
                         .to_owned(),
                 });
             }
-        }
-    }
-    Ok(())
-}
-
-/// A mesh knows how much light arrives, not from where exactly: what a lobe sends on it cannot tell.
-fn refuse_lobes(scene: &Scene, receivers: &str) -> Result<(), NotForLightMesh> {
-    for surface in &scene.surfaces {
-        let material = &scene.materials[surface.material as usize];
-        if material.law.has_lobe() {
-            return Err(NotForLightMesh {
-                what: "the luminance of glossy surfaces: a mesh knows how much light arrives, not from where"
-                    .to_owned(),
-                got: format!("{receivers}, and surface \"{}\" of material \"{}\"", surface.name, material.name),
-                expected: "surfaces that are diffuse, translucent, mirrors or glass".to_owned(),
-                remedy: "use --method local or --method collision, which follow lobes".to_owned(),
-            });
         }
     }
     Ok(())

@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::entries::Entries;
 use super::exact::{MeshPlace, look_at_all, looks_are_exact};
+use super::eye::{Eye, GlossRays, SeenPlace, Shown};
 use super::indirect::Stop;
 use super::mesh::Surroundings;
-use super::sights::{SeenPlace, end_at};
 use super::tracing::EntryLight;
 use super::walks::sample_at_place_lx;
-use crate::estimators::sight::{SMALL_SHARE, Seen, look_along};
+use crate::estimators::sight::SMALL_SHARE;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::{Purpose, Stream};
@@ -126,9 +126,10 @@ pub fn choose(entries: &Entries, most: usize, seed: u64, map: u32) -> Vec<usize>
     chosen
 }
 
-/// Looks of each half at direct light that has chance in it: few after the run has been ended.
-pub fn looks_until(stop: Stop) -> u64 {
-    LOOKS[usize::from(stop())]
+/// Looks of each half at direct light that has chance in it: more where gloss is seen, few after the run has been ended.
+pub fn looks_until(entries: &Entries, stop: Stop) -> u64 {
+    let gloss = entries.sights.as_ref().and_then(|sights| sights.gloss);
+    if stop() { LOOKS[1] } else { gloss.map_or(LOOKS[0], |gloss| gloss.checks.max(LOOKS[0])) }
 }
 
 /// Measures direct light: for every chosen place the product of its deviations from two independent estimates, whose
@@ -176,15 +177,12 @@ pub fn measure_direct(
 /// One unbiased sample of the direct light of an entry, without a mesh and with lines of sight of its own, and its rays.
 fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
-    if let Some(eye) = eye_of(around, entries, entry) {
-        let mut places: Vec<SeenPlace> = Vec::new();
-        let origin = around.stage.tracer.side_origin(eye.position_m, eye.normal);
-        rays += look_along(around.stage, &origin, eye.normal, SMALL_SHARE, stream, |seen| match seen {
-            Seen::Luminaire(luminance_cd_m2) => sum_lx += luminance_cd_m2,
-            Seen::Surface(end) => end_at(around.stage, &end, &mut places),
-        });
+    if let Some(point) = eye_of(around, entries, entry) {
+        let (shown, places) = look_again(around, point, true, stream);
+        sum_lx += shown.luminaires_cd_m2;
+        rays += shown.rays;
         for place in places {
-            let (lx, look_rays) = place.spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
+            let (lx, look_rays) = look_at_all(around.stage, &place.receiver(), stream);
             sum_lx += place.weight_per_sr * lx;
             rays += look_rays;
         }
@@ -207,17 +205,11 @@ fn sample_indirect(
     stream: &mut Stream,
 ) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
-    if let Some(eye) = eye_of(around, entries, entry) {
-        let mut places: Vec<SeenPlace> = Vec::new();
-        let origin = around.stage.tracer.side_origin(eye.position_m, eye.normal);
-        rays += look_along(around.stage, &origin, eye.normal, SMALL_SHARE, stream, |seen| {
-            if let Seen::Surface(end) = seen {
-                end_at(around.stage, &end, &mut places);
-            }
-        });
+    if let Some(point) = eye_of(around, entries, entry) {
+        let (shown, places) = look_again(around, point, false, stream);
+        rays += shown.rays;
         for place in places {
-            let (lx, walk_rays) =
-                place.spot.ask(around.stage, |receiver| sample_at_place_lx(around, receiver, cut, stream));
+            let (lx, walk_rays) = sample_at_place_lx(around, &place.receiver(), cut, stream);
             sum_lx += place.weight_per_sr * lx;
             rays += walk_rays;
         }
@@ -229,6 +221,27 @@ fn sample_indirect(
         rays += walk_rays;
     });
     (sum_lx, rays)
+}
+
+/// What a line of sight of its own shows, with one ray along each gloss.
+fn look_again(
+    around: &Surroundings,
+    point: &ReceiverPoint,
+    with_luminaires: bool,
+    stream: &mut Stream,
+) -> (Shown, Vec<SeenPlace>) {
+    let stage = around.stage;
+    let mut places = Vec::new();
+    let from = stage.tracer.side_origin(point.position_m, point.normal);
+    let eye = Eye {
+        stage,
+        small_share: SMALL_SHARE,
+        gloss: GlossRays::One,
+        with_luminaires,
+        looks_for_areas: around.looks_for_areas(),
+    };
+    let shown = eye.look(&from, point.normal, stream, &mut places);
+    (shown, places)
 }
 
 /// The eye of an entry that looks.

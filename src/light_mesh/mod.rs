@@ -8,6 +8,7 @@ mod complete;
 mod entries;
 mod error;
 pub mod exact;
+mod eye;
 mod fit;
 mod harmonics;
 mod indirect;

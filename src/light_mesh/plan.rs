@@ -221,7 +221,7 @@ impl<'a> Planner<'a> {
             plan.effort += effort;
             let mean_lx = indirect_lx + mean(lights.iter().map(EntryLight::direct_mean_lx));
             let pairs: Vec<(usize, EntryLight)> = chosen.into_iter().zip(lights).collect();
-            let looks = looks_until(self.stop);
+            let looks = looks_until(entries, self.stop);
             let (measured, _) = measure_direct(&self.around, entries, &pairs, looks, self.wishes.seed, PLANNING + map);
             plan.check_rays += measured.rays;
             plan.direct_upper_lx = measured.direct.upper_root_lx(ONE_IN_SIXTY);

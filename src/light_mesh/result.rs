@@ -80,14 +80,14 @@ impl Planner<'_> {
         if matches!(plan.direct, DirectPlan::Mesh(_)) || entries.have_chance() {
             let mut checked = chosen(DIRECT_PLACES);
             let (of_all, mut products) =
-                measure_direct(&self.around, entries, &checked, looks_until(self.stop), seed, map);
+                measure_direct(&self.around, entries, &checked, looks_until(entries, self.stop), seed, map);
             measured = of_all;
             // What few places are like enters the errors of those places alone.
             let known: Vec<usize> = checked.iter().map(|(entry, _)| *entry).collect();
             let missing = classes.missing(&lights, &entries.weights, &known);
             let more: Vec<(usize, EntryLight)> = missing.into_iter().map(|entry| (entry, lights[entry])).collect();
             let (of_more, products_of_more) =
-                measure_direct(&self.around, entries, &more, looks_until(self.stop), seed, map);
+                measure_direct(&self.around, entries, &more, looks_until(entries, self.stop), seed, map);
             measured.rays += of_more.rays;
             checked.extend(more);
             products.extend(products_of_more);
@@ -159,7 +159,7 @@ impl Planner<'_> {
         let (lights, effort) = light_of(&self.around, entries, &all, &direct, &indirect, seed, map);
         let chosen = choose(entries, DIRECT_PLACES, seed, map).into_iter().map(|entry| (entry, lights[entry]));
         let chosen: Vec<(usize, EntryLight)> = chosen.collect();
-        let (measured, _) = measure_direct(&self.around, entries, &chosen, looks_until(self.stop), seed, map);
+        let (measured, _) = measure_direct(&self.around, entries, &chosen, looks_until(entries, self.stop), seed, map);
         let of_all = |_: &EntryLight| measured.direct.mean.max(measured.direct.standard_error);
         let (map, upper_error) = self.map_of(entries, &lights, &measured, of_all, true);
         let map = MapResult { method: "points".to_owned(), ..map };

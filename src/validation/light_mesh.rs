@@ -136,7 +136,7 @@ pub fn solve_by_light_mesh(
             run.left_out.push((kind, bound));
             continue;
         }
-        let entries = Entries::of(&planner.around, kind, settings.seed);
+        let entries = Entries::of(&planner.around, kind, settings.seed, planner.wishes.target_error);
         planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(run.rays as f64) };
         let target = target_error.filter(|_| bound);
         let Some((plan, map)) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut run.rays) else {
@@ -496,7 +496,7 @@ mod tests {
         let stage = Stage::new(&scene);
         let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, Placing::Stratified, 1));
         let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
-        let entries = Entries::of(&around, MapKind::Receivers(0), 1);
+        let entries = Entries::of(&around, MapKind::Receivers(0), 1, None);
         let (asked, most) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most.load(Ordering::Relaxed);
         let wishes = Wishes {

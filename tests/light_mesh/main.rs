@@ -5,6 +5,7 @@ mod common;
 
 mod errors;
 mod exact;
+mod gloss;
 mod limits;
 mod luminance;
 mod mirrors;

@@ -3,11 +3,18 @@
 use std::fs;
 use std::process::Command;
 
-use luxmc::validation::studies::{Findings, STUDIES, StudyWishes, studies_named, study_csv, study_md, study_section};
+use luxmc::validation::studies::{
+    DirectForm, Findings, Interpolation, Only, STUDIES, StudyWishes, studies_named, study_csv, study_md, study_section,
+};
 
 fn found(name: &str) -> Findings {
+    found_only(name, Only::default())
+}
+
+fn found_only(name: &str, only: Only) -> Findings {
     let study = studies_named(name)[0];
-    (study.run)(&mut StudyWishes { quick: true, tell: &mut |_| {} }).unwrap_or_else(|error| panic!("{name}: {error}"))
+    (study.run)(&mut StudyWishes { quick: true, only, tell: &mut |_| {} })
+        .unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
 fn number(cell: &str) -> f64 {
@@ -30,7 +37,7 @@ fn every_study_tells_numbers_and_draws() {
             assert!(table.rows.iter().all(|row| row.len() == table.header.len()), "{}", study.name);
         }
     }
-    assert_eq!(studies_named("light-mesh").len(), 8);
+    assert_eq!(studies_named("light-mesh").len(), 9);
     assert_eq!(["shadow-rivals", "scaling", "choice"].map(|name| studies_named(name).len()), [1, 1, 1]);
     assert!(studies_named("cube").is_empty());
 }
@@ -67,6 +74,32 @@ fn visibility_beats_one_number_and_finer_meshes_help_it_alone() {
     let beats = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a < b);
     assert!(beats(&fine, &scalar), "{fine:?} {scalar:?}");
     assert!(!beats(&scalar, &fine), "the planted fault passed");
+}
+
+/// Rows that are left out with `--mesh-direct` and `--mesh-interpolation` change nothing in the others.
+#[test]
+fn forms_can_be_asked_for_one_by_one() {
+    let all = found("light-mesh-forms").tables.remove(0).1.rows;
+    let only = Only { direct: Some(DirectForm::Scalar), interpolation: Some(Interpolation::Sphere) };
+    let some = found_only("light-mesh-forms", only).tables.remove(0).1.rows;
+    let expected: Vec<_> = all.into_iter().filter(|row| row[2] == "scalar" && row[3].starts_with("sphere")).collect();
+    assert_eq!(some, expected);
+    assert_eq!(some.len(), 4);
+}
+
+/// What a plane gets at the points comes nearer to what a floor gets the finer the mesh is, with every φ₅; a quarter of the light from all sides
+/// does not. The planted fault, the forms exchanged, fails.
+#[test]
+fn planes_beat_one_number_of_indirect_light() {
+    let rows = &found("light-mesh-indirect").tables[0].1.rows;
+    let errors = |cells: &str, form: &str| -> Vec<f64> {
+        rows.iter().filter(|row| row[0] == cells && row[2] == form).map(|row| number(&row[5])).collect()
+    };
+    let [coarse, plane, scalar] = [errors("10", "plane"), errors("20", "plane"), errors("20", "scalar")];
+    assert_eq!([coarse.len(), plane.len(), scalar.len()], [4; 3]);
+    let beats = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a < b);
+    assert!(beats(&plane, &coarse) && beats(&plane, &scalar), "{coarse:?} {plane:?} {scalar:?}");
+    assert!(!beats(&scalar, &plane), "the planted fault passed");
 }
 
 /// The penumbra by shadow rays is that of the ball, within 3% of the width by similar triangles between a tenth and nine

@@ -32,14 +32,25 @@ impl Blinn {
         });
         Blinn { exponent, gloss: Gloss { diffuse_reflectance, specular_reflectance, table } }
     }
+
+    /// A direction of the lobe of light that arrives along another, not thinned yet.
+    fn draw_lobe(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> DVec3 {
+        mirrored(direction, draw_power_of_cosine(self.exponent, normal, stream.pair()))
+    }
 }
 
 impl Reflection for Blinn {
     /// The half vector is drawn about the normal.
     fn sample(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
-        self.gloss.sample(direction, normal, stream, |stream| {
-            mirrored(direction, draw_power_of_cosine(self.exponent, normal, stream.pair()))
-        })
+        self.gloss.sample(direction, normal, stream, |stream| self.draw_lobe(direction, normal, stream))
+    }
+
+    fn diffuse_part(&self) -> f64 {
+        self.gloss.diffuse_reflectance
+    }
+
+    fn sample_gloss(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+        Some(self.gloss.sample_gloss(direction, normal, stream, |stream| self.draw_lobe(direction, normal, stream)))
     }
 
     fn pdf_per_sr(&self, pair: &Pair) -> f64 {

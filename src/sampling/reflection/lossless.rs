@@ -127,12 +127,23 @@ impl Gloss {
         if choice >= self.total() {
             return None;
         }
+        Some(self.sample_gloss(direction, normal, stream, lobe))
+    }
+
+    /// The same of what leaves by the lobe, or falls out of it.
+    pub fn sample_gloss(
+        &self,
+        direction: DVec3,
+        normal: DVec3,
+        stream: &mut Stream,
+        lobe: impl FnOnce(&mut Stream) -> DVec3,
+    ) -> Scattered {
         let leaving = lobe(stream);
         let (cos_in, cos_out) = (-direction.dot(normal), leaving.dot(normal));
         if cos_out > 0.0 && stream.unit() * cos_in < cos_out {
-            return Some(Scattered { direction: leaving, way: Way::Lobe });
+            return Scattered { direction: leaving, way: Way::Lobe };
         }
-        Some(Scattered { direction: self.table.draw_rest(normal, stream), way: Way::Spread })
+        Scattered { direction: self.table.draw_rest(normal, stream), way: Way::Spread }
     }
 
     /// The diffuse part, and what makes up for the light that the lobe loses.

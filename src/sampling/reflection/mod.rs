@@ -60,6 +60,17 @@ pub trait Reflection {
         0.0
     }
 
+    /// Reflectance of the part of a glossy law that sends light alike to all sides; 0 of laws without a lobe.
+    fn diffuse_part(&self) -> f64 {
+        0.0
+    }
+
+    /// Draws how a packet leaves by all the rest of a glossy law, lobe and what makes up for its losses, which it does with a
+    /// probability of `total` less `diffuse_part`. `None` of laws without a lobe.
+    fn sample_gloss(&self, _direction: DVec3, _normal: DVec3, _: &mut Stream) -> Option<Scattered> {
+        None
+    }
+
     /// Whether all light that leaves goes into single directions, so that no connection finds it.
     fn is_specular(&self) -> bool {
         false
@@ -151,6 +162,14 @@ impl Law {
 
     pub fn spread_per_sr(&self, pair: &Pair) -> f64 {
         of_law!(self, law => law.spread_per_sr(pair))
+    }
+
+    pub fn diffuse_part(&self) -> f64 {
+        of_law!(self, law => law.diffuse_part())
+    }
+
+    pub fn sample_gloss(&self, direction: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Scattered> {
+        of_law!(self, law => law.sample_gloss(direction, normal, stream))
     }
 
     #[inline]

@@ -6,6 +6,8 @@
 mod choice;
 mod crossing;
 mod forms;
+mod indirect_forms;
+mod interpolation;
 pub mod open_air;
 mod penumbra;
 mod pictures;
@@ -20,6 +22,7 @@ pub mod world;
 
 use super::report::Table;
 
+pub use interpolation::{DirectForm, Interpolation};
 pub use pictures::{Line, log_log};
 pub use report::{study_csv, study_md, study_section};
 
@@ -27,8 +30,30 @@ pub use report::{study_csv, study_md, study_section};
 pub struct StudyWishes<'a> {
     /// Small sizes: seconds instead of minutes, to see that it works.
     pub quick: bool,
+    /// Forms that the studies of forms leave it at.
+    pub only: Only,
     /// Hears of every step.
     pub tell: &'a mut dyn FnMut(&str),
+}
+
+/// What the studies of forms leave it at; all of what is `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Only {
+    /// What a mesh point keeps of direct light.
+    pub direct: Option<DirectForm>,
+    /// How places take it; both weights of a sphere go together.
+    pub interpolation: Option<Interpolation>,
+}
+
+impl Only {
+    fn takes(self, form: DirectForm) -> bool {
+        self.direct.is_none_or(|only| only == form)
+    }
+
+    fn interpolations(self) -> impl Iterator<Item = Interpolation> + Clone {
+        let takes = move |way: &Interpolation| self.interpolation.is_none_or(|only| only.word() == way.word());
+        Interpolation::ALL.into_iter().filter(takes)
+    }
 }
 
 /// A study.
@@ -67,6 +92,11 @@ pub const STUDIES: &[Study] = &[
         name: "light-mesh-forms",
         title: "Direct light on the mesh as one number and as visibility, by four ways of taking it",
         run: forms::forms,
+    },
+    Study {
+        name: "light-mesh-indirect",
+        title: "Indirect light on the mesh as one number and by planes, by four ways of taking it",
+        run: indirect_forms::indirect_forms,
     },
     Study {
         name: "light-mesh-penumbra",

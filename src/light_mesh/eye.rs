@@ -1,0 +1,243 @@
+//! What an eye sees along a direction: luminaires, and the places whose light the mesh is asked for.
+//!
+//! After Debelov and Novikov (2009), who add to what a mesh says of a surface k_s times what its mirror image shows and k_t
+//! times what lies behind. Here k_s and k_t are the mirror's reflectance and the pane's two shares at the angle of the ray,
+//! and the luminance of the surface at the end is ρ/π times its illuminance (of a translucent sheet τ/π times that of the
+//! other side besides). Of a glossy surface that is its diffuse part; the rest is what rays along the lobe meet, by the same
+//! recursion, and luminaires, which light samples find too.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use glam::DVec3;
+
+use crate::chain::Stage;
+use crate::estimators::direct::Receiver;
+use crate::estimators::images::{look_for_areas_with, look_into_mirrors};
+use crate::estimators::luminance::{MOST_EACH, looks_from_gloss_cd_m2, share_of_ray};
+use crate::estimators::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
+use crate::geometry::Origin;
+use crate::sampling::emitter::Emitter;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::Stream;
+use crate::sampling::reflection::{Law, Pair};
+
+/// Chance at most with which a ray goes on from one glossy surface to the next: between two that absorb nothing it would never end.
+const MOST_SURVIVAL: f64 = 0.95;
+/// Bits of a stream's index that count the rays of a direction.
+const RAY_BITS: u32 = 32;
+
+/// A place that a direction of view shows.
+#[derive(Clone, Copy)]
+pub struct SeenPlace {
+    /// Place in m on the side of the surface whose light is seen.
+    pub point_m: DVec3,
+    /// Unit normal of that side.
+    pub normal: DVec3,
+    /// Where its rays start.
+    pub origin: Origin,
+    /// Luminance in cd/m² that gets to the eye for each lx that the side receives.
+    pub weight_per_sr: f64,
+}
+
+impl SeenPlace {
+    /// The place as a receiver.
+    pub fn receiver(&self) -> Receiver<'_> {
+        Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
+    }
+}
+
+/// How an eye looks.
+#[derive(Clone, Copy)]
+pub struct Eye<'a> {
+    /// The scene.
+    pub stage: &'a Stage,
+    /// A branch of a line of sight that carries less than this goes on by chance, with a weight that makes up for it.
+    pub small_share: f64,
+    /// Rays along the gloss of the surfaces that it sees.
+    pub gloss: GlossRays,
+    /// Whether luminaires are asked for; else places alone.
+    pub with_luminaires: bool,
+    /// Whether gloss looks for images of balls and areas, and leaves out what its rays meet by way of any mirror.
+    pub looks_for_areas: bool,
+}
+
+/// Rays along the gloss of a surface that an eye sees.
+#[derive(Clone, Copy)]
+pub enum GlossRays {
+    /// One, by the numbers that come next.
+    One,
+    /// So many, spread evenly by a sequence that belongs to the number of the direction.
+    Even(u32, u64),
+}
+
+/// What a direction shows besides places.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shown {
+    /// Luminance of luminaires in cd/m².
+    pub luminaires_cd_m2: f64,
+    /// Whether gloss is seen, so that there is chance in it.
+    pub has_gloss: bool,
+    /// Rays that it took.
+    pub rays: u64,
+}
+
+impl Eye<'_> {
+    /// Looks along a direction.
+    pub fn look(&self, from: &Origin, direction: DVec3, stream: &mut Stream, places: &mut Vec<SeenPlace>) -> Shown {
+        let (mut shown, mut ends) = (Shown::default(), Vec::new());
+        shown.rays += look_along(self.stage, from, direction, self.small_share, stream, |seen| match seen {
+            Seen::Luminaire(luminaire) => shown.luminaires_cd_m2 += luminaire.luminance_cd_m2,
+            Seen::Surface(end) => ends.push(end),
+        });
+        let mut cut = Cut::default();
+        for (number, end) in (0u64..).zip(&ends) {
+            end_at(self.stage, end, end.share, places);
+            let Some(gloss) = Gloss::of(self.stage, end) else { continue };
+            shown.has_gloss = true;
+            self.look_into(&gloss, number, &mut cut, stream, places, &mut shown);
+        }
+        shown
+    }
+
+    /// Looks into the gloss of a surface that is seen, with all rays.
+    fn look_into(
+        &self,
+        gloss: &Gloss,
+        number: u64,
+        cut: &mut Cut,
+        stream: &mut Stream,
+        places: &mut Vec<SeenPlace>,
+        shown: &mut Shown,
+    ) {
+        let share = gloss.end.share;
+        let rays = match self.gloss {
+            GlossRays::One => 1,
+            GlossRays::Even(count, _) => (f64::from(count) * share.min(1.0)).ceil().max(1.0) as u64,
+        };
+        // Points that no mirror shows are looked at without any chance: once is enough.
+        let list = self.stage.emitters.list();
+        let is_exact = |emitter: &Emitter| emitter.is_point() && !emitter.has_opening();
+        let once = list.len() <= MOST_EACH && self.stage.mirrors.is_none() && list.iter().all(is_exact);
+        let passes = if once { 1 } else { rays };
+        let mut ends = Vec::new();
+        for ray in 0..rays {
+            if let GlossRays::Even(_, direction) = self.gloss {
+                let index = ((direction + 1) << RAY_BITS) | ((number << (RAY_BITS - 8)) + ray);
+                stream.seek_quasi(index, (number << RAY_BITS) | direction, ray);
+            }
+            self.send_ray(gloss, share * gloss.reflectance / rays as f64, stream, &mut ends, shown);
+            if ray < passes {
+                self.look_at_luminaires(gloss, share / passes as f64, cut, stream, shown);
+            }
+            while let Some((end, weight)) = ends.pop() {
+                end_at(self.stage, &end, weight, places);
+                let Some(gloss) = Gloss::of(self.stage, &end) else { continue };
+                self.look_at_luminaires(&gloss, weight, cut, stream, shown);
+                let survival = gloss.reflectance.min(MOST_SURVIVAL);
+                if stream.happens(survival) {
+                    self.send_ray(&gloss, weight * gloss.reflectance / survival, stream, &mut ends, shown);
+                }
+            }
+        }
+    }
+
+    /// Sends a ray along gloss; what it meets counts with a weight. Surfaces are added to `ends`.
+    fn send_ray(
+        &self,
+        gloss: &Gloss,
+        weight: f64,
+        stream: &mut Stream,
+        ends: &mut Vec<(SubPoint, f64)>,
+        shown: &mut Shown,
+    ) {
+        let Gloss { end, law, .. } = *gloss;
+        let Some(scattered) = law.sample_gloss(end.direction, end.normal, stream) else { return };
+        let origin = self.stage.leave(&end.hit, scattered.way);
+        let per_sr = gloss.response_per_sr(scattered.direction);
+        let list = self.stage.emitters.list();
+        let mut luminaires_cd_m2 = 0.0;
+        shown.rays += look_along(self.stage, &origin, scattered.direction, SMALL_SHARE, stream, |seen| match seen {
+            Seen::Luminaire(luminaire) => {
+                // Light samples find all of the light of openings and, as a rule, of images, and of others a share of what comes straight.
+                let Some(emitter) = luminaire.emitter.map(|number| &list[number as usize]) else { return };
+                let share = match luminaire.is_straight {
+                    true => share_of_ray(self.stage, emitter, &end.receiver(), per_sr),
+                    false if self.looks_for_areas => 0.0,
+                    false => 1.0,
+                };
+                luminaires_cd_m2 += share * luminaire.luminance_cd_m2;
+            }
+            Seen::Surface(next) => {
+                let weight = weight * next.share;
+                ends.push((next, weight));
+            }
+        });
+        if self.with_luminaires {
+            shown.luminaires_cd_m2 += weight * luminaires_cd_m2;
+        }
+    }
+
+    /// Looks at luminaires from gloss, and at points in flat mirrors.
+    fn look_at_luminaires(&self, gloss: &Gloss, weight: f64, cut: &mut Cut, stream: &mut Stream, shown: &mut Shown) {
+        if !self.with_luminaires || self.stage.emitters.list().is_empty() {
+            return;
+        }
+        let responses = |pair: &Pair| [0.0, gloss.response_per_sr(pair.towards)];
+        let (looked_cd_m2, rays) = looks_from_gloss_cd_m2(self.stage, gloss.end, responses, stream);
+        shown.luminaires_cd_m2 += weight * looked_cd_m2;
+        shown.rays += rays;
+        if let Some(mirrors) = &self.stage.mirrors {
+            let response = |towards: DVec3| gloss.response_per_sr(towards);
+            let receiver = gloss.end.receiver();
+            let (mut cd_m2, mut rays) = look_into_mirrors(self.stage, mirrors, &receiver, response, cut, stream);
+            if self.looks_for_areas {
+                let (of_areas_cd_m2, more) = look_for_areas_with(self.stage, mirrors, &receiver, response, stream);
+                cd_m2 += of_areas_cd_m2;
+                rays += more;
+            }
+            shown.luminaires_cd_m2 += weight * cd_m2;
+            shown.rays += rays;
+        }
+    }
+}
+
+/// A glossy surface that is seen.
+struct Gloss<'a> {
+    end: &'a SubPoint,
+    law: &'a Law,
+    /// Reflectance of all but the diffuse part.
+    reflectance: f64,
+}
+
+impl<'a> Gloss<'a> {
+    /// None of a surface without gloss.
+    fn of(stage: &'a Stage, end: &'a SubPoint) -> Option<Gloss<'a>> {
+        let law = stage.law(end.hit.triangle);
+        let is_glossy = matches!(law, Law::Phong(_) | Law::Blinn(_));
+        let reflectance = law.total(1.0) - law.diffuse_part();
+        (is_glossy && reflectance > 0.0).then_some(Gloss { end, law, reflectance })
+    }
+
+    /// Luminance towards the eye for each lx that comes from a direction, without the diffuse part.
+    fn response_per_sr(&self, towards: DVec3) -> f64 {
+        let pair = Pair { normal: self.end.normal, towards, leaving: -self.end.direction };
+        (self.law.eval_per_sr(&pair) - FRAC_1_PI * self.law.diffuse_part()).max(0.0)
+    }
+}
+
+/// The sides of a surface whose light its sub-point sends to the eye, with a weight.
+fn end_at(stage: &Stage, end: &SubPoint, weight: f64, places: &mut Vec<SeenPlace>) {
+    let mut add = |normal: DVec3, origin: Origin, share: f64| {
+        if share > 0.0 {
+            places.push(SeenPlace { point_m: end.point_m, normal, origin, weight_per_sr: weight * share / PI });
+        }
+    };
+    match stage.law(end.hit.triangle) {
+        Law::Diffuse(law) => add(end.normal, end.origin, law.reflectance),
+        Law::Translucent(law) => {
+            add(end.normal, end.origin, law.reflectance);
+            add(-end.normal, end.behind(stage), law.transmittance);
+        }
+        law => add(end.normal, end.origin, law.diffuse_part()),
+    }
+}
