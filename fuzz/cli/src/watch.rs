@@ -12,6 +12,8 @@ const ADDRESS_SPACE_KIB: u64 = 2 << 20;
 const LONGEST_S: f64 = 20.0;
 /// The same in seconds that pass, for what waits without working: a busy machine is slower by less than that.
 const LONGEST_WAIT_S: f64 = 600.0;
+/// A run may take so many times what it said beforehand that it takes whatever is computed.
+const TOLD_TIMES: f64 = 1.5;
 /// Seconds that looking a scene through may take, which has no limit.
 const READING_S: f64 = 10.0;
 /// What the program itself and its threads take beyond what it counts, in KiB of memory that is there.
@@ -79,7 +81,8 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let said = std::fs::read_to_string(&errors).unwrap_or_default();
     // A run has one limit for all that it does, reading and writing included.
     let reading_s = if limits.writes { 0.0 } else { READING_S };
-    let is_late = took_s > 1.1 * limits.time_limit_s + limits.beyond_s + reading_s;
+    let by_limit_s = 1.1 * limits.time_limit_s + limits.beyond_s;
+    let is_late = took_s > by_limit_s.max(TOLD_TIMES * told_s(&said)) + reading_s;
     let fault = match status.code() {
         None => Some(format!("it was ended by a signal ({status})")),
         _ if said.contains("panicked at") => Some("it panicked".to_owned()),
@@ -96,6 +99,15 @@ pub fn run(luxmc: &Path, arguments: &[String], folder: &Path, limits: &Limits) -
     let late = is_late.then(|| format!("it took {took_s:.2} s for a limit of {} s", limits.time_limit_s));
     let ended = status.code().map_or("by a signal".to_owned(), |code| format!("with exit code {code}"));
     Outcome { ended, is_late: fault.is_none() && late.is_some(), fault: fault.or(late) }
+}
+
+/// What a run said beforehand that it takes whatever is computed, in s; 0 where it said nothing.
+fn told_s(said: &str) -> f64 {
+    let told = said.split_once(", whatever is computed").and_then(|(before, _)| {
+        let seconds = before.strip_suffix(" more").unwrap_or(before).strip_suffix(" s")?;
+        seconds.rsplit(' ').next()
+    });
+    told.and_then(|seconds| seconds.parse().ok()).unwrap_or(0.0)
 }
 
 /// The most memory that a process has had so far, where the system tells it.
