@@ -34,8 +34,7 @@ pub struct Rounds {
 impl Planner<'_> {
     /// Whether shadow rays from every place have no chance in them.
     pub(super) fn rays_are_exact(&self, entries: &Entries) -> bool {
-        let sees_gloss = entries.sights.as_ref().is_some_and(|sights| sights.gloss.is_some());
-        looks_are_exact(self.around.stage) && !entries.are_means() && !sees_gloss
+        looks_are_exact(self.around.stage) && !entries.are_means() && !entries.show_gloss()
     }
 
     /// Completes what the plan leaves to the places themselves.
@@ -109,9 +108,8 @@ impl Planner<'_> {
         let none = DirectBy::Rays { first: 0, passes: 0 };
         let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
         // Places that gloss shows are many, and stand for a small part of a direction each.
-        let sees_gloss = entries.sights.as_ref().is_some_and(|sights| sights.gloss.is_some());
         let mut more = match (self.stop)() {
-            _ if sees_gloss => HALVES as u32,
+            _ if entries.show_gloss() => HALVES as u32,
             true => HURRIED_PLACE_WALKS,
             false => FIRST_ROUND_WALKS,
         };

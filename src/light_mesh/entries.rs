@@ -122,6 +122,11 @@ impl Entries {
         self.sights.as_ref().is_none_or(|sights| !sights.places_of(entry).is_empty())
     }
 
+    /// Whether lines of sight end on gloss, so that there is chance in what they show.
+    pub fn show_gloss(&self) -> bool {
+        self.sights.as_ref().is_some_and(|sights| sights.gloss.is_some())
+    }
+
     /// Hands the places at which the mesh is asked to `ask`, each with what its illuminance counts.
     pub fn each_spot(&self, around: &Surroundings, entry: usize, mut ask: impl FnMut(MeshPlace, f64)) {
         match (self.kind, &self.sights) {

@@ -1,5 +1,6 @@
-//! What the files of the library import, for the tests of its order.
+//! What the files of the library import, its tuned numbers and its long tests, for the tests of its order.
 
+mod campaigns;
 pub mod tuned;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     /// Weights of φ₄ and φ₅ by hand. With a step of 1 m the place (0.25, 0, 0.5) of a cell has over it the layer at 1, half a step
-    /// up: trilinear 0.75 and 0.25; within R = 1.25 there (0, 0), (1, 0), (−1... is 1.346 off), (0, ±1) at √(0.0625 + 1 + 0.25) = 1.146. The
+    /// up: trilinear 0.75 and 0.25; within R = 1.25 there (0, 0), (1, 0) and, at √(0.0625 + 1 + 0.25) = 1.146, (0, ±1); (−1, 0) is 1.346 off. The
     /// layer at 2 is 1.5 off. Cone weights are 1 − d/1.25 over their sum. A radius of 1.1 steps, the planted fault, would lose the
     /// points at (0, ±1).
     #[test]
