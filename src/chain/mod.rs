@@ -14,7 +14,7 @@ use glam::DVec3;
 
 pub use mirrors::Mirrors;
 pub use near_lights::{LookedBack, NearLights, median_distance_m};
-pub use outlook::{Found, HIDDEN, Outlook, Spot};
+pub use outlook::{HIDDEN, LightInSight, Outlook, Spot};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
 pub use sight_map::SightMap;
 

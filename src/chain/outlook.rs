@@ -38,7 +38,7 @@ const SEED: u64 = 0x0A11;
 pub struct Outlook {
     /// Region of every triangle's front and back; empty where no choice needs help.
     regions: Vec<[u32; 2]>,
-    sights: Vec<Option<Sights>>,
+    sights: Vec<Option<RegionSights>>,
     rays: u64,
     hidden_share: f64,
 }
@@ -48,14 +48,14 @@ pub type Spot = (u32, Side);
 
 /// The luminaires in sight from a region where most of the unshadowed light is hidden.
 #[derive(Clone, Debug)]
-pub(super) struct Sights {
+pub(super) struct RegionSights {
     /// Emitters by number.
     emitters: Vec<u32>,
     /// Sum of the shares up to and including each, 1 at the end.
     cumulative: Vec<f64>,
 }
 
-impl Sights {
+impl RegionSights {
     pub fn choose(&self, variate: f64) -> u32 {
         let place = self.cumulative.partition_point(|sum| *sum <= variate);
         self.emitters[place.min(self.emitters.len() - 1)]
@@ -84,7 +84,7 @@ impl Outlook {
         let most = spots.len().div_ceil(MOST_REGIONS);
         divide(scene, stage, &mut spots, most, &mut parts);
 
-        let found: Vec<Survey> = parts
+        let found: Vec<RegionSurvey> = parts
             .par_iter()
             .with_max_len(1)
             .enumerate()
@@ -117,7 +117,7 @@ impl Outlook {
     }
 
     #[inline]
-    pub(super) fn sights_from(&self, (triangle, side): Spot) -> Option<&Sights> {
+    pub(super) fn sights_from(&self, (triangle, side): Spot) -> Option<&RegionSights> {
         let region = self.regions.get(triangle as usize)?[side as usize];
         self.sights.get(region as usize)?.as_ref()
     }
@@ -137,9 +137,9 @@ impl Stage {
         [point_m, normal]: [DVec3; 2],
         stream: &mut Stream,
         show: &mut dyn FnMut(u32, f64),
-        enough: &dyn Fn(&Found) -> bool,
-    ) -> Found {
-        let mut found = Found::default();
+        enough: &dyn Fn(&LightInSight) -> bool,
+    ) -> LightInSight {
+        let mut found = LightInSight::default();
         self.emitters.strongest_first(point_m, normal, |index, importance, rest| {
             let look = self.emitters.list()[index as usize].look(point_m, normal, stream);
             let lx = look.map_or(0.0, |look| {
@@ -190,7 +190,7 @@ fn halve<'a>(scene: &Scene, spots: &'a mut [Spot], most: usize, parts: &mut Vec<
 
 /// What the looks from one point found.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Found {
+pub struct LightInSight {
     /// Importance of emitters that were seen, in lx.
     pub seen: f64,
     /// Importance of those that were hidden.
@@ -203,7 +203,7 @@ pub struct Found {
     pub rays: u64,
 }
 
-impl Found {
+impl LightInSight {
     /// Whether nearly all that was looked at is hidden: then a choice by unshadowed light needs help.
     pub fn is_mostly_hidden(&self) -> bool {
         self.hidden > HIDDEN * (self.hidden + self.seen)
@@ -216,16 +216,16 @@ impl Found {
 }
 
 /// What looking around from a region found.
-struct Survey {
+struct RegionSurvey {
     /// The luminaires in sight, where nearly all unshadowed light is hidden from some point of it.
-    sights: Option<Sights>,
+    sights: Option<RegionSights>,
     /// Shares of the light that were seen and that were hidden, summed over the first points.
     light: [f64; 2],
     rays: u64,
 }
 
 /// Looks around from a region.
-fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
+fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> RegionSurvey {
     let areas: Vec<f64> = spots
         .iter()
         .scan(0.0, |sum, (triangle, _)| {
@@ -234,21 +234,22 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
         })
         .collect();
     let mut stream = Stream::new(SEED, Purpose::Pilot, region, 0);
-    let mut look_from = |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&Found) -> bool| {
-        stream.seek(index);
-        let aim = (index % points) as f64 + stream.unit();
-        let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
-        let (triangle, side) = spots[place.min(spots.len() - 1)];
-        let at = uniform_triangle(stream.pair());
-        let origin = stage.tracer.surface_origin(triangle, at, side);
-        let place = [stage.tracer.position_m(&origin), stage.normal_on(triangle, at, side)];
-        stage.look_around(&origin, place, &mut stream, show, enough)
-    };
+    let mut look_from =
+        |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&LightInSight) -> bool| {
+            stream.seek(index);
+            let aim = (index % points) as f64 + stream.unit();
+            let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
+            let (triangle, side) = spots[place.min(spots.len() - 1)];
+            let at = uniform_triangle(stream.pair());
+            let origin = stage.tracer.surface_origin(triangle, at, side);
+            let place = [stage.tracer.position_m(&origin), stage.normal_on(triangle, at, side)];
+            stage.look_around(&origin, place, &mut stream, show, enough)
+        };
 
     let (mut rays, mut light) = (0, [0.0; 2]);
     let mut most_is_hidden = false;
     for index in 0..FIRST_POINTS {
-        let enough = |found: &Found| found.seen >= found.rest || found.looks >= FIRST_LOOKS;
+        let enough = |found: &LightInSight| found.seen >= found.rest || found.looks >= FIRST_LOOKS;
         let found = look_from(index, FIRST_POINTS, &mut |_, _| {}, &enough);
         rays += found.rays;
         // In full shadow there is nothing to find.
@@ -260,13 +261,13 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
         }
     }
     if !most_is_hidden {
-        return Survey { sights: None, light, rays };
+        return RegionSurvey { sights: None, light, rays };
     }
 
     let mut shares: Vec<(u32, f64)> = Vec::new();
     for index in 0..POINTS {
         let first = shares.len();
-        let enough = |found: &Found| found.has_little_rest() || found.looks >= LOOKS;
+        let enough = |found: &LightInSight| found.has_little_rest() || found.looks >= LOOKS;
         let mut show = |emitter: u32, lx: f64| {
             if lx > 0.0 {
                 shares.push((emitter, lx));
@@ -280,14 +281,14 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
     shares.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     if total <= 0.0 {
-        return Survey { sights: None, light, rays };
+        return RegionSurvey { sights: None, light, rays };
     }
-    let mut sights = Sights { emitters: Vec::new(), cumulative: Vec::new() };
+    let mut sights = RegionSights { emitters: Vec::new(), cumulative: Vec::new() };
     let mut before = 0.0;
     for same in shares.chunk_by(|a, b| a.0 == b.0) {
         before += same.iter().map(|(_, share)| share).sum::<f64>() / total;
         sights.emitters.push(same[0].0);
         sights.cumulative.push(before);
     }
-    Survey { sights: Some(sights), light, rays }
+    RegionSurvey { sights: Some(sights), light, rays }
 }

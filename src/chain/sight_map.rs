@@ -82,7 +82,7 @@ pub struct SightMap {
 }
 
 /// A place where light met a surface.
-struct Meeting {
+struct LitPlace {
     cell: usize,
     point_m: DVec3,
     normal: DVec3,
@@ -124,7 +124,7 @@ impl SightMap {
             meeting.cell = map.cell(meeting.point_m, meeting.normal)?;
         }
         met.sort_by_key(|meeting| meeting.cell);
-        let mut cells: Vec<&[Meeting]> = met.chunk_by(|a, b| a.cell == b.cell).collect();
+        let mut cells: Vec<&[LitPlace]> = met.chunk_by(|a, b| a.cell == b.cell).collect();
         cells.retain(|cell| cell.len() >= FEWEST_PLACES);
         // The cells that most light meets come first, as far as the rays go.
         cells.sort_by_key(|cell| (usize::MAX - cell.len(), cell[0].cell));
@@ -152,7 +152,7 @@ impl SightMap {
     }
 
     /// Empty cells around all places, of such a size that about [`PLACES`] lie in one.
-    fn over(met: &[Meeting]) -> Option<SightMap> {
+    fn over(met: &[LitPlace]) -> Option<SightMap> {
         let (low_m, high_m) = met.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
             (low.min(at.point_m), high.max(at.point_m))
         });
@@ -230,7 +230,7 @@ impl CellChoice<'_> {
 }
 
 /// Places where chains of about so many rays meet surfaces that scatter, and the rays.
-fn meetings(stage: &Stage, most_rays: u64) -> (Vec<Meeting>, u64) {
+fn meetings(stage: &Stage, most_rays: u64) -> (Vec<LitPlace>, u64) {
     let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
     let (mut met, mut rays) = (Vec::new(), 0);
     for chain in 0.. {
@@ -244,7 +244,7 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<Meeting>, u64) {
             if stage.law(hit.triangle).scatters() {
                 let origin = stage.leave(hit, Way::Spread);
                 let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal_at(hit));
-                met.push(Meeting { cell: 0, point_m, normal, origin });
+                met.push(LitPlace { cell: 0, point_m, normal, origin });
             }
         };
         rays += stage.trace_chain(choice, &mut stream, arrive).1;
@@ -254,16 +254,16 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<Meeting>, u64) {
 
 /// Looks from places in a cell at the emitters, those that may bring most first; `None` where an emitter stands so near
 /// that places in the cell differ in what it brings.
-fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> Option<CellSights> {
+fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellSights> {
     let list = stage.emitters.list();
     let near = |emitter: &Emitter| if emitter.is_single_point() { NEAR_POINT } else { NEAR };
     if list.iter().any(|emitter| emitter.is_within(center_m, near(emitter) * cell_m)) {
         return None;
     }
     let count = cell.len().min(PLACES as usize);
-    let places: Vec<&Meeting> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
-    let mean = |of: &dyn Fn(&Meeting) -> f64| places.iter().map(|place| of(place)).sum::<f64>() / count as f64;
-    let bound_at = |emitter: &Emitter, place: &Meeting| emitter.importance(place.point_m, place.normal);
+    let places: Vec<&LitPlace> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
+    let mean = |of: &dyn Fn(&LitPlace) -> f64| places.iter().map(|place| of(place)).sum::<f64>() / count as f64;
+    let bound_at = |emitter: &Emitter, place: &LitPlace| emitter.importance(place.point_m, place.normal);
     let means: Vec<f64> = list.iter().map(|emitter| mean(&|place| bound_at(emitter, place))).collect();
     let means_sum: f64 = means.iter().sum();
     let is_uneven = |(emitter, mean): (&Emitter, &f64)| {
@@ -374,10 +374,10 @@ mod tests {
         );
         let scene = scene_from_json(&text, None, Path::new(".")).expect("a scene");
         let stage = Stage::new(&scene);
-        let places: Vec<Meeting> = (0..4)
+        let places: Vec<LitPlace> = (0..4)
             .map(|place| {
                 let (point_m, normal) = (DVec3::new(0.2, 0.2 * f64::from(place), 0.5), DVec3::NEG_X);
-                Meeting { cell: 0, point_m, normal, origin: stage.tracer.side_origin(point_m, normal) }
+                LitPlace { cell: 0, point_m, normal, origin: stage.tracer.side_origin(point_m, normal) }
             })
             .collect();
         assert!(places.iter().all(|place| stage.emitters.list()[3].importance(place.point_m, place.normal) == 0.0));

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::direct::Receiver;
 use crate::chain::Stage;
-use crate::sampling::emitter::{Emitters, Look, View};
+use crate::sampling::emitter::{EmitterView, Emitters, Look};
 use crate::sampling::random::{Square, Stream};
 
 use survey::Survey;
@@ -35,7 +35,7 @@ pub struct Expectation {
     /// All that is expected, in lx.
     sum_lx: f64,
     /// What may bring something else.
-    items: Vec<Item>,
+    items: Vec<UncertainEmitter>,
     /// Looks of a sample.
     looks: usize,
     /// Rays that it took to find all this out.
@@ -44,7 +44,7 @@ pub struct Expectation {
 
 /// An emitter, or a part of one, of which it is not certain what it brings.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Item {
+struct UncertainEmitter {
     emitter: u32,
     /// The part: looks have their first two variates in this square.
     square: Square,
@@ -134,7 +134,7 @@ impl Expectation {
         if doubt_lx > 0.0 {
             let before_lx = self.items.last().map_or(0.0, |last| last.cumulative_lx);
             let cumulative_lx = before_lx + doubt_lx;
-            self.items.push(Item { emitter, square, slopes_lx, expected_lx, cumulative_lx });
+            self.items.push(UncertainEmitter { emitter, square, slopes_lx, expected_lx, cumulative_lx });
         }
     }
 
@@ -179,7 +179,7 @@ impl Expectation {
 /// Emitters as a receiver sees them, kept from sample to sample.
 #[derive(Default)]
 pub struct Views<'a> {
-    of_emitters: Vec<(u32, View<'a>)>,
+    of_emitters: Vec<(u32, EmitterView<'a>)>,
 }
 
 impl<'a> Views<'a> {
@@ -195,7 +195,7 @@ impl<'a> Views<'a> {
     }
 }
 
-impl Item {
+impl UncertainEmitter {
     /// What is expected at two variates beyond the mean over them, in lx.
     #[inline]
     fn change_lx(&self, variates: [f64; 2]) -> f64 {

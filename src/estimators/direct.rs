@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::ahead::Expectation;
 use super::element::Element;
-use crate::chain::{Found, HIDDEN, Spot, Stage};
+use crate::chain::{HIDDEN, LightInSight, Spot, Stage};
 use crate::geometry::Origin;
 use crate::sampling::emitter::{Emitter, Look};
 use crate::sampling::emitter_tree::Cut;
@@ -117,7 +117,7 @@ impl DirectPass {
         let mut stream = stream_of_place(receiver, 0);
         self.hidden.clear();
         let place = [receiver.point_m, receiver.normal];
-        let enough = |found: &Found| {
+        let enough = |found: &LightInSight| {
             let is_seen = if found.is_mostly_hidden() { found.has_little_rest() } else { found.rest <= found.seen };
             found.rays >= MOST_LOOKS_AHEAD || is_seen
         };

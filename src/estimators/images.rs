@@ -119,7 +119,7 @@ struct Chosen {
 }
 
 /// Where a beam has come to.
-struct Step {
+struct BeamPosition {
     /// The image of the place, and of its normal.
     apex_m: DVec3,
     normal: DVec3,
@@ -247,7 +247,7 @@ fn look_by_facets(
     deepest: u32,
     count: impl Fn(f64, DVec3, &Chosen) -> f64,
     stream: &mut Stream,
-    mut choose: impl FnMut(&Step, &mut Stream) -> Option<Chosen>,
+    mut choose: impl FnMut(&BeamPosition, &mut Stream) -> Option<Chosen>,
 ) -> (f64, u64) {
     let mut beam = Beam::above(receiver.point_m, receiver.normal);
     let mut normal = receiver.normal;
@@ -267,7 +267,7 @@ fn look_by_facets(
         path.push((step.facet, beam.apex_m));
         beam = beam.reflected(facet, &step);
         normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
-        let here = Step { apex_m: beam.apex_m, normal, facet_normal: facet.normal };
+        let here = BeamPosition { apex_m: beam.apex_m, normal, facet_normal: facet.normal };
         let Some(chosen) = choose(&here, stream) else { continue };
         if beam.holds(chosen.position_m) {
             let (share, direction, path_rays) = follow(stage, facets, receiver, &path, beam.apex_m, &chosen);

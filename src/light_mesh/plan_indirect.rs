@@ -7,7 +7,7 @@ use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
 use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
 use super::options::IndirectForm;
 use super::plan::{
-    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, PLANNING, Plan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT,
+    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, MapPlan, PLANNING, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT,
     Why, half_ball, mean, points_needed, side_m,
 };
 use super::tracing::{DirectBy, EntryLight, IndirectBy, light_of};
@@ -82,7 +82,7 @@ impl Planner<'_> {
     }
 
     /// A few walks from some places: how bright indirect light is, and how much chance a walk has in it.
-    pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut Plan) -> Checked {
+    pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut MapPlan) -> Checked {
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
         let mut checked = Checked::of(chosen, self.wishes.seed, PLANNING + map);
         checked.add(&self.around, entries, FIRST_CHECK_WALKS, self.stop);
@@ -99,7 +99,7 @@ impl<'a> Planner<'a> {
         map: u32,
         target_error: f64,
         mut checked: Checked,
-        plan: &mut Plan<'a>,
+        plan: &mut MapPlan<'a>,
     ) {
         let allowed = self.allowed_indirect_lx(entries, map, target_error, &checked, plan).powi(2);
         let counted = entries.weights.iter().filter(|weight| **weight > 0.0).count();
@@ -210,7 +210,7 @@ impl<'a> Planner<'a> {
         map: u32,
         target_error: f64,
         checked: &Checked,
-        plan: &mut Plan,
+        plan: &mut MapPlan,
     ) -> f64 {
         let target_lx = target_error * self.whole_lx(entries, map, checked, plan);
         let of_direct_lx = match plan.direct {
@@ -224,7 +224,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Mean of all light in lx, by a few shadow rays from the checked places and by their walks.
-    fn whole_lx(&self, entries: &Entries, map: u32, checked: &Checked, plan: &mut Plan) -> f64 {
+    fn whole_lx(&self, entries: &Entries, map: u32, checked: &Checked, plan: &mut MapPlan) -> f64 {
         let by_rays = DirectBy::Rays { first: 0, passes: 1 };
         let (seed, map) = (self.wishes.seed, PLANNING + map);
         let (lights, effort) =
@@ -240,7 +240,7 @@ impl<'a> Planner<'a> {
         map: u32,
         gathering: Gathering,
         checked: &Checked,
-        plan: &mut Plan,
+        plan: &mut MapPlan,
     ) -> Option<Trial<'a>> {
         let (seed, map) = (self.wishes.seed, PLANNING + map);
         let mesh = IndirectMesh::new(self.around, entries, gathering, seed, self.stop)?;
@@ -263,7 +263,7 @@ impl<'a> Planner<'a> {
 
     /// Plans indirect light where no target binds: the mesh as it was asked for, with walks enough that chance is not seen,
     /// if the rays that the map may take suffice for them.
-    pub(super) fn plan_quietly(&self, entries: &Entries, map: u32, plan: &mut Plan<'a>) {
+    pub(super) fn plan_quietly(&self, entries: &Entries, map: u32, plan: &mut MapPlan<'a>) {
         let (step_m, ratio) = (self.indirect_step_m(entries), self.indirect_radius_per_step());
         let checked = self.pilot(entries, map, plan);
         let quiet = (QUIET * checked.mean_lx()).powi(2);

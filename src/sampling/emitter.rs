@@ -191,14 +191,14 @@ pub struct Look {
 
 /// An emitter as one place sees it.
 #[derive(Clone, Copy, Debug)]
-pub struct View<'a> {
+pub struct EmitterView<'a> {
     emitter: &'a Emitter,
     point_m: DVec3,
     normal: DVec3,
     triangle: Option<TriangleView>,
 }
 
-impl View<'_> {
+impl EmitterView<'_> {
     /// See [`Emitter::look`].
     pub fn look(&self, stream: &mut Stream) -> Option<Look> {
         match &self.triangle {
@@ -344,9 +344,9 @@ impl Emitter {
     }
 
     /// The emitter as a point with a unit normal sees it: where many looks follow, what they share is found but once.
-    pub fn view(&self, point_m: DVec3, normal: DVec3) -> View<'_> {
+    pub fn view(&self, point_m: DVec3, normal: DVec3) -> EmitterView<'_> {
         let triangle = of_light!(&self.shape, light => light.triangle_view(point_m, normal));
-        View { emitter: self, point_m, normal, triangle }
+        EmitterView { emitter: self, point_m, normal, triangle }
     }
 
     /// A look that takes less time and has more chance, for the vertices of walks: what one of many emitters, one of many

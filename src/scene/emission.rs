@@ -13,7 +13,7 @@ use super::error::SceneError;
 use super::luminaire_keys::{
     Array, Brightness, Distribution, EmittingSide, Operation, PlaceAndTime, SkyDistribution, Vector,
 };
-use super::luminaire_reading::Reading;
+use super::luminaire_reading::LuminaireReading;
 use super::openings::Openings;
 use super::photometric_luminaire::Product;
 use super::photometry::{IntensityWeb, Opening};
@@ -446,7 +446,7 @@ pub(super) struct Shining {
     pub power_w: Option<f64>,
 }
 
-impl Reading<'_> {
+impl LuminaireReading<'_> {
     /// Reads a luminaire of a type, by its number in [`TYPES`].
     pub fn read(&mut self, kind: usize) -> Result<Shining, SceneError> {
         let (luminous_flux_lm, emission) = match TYPES[kind] {

@@ -10,7 +10,7 @@ use super::reader::{Fields, Node};
 use super::units::LengthUnit;
 
 /// What luminaires refer to.
-pub(super) struct Around<'a> {
+pub(super) struct LuminaireContext<'a> {
     pub unit: LengthUnit,
     pub base_dir: &'a Path,
     pub surfaces: &'a dyn NamedSurfaces,
@@ -27,17 +27,17 @@ pub(super) trait NamedSurfaces {
 }
 
 /// A luminaire that is being read.
-pub(super) struct Reading<'a> {
+pub(super) struct LuminaireReading<'a> {
     pub fields: &'a Fields<'a>,
     pub name: &'a str,
-    pub around: &'a Around<'a>,
+    pub around: &'a LuminaireContext<'a>,
     /// Dimming × maintenance factor.
     pub maintained: f64,
     pub files: &'a mut PhotometricFiles,
     pub warnings: &'a mut Vec<String>,
 }
 
-impl Reading<'_> {
+impl LuminaireReading<'_> {
     /// A place in m.
     pub fn place_m(&self, key: &str) -> Result<DVec3, SceneError> {
         Ok(self.around.unit.point_m(self.fields.need(key, "[4, 3, 2.5]")?.vector()?))

@@ -7,8 +7,8 @@ use crate::chain::Stage;
 use crate::control::Forecast;
 use crate::light_mesh::{
     Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP,
-    NotForLightMesh, Placing, Plan, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes,
-    check,
+    MapPlan, NotForLightMesh, Planner, RADIUS_PER_STEP, SamplePlacing, Samples, Solids, Surroundings, TracedMap, Why,
+    Wishes, check,
 };
 use crate::maps::{MapError, MapKind, MapResult};
 use crate::scene::{Elements, Scene, joined};
@@ -89,7 +89,7 @@ pub fn solve_by_light_mesh(
     observer.ready();
     let begun_wall_s = observer.wall_s();
     let solids = Solids::of(scene);
-    let samples = Samples::of(&stage, Placing::Stratified, settings.seed);
+    let samples = Samples::of(&stage, SamplePlacing::Stratified, settings.seed);
     // A step that the user gives is taken as it is, if no error is asked for besides.
     let is_given = choice.step_m.is_some() || choice.radius_m.is_some();
     let no_rule = settings.time_limit_s.is_none() && !is_given;
@@ -121,7 +121,7 @@ pub fn solve_by_light_mesh(
         stop: &stop,
     };
 
-    let mut run = Findings { traced: requests.iter().map(|_| None).collect(), ..Findings::default() };
+    let mut run = LightMeshFindings { traced: requests.iter().map(|_| None).collect(), ..LightMeshFindings::default() };
     let mut finest_m = None;
     // Maps that the target binds go first.
     let mut order: Vec<usize> = (0..requests.len()).collect();
@@ -182,8 +182,8 @@ struct RunFrame {
     compute_s: f64,
 }
 
-fn solution_of(scene: &Scene, stage: &Stage, run: Findings, frame: RunFrame) -> Solution {
-    let Findings { traced, left_out, rays, convergence, notes, warnings } = run;
+fn solution_of(scene: &Scene, stage: &Stage, run: LightMeshFindings, frame: RunFrame) -> Solution {
+    let LightMeshFindings { traced, left_out, rays, convergence, notes, warnings } = run;
     let RunFrame { seed, target_error, end, begun_wall_s, build_s, compute_s } = frame;
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
@@ -222,7 +222,7 @@ fn solution_of(scene: &Scene, stage: &Stage, run: Findings, frame: RunFrame) -> 
 
 /// What a run by light meshes has found so far.
 #[derive(Default)]
-struct Findings {
+struct LightMeshFindings {
     /// The maps asked for, in their order.
     traced: Vec<Option<TracedMap>>,
     /// Maps that the run's end left out, and whether the target binds them.
@@ -233,9 +233,9 @@ struct Findings {
     warnings: Vec<String>,
 }
 
-impl Findings {
+impl LightMeshFindings {
     /// Says how a map was computed, of so many points in a set and places, and what may be wrong with it.
-    fn tell(&mut self, map: &TracedMap, plan: &Plan, [points, places]: [usize; 2], misses_near_lights: bool) {
+    fn tell(&mut self, map: &TracedMap, plan: &MapPlan, [points, places]: [usize; 2], misses_near_lights: bool) {
         let name = &map.map.name;
         self.notes.extend(said(map, plan, points, places));
         self.warnings.extend(step_not_taken(map, plan));
@@ -342,9 +342,9 @@ fn best_attempt<'a>(
     bound: bool,
     target_error: Option<f64>,
     rays: &mut u64,
-) -> Option<(Plan<'a>, TracedMap)> {
+) -> Option<(MapPlan<'a>, TracedMap)> {
     (planner.caution, planner.by_places) = (1.0, false);
-    let mut best: Option<(Plan<'a>, TracedMap)> = None;
+    let mut best: Option<(MapPlan<'a>, TracedMap)> = None;
     for attempt in 0.. {
         let plan = planner.plan(entries, number + attempt * ATTEMPT, bound);
         let map = planner.trace(entries, number + attempt * ATTEMPT, &plan);
@@ -383,7 +383,7 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
 }
 
 /// That a given step gave way to shadow rays or walks, since it misses the target that was given too.
-fn step_not_taken(map: &TracedMap, plan: &Plan) -> Vec<String> {
+fn step_not_taken(map: &TracedMap, plan: &MapPlan) -> Vec<String> {
     let of = |part: &str, why: &Why| match why {
         Why::StepMisses(error) => Some(format!(
             "light mesh: \"{}\": the step that was given is not used for {part} light, where it leaves an error of {:.2} %: without --target-error it is taken as it is",
@@ -399,14 +399,14 @@ fn step_not_taken(map: &TracedMap, plan: &Plan) -> Vec<String> {
 
 /// Whether a luminaire nearly touches a surface in a scene or map whose walks do not look back from what it lights: they miss
 /// the spot, and so does what checks them.
-fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &Plan) -> bool {
+fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &MapPlan) -> bool {
     let touches = around.stage.near_lights.as_ref().is_some_and(|near| near.touch());
     let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
     touches && (around.looks_for_areas() || by_mesh && !plan.looks_back(around, entries))
 }
 
 /// What a user should know of how a map came about.
-fn said(map: &TracedMap, plan: &Plan, points_of_luminaires: usize, places: usize) -> Vec<String> {
+fn said(map: &TracedMap, plan: &MapPlan, points_of_luminaires: usize, places: usize) -> Vec<String> {
     let name = &map.map.name;
     let rays_of_all = points_of_luminaires as f64 * places as f64;
     let mut said = Vec::new();
@@ -494,7 +494,7 @@ mod tests {
             "receivers": [{ "name": "grid", "type": "grid", "origin": [0.2,0.2,0], "u": [3.6,0,0], "v": [0,3.6,0], "columns": 30, "rows": 30 }] }"#;
         let scene = scene_from_json(room, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
         let stage = Stage::new(&scene);
-        let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, Placing::Stratified, 1));
+        let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, SamplePlacing::Stratified, 1));
         let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
         let entries = Entries::of(&around, MapKind::Receivers(0), 1, None);
         let (asked, most) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));

@@ -42,10 +42,10 @@ pub use calibration::{
     Campaign, CampaignSettings, SeedRun, calibrate, calibration_csv, calibration_html, calibration_md,
     calibration_pictures, calibration_table,
 };
-pub use case::{Case, Comparison, Criterion, Run, What};
+pub use case::{Case, CaseRun, Comparison, Criterion, What};
 pub use case_of_run::case_of_stored_run;
 pub use error::CaseError;
-pub use exact::{Exact, Light};
+pub use exact::{Exact, LightPart};
 pub use find::{FoundCases, find_cases};
 pub use forecasts::{ForecastSums, JudgedForecast, judged_forecasts};
 pub use ladder::{Ladder, Rung, climb};
@@ -58,7 +58,7 @@ pub use report::{Table, Validation};
 pub use report_html::report_html;
 pub use report_md::{case_csv, report_md};
 pub use run_method::{RunMethod, method_names};
-pub use statistics::{Entry, EntrySet, Statistics};
+pub use statistics::{ComparedEntry, EntrySet, Statistics};
 pub use truth::TruthSpec;
 pub use verdict::Check;
 pub use words::date as utc_date;

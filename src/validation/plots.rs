@@ -8,7 +8,7 @@ use plotters::prelude::*;
 
 use super::case::Criterion;
 use super::outcome::ComparisonOutcome;
-use super::statistics::Entry;
+use super::statistics::ComparedEntry;
 use crate::output::color;
 use crate::output::numbers;
 
@@ -141,14 +141,14 @@ pub(super) fn svg(height: u32, draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>
 }
 
 /// Horizontal places of the entries, their range and what the axis says.
-struct Places {
+struct EntryPlaces {
     at: Vec<f64>,
     range: Range<f64>,
     names: Option<Vec<String>>,
     label: String,
 }
 
-fn places(outcome: &ComparisonOutcome) -> Places {
+fn places(outcome: &ComparisonOutcome) -> EntryPlaces {
     let entries = &outcome.set.entries;
     if let Some(axis) = &outcome.comparison.axis
         && entries.iter().all(|entry| entry.along_m.is_some())
@@ -156,11 +156,11 @@ fn places(outcome: &ComparisonOutcome) -> Places {
         let at: Vec<f64> = entries.iter().filter_map(|entry| entry.along_m).collect();
         let (low, high) = span(at.iter().copied());
         let room = 0.04 * (high - low).max(1e-9);
-        return Places { at, range: low - room..high + room, names: None, label: axis.label.clone() };
+        return EntryPlaces { at, range: low - room..high + room, names: None, label: axis.label.clone() };
     }
     let at = (0..entries.len()).map(|index| index as f64).collect();
     let names = (entries.len() <= MOST_NAMES).then(|| entries.iter().map(|entry| entry.label.clone()).collect());
-    Places { at, range: -0.6..entries.len() as f64 - 0.4, names, label: String::new() }
+    EntryPlaces { at, range: -0.6..entries.len() as f64 - 0.4, names, label: String::new() }
 }
 
 fn span(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
@@ -209,8 +209,8 @@ fn values(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) ->
 
 fn draw_values<'a, Y>(
     chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
-    places: &Places,
-    entries: &[Entry],
+    places: &EntryPlaces,
+    entries: &[ComparedEntry],
     outcome: &ComparisonOutcome,
 ) -> Drawn
 where
@@ -394,7 +394,7 @@ fn histogram(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome)
     const REACH: f64 = 5.0;
     const BINS: usize = 40;
     let width = 2.0 * REACH / BINS as f64;
-    let scores: Vec<f64> = outcome.set.entries.iter().filter_map(Entry::z).collect();
+    let scores: Vec<f64> = outcome.set.entries.iter().filter_map(ComparedEntry::z).collect();
     if scores.is_empty() {
         return Err("every value is exact".into());
     }

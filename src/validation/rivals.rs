@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::chain::Stage;
 use crate::light_mesh::{
-    Accelerations, Entries, IndirectForm, NEVER, Placing, Planner, Samples, Solids, Surroundings, Wishes,
+    Accelerations, Entries, IndirectForm, NEVER, Planner, SamplePlacing, Samples, Solids, Surroundings, Wishes,
 };
 use crate::maps::MapResult;
 use crate::scene::{Elements, Scene};
@@ -34,7 +34,7 @@ pub fn solve_by_points(
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
     let solids = Solids::of(scene);
-    let points = Samples::of(&stage, Placing::Count(count), settings.seed);
+    let points = Samples::of(&stage, SamplePlacing::Count(count), settings.seed);
     let stop = || observer.is_interrupted();
     let planner = Planner {
         around: Surroundings { scene, stage: &stage, solids: &solids, samples: &points, give_up: NEVER },

@@ -7,7 +7,8 @@ use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{
-    Accelerations, Counts, Entries, IndirectForm, LightMesh, NEVER, Options, Placing, Samples, Solids, Surroundings,
+    Accelerations, Counts, Entries, IndirectForm, LightMesh, NEVER, Options, SamplePlacing, Samples, Solids,
+    Surroundings,
 };
 use luxmc::maps::MapKind;
 use luxmc::scene::Scene;
@@ -51,7 +52,7 @@ struct World {
 impl World {
     fn of(scene: Scene) -> World {
         let stage = Stage::new(&scene);
-        let samples = Samples::of(&stage, Placing::Stratified, 1);
+        let samples = Samples::of(&stage, SamplePlacing::Stratified, 1);
         World { solids: Solids::of(&scene), samples, stage, scene }
     }
 

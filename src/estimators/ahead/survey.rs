@@ -3,7 +3,7 @@
 use super::{Expectation, SHARE_FOR_A_LOOK};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
-use crate::sampling::emitter::{Emitter, View};
+use crate::sampling::emitter::{Emitter, EmitterView};
 use crate::sampling::random::{Square, Stream};
 
 /// Looks that both answers, in sight and hidden, count for before the first, where looks are too few to stand in order.
@@ -35,7 +35,7 @@ pub struct Survey<'a> {
     /// What it may bring, in lx.
     importance: f64,
     stream: &'a mut Stream,
-    view: Option<View<'a>>,
+    view: Option<EmitterView<'a>>,
     /// Rays so far.
     pub rays: u64,
 }

@@ -18,7 +18,7 @@ const ERROR_REACH: f64 = 3.0;
 /// Forecasts of a campaign that are drawn, evenly chosen.
 const MOST_DOTS: usize = 400;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type PlotArea<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn colour(campaign: &Campaign) -> RGBColor {
     if campaign.method == "auto" { OTHER } else { MEASURED }
@@ -29,7 +29,7 @@ fn name(campaign: &Campaign) -> String {
 }
 
 /// Names of the two methods above a picture.
-fn methods(area: &Area) -> Drawn {
+fn methods(area: &PlotArea) -> Drawn {
     use crate::validation::plots::{Sign, legend};
     let signs = [(Sign::Dot(MEASURED), "collision".to_owned()), (Sign::Dot(OTHER), "auto".to_owned())];
     legend(area, &signs)

@@ -99,9 +99,9 @@ pub fn cost_picture(proof: &Proof, target: usize, target_error: f64) -> String {
     svg(height, |area| cost_bars(area, &ratios))
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+type PlotArea<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-fn cost_bars(area: &Area, ratios: &[(&RoomProof, [Option<f64>; 2])]) -> Drawn {
+fn cost_bars(area: &PlotArea, ratios: &[(&RoomProof, [Option<f64>; 2])]) -> Drawn {
     let all = || ratios.iter().flat_map(|(_, ratios)| ratios.iter().flatten().copied());
     if all().next().is_none() {
         return Err("nothing to compare".into());
