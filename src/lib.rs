@@ -176,6 +176,7 @@ pub mod analytic;
 pub mod output;
 
 #[doc(hidden)]
-pub mod cli;
-#[doc(hidden)]
 pub mod validation;
+
+#[doc(hidden)]
+pub mod cli;

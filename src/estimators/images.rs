@@ -140,7 +140,7 @@ pub fn look_into_mirrors(
     let count = |lx: f64, towards: DVec3, _: &Chosen| lx * response(towards);
     let (sun_lx, sun_rays) = match mirrors.sun {
         Some(number) => look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
-            let look = stage.emitters.list()[number as usize].look(step.apex_m, step.normal, stream)?;
+            let look = stage.emitters.list()[number as usize].light_sample(step.apex_m, step.normal, stream)?;
             let origin = stage.origin(&look.place?);
             let position_m = stage.tracer.position_m(&origin);
             Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx, luminance_cd_m2: 0.0 })
@@ -229,7 +229,7 @@ fn look_at_areas(
         });
         let number = met.unwrap_or(&mirrors.areas[last]);
         let emitter = &list[*number as usize];
-        let look = emitter.look(step.apex_m, step.normal, stream)?;
+        let look = emitter.light_sample(step.apex_m, step.normal, stream)?;
         let origin = stage.origin(&look.place?);
         let position_m = stage.tracer.position_m(&origin);
         let luminance_cd_m2 = emitter.exitance_lm_m2()? / PI;

@@ -14,8 +14,8 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::chain::{LookedBack, Mirrors, Spot, Stage};
-use crate::estimators::direct::{Care, Receiver, Sight, one_look};
+use crate::chain::{LookedBack, Mirrors, Stage, TriangleSide};
+use crate::estimators::direct::{Receiver, SampleCost, Sight, one_light_sample};
 use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
@@ -37,7 +37,7 @@ enum Departure {
 /// A ray drawn from a lobe, and where from.
 struct LobeRay {
     lobe_per_sr: f64,
-    spot: Spot,
+    spot: TriangleSide,
     point_m: DVec3,
     normal: DVec3,
 }
@@ -286,7 +286,7 @@ fn follow_lm_m2(
                 Recall::Nothing => {}
                 Recall::End(known_lx) => {
                     // What is known holds the images in mirrors.
-                    let sight = one_look(stage, spot, &vertex.receiver(), Care::Glance, cut, stream);
+                    let sight = one_light_sample(stage, spot, &vertex.receiver(), SampleCost::Cheap, cut, stream);
                     let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (vertex.direct_lx(&sight), 1));
                     let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
                     return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
@@ -404,7 +404,7 @@ struct Vertex<'a> {
     stage: &'a Stage,
     hit: &'a SurfaceHit,
     /// The side of a triangle from which it looks for luminaires.
-    spot: Spot,
+    spot: TriangleSide,
     /// Direction of the walk's ray.
     direction: DVec3,
     normal: DVec3,
@@ -440,7 +440,7 @@ impl Vertex<'_> {
         let [direct, mirrored] = shares.map(|share| share * reflectance);
         let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
         let sight = match direct > 0.0 {
-            true => one_look(self.stage, self.spot, &self.receiver(), Care::Glance, cut, stream),
+            true => one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
             false => None,
         };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * self.direct_lx(&sight), 1));
@@ -482,7 +482,7 @@ impl Vertex<'_> {
             [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
         };
         let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, ON_THE_WAY, responses, cut, stream);
-        let Some(sight) = one_look(self.stage, self.spot, &receiver, Care::Look, cut, stream) else {
+        let Some(sight) = one_light_sample(self.stage, self.spot, &receiver, SampleCost::Full, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
         let pair = pair(sight.towards);

@@ -15,7 +15,7 @@ use crate::scene::{Cell, ReceiverPoint};
 pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
     for emitter in stage.emitters.list() {
-        let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) else { continue };
+        let Some(look) = emitter.light_sample(receiver.point_m, receiver.normal, stream) else { continue };
         rays += 1;
         if let Some(place) = look.place {
             sum_lx += look.unshadowed_lx * stage.transmittance(receiver.origin, &stage.origin(&place));

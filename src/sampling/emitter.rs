@@ -182,7 +182,7 @@ impl Emitted {
 
 /// What a receiver sees of an emitter in one look.
 #[derive(Clone, Copy, Debug)]
-pub struct Look {
+pub struct LightSample {
     /// Illuminance in lx if nothing stands between.
     pub unshadowed_lx: f64,
     /// The point looked at; `None` where numbers cannot tell one, so little of the emitter is above the horizon.
@@ -200,10 +200,10 @@ pub struct EmitterView<'a> {
 
 impl EmitterView<'_> {
     /// See [`Emitter::look`].
-    pub fn look(&self, stream: &mut Stream) -> Option<Look> {
+    pub fn light_sample(&self, stream: &mut Stream) -> Option<LightSample> {
         match &self.triangle {
-            Some(triangle) => triangle.look(stream),
-            None => self.emitter.look(self.point_m, self.normal, stream),
+            Some(triangle) => triangle.light_sample(stream),
+            None => self.emitter.light_sample(self.point_m, self.normal, stream),
         }
     }
 }
@@ -339,8 +339,8 @@ impl Emitter {
     ///
     /// The point looked at is drawn in proportion to what it brings there unshadowed: the estimate of the illuminance
     /// is what the look says times visibility.
-    pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        of_light!(&self.shape, light => light.look(point_m, normal, stream))
+    pub fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
+        of_light!(&self.shape, light => light.light_sample(point_m, normal, stream))
     }
 
     /// The emitter as a point with a unit normal sees it: where many looks follow, what they share is found but once.
@@ -354,8 +354,8 @@ impl Emitter {
     ///
     /// A far triangle's point is drawn by area; all else is looked at as ever.
     #[inline]
-    pub fn glance(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        of_light!(&self.shape, light => light.glance(point_m, normal, stream))
+    pub fn cheap_light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
+        of_light!(&self.shape, light => light.cheap_light_sample(point_m, normal, stream))
     }
 
     /// Exitance in lm/m² of an emitter that rays can meet; `None` for points.

@@ -131,7 +131,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target
         _ if !is_worth_a_pilot(job, at_best) => Err(TOO_LITTLE_WORK),
         (Ok(set), Some(target)) => offer(context, job, set, target, at_best),
     };
-    job.method_reason = reason(job.engine == Engine::Counting, error, gathering, without, &offered);
+    job.method_reason = reason(job.engine == Engine::Collision, error, gathering, without, &offered);
     let of_local = offered.as_ref().map_or(f64::INFINITY, |offer| offer.work);
     let gathers = |work: f64| {
         let looks = job.rays_to_first_look(error) < SHARE_OF_A_LOOK * of_local.min(work);

@@ -39,6 +39,9 @@ const MOST_NAMES: usize = 24;
 /// Values that span more than this factor are drawn on a logarithmic axis.
 const LOGARITHMIC_FROM: f64 = 30.0;
 
+/// A picture, or a part of one, to be drawn in.
+pub(super) type PlotArea<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
 /// Why a plot could not be drawn: there is none but a wrong range, and an empty picture says it.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
@@ -62,11 +65,7 @@ impl ForecastChart {
     }
 
     /// Draws axes, what is given, and the line of what came true.
-    pub fn draw(
-        &self,
-        area: &DrawingArea<SVGBackend, Shift>,
-        forecasts: impl FnOnce(&mut ForecastPlane) -> Drawn,
-    ) -> Drawn {
+    pub fn draw(&self, area: &PlotArea, forecasts: impl FnOnce(&mut ForecastPlane) -> Drawn) -> Drawn {
         let first = 100.0 * self.first_share;
         let mut chart =
             ChartBuilder::on(area)
@@ -126,7 +125,7 @@ pub fn comparison_plot(outcome: &ComparisonOutcome) -> String {
 }
 
 /// Draws into an SVG text of the plots' width.
-pub(super) fn svg(height: u32, draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>) -> Drawn) -> String {
+pub(super) fn svg(height: u32, draw: impl FnOnce(&PlotArea) -> Drawn) -> String {
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
@@ -167,7 +166,7 @@ fn span(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), number| (low.min(number), high.max(number)))
 }
 
-fn values(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+fn values(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     let places = places(outcome);
     let entries = &outcome.set.entries;
     let (low, high) = span(entries.iter().flat_map(|entry| [entry.measured_lx, entry.exact.value_lx]));
@@ -287,7 +286,7 @@ fn legend_places(signs: &[(Sign, String)]) -> Vec<(i32, u32)> {
 }
 
 /// Draws a legend at the top of a plot, where it hides nothing.
-pub(super) fn legend(area: &DrawingArea<SVGBackend, Shift>, signs: &[(Sign, String)]) -> Drawn {
+pub(super) fn legend(area: &PlotArea, signs: &[(Sign, String)]) -> Drawn {
     for ((sign, name), (x, row)) in signs.iter().zip(legend_places(signs)) {
         let y = 14 + (row * LEGEND_HEIGHT) as i32;
         match sign {
@@ -302,7 +301,7 @@ pub(super) fn legend(area: &DrawingArea<SVGBackend, Shift>, signs: &[(Sign, Stri
     Ok(())
 }
 
-fn deviations(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+fn deviations(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     let places = places(outcome);
     let entries = &outcome.set.entries;
     let sizes: Vec<f64> = {
@@ -390,7 +389,7 @@ fn allowed_percent(criterion: &Criterion) -> Option<f64> {
 }
 
 /// Histogram of the z-scores against Student's t.
-fn histogram(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+fn histogram(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     const REACH: f64 = 5.0;
     const BINS: usize = 40;
     let width = 2.0 * REACH / BINS as f64;

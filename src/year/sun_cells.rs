@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use super::sun_nodes::SunNodes;
 use crate::base::half_samples::PARTED;
-use crate::chain::{Spot, Stage};
+use crate::chain::{Stage, TriangleSide};
 use crate::estimators::direct::Receiver;
 use crate::estimators::sunlight::Suns;
 use crate::sampling::random::{Purpose, Stream};
@@ -100,7 +100,7 @@ pub(super) struct SunCells<'a> {
 }
 
 /// Place of a side of a triangle in lists of sides.
-pub(super) fn side_index((triangle, side): Spot) -> usize {
+pub(super) fn side_index((triangle, side): TriangleSide) -> usize {
     2 * triangle as usize + side as usize
 }
 
@@ -145,7 +145,7 @@ impl<'a> SunCells<'a> {
 
     /// What a place sees of the suns by a replica.
     #[inline]
-    pub fn suns_on(&self, replica: usize, spot: Spot, barycentric: [f64; 2]) -> &CellView {
+    pub fn suns_on(&self, replica: usize, spot: TriangleSide, barycentric: [f64; 2]) -> &CellView {
         let side = side_index(spot);
         let cell = self.firsts[side] + part_at(self.parts[side], barycentric[0], barycentric[1]);
         self.cells[replica][cell as usize].get_or_init(|| self.look(replica, spot, cell))
@@ -158,7 +158,7 @@ impl<'a> SunCells<'a> {
 
     /// Looks for all nodes from a point of a cell, and for some suns.
     #[cold]
-    fn look(&self, replica: usize, (triangle, side): Spot, cell: u32) -> CellView {
+    fn look(&self, replica: usize, (triangle, side): TriangleSide, cell: u32) -> CellView {
         let index = side_index((triangle, side));
         let mut stream = Stream::new(self.seed, Purpose::SunPlaces, 0, replica as u32);
         stream.seek(u64::from(cell));

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::triangle_view::TriangleView;
-use super::{Emitted, Look, Place};
+use super::{Emitted, LightSample, Place};
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
 use crate::sampling::importance::Beacon;
@@ -34,17 +34,17 @@ pub(super) trait Light {
     fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64;
 
     /// A light sample: see [`super::Emitter::look`].
-    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look>;
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample>;
 
     /// A triangle as a place sees it: see [`super::Emitter::view`].
     fn triangle_view(&self, _point_m: DVec3, _normal: DVec3) -> Option<TriangleView> {
         None
     }
 
-    /// A light sample that takes less time: see [`super::Emitter::glance`].
+    /// A light sample that takes less time: see [`super::Emitter::cheap_light_sample`].
     #[inline]
-    fn glance(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        self.look(point_m, normal, stream)
+    fn cheap_light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
+        self.light_sample(point_m, normal, stream)
     }
 
     /// Half space that holds all its light: a unit normal, and its points' least coordinate along that in m.

@@ -1,10 +1,9 @@
 //! Pictures of a calibration.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::campaign::{Campaign, LEVELS};
-use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, TEXT, svg, tick};
+use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, PlotArea, TEXT, svg, tick};
 
 /// Colours of methods, told apart in print by shape too (Okabe and Ito 2008).
 const OTHER: RGBColor = RGBColor(0, 158, 115);
@@ -17,8 +16,6 @@ const FORECASTS: ForecastChart =
 const ERROR_REACH: f64 = 3.0;
 /// Forecasts of a campaign that are drawn, evenly chosen.
 const MOST_DOTS: usize = 400;
-
-type PlotArea<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn colour(campaign: &Campaign) -> RGBColor {
     if campaign.method == "auto" { OTHER } else { MEASURED }
