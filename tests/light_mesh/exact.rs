@@ -211,7 +211,7 @@ fn directional_light_solves_sobolevs_problem_where_a_scalar_cannot() {
             solve_by_light_mesh(&scene, &settings(None, seed), &choice, &Silent).expect("it can be computed");
         relative_rms(&solution.maps[0].values.indirect_lx, &exact)
     };
-    for seed in 1..=4 {
+    for seed in 1..=2 {
         let error = error(IndirectForm::Directional, seed);
         assert!(error < 0.03, "seed {seed}: {error}");
     }

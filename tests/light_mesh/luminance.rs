@@ -100,7 +100,7 @@ fn a_view_of_a_room_agrees_with_walks() {
     let settings = Settings {
         method: Method::Collision,
         seed: 3,
-        chains: Some(160 * 1024),
+        chains: Some(160 * 256),
         maps: MapSelection::Receivers,
         ..Settings::default()
     };

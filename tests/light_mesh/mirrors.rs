@@ -137,7 +137,7 @@ fn a_room_with_a_ball_in_a_mirror_agrees_with_walks() {
     let settings = Settings {
         method: Method::Collision,
         seed: 3,
-        chains: Some(63 * 8192),
+        chains: Some(63 * 2048),
         maps: MapSelection::Receivers,
         ..Settings::default()
     };
