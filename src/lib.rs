@@ -173,6 +173,8 @@ pub mod year;
 #[doc(hidden)]
 pub mod analytic;
 #[doc(hidden)]
+pub mod methods;
+#[doc(hidden)]
 pub mod output;
 
 #[doc(hidden)]

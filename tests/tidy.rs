@@ -25,6 +25,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("radiosity", 8),
     ("year", 8),
     ("analytic", 9),
+    ("methods", 9),
     ("output", 9),
     ("validation", 10),
     ("cli", 11),
@@ -127,6 +128,7 @@ const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
     ("radiosity", &["random", "time", "fs"]),
     ("year", &["time", "fs"]),
     ("analytic", &["rayon", "random", "time", "fs"]),
+    ("methods", &["rayon", "random", "fs"]),
     ("output", &["random"]),
 ];
 

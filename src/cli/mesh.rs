@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 
 use super::exit::Failure;
 use crate::light_mesh::{Accelerations, IndirectForm};
-use crate::validation::MeshChoice;
+use crate::methods::MeshChoice;
 
 /// Options of the light mesh.
 #[derive(Debug, Default, Args)]

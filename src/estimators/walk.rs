@@ -21,7 +21,7 @@ use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair, Reflection, Translucent, Way};
+use crate::sampling::reflection::{Law, Pair, Reflection, Scattered, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// How a walk left the last vertex at which it looked for luminaires.
@@ -323,39 +323,12 @@ fn follow_lm_m2(
             Way::Spread => here,
             _ => None,
         };
-        match scattered.way {
-            Way::Lobe => {
-                let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
-                let point_m = stage.tracer.position_m(&origin);
-                let lobe_per_sr = law.lobe_per_sr(&pair);
-                trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
-                departure = Departure::Lobe(LobeRay { lobe_per_sr, spot, point_m, normal });
-            }
-            Way::Mirrored => {
-                let facet = |mirrors: &Mirrors| mirrors.number(hit.triangle, hit.side);
-                let facet = stage.mirrors.as_ref().and_then(facet);
-                trail = trail.and_then(|trail| trail.mirrored(facet, law.mirror_share(normal.dot(direction))));
-                departure = Departure::Mirrored;
-            }
-            Way::Passed => {
-                trail = trail.map(|trail| {
-                    trail.passed(if let Law::Glass(glass) = law { glass.shares(normal.dot(direction))[1] } else { 1.0 })
-                });
-            }
-            Way::Spread | Way::SpreadThrough => {
-                let is_behind = scattered.way == Way::SpreadThrough;
-                weight *= if is_behind { shares_behind[1] } else { shares[1] };
-                trail = trail_from(stage, ON_THE_WAY, || {
-                    let spread_per_sr = match law {
-                        // One side looks for areas, by chance: both by their shares.
-                        Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
-                        law => law.spread_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
-                    };
-                    (stage.tracer.position_m(&origin), if is_behind { -normal } else { normal }, spread_per_sr)
-                });
-                departure = Departure::Seen;
-            }
-        };
+        if matches!(scattered.way, Way::Spread | Way::SpreadThrough) {
+            weight *= if scattered.way == Way::SpreadThrough { shares_behind[1] } else { shares[1] };
+        }
+        let left =
+            Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: None };
+        (trail, departure) = left.depart(law, &scattered, (trail, departure));
         if weight <= 0.0 {
             return (sum_lm_m2, rays);
         }
@@ -417,6 +390,47 @@ struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
+    /// What is kept of a walk that leaves from here by a law: its way by mirrors, and how its next ray is to be taken.
+    fn depart(
+        &self,
+        law: &Law,
+        scattered: &Scattered,
+        (trail, departure): (Option<Trail>, Departure),
+    ) -> (Option<Trail>, Departure) {
+        let Vertex { stage, normal, direction, .. } = *self;
+        let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
+        match scattered.way {
+            Way::Lobe => {
+                let point_m = stage.tracer.position_m(self.origin);
+                let lobe_per_sr = law.lobe_per_sr(&pair);
+                let trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
+                (trail, Departure::Lobe(LobeRay { lobe_per_sr, spot: self.spot, point_m, normal }))
+            }
+            Way::Mirrored => {
+                let facet = |mirrors: &Mirrors| mirrors.number(self.hit.triangle, self.hit.side);
+                let facet = stage.mirrors.as_ref().and_then(facet);
+                let on = |trail: Trail| trail.mirrored(facet, law.mirror_share(normal.dot(direction)));
+                (trail.and_then(on), Departure::Mirrored)
+            }
+            Way::Passed => {
+                let share = || if let Law::Glass(glass) = law { glass.shares(normal.dot(direction))[1] } else { 1.0 };
+                (trail.map(|trail| trail.passed(share())), departure)
+            }
+            Way::Spread | Way::SpreadThrough => {
+                let side = if scattered.way == Way::SpreadThrough { -normal } else { normal };
+                let trail = trail_from(stage, ON_THE_WAY, || {
+                    let spread_per_sr = match law {
+                        // One side looks for areas, by chance: both by their shares.
+                        Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
+                        law => law.spread_per_sr(&pair),
+                    };
+                    (stage.tracer.position_m(self.origin), side, spread_per_sr)
+                });
+                (trail, Departure::Seen)
+            }
+        }
+    }
+
     fn receiver(&self) -> Receiver<'_> {
         Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }

@@ -26,7 +26,7 @@ pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (
 
 /// Whether looks at all emitters have no chance in them.
 pub fn looks_are_exact(stage: &Stage) -> bool {
-    stage.emitters.list().iter().all(|emitter| emitter.is_point() && !emitter.has_opening())
+    stage.emitters.list().iter().all(|emitter| emitter.is_single_point())
 }
 
 /// A place of a map at which light is asked for.

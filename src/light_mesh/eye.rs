@@ -117,7 +117,7 @@ impl Eye<'_> {
         };
         // Points that no mirror shows are looked at without any chance: once is enough.
         let list = self.stage.emitters.list();
-        let is_exact = |emitter: &Emitter| emitter.is_point() && !emitter.has_opening();
+        let is_exact = |emitter: &Emitter| emitter.is_single_point();
         let once = list.len() <= MOST_EACH && self.stage.mirrors.is_none() && list.iter().all(is_exact);
         let passes = if once { 1 } else { rays };
         let mut ends = Vec::new();
@@ -214,7 +214,7 @@ impl<'a> Gloss<'a> {
     /// None of a surface without gloss.
     fn of(stage: &'a Stage, end: &'a SubPoint) -> Option<Gloss<'a>> {
         let law = stage.law(end.hit.triangle);
-        let is_glossy = matches!(law, Law::Phong(_) | Law::Blinn(_));
+        let is_glossy = !law.is_specular() && !matches!(law, Law::Diffuse(_) | Law::Translucent(_));
         let reflectance = law.total(1.0) - law.diffuse_part();
         (is_glossy && reflectance > 0.0).then_some(Gloss { end, law, reflectance })
     }

@@ -67,14 +67,14 @@ impl Samples {
     /// Places points on every emitter; the seed moves them within their strata.
     pub fn of(stage: &Stage, placing: SamplePlacing, seed: u64) -> Samples {
         let list = stage.emitters.list();
-        let extended = list.iter().filter(|emitter| !emitter.is_point() || emitter.has_opening()).count();
+        let extended = list.iter().filter(|emitter| !emitter.is_single_point()).count();
         let stratified = EDGES[usize::from(extended > FEW)].pow(2);
         let count_of_extended = if let SamplePlacing::Count(count) = placing { count } else { stratified };
         let mut samples =
             Samples { words: 0, panes_from: None, groups: Vec::with_capacity(list.len()), points: Vec::new() };
         let mut next_bit = 0;
         for (index, emitter) in list.iter().enumerate() {
-            let is_extended = !emitter.is_point() || emitter.has_opening();
+            let is_extended = !emitter.is_single_point();
             let count = if is_extended { count_of_extended } else { 1 };
             if next_bit % WORD + count > WORD {
                 next_bit = next_bit.next_multiple_of(WORD);

@@ -217,14 +217,14 @@ fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
 }
 
 impl Emitter {
-    /// Whether it is a point, or emits from points that no ray meets.
-    pub fn is_point(&self) -> bool {
-        of_light!(&self.shape, light => light.is_point())
+    /// Whether no ray can meet it: a point, or an opening or a ring, which is no obstacle. Light samples alone find what it brings.
+    pub fn is_met_by_no_ray(&self) -> bool {
+        of_light!(&self.shape, light => light.is_met_by_no_ray())
     }
 
     /// Whether it is one point: every look from one place then says the same.
     pub fn is_single_point(&self) -> bool {
-        self.is_point() && !self.has_opening()
+        self.is_met_by_no_ray() && !self.has_opening()
     }
 
     /// Whether any part of it lies within a distance of a point, in m.

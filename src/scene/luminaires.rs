@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use super::arrays;
 use super::bodies::body_of;
 use super::daylight;
-use super::emission::{OWN_KEYS, Shining, TYPES, comes_in_arrays};
+use super::emission::{Shining, TYPES, comes_in_arrays, own_keys};
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
 pub(super) use super::luminaire_reading::LuminaireContext;
@@ -23,7 +23,7 @@ const COMMON_KEYS: [&str; 5] = ["name", "type", "dimming", "maintenance_factor",
 /// Keys of a luminaire type: its place in [`TYPES`].
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     let array: &[&str] = if comes_in_arrays(kind) { &arrays::KEYS } else { &[] };
-    [&COMMON_KEYS, OWN_KEYS[kind], array].concat()
+    [&COMMON_KEYS, own_keys(kind), array].concat()
 }
 
 /// Luminous fluxes in lm that are computed: a thousandth of a photon's an hour to more than the sun's. Fourth powers of the

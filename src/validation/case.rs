@@ -9,11 +9,11 @@ use serde_json::{Map, Value};
 use super::error::CaseError;
 use super::exact::LightPart;
 use super::fields::{Fraction, fill_in};
-use super::light_mesh::MeshChoice;
 use super::run_method::{RunMethod, indirect_form, method_names};
 use super::truth::{Truth, TruthSpec};
 use super::truth_room::RoomCache;
 use crate::check::scene_from_json;
+use crate::methods::MeshChoice;
 use crate::scene::{Scene, SceneError};
 
 /// The file that makes a folder a case.

@@ -7,14 +7,13 @@ use crate::light_mesh::{
     Accelerations, Entries, IndirectForm, NEVER, Planner, SamplePlacing, Samples, Solids, Surroundings, Wishes,
 };
 use crate::maps::MapResult;
+use crate::methods::check_light_mesh;
 use crate::scene::{Elements, Scene};
 use crate::solver::{Observer, Settings, Solution, Spending, StopReason, map_requests};
 
-use super::light_mesh::check_requests;
-
 /// Whether the rivals can compute the maps asked for: they know direct light alone.
 pub fn check_points(scene: &Scene, settings: &Settings) -> Result<(), String> {
-    check_requests(scene, settings).map_err(|error| error.to_string())?;
+    check_light_mesh(scene, settings).map_err(|error| error.to_string())?;
     if Stage::new(scene).reflects() {
         return Err("shadow rays compute direct light alone, and surfaces of this scene reflect".to_owned());
     }

@@ -11,9 +11,9 @@ use luxmc::light_mesh::{
     Surroundings,
 };
 use luxmc::maps::MapKind;
+use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Settings, StopReason, solve};
-use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 use crate::common::{Silent, scene_of};
 

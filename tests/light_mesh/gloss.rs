@@ -4,9 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use luxmc::maps::MapResult;
+use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method, Settings, Solution, solve};
-use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 use crate::common::{Silent, scene_of};
 

@@ -8,9 +8,9 @@ use luxmc::chain::Stage;
 use luxmc::light_mesh::tracing::{DirectBy, IndirectBy, light_of};
 use luxmc::light_mesh::{Entries, NEVER, SamplePlacing, Samples, Solids, Surroundings};
 use luxmc::maps::MapKind;
+use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Observer, Settings, Solution, StopReason};
-use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 use crate::common::{Silent, scene_of};
 

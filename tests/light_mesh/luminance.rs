@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use luxmc::base::pane::pane_shares;
 use luxmc::maps::TableKind;
+use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method, Settings, Solution, StopReason, solve};
-use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 use crate::common::{Silent, scene_of};
 

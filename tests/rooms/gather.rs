@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use luxmc::maps::MapKind;
+use luxmc::methods::solve_by_radiosity;
 use luxmc::scene::{Elements, Scene};
 use luxmc::solver::{ConvergenceRow, MapSelection, Method, Settings, Solution, StopReason, solve};
-use luxmc::validation::solve_by_radiosity;
 
 use crate::common::{self, Silent, T15_QUANTILE_95_4, cube, scene, scene_of, slow};
 

@@ -33,7 +33,7 @@ pub(super) trait Light {
     /// See [`super::Emitter::unshadowed_lx`].
     fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64;
 
-    /// A light sample: see [`super::Emitter::look`].
+    /// A light sample: see [`super::Emitter::light_sample`].
     fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample>;
 
     /// A triangle as a place sees it: see [`super::Emitter::view`].
@@ -52,8 +52,8 @@ pub(super) trait Light {
         None
     }
 
-    /// Whether it emits from points that no ray meets.
-    fn is_point(&self) -> bool {
+    /// See [`super::Emitter::is_met_by_no_ray`].
+    fn is_met_by_no_ray(&self) -> bool {
         false
     }
 

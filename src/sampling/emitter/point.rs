@@ -63,7 +63,7 @@ impl Light for PointLight {
         self.axis.map(|axis| (axis, axis.dot(self.position_m)))
     }
 
-    fn is_point(&self) -> bool {
+    fn is_met_by_no_ray(&self) -> bool {
         true
     }
 

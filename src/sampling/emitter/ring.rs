@@ -153,7 +153,7 @@ impl Light for RingLight {
         Some((self.axis, self.axis.dot(self.center_m)))
     }
 
-    fn is_point(&self) -> bool {
+    fn is_met_by_no_ray(&self) -> bool {
         true
     }
 

@@ -85,7 +85,7 @@ impl Light for WebLight {
         Some((axis, axis.dot(self.position_m) - behind_m))
     }
 
-    fn is_point(&self) -> bool {
+    fn is_met_by_no_ray(&self) -> bool {
         true
     }
 

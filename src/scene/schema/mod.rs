@@ -496,9 +496,8 @@ mod tests {
     fn the_schema_and_the_reader_know_the_same_keys() {
         let schema = scene_schema();
         type Keys = fn(usize) -> Vec<&'static str>;
-        let keys_of_materials: Keys = |kind| crate::scene::materials::KEYS[kind].to_vec();
         for (definition, types, keys) in [
-            ("MaterialKind", &crate::scene::materials::TYPES[..], keys_of_materials),
+            ("MaterialKind", &crate::scene::materials::TYPES[..], crate::scene::materials::keys as Keys),
             ("GeometryKind", &crate::scene::surfaces::TYPES, crate::scene::surfaces::keys),
             ("LuminaireKind", &crate::scene::emission::TYPES, crate::scene::luminaires::keys),
             ("ReceiverKind", &crate::scene::receivers::TYPES, crate::scene::receivers::keys),
@@ -533,7 +532,7 @@ mod tests {
             &crate::scene::units::UNIT_NAMES[..],
             &crate::scene::surfaces::FACINGS,
             &crate::scene::emission::DISTRIBUTIONS,
-            &crate::scene::emission::SIDES,
+            &crate::scene::luminaire_reading::SIDES,
             &crate::scene::sky::DISTRIBUTIONS,
             &crate::scene::standard::AREAS.map(crate::scene::Area::name),
         ] {
