@@ -278,20 +278,10 @@ fn follow_lm_m2(
         let vertex =
             Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: from };
         if let Law::Diffuse(law) = law {
-            let receiver = vertex.receiver();
-            let met = Met { hit: &hit, receiver, direction, reflectance: law.reflectance };
-            let (recall, recall_rays) = memory.recall(&met, cut, stream);
-            rays += recall_rays;
-            match recall {
-                Recall::Nothing => {}
-                Recall::End(known_lx) => {
-                    // What is known holds the images in mirrors.
-                    let sight = one_light_sample(stage, spot, &vertex.receiver(), SampleCost::Cheap, cut, stream);
-                    let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (vertex.direct_lx(&sight), 1));
-                    let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
-                    return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
-                }
-                Recall::Stop => return (sum_lm_m2, rays),
+            let (known_lm_m2, known_rays) = vertex.recalled_lm_m2(law.reflectance, shares, memory, cut, stream);
+            rays += known_rays;
+            if let Some(known_lm_m2) = known_lm_m2 {
+                return (sum_lm_m2 + weight * known_lm_m2, rays);
             }
         }
         let (direct_lm_m2, direct_rays) = match law {
@@ -390,7 +380,32 @@ struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
+    /// What leaves a diffuse surface in lm/m² if the walk ends here, by what is known of the place; `None` where it goes on. And the rays.
+    #[inline]
+    fn recalled_lm_m2(
+        &self,
+        reflectance: f64,
+        shares: [f64; 2],
+        memory: &mut impl Memory,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (Option<f64>, u64) {
+        let met = Met { hit: self.hit, receiver: self.receiver(), direction: self.direction, reflectance };
+        let (recall, rays) = memory.recall(&met, cut, stream);
+        match recall {
+            Recall::Nothing => (None, rays),
+            Recall::Stop => (Some(0.0), rays),
+            Recall::End(known_lx) => {
+                // What is known holds the images in mirrors.
+                let sight = one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
+                let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (self.direct_lx(&sight), 1));
+                (Some(reflectance * (shares[0] * direct_lx + shares[1] * known_lx)), rays + direct_rays)
+            }
+        }
+    }
+
     /// What is kept of a walk that leaves from here by a law: its way by mirrors, and how its next ray is to be taken.
+    #[inline]
     fn depart(
         &self,
         law: &Law,
