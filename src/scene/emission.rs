@@ -157,14 +157,23 @@ pub(super) enum LuminaireKind {
     },
     /// A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
-    Area(AreaKeys),
+    Area {
+        #[schemars(flatten)]
+        keys: AreaKeys,
+    },
     /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`, of Perez's sky neither.
     #[schemars(extend("oneOf" = [{"required": ["zenith_luminance_cd_m2"]}, {"required": ["horizontal_illuminance_lx"]},
         {"required": ["direct_normal_illuminance_lx", "diffuse_horizontal_illuminance_lx"]}]))]
-    Sky(SkyKeys),
+    Sky {
+        #[schemars(flatten)]
+        keys: SkyKeys,
+    },
     /// The disk of the sun; either `normal_illuminance_lx` or `horizontal_illuminance_lx`.
     #[schemars(extend("oneOf" = [{"required": ["normal_illuminance_lx"]}, {"required": ["horizontal_illuminance_lx"]}]))]
-    Sun(SunKeys),
+    Sun {
+        #[schemars(flatten)]
+        keys: SunKeys,
+    },
     /// A luminaire from an IES LM-63 or EULUMDAT file.
     Photometric {
         /// Name of the luminaire.
