@@ -10,7 +10,9 @@ use glam::DVec3;
 use schemars::JsonSchema;
 
 use super::error::SceneError;
-use super::luminaire_keys::{AreaKeys, Array, Brightness, Distribution, Operation, SkyKeys, SunKeys, Vector};
+use super::luminaire_keys::{
+    AreaKeys, Array, Brightness, Distribution, Operation, PhotometricKeys, SkyKeys, SunKeys, Vector,
+};
 use super::luminaire_reading::LuminaireReading;
 use super::openings::Openings;
 use super::photometric_luminaire::Product;
@@ -176,20 +178,8 @@ pub(super) enum LuminaireKind {
     },
     /// A luminaire from an IES LM-63 or EULUMDAT file.
     Photometric {
-        /// Name of the luminaire.
-        name: String,
-        /// The file.
-        file: String,
-        /// Centre of the luminous opening.
-        position: Vector,
-        /// Direction of γ = 0; [0, 0, −1] by default.
-        aim: Option<Vector>,
-        /// Turns C0 towards C90. At 0 a luminaire that aims straight down has C0 along +x and C90 along +y.
-        rotation_deg: Option<f64>,
         #[schemars(flatten)]
-        operation: Operation,
-        #[schemars(flatten)]
-        array: Array,
+        keys: PhotometricKeys,
     },
 }
 

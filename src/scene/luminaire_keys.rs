@@ -201,3 +201,23 @@ pub(super) struct SunKeys {
     #[schemars(flatten)]
     operation: Operation,
 }
+
+/// Keys of a luminaire from a photometric file.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct PhotometricKeys {
+    /// Name of the luminaire.
+    name: String,
+    /// The file.
+    file: String,
+    /// Centre of the luminous opening.
+    position: Vector,
+    /// Direction of γ = 0; [0, 0, −1] by default.
+    aim: Option<Vector>,
+    /// Turns C0 towards C90. At 0 a luminaire that aims straight down has C0 along +x and C90 along +y.
+    rotation_deg: Option<f64>,
+    #[schemars(flatten)]
+    operation: Operation,
+    #[schemars(flatten)]
+    array: Array,
+}
