@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use luxmc::validation::studies::{Line, log_log};
+use luxmc::validation::studies::{PlotLine, log_log};
 
 /// Targets of the table's columns.
 const TARGETS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
@@ -101,7 +101,7 @@ fn main() -> Result<(), String> {
         println!("| {name} | {} |", cells.join(" | "));
         let places = TARGETS.iter().filter_map(|target| Some((100.0 * target, latest(name, *target)?.compute_s)));
         let short_name = SHORTER.iter().fold((*name).to_owned(), |name, (long, short)| name.replace(long, short));
-        lines.push(Line { name: short_name, places: places.collect() });
+        lines.push(PlotLine { name: short_name, places: places.collect() });
     }
     let picture = log_log(
         ["target error, %: 0.1, 0.3, 1 and 3 from left to right", "seconds of computing on two threads"],

@@ -16,7 +16,7 @@ use glam::DVec3;
 use luxmc::chain::Stage;
 use luxmc::check::scene_from_json;
 use luxmc::geometry::Meeting;
-use luxmc::output::axes::{Frame, Scale};
+use luxmc::output::axes::{ChartFrame, Scale};
 use luxmc::output::color::{BLUE, SOFT, VERMILION};
 use luxmc::output::picture::{Pen, Picture, Words};
 use luxmc::sampling::random::{Purpose, Stream};
@@ -161,7 +161,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         )
         .ink(SOFT),
     );
-    let frame = Frame {
+    let frame = ChartFrame {
         left: 80.0,
         top: 66.0,
         width: 700.0,

@@ -173,9 +173,12 @@ pub mod year;
 #[doc(hidden)]
 pub mod analytic;
 #[doc(hidden)]
+pub mod methods;
+#[doc(hidden)]
 pub mod output;
 
 #[doc(hidden)]
-pub mod cli;
-#[doc(hidden)]
 pub mod validation;
+
+#[doc(hidden)]
+pub mod cli;

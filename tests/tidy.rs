@@ -25,6 +25,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("radiosity", 8),
     ("year", 8),
     ("analytic", 9),
+    ("methods", 9),
     ("output", 9),
     ("validation", 10),
     ("cli", 11),
@@ -117,7 +118,7 @@ const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
     ("geometry", &["random", "time", "fs"]),
     ("sampling", &["rayon", "time", "fs"]),
     ("check", &["random", "time", "fs"]),
-    ("chain", &["fs", "io"]),
+    ("chain", &["rayon", "time", "fs", "io"]),
     ("caches", &["rayon", "random", "time", "fs", "io"]),
     ("estimators", &["time", "fs", "io"]),
     ("maps", &["rayon", "random", "time", "fs", "io"]),
@@ -127,12 +128,22 @@ const MUST_NOT_KNOW: &[(&str, &[&str])] = &[
     ("radiosity", &["random", "time", "fs"]),
     ("year", &["time", "fs"]),
     ("analytic", &["rayon", "random", "time", "fs"]),
+    ("methods", &["rayon", "random", "fs"]),
     ("output", &["random"]),
+];
+
+/// Files that know of one such thing for all of their room: what is learned before packets fly is learned on threads, and a path
+/// looks at the clock where it is very long.
+const KNOW_FOR_THEIR_ROOM: &[(&str, &str)] = &[
+    ("chain/patience.rs", "time"),
+    ("chain/selection_by_cell.rs", "rayon"),
+    ("chain/selection_by_region.rs", "rayon"),
+    ("chain/unlit.rs", "rayon"),
 ];
 
 #[test]
 fn rooms_do_not_know_what_is_not_theirs() {
-    let mut seen = BTreeSet::new();
+    let (mut seen, mut known) = (BTreeSet::new(), BTreeSet::new());
     let broken: Vec<String> = sources()
         .iter()
         .flat_map(|(path, text)| {
@@ -145,10 +156,21 @@ fn rooms_do_not_know_what_is_not_theirs() {
             seen.extend(named.iter().flat_map(|named| named.path.clone()));
             let knows = |word: &&str| named.iter().find(|named| named.path.iter().any(|piece| piece == *word));
             let wrong = forbidden.filter_map(|word| Some((*word, knows(word)?.line)));
+            let may_know = |word: &str| {
+                KNOW_FOR_THEIR_ROOM.iter().find(|(file, known)| path.ends_with(file) && *known == word).copied()
+            };
+            let (excepted, wrong): (Vec<_>, Vec<_>) = wrong.partition(|(word, _)| may_know(word).is_some());
+            known.extend(excepted.into_iter().filter_map(|(word, _)| may_know(word)));
+            let wrong = wrong.into_iter();
             wrong.map(|(word, line)| format!("{}:{line}: {room} knows of {word}", path.display())).collect::<Vec<_>>()
         })
         .collect();
     assert!(broken.is_empty(), "{}", broken.join("\n"));
+    assert_eq!(
+        known.len(),
+        KNOW_FOR_THEIR_ROOM.len(),
+        "KNOW_FOR_THEIR_ROOM tells of files that know nothing by now: {known:?}"
+    );
     // A word that nobody names forbids nothing.
     let words = MUST_NOT_KNOW.iter().flat_map(|(_, words)| *words);
     let idle: Vec<&&str> = words.filter(|word| !seen.contains(**word)).collect();
@@ -161,7 +183,7 @@ const CIRCLES: &[&str] = &[
     "cli/dry_run",
     "cli/progress",
     "cli/solve",
-    "estimators/ahead",
+    "estimators/control_variate",
     "estimators/direct",
     "estimators/element",
     "light_mesh/complete",
@@ -240,7 +262,7 @@ const UNITS: &[(&str, &str)] = &[
 
 /// Fields that still have a unit in their documents alone.
 const UNITS_TO_COME: &[&str] = &[
-    "chain/outlook: seen",
+    "chain/selection_by_region: seen",
     "maps/history: squared_error",
     "maps/replicas: direct",
     "maps/scores: variance",
@@ -373,33 +395,6 @@ fn files_can_be_read_in_one_sitting() {
         if lines > LONGEST_FILE { vec![format!("{}: {lines} lines", path.display())] } else { Vec::new() }
     });
     assert!(long.is_empty(), "{}", long.join("\n"));
-}
-
-/// Names that two rooms of the engine share still.
-const SHARED_NAMES: [&str; 1] = ["Expectation"];
-
-/// The type that a line declares for other files: public or for the whole crate.
-fn type_declared(line: &str) -> Option<&str> {
-    let rest = ["pub ", "pub(crate) "].into_iter().find_map(|visible| line.trim_start().strip_prefix(visible))?;
-    let rest = ["struct ", "enum ", "trait ", "type "].into_iter().find_map(|kind| rest.strip_prefix(kind))?;
-    rest.split(|c: char| !(c.is_alphanumeric() || c == '_')).next()
-}
-
-#[test]
-fn a_type_that_other_files_see_has_a_name_of_its_own() {
-    let declared = complaints(|path, text| {
-        let at = |(number, name): (usize, &str)| format!("{name} {}:{}", path.display(), number + 1);
-        text.lines().enumerate().filter_map(|(number, line)| Some((number, type_declared(line)?))).map(at).collect()
-    });
-    let name = |declared: &str| declared.split(' ').next().unwrap_or_default().to_owned();
-    let count = |wanted: &str| declared.iter().filter(|declared| name(declared) == wanted).count();
-    let shared: Vec<&String> = declared
-        .iter()
-        .filter(|declared| count(&name(declared)) > 1 && !SHARED_NAMES.contains(&name(declared).as_str()))
-        .collect();
-    assert!(declared.len() > 200, "the types were not found");
-    assert!(shared.is_empty(), "names of two types each: {shared:#?}");
-    assert!(SHARED_NAMES.iter().all(|name| count(name) > 1), "SHARED_NAMES tells of names that are unique by now");
 }
 
 /// Characters of a line of `docs/methods.md`.
@@ -560,12 +555,4 @@ fn the_checks_see_what_they_forbid() {
     ];
     let circles = Modules::of(files.map(|(name, text)| (name.to_owned(), text))).in_circles();
     assert_eq!(circles.into_iter().collect::<Vec<_>>(), ["room/a", "room/b"]);
-    let lines = [
-        "pub struct Spot {",
-        "    pub(crate) enum Way<'a> {",
-        "pub type Point = [f64; 2];",
-        "struct Own;",
-        "pub fn f()",
-    ];
-    assert_eq!(lines.map(type_declared), [Some("Spot"), Some("Way"), Some("Point"), None, None]);
 }

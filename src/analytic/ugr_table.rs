@@ -29,7 +29,7 @@ const SMALL_M2: f64 = 0.005;
 /// A luminaire without an opening, of a goniometer other than type C, or without light; reflectances that reflect everything;
 /// a spacing that does not divide H.
 pub fn ugr_table(file: &PhotometricFile, reflectances: &[[f64; 3]], spacing_h: f64) -> Result<UgrTable, AnalyticError> {
-    let seen = Seen::of(file)?;
+    let seen = TableLuminaire::of(file)?;
     for set in reflectances {
         for (what, reflectance) in ["ceiling", "walls", "reference plane"].into_iter().zip(set) {
             let remedy = "give ceiling, walls and reference plane in percent, such as 70/50/20";
@@ -61,7 +61,7 @@ pub fn ugr_table(file: &PhotometricFile, reflectances: &[[f64; 3]], spacing_h: f
 ///
 /// As [`ugr_table`].
 pub fn spacing_corrections(file: &PhotometricFile, table: &UgrTable) -> Result<Vec<SpacingCorrection>, AnalyticError> {
-    let seen = Seen::of(file)?;
+    let seen = TableLuminaire::of(file)?;
     let corrections = OTHER_SPACINGS_H.iter().filter(|spacing_h| **spacing_h != table.spacing_h).map(|&spacing_h| {
         let rooms = STANDARD_ROOMS.iter().zip(&table.rooms).filter(|(room, _)| room.fits(spacing_h));
         let rooms = rooms.map(|(room, rated)| {
@@ -110,14 +110,14 @@ fn unfit(spacing_h: f64) -> AnalyticError {
 }
 
 /// A luminaire as tables take it.
-struct Seen<'a> {
+struct TableLuminaire<'a> {
     file: &'a PhotometricFile,
     aperture: Aperture,
     zone_fluxes_lm: [f64; ZONES],
 }
 
-impl Seen<'_> {
-    fn of(file: &PhotometricFile) -> Result<Seen<'_>, AnalyticError> {
+impl TableLuminaire<'_> {
+    fn of(file: &PhotometricFile) -> Result<TableLuminaire<'_>, AnalyticError> {
         let refuse = |what: &str, got: &str, expected: &str, remedy: &str| AnalyticError {
             what: what.to_owned(),
             got: got.to_owned(),
@@ -144,7 +144,7 @@ impl Seen<'_> {
             let remedy = "check the file's intensities and multipliers";
             return Err(refuse("the luminous flux in lm", "0", "some light", remedy));
         }
-        Ok(Seen { file, aperture, zone_fluxes_lm })
+        Ok(TableLuminaire { file, aperture, zone_fluxes_lm })
     }
 
     fn glare(&self, room: &StandardRoom, spacing_h: f64, viewing: Viewing) -> Option<RoomGlare> {

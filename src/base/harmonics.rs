@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// One harmonic pair of order m and what leads to the next degree.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Term {
+struct HarmonicTerm {
     cosine: f64,
     sine: f64,
     /// (2l + 1)/(l + 1 − m) and (l + m)/(l + 1 − m).
@@ -34,7 +34,7 @@ struct Term {
 pub struct HarmonicSeries {
     degree: usize,
     coefficients: Vec<f64>,
-    terms: Vec<Term>,
+    terms: Vec<HarmonicTerm>,
 }
 
 /// Bounds of a series over the sphere.
@@ -76,7 +76,7 @@ impl HarmonicSeries {
                 let norm = norm(l, m);
                 let sine = if m == 0 { 0.0 } else { norm * coefficients[place_of(l, -(m as i64))] };
                 let steps = (l + 1 - m) as f64;
-                terms.push(Term {
+                terms.push(HarmonicTerm {
                     cosine: norm * coefficients[place_of(l, m as i64)],
                     sine,
                     up: (2 * l + 1) as f64 / steps,

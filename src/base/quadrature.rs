@@ -110,7 +110,7 @@ const GAUSS_WEIGHTS: [f64; 4] =
 const NARROWEST_PIECE: f64 = 1e-30;
 
 /// A piece of the interval with its own value and error.
-struct Piece {
+struct IntervalPiece {
     from: f64,
     to: f64,
     value: f64,
@@ -143,7 +143,7 @@ pub fn integrate_adaptive(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, toleran
                 gauss += GAUSS_WEIGHTS[i / 2] * pair;
             }
         }
-        Piece { from, to, value: kronrod * half, error: ((kronrod - gauss) * half).abs() }
+        IntervalPiece { from, to, value: kronrod * half, error: ((kronrod - gauss) * half).abs() }
     };
     let mut pieces = vec![piece(a, b, &mut evaluations)];
     loop {

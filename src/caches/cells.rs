@@ -80,7 +80,7 @@ pub struct CellGrid {
     keys: Vec<CellKey>,
     /// Open addressing; its length is a power of two. It follows from the keys.
     #[serde(skip)]
-    table: Vec<Slot>,
+    table: Vec<CellSlot>,
 }
 
 /// What of the cells is written and read again.
@@ -104,13 +104,13 @@ impl From<GridKeys> for CellGrid {
 
 /// A slot of the table: all that a look-up reads lies in one line of memory.
 #[derive(Clone, Copy, Debug)]
-struct Slot {
+struct CellSlot {
     fingerprint: u64,
     cell: u32,
 }
 
-impl Slot {
-    const FREE: Slot = Slot { fingerprint: 0, cell: FREE };
+impl CellSlot {
+    const FREE: CellSlot = CellSlot { fingerprint: 0, cell: FREE };
 }
 
 impl CellGrid {
@@ -127,7 +127,7 @@ impl CellGrid {
             finest,
             coarsest: -FINEST,
             keys: Vec::new(),
-            table: vec![Slot::FREE; FIRST_SLOTS],
+            table: vec![CellSlot::FREE; FIRST_SLOTS],
         }
     }
 
@@ -155,7 +155,7 @@ impl CellGrid {
 
     /// The same grid without cells.
     pub fn emptied(&self) -> CellGrid {
-        CellGrid { keys: Vec::new(), table: vec![Slot::FREE; FIRST_SLOTS], ..*self }
+        CellGrid { keys: Vec::new(), table: vec![CellSlot::FREE; FIRST_SLOTS], ..*self }
     }
 
     /// Where a cell lies.
@@ -208,7 +208,7 @@ impl CellGrid {
         }
         let cell = self.keys.len() as u32;
         self.keys.push(key);
-        self.table[slot] = Slot { fingerprint, cell };
+        self.table[slot] = CellSlot { fingerprint, cell };
         if 2 * self.keys.len() > self.table.len() {
             self.make_table(2 * self.table.len());
         }
@@ -228,11 +228,11 @@ impl CellGrid {
 
     /// Makes a table of so many slots, a power of two, that holds all keys.
     fn make_table(&mut self, slots: usize) {
-        self.table = vec![Slot::FREE; slots];
+        self.table = vec![CellSlot::FREE; slots];
         for cell in 0..self.keys.len() {
             let fingerprint = self.keys[cell].fingerprint();
             let slot = self.slot(fingerprint);
-            self.table[slot] = Slot { fingerprint, cell: cell as u32 };
+            self.table[slot] = CellSlot { fingerprint, cell: cell as u32 };
         }
     }
 }

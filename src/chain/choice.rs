@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::outlook::Sights;
-use super::sight_map::CellChoice;
-use super::{Spot, Stage};
+use super::selection_by_cell::CellChoice;
+use super::selection_by_region::RegionSelection;
+use super::{Stage, TriangleSide};
 use crate::sampling::emitter_tree::Cut;
 
 /// Share of the choices that go to luminaires that were seen from the region, where most light is hidden (docs/methods.md (6)).
@@ -16,11 +16,11 @@ const ANY: f64 = 0.05;
 pub struct Choices<'a> {
     stage: &'a Stage,
     place: [DVec3; 2],
-    way: Way<'a>,
+    way: ChoiceWay<'a>,
 }
 
 /// How emitters are chosen.
-enum Way<'a> {
+enum ChoiceWay<'a> {
     /// No luminaire can light the place.
     Unlit,
     /// There is but one.
@@ -28,24 +28,26 @@ enum Way<'a> {
     /// By what they bring unshadowed.
     Unshadowed(&'a Cut),
     /// Most light is hidden: by what is in sight, with a share for all.
-    InSight(&'a Sights, &'a Cut),
-    /// As the sights of a cell say.
+    InSight(&'a RegionSelection, &'a Cut),
+    /// As was counted in a cell.
     OfCell(CellChoice<'a>),
 }
 
 impl Stage {
     /// Makes ready for choices at a point with a unit normal on a side of a triangle; `cut` is room for it.
     #[inline]
-    pub fn choices<'a>(&'a self, spot: Spot, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
+    pub fn choices<'a>(&'a self, spot: TriangleSide, point_m: DVec3, normal: DVec3, cut: &'a mut Cut) -> Choices<'a> {
         let way = if self.is_unlit(spot) {
-            Way::Unlit
+            ChoiceWay::Unlit
         } else if self.emitters.list().len() == 1 {
-            Way::Only
-        } else if let Some(cell) = self.sight_map().and_then(|map| map.of_place(point_m, normal)) {
-            Way::OfCell(cell)
+            ChoiceWay::Only
+        } else if let Some(cell) = self.selection_by_cell().and_then(|map| map.of_place(point_m, normal)) {
+            ChoiceWay::OfCell(cell)
         } else {
             self.emitters.open(point_m, normal, cut);
-            self.outlook.sights_from(spot).map_or(Way::Unshadowed(cut), |sights| Way::InSight(sights, cut))
+            self.selection_by_region
+                .selection_at(spot)
+                .map_or(ChoiceWay::Unshadowed(cut), |selection| ChoiceWay::InSight(selection, cut))
         };
         Choices { stage: self, place: [point_m, normal], way }
     }
@@ -55,7 +57,7 @@ impl Choices<'_> {
     /// Whether there is more than one emitter to choose from.
     #[inline]
     pub fn has_choice(&self) -> bool {
-        !matches!(self.way, Way::Unlit | Way::Only)
+        !matches!(self.way, ChoiceWay::Unlit | ChoiceWay::Only)
     }
 
     /// Chooses one emitter by a variate in [0, 1); returns its number with the probability of the choice. `None`: this
@@ -64,13 +66,13 @@ impl Choices<'_> {
     pub fn choose(&self, variate: f64) -> Option<(u32, f64)> {
         let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
         match &self.way {
-            Way::Unlit => None,
-            Way::Only => Some((0, 1.0)),
-            Way::Unshadowed(cut) => emitters.choose(point_m, normal, variate, cut),
-            Way::OfCell(cell) => Some(cell.choose(variate)),
-            Way::InSight(sights, cut) => {
+            ChoiceWay::Unlit => None,
+            ChoiceWay::Only => Some((0, 1.0)),
+            ChoiceWay::Unshadowed(cut) => emitters.choose(point_m, normal, variate, cut),
+            ChoiceWay::OfCell(cell) => Some(cell.choose(variate)),
+            ChoiceWay::InSight(selection, cut) => {
                 let emitter = if variate < SEEN {
-                    sights.choose(variate / SEEN)
+                    selection.choose(variate / SEEN)
                 } else if variate < 1.0 - ANY {
                     emitters.choose(point_m, normal, (variate - SEEN) / (1.0 - ANY - SEEN), cut)?.0
                 } else {
@@ -86,12 +88,12 @@ impl Choices<'_> {
     pub fn probability(&self, emitter: u32) -> f64 {
         let ([point_m, normal], emitters) = (self.place, &self.stage.emitters);
         match &self.way {
-            Way::Unlit => 0.0,
-            Way::Only => 1.0,
-            Way::Unshadowed(cut) => emitters.probability(emitter, point_m, normal, cut),
-            Way::OfCell(cell) => cell.probability(emitter),
-            Way::InSight(sights, cut) => {
-                SEEN * sights.probability(emitter)
+            ChoiceWay::Unlit => 0.0,
+            ChoiceWay::Only => 1.0,
+            ChoiceWay::Unshadowed(cut) => emitters.probability(emitter, point_m, normal, cut),
+            ChoiceWay::OfCell(cell) => cell.probability(emitter),
+            ChoiceWay::InSight(selection, cut) => {
+                SEEN * selection.probability(emitter)
                     + (1.0 - SEEN - ANY) * emitters.probability(emitter, point_m, normal, cut)
                     + ANY / emitters.list().len() as f64
             }

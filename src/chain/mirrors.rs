@@ -57,7 +57,7 @@ pub(super) fn mirrors_of(
         .iter()
         .enumerate()
         .filter(|(_, surface)| law(surface.triangles.start).is_mirror())
-        .map(|(id, surface)| (surface.triangles.len() * if surface.two_sided { 2 } else { 1 }, id))
+        .map(|(id, surface)| (surface.triangles.len() * Side::of_surface(surface.two_sided).len(), id))
         .collect();
     if surfaces.is_empty() {
         return (None, Vec::new());
@@ -87,7 +87,7 @@ pub(super) fn mirrors_of(
             continue;
         }
         for triangle in surface.triangles.clone() {
-            for side in if surface.two_sided { &[Side::Front, Side::Back][..] } else { &[Side::Front] } {
+            for side in Side::of_surface(surface.two_sided) {
                 number[triangle as usize][*side as usize] = facets.len() as u16;
                 facets.push(Facet::new(scene, triangle, *side));
             }

@@ -3,9 +3,9 @@
 mod choice;
 mod mirrors;
 mod near_lights;
-mod outlook;
 mod patience;
-mod sight_map;
+mod selection_by_cell;
+mod selection_by_region;
 mod unlit;
 
 use std::sync::{Arc, OnceLock};
@@ -14,9 +14,9 @@ use glam::DVec3;
 
 pub use mirrors::Mirrors;
 pub use near_lights::{LookedBack, NearLights, median_distance_m};
-pub use outlook::{Found, HIDDEN, Outlook, Spot};
 pub use patience::{Patience, SURFACES_BETWEEN_CLOCKS};
-pub use sight_map::SightMap;
+pub use selection_by_cell::SelectionByCell;
+pub use selection_by_region::{HIDDEN, LightInSight, SelectionByRegion, TriangleSide};
 
 use crate::geometry::{Meeting, Origin, SurfaceHit, Tracer};
 use crate::sampling::emitter::{Emitted, Emitters, Place};
@@ -37,9 +37,9 @@ pub struct Stage {
     /// Flat mirrors in which walks look for point-like luminaires; `None` where there is nothing to look for.
     pub mirrors: Option<Mirrors>,
     /// Which luminaires are in sight from where, where that changes a walk's choice.
-    pub outlook: Outlook,
+    pub selection_by_region: SelectionByRegion,
     /// The same from many small cells, once a run has found it worth while.
-    sight_map: OnceLock<Option<SightMap>>,
+    selection_by_cell: OnceLock<Option<SelectionByCell>>,
     /// Luminaires close to surfaces, if there are any.
     pub near_lights: Option<NearLights>,
     /// Classes of paths that walks cannot find, in words; chains find all.
@@ -139,8 +139,8 @@ impl Stage {
             area_m2: scene.area_m2(),
             emitters,
             mirrors,
-            outlook: Outlook::default(),
-            sight_map: OnceLock::new(),
+            selection_by_region: SelectionByRegion::default(),
+            selection_by_cell: OnceLock::new(),
             near_lights: None,
             paths_not_found: mirrors::not_found(&left_out),
             patience: Patience::default(),
@@ -150,36 +150,36 @@ impl Stage {
             has_panes,
         };
         unlit::mark_unlit(scene, &mut stage);
-        stage.outlook = Outlook::of(scene, &stage);
+        stage.selection_by_region = SelectionByRegion::of(scene, &stage);
         stage.near_lights = NearLights::of(&stage);
         stage
     }
 
     /// Finds out what is in sight from where, for a run of about so many rays, if that pays; only the first call counts.
-    pub fn look_out(&self, planned_rays: f64) {
-        self.sight_map.get_or_init(|| SightMap::of(self, planned_rays));
+    pub fn learn_selection_by_cell(&self, planned_rays: f64) {
+        self.selection_by_cell.get_or_init(|| SelectionByCell::of(self, planned_rays));
     }
 
     /// Takes what an earlier part of the run has found to be in sight from where, if anything.
-    pub fn take_sight_map(&self, found: Option<SightMap>) {
-        self.sight_map.get_or_init(|| found);
+    pub fn take_selection_by_cell(&self, found: Option<SelectionByCell>) {
+        self.selection_by_cell.get_or_init(|| found);
     }
 
     /// Whether a run of about so many rays would find that out for nearly all places: choosing luminaires costs little then.
-    pub fn would_look_out(&self, planned_rays: f64) -> bool {
-        sight_map::would_serve(self, planned_rays)
+    pub fn would_learn_selection_by_cell(&self, planned_rays: f64) -> bool {
+        selection_by_cell::would_serve(self, planned_rays)
     }
 
     /// What is in sight from where, if a run has found it out.
     #[inline]
-    pub fn sight_map(&self) -> Option<&SightMap> {
-        self.sight_map.get()?.as_ref()
+    pub fn selection_by_cell(&self) -> Option<&SelectionByCell> {
+        self.selection_by_cell.get()?.as_ref()
     }
 
     /// Rays that looking around took, before the run and in it.
-    pub fn outlook_rays(&self) -> u64 {
+    pub fn selection_rays(&self) -> u64 {
         let near_rays = self.near_lights.as_ref().map_or(0, NearLights::rays);
-        self.outlook.rays() + self.sight_map().map_or(0, SightMap::rays) + near_rays
+        self.selection_by_region.rays() + self.selection_by_cell().map_or(0, SelectionByCell::rays) + near_rays
     }
 
     /// Whether a side of a triangle reflects and is reported; the backs of one-sided surfaces only absorb.
@@ -218,7 +218,7 @@ impl Stage {
 
     /// Whether it is known that no luminaire can light a side of a triangle: all are behind its plane or shine away from it.
     #[inline]
-    pub fn is_unlit(&self, (triangle, side): Spot) -> bool {
+    pub fn is_unlit(&self, (triangle, side): TriangleSide) -> bool {
         self.triangles[triangle as usize].unlit[side as usize]
     }
 

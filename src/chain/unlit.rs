@@ -27,8 +27,7 @@ pub(super) fn mark_unlit(scene: &Scene, stage: &mut Stage) {
             }
             let corners_m = scene.corners_m(triangle as u32);
             // Nobody looks from the backs of one-sided surfaces.
-            let sides = if optics.two_sided { &[Side::Front, Side::Back][..] } else { &[Side::Front] };
-            for side in sides.iter().copied() {
+            for side in Side::of_surface(optics.two_sided).iter().copied() {
                 let normal = if side == Side::Front { optics.normal } else { -optics.normal };
                 let lights = |reach: &Reach| reach.may_light(&corners_m, normal, tolerance_m);
                 // What lit the one before mostly lights this one too.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::advice_openings::advise_on_openings;
-use super::insides::Solids;
+use super::insides::SolidsAsked;
 use super::shells::{Shell, bounds_m};
 use super::straight::{FirstMet, MOST_LOOKS, first_met};
 use super::warnings::names;
@@ -133,7 +133,7 @@ fn advise_on_places(scene: &Scene, shells: &[Shell], advice: &mut Vec<String>) {
     let places: Vec<(&Luminaire, DVec3)> =
         scene.luminaires.iter().filter_map(|luminaire| Some((luminaire, luminaire.emission.place_m()?))).collect();
     let places_m: Vec<DVec3> = places.iter().map(|(_, place_m)| *place_m).collect();
-    let (held, _) = Solids::of(shells, size_m).holding(&places_m);
+    let (held, _) = SolidsAsked::of(shells, size_m).holding(&places_m);
     if held.len() < places.len() {
         advice.push(format!(
             "{} of {} luminaires were not looked at, whether they stand inside of solids: there are too many solids about them",

@@ -44,13 +44,13 @@ pub(super) type Box3 = [DVec3; 2];
 /// Boxes, halved at the middle of their number, so that even boxes that all lie in one place make a balanced tree.
 #[derive(Clone, Debug)]
 pub(super) struct BoxTree {
-    nodes: Vec<Node>,
+    nodes: Vec<BoxNode>,
     /// The boxes with their numbers, leaf by leaf.
     items: Vec<(Box3, u32)>,
 }
 
 #[derive(Clone, Debug)]
-struct Node {
+struct BoxNode {
     bounds: Box3,
     first: usize,
     count: usize,
@@ -79,7 +79,7 @@ impl BoxTree {
         let items = &mut self.items[first..first + count];
         let low = items.iter().fold(DVec3::INFINITY, |low, (bounds, _)| low.min(bounds[0]));
         let high = items.iter().fold(DVec3::NEG_INFINITY, |high, (bounds, _)| high.max(bounds[1]));
-        self.nodes.push(Node { bounds: [low, high], first, count, second: 0 });
+        self.nodes.push(BoxNode { bounds: [low, high], first, count, second: 0 });
         if count <= LEAF {
             return;
         }
@@ -96,7 +96,7 @@ impl BoxTree {
         self.build(first + half, count - half);
     }
 
-    fn items_of(&self, node: &Node) -> &[(Box3, u32)] {
+    fn items_of(&self, node: &BoxNode) -> &[(Box3, u32)] {
         &self.items[node.first..node.first + node.count]
     }
 

@@ -54,15 +54,15 @@ impl<'s> ByPlace<'s> {
 }
 
 /// The closed solids and rooms of a scene, asked for what lies inside of solids.
-pub(super) struct Solids<'s> {
+pub(super) struct SolidsAsked<'s> {
     by_place: ByPlace<'s>,
     tolerance_m: f64,
 }
 
-impl<'s> Solids<'s> {
+impl<'s> SolidsAsked<'s> {
     /// `shells` are closed ones.
-    pub fn of(shells: &'s [Shell], scene_size_m: f64) -> Solids<'s> {
-        Solids { by_place: ByPlace::of(shells.iter()), tolerance_m: ON_SURFACE * scene_size_m }
+    pub fn of(shells: &'s [Shell], scene_size_m: f64) -> SolidsAsked<'s> {
+        SolidsAsked { by_place: ByPlace::of(shells.iter()), tolerance_m: ON_SURFACE * scene_size_m }
     }
 
     /// Which of some points lie inside of a closed solid, as far as it was looked: of a great many points on the surfaces of a

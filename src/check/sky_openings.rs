@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::box_tree::Budget;
 use super::faults::{MeshFaults, RimEdge};
-use super::insides::Solids;
+use super::insides::SolidsAsked;
 use super::mesh_faults::{lies_in_a_plane, lines_of};
 use super::shells::{Shell, bounds_m, one_vertex_a_place, plain_shells_over, sorted_edges};
 use super::straight::first_met;
@@ -53,7 +53,7 @@ fn openings_of(scene: &Scene, solids: &[Shell]) -> Openings {
         }
         _ => Vec::new(),
     };
-    let are_all = pieces.shut_in(scene, &fronts_m, FLAT * size_m, &Solids::of(solids, size_m));
+    let are_all = pieces.shut_in(scene, &fronts_m, FLAT * size_m, &SolidsAsked::of(solids, size_m));
     Openings { fronts_m, are_all, center_m, radius_m }
 }
 
@@ -145,7 +145,7 @@ impl Pieces {
     }
 
     /// Whether, with the openings in their places, closed surfaces lie around all that receives light.
-    fn shut_in(&self, scene: &Scene, fronts_m: &[[DVec3; 3]], step_m: f64, solids: &Solids) -> bool {
+    fn shut_in(&self, scene: &Scene, fronts_m: &[[DVec3; 3]], step_m: f64, solids: &SolidsAsked) -> bool {
         // Each with its triangle.
         let mut walls: Vec<([DVec3; 3], Option<u32>)> = fronts_m.iter().map(|corners_m| (*corners_m, None)).collect();
         let mut places: Vec<(DVec3, Option<u32>)> = Vec::new();

@@ -22,7 +22,7 @@ const STEPS_A_THING: u64 = 200;
 
 /// How little of the light in a room is lost.
 #[derive(Clone, Copy, Debug)]
-struct Loss {
+struct RoomLoss {
     /// Mean share, by area, that surfaces absorb and openings let out.
     pub share: f64,
     /// Area of openings in m²; 0 of a closed room.
@@ -33,7 +33,7 @@ struct Loss {
 #[derive(Debug, Default)]
 struct Losses {
     /// Of all rooms about a luminaire the least loss.
-    pub least: Option<Loss>,
+    pub least: Option<RoomLoss>,
     /// Whether all rooms were looked at.
     pub all_looked_at: bool,
 }
@@ -98,7 +98,7 @@ pub(super) fn refuse_white_rooms(geometry: &Node, scene: &mut Scene) -> Result<(
 
 /// A room about a luminaire.
 #[derive(Clone, Copy)]
-enum Room<'s> {
+enum RoomAround<'s> {
     Closed(&'s Shell),
     /// With openings, and the least share of a luminaire's sky that it takes.
     Open(u32, f64),
@@ -114,7 +114,7 @@ struct Search<'s> {
 }
 
 impl<'s> Search<'s> {
-    fn least(&mut self) -> Option<Loss> {
+    fn least(&mut self) -> Option<RoomLoss> {
         let enclosures = Enclosures::of(self.scene, self.shells);
         self.step_m = enclosures.step_m();
         let lit = self.scene.luminaires.iter().filter(|luminaire| luminaire.luminous_flux_lm > 0.0);
@@ -131,9 +131,9 @@ impl<'s> Search<'s> {
                 open.entry(room).and_modify(|least| *least = least.min(sky_share)).or_insert(sky_share);
             }
         }
-        let closed = closed.into_iter().map(Room::Closed);
-        let rooms = closed.chain(open.into_iter().map(|(room, sky_share)| Room::Open(room, sky_share)));
-        let mut least: Option<Loss> = None;
+        let closed = closed.into_iter().map(RoomAround::Closed);
+        let rooms = closed.chain(open.into_iter().map(|(room, sky_share)| RoomAround::Open(room, sky_share)));
+        let mut least: Option<RoomLoss> = None;
         for room in rooms {
             let loss = self.loss_in(room);
             if self.budget.is_spent() {
@@ -146,20 +146,20 @@ impl<'s> Search<'s> {
         least
     }
 
-    fn is_in(&mut self, room: Room, point_m: DVec3) -> bool {
+    fn is_in(&mut self, room: RoomAround, point_m: DVec3) -> bool {
         match room {
-            Room::Closed(shell) => shell.winding_within(point_m, &mut self.budget).abs() > 0.5,
-            Room::Open(room, _) => self.open_rooms.sky_share(room, point_m, &mut self.budget) > 0.5,
+            RoomAround::Closed(shell) => shell.winding_within(point_m, &mut self.budget).abs() > 0.5,
+            RoomAround::Open(room, _) => self.open_rooms.sky_share(room, point_m, &mut self.budget) > 0.5,
         }
     }
 
-    fn loss_in(&mut self, room: Room) -> Loss {
+    fn loss_in(&mut self, room: RoomAround) -> RoomLoss {
         let (bounds_m, openings_m2, sky_share) = match room {
-            Room::Closed(shell) => (shell.bounds_m(), 0.0, 1.0),
-            Room::Open(room, sky) => (self.open_rooms.bounds_m(room), self.open_rooms.openings_m2(room), sky),
+            RoomAround::Closed(shell) => (shell.bounds_m(), 0.0, 1.0),
+            RoomAround::Open(room, sky) => (self.open_rooms.bounds_m(room), self.open_rooms.openings_m2(room), sky),
         };
         let (scene, shells) = (self.scene, self.shells);
-        let mut sums = Sums::default();
+        let mut sums = AbsorptionSums::default();
         sums.add(openings_m2, 1.0);
         let mut near: Vec<u32> = Vec::new();
         self.boxes.meeting(bounds_m, &mut self.budget, |number| near.push(number));
@@ -167,8 +167,8 @@ impl<'s> Search<'s> {
         for number in near {
             let shell = &shells[number as usize];
             let is_of_room = match room {
-                Room::Closed(own) => std::ptr::eq(shell, own),
-                Room::Open(own, _) => self.open_rooms.has(own, number),
+                RoomAround::Closed(own) => std::ptr::eq(shell, own),
+                RoomAround::Open(own, _) => self.open_rooms.has(own, number),
             };
             let step_m = self.step_m;
             sums.add_shell(scene, shell, step_m, &mut |point_m| {
@@ -189,7 +189,7 @@ impl<'s> Search<'s> {
         }
         // What is open to a luminaire's sky is lost at the least, however the rim of the opening was understood.
         let share = (sums.absorbed_m2 / sums.area_m2).max(1.0 - sky_share);
-        Loss { share, openings_m2 }
+        RoomLoss { share, openings_m2 }
     }
 }
 
@@ -200,12 +200,12 @@ fn absorbed_by(scene: &Scene, surface: &Surface) -> f64 {
 
 /// Area, and how much of it absorbs.
 #[derive(Default)]
-struct Sums {
+struct AbsorptionSums {
     area_m2: f64,
     absorbed_m2: f64,
 }
 
-impl Sums {
+impl AbsorptionSums {
     fn add(&mut self, area_m2: f64, absorbed: f64) {
         self.area_m2 += area_m2;
         self.absorbed_m2 += absorbed * area_m2;

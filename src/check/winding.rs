@@ -16,12 +16,12 @@ const LEAF: usize = 16;
 /// Numbers" (2013), section 4.1.
 #[derive(Clone, Debug)]
 pub(super) struct WindingTree {
-    nodes: Vec<Node>,
+    nodes: Vec<WindingNode>,
     triangles: Vec<[DVec3; 3]>,
 }
 
 #[derive(Clone, Debug)]
-struct Node {
+struct WindingNode {
     low_m: DVec3,
     high_m: DVec3,
     /// Edges of the rim, each as often as the triangles pass it one way more than the other.
@@ -49,7 +49,7 @@ impl WindingTree {
     fn build(&mut self, items: &mut [([u32; 3], DVec3)], place_m: &impl Fn(u32) -> DVec3) -> Rim {
         let own = self.nodes.len();
         let (first, count) = (self.triangles.len(), if items.len() <= LEAF { items.len() } else { 0 });
-        self.nodes.push(Node {
+        self.nodes.push(WindingNode {
             low_m: DVec3::INFINITY,
             high_m: DVec3::NEG_INFINITY,
             rim: Vec::new(),
@@ -114,7 +114,7 @@ impl WindingTree {
 
     /// A distance in m from a point within which no triangle lies: that to the nearest box of a leaf.
     pub fn clear_m(&self, point_m: DVec3, budget: &mut Budget) -> f64 {
-        let distance_m = |node: &Node| point_m.distance(point_m.clamp(node.low_m, node.high_m));
+        let distance_m = |node: &WindingNode| point_m.distance(point_m.clamp(node.low_m, node.high_m));
         let mut nearest_m = f64::INFINITY;
         let mut open = vec![0];
         while let Some(number) = open.pop() {
@@ -147,7 +147,7 @@ impl WindingTree {
             let normal = (*b - *a).cross(*c - *a);
             !is_beside && normal.dot(middle_m - *a).abs() <= normal.abs().dot(half_m) + tolerance_m * normal.length()
         };
-        let is_near = |node: &Node| !(low_m.cmpgt(node.high_m).any() || high_m.cmplt(node.low_m).any());
+        let is_near = |node: &WindingNode| !(low_m.cmpgt(node.high_m).any() || high_m.cmplt(node.low_m).any());
         self.any(is_near, budget, cuts)
     }
 
@@ -159,7 +159,7 @@ impl WindingTree {
         budget: &mut Budget,
         distance_m: impl Fn([DVec3; 3]) -> f64,
     ) -> bool {
-        let is_near = |node: &Node| {
+        let is_near = |node: &WindingNode| {
             !(point_m.cmplt(node.low_m - tolerance_m).any() || point_m.cmpgt(node.high_m + tolerance_m).any())
         };
         self.any(is_near, budget, |triangle| distance_m(*triangle) <= tolerance_m)
@@ -168,7 +168,7 @@ impl WindingTree {
     /// Whether a triangle in a box that is near is what is looked for, as far as the budget goes.
     fn any(
         &self,
-        is_near: impl Fn(&Node) -> bool,
+        is_near: impl Fn(&WindingNode) -> bool,
         budget: &mut Budget,
         is_found: impl Fn(&[DVec3; 3]) -> bool,
     ) -> bool {

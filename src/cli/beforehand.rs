@@ -43,9 +43,9 @@ struct Outline {
     #[serde(default)]
     geometry: Vec<Geometry>,
     #[serde(default)]
-    luminaires: Vec<Array>,
+    luminaires: Vec<ArrayPlaces>,
     #[serde(default)]
-    receivers: Vec<Array>,
+    receivers: Vec<ArrayPlaces>,
 }
 
 #[derive(Deserialize)]
@@ -56,7 +56,7 @@ struct Geometry {
 }
 
 #[derive(Deserialize)]
-struct Array {
+struct ArrayPlaces {
     file: Option<String>,
     #[serde(default = "one")]
     columns: f64,
@@ -66,7 +66,7 @@ struct Array {
     _kind: Option<IgnoredAny>,
 }
 
-impl Array {
+impl ArrayPlaces {
     fn len(&self, most: f64) -> f64 {
         (self.columns * self.rows).clamp(0.0, most)
     }

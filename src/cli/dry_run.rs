@@ -10,10 +10,10 @@ use super::progress::Watcher;
 use super::text_table::text_table;
 use super::{Outcome, console};
 use crate::control::Forecast;
+use crate::methods::check_light_mesh;
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
 use crate::solver::{DEFAULT_TARGET_ERROR, Expectation, MapSelection, Method, Settings, expectations};
-use crate::validation::check_light_mesh;
 
 /// Targets that are told beside the one asked for.
 const TARGETS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 
 use super::exit::Failure;
 use crate::light_mesh::{Accelerations, IndirectForm};
-use crate::validation::MeshChoice;
+use crate::methods::MeshChoice;
 
 /// Options of the light mesh.
 #[derive(Debug, Default, Args)]
@@ -17,7 +17,7 @@ pub struct MeshArguments {
     mesh_radius: Option<f64>,
     /// With --method light-mesh: what mesh points keep of indirect light [default: directional]
     #[arg(long, value_name = "FORM", value_enum)]
-    mesh_indirect: Option<Form>,
+    mesh_indirect: Option<KeptForm>,
     /// With --method light-mesh: short cuts to do without, with commas between; maps stay the same within their errors, the
     /// run takes longer (for comparisons)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
@@ -26,7 +26,7 @@ pub struct MeshArguments {
 
 /// What mesh points keep of indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Form {
+enum KeptForm {
     /// One number, whichever way a surface faces
     Scalar,
     /// Spherical harmonics of low order
@@ -71,8 +71,8 @@ impl MeshArguments {
             step_m: self.mesh_step,
             radius_m: self.mesh_radius,
             form: match self.mesh_indirect {
-                Some(Form::Scalar) => IndirectForm::Scalar,
-                Some(Form::Directional) | None => IndirectForm::Directional,
+                Some(KeptForm::Scalar) => IndirectForm::Scalar,
+                Some(KeptForm::Directional) | None => IndirectForm::Directional,
             },
             accelerations: Accelerations {
                 tree: has(Saving::Tree),

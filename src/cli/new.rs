@@ -28,7 +28,7 @@ Files that are there already are never overwritten.";
 pub struct NewArguments {
     /// What to start from
     #[arg(value_enum)]
-    project: Project,
+    project: NewProject,
     /// The mesh, for harmonics: a closed OBJ, glTF, STL or PLY in m
     #[arg(value_name = "MESH")]
     mesh: Option<PathBuf>,
@@ -48,7 +48,7 @@ pub struct NewArguments {
 
 /// The projects that there are.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Project {
+enum NewProject {
     /// An open-plan office with desks, a partition, twelve troffers and what the standard requires
     Office,
     /// A corridor with a glass door, a polished floor, four wall washers and what the standard requires
@@ -100,18 +100,18 @@ const HALL: &[Template] = &[
 const KEYS: &str = include_str!("projects/keys.txt");
 
 /// A file to be written: its path in the project's directory and its content.
-type ProjectFile = (String, Vec<u8>);
+type FileToWrite = (String, Vec<u8>);
 
 /// Writes a project.
 pub fn run(arguments: &NewArguments) -> Outcome {
     let templates = match arguments.project {
-        Project::Office => OFFICE,
-        Project::Corridor => CORRIDOR,
-        Project::Classroom => CLASSROOM,
-        Project::Gym => GYM,
-        Project::Hall => HALL,
-        Project::Room => return run_room(arguments),
-        Project::Harmonics => return run_harmonics(arguments),
+        NewProject::Office => OFFICE,
+        NewProject::Corridor => CORRIDOR,
+        NewProject::Classroom => CLASSROOM,
+        NewProject::Gym => GYM,
+        NewProject::Hall => HALL,
+        NewProject::Room => return run_room(arguments),
+        NewProject::Harmonics => return run_harmonics(arguments),
     };
     let of_a_fit = arguments.mesh.as_ref().map(|_| "MESH").or(arguments.degree.map(|_| "--degree"));
     if let Some(option) = of_a_fit {
@@ -138,14 +138,14 @@ pub fn run(arguments: &NewArguments) -> Outcome {
             remedy: "name a directory with --out; it is made where missing".to_owned(),
         });
     };
-    let mut files: Vec<ProjectFile> = templates
+    let mut files: Vec<FileToWrite> = templates
         .iter()
         .map(|(path, text)| {
             let text = if *path == "README.txt" { format!("{text}\n{KEYS}") } else { (*text).to_owned() };
             ((*path).to_owned(), text.into_bytes())
         })
         .collect();
-    if matches!(arguments.project, Project::Hall) {
+    if matches!(arguments.project, NewProject::Hall) {
         files.push(("hall.obj".to_owned(), hall_obj().into_bytes()));
     }
     write_project(out, files)
@@ -194,7 +194,7 @@ fn run_harmonics(arguments: &NewArguments) -> Outcome {
 }
 
 /// Writes the files of a project, the scene first, where none of them stands yet.
-fn write_project(out: &Path, files: Vec<ProjectFile>) -> Outcome {
+fn write_project(out: &Path, files: Vec<FileToWrite>) -> Outcome {
     for (path, _) in &files {
         let target = out.join(path);
         if target.exists() {

@@ -13,6 +13,7 @@ use super::values;
 use super::verdict_target::{self, Target, target};
 use crate::base::memory::peak_bytes;
 use crate::geometry::position_accuracy_m;
+use crate::methods::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 use crate::output::{
     Language, PartOfRun, ReportContext, ResultDirectory, ResultFile, RunRecord, StreamedFile, summary_file,
 };
@@ -22,7 +23,6 @@ use crate::solver::{
     ElementChoice, GoingOn, MapSums, Method, Observer, Portion, Settings, ShareRecord, Solution, StopReason,
     VerdictLadder, resume, resume_share, solve_share, solve_to_verdicts,
 };
-use crate::validation::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 
 /// What a run is asked to do: the options of `luxmc solve`.
 ///

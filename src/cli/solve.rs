@@ -27,7 +27,7 @@ use crate::maps::MapKind;
 use crate::output::{CheckpointFile, Language, PartOfRun, ResultDirectory, ShareHeader, share_file};
 use crate::scene::under_way::reading_so_far;
 use crate::scene::{Elements, ReceiversPart, Scene, allow_large_files};
-use crate::solver::{ElementChoice, GoingOn, Portion, Settings, Share, Solution, map_requests};
+use crate::solver::{ElementChoice, GoingOn, MapSums, Portion, Settings, Share, ShareRecord, Solution, map_requests};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -270,18 +270,12 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
 
     let computing_until_s = beforehand.zip(limit_s).map(|(known, limit_s)| {
         let kept_back = keep_back(&run, known, [limit_s, read_s, started.elapsed().as_secs_f64()], &directory);
-        let was_told = known.line(limit_s).is_some();
-        match late_line(limit_s, read_s, &kept_back).or_else(|| kept_back.warning().filter(|_| !was_told)) {
-            Some(line) => console::message(&line),
-            None => kept_back.line().iter().for_each(|line| tell(line)),
-        }
-        kept_back.computing_until_s
+        time_to_compute(kept_back, known.line(limit_s).is_some(), [limit_s, read_s], &tell)
     });
     let going_on = going_on.map(|going_on| GoingOn { time_limit_s: computing_until_s, ..going_on });
     if let (Some(until_s), None) = (computing_until_s, &resumption) {
         run.compute_until(until_s);
     }
-    let (scene, settings) = (run.scene(), run.settings());
 
     if let Some(resumption) = &resumption {
         tell(&format!("going on from {}", checkpoint::words_on(&resumption.file)));
@@ -312,30 +306,63 @@ pub fn run_from(arguments: &SolveArguments, resumption: Option<Resumption>, star
     };
 
     let computed_s = started.elapsed().as_secs_f64();
-    let story = RunStory {
-        scene: arguments.scene.display().to_string(),
-        command: command_again(arguments, &solution),
-        threads: run.threads(),
-        read_s,
-        computed_s,
-        plots: arguments.plots,
-        language: arguments.language,
-        part: portion.map_or(PartOfRun::Whole, PartOfRun::Portion),
-    };
-    let share = of_portion.as_ref().map(|(portion, record, sums)| {
-        let header = share::header(run.scene_digest(), scene_file, settings, &solution, *portion, record.clone());
-        let command = command_without_output(arguments, &solution);
-        share_file(ShareHeader { command, threads: run.threads(), scene: story.scene.clone(), ..header }, sums)
-    });
-    run.on_its_threads(|| story.write(scene, &solution, share, directory))?;
+    let ended = EndedRun { run: &run, scene_file, read_s, computed_s };
+    ended.write(arguments, &solution, of_portion, directory)?;
 
-    tell_results(scene, &solution, arguments.language, tell)?;
+    tell_results(run.scene(), &solution, arguments.language, tell)?;
     notes_on(arguments, &solution).for_each(|note| tell(&format!("note: {note}")));
     tell(&closing_lines(&solution, &out.display().to_string(), computed_s));
     if let Some(line) = watcher.keeper.as_ref().and_then(|keeper| keeper.closing_line(&solution)) {
         tell(&line);
     }
     Ok(exit_of(&solution))
+}
+
+/// Second of the run at which computing ends, so that what is kept back for writing suffices; tells so, unless that `was_told`. The times
+/// are the limit and what reading took.
+fn time_to_compute(kept_back: KeptBack, was_told: bool, [limit_s, read_s]: [f64; 2], tell: &dyn Fn(&str)) -> f64 {
+    match late_line(limit_s, read_s, &kept_back).or_else(|| kept_back.warning().filter(|_| !was_told)) {
+        Some(line) => console::message(&line),
+        None => kept_back.line().iter().for_each(|line| tell(line)),
+    }
+    kept_back.computing_until_s
+}
+
+/// A run that has ended, and what of it stands beside its solution in the results.
+struct EndedRun<'a> {
+    run: &'a SceneRun,
+    scene_file: &'a Path,
+    read_s: f64,
+    computed_s: f64,
+}
+
+impl EndedRun<'_> {
+    /// Writes the results, and of a portion its sums beside them.
+    fn write(
+        &self,
+        arguments: &SolveArguments,
+        solution: &Solution,
+        of_portion: Option<(Portion, ShareRecord, Vec<MapSums>)>,
+        directory: ResultDirectory,
+    ) -> Result<(), Failure> {
+        let story = RunStory {
+            scene: arguments.scene.display().to_string(),
+            command: command_again(arguments, solution),
+            threads: self.run.threads(),
+            read_s: self.read_s,
+            computed_s: self.computed_s,
+            plots: arguments.plots,
+            language: arguments.language,
+            part: of_portion.as_ref().map_or(PartOfRun::Whole, |(portion, ..)| PartOfRun::Portion(*portion)),
+        };
+        let share = of_portion.as_ref().map(|(portion, record, sums)| {
+            let (digest, settings) = (self.run.scene_digest(), self.run.settings());
+            let header = share::header(digest, self.scene_file, settings, solution, *portion, record.clone());
+            let command = command_without_output(arguments, solution);
+            share_file(ShareHeader { command, threads: self.run.threads(), scene: story.scene.clone(), ..header }, sums)
+        });
+        self.run.on_its_threads(|| story.write(self.run.scene(), solution, share, directory)).map(|_| ())
+    }
 }
 
 /// What a user should know who looks at the results.

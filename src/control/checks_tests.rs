@@ -9,7 +9,7 @@ type Score = fn(f64) -> f64;
 
 /// When a simulated run ends.
 #[derive(Clone, Copy, PartialEq)]
-enum End {
+enum SimulatedEnd {
     /// At the first look that meets the target.
     AtFirst,
     /// When the checks pass too, as runs do.
@@ -29,12 +29,12 @@ struct Simulated {
 /// A run on so many points, all of one law of scores, that looks at its error as runs do, up to the target or `most`
 /// samples. From `repeats_after` samples on it draws the same numbers again.
 fn simulated(seed: u64, points: usize, score: Score, target: f64, most: u64, repeats_after: u64) -> Simulated {
-    simulated_to(End::AtFirst, seed, points, score, target, most, repeats_after)
+    simulated_to(SimulatedEnd::AtFirst, seed, points, score, target, most, repeats_after)
 }
 
 /// The same to an end of its own.
 fn simulated_to(
-    end: End,
+    end: SimulatedEnd,
     seed: u64,
     points: usize,
     score: Score,
@@ -92,8 +92,8 @@ fn simulated_to(
             let parts = [ScoreEvidence::default(), scores.evidence(samples_an_entry, samples_an_entry * points as f64)];
             let checks = statistical_checks(&history, parts, &judgement, held_since, Some(target));
             let failed: Vec<&str> = checks.iter().filter(|check| !check.passed).map(|check| check.name).collect();
-            let passed = failed.is_empty() || end == End::Unchecked;
-            if passed || end == End::AtFirst || samples >= most {
+            let passed = failed.is_empty() || end == SimulatedEnd::Unchecked;
+            if passed || end == SimulatedEnd::AtFirst || samples >= most {
                 let deviation = |sums: &[f64; REPLICAS]| {
                     (sums.iter().sum::<f64>() / (count * REPLICAS as f64) / exact - 1.0).powi(2)
                 };
@@ -181,10 +181,10 @@ fn sound_runs_pass_but_for_one_in_a_thousand() {
 
 #[test]
 fn heavy_tails_are_caught() {
-    // 60 runs of each index (200 in the slow run), Pareto 2 (just infinite), 1.5 and 1.2, of 32 points to at most 4,096 samples a
+    // 40 runs of each index (200 in the slow run), Pareto 2 (just infinite), 1.5 and 1.2, of 32 points to at most 4,096 samples a
     // replica: at least 95% refused.
     let slow = std::env::var_os("LUXMC_SLOW_TESTS").is_some_and(|value| value == "1");
-    let seeds: u64 = if slow { 200 } else { 60 };
+    let seeds: u64 = if slow { 200 } else { 40 };
     for (law, score) in [("2", pareto_2 as Score), ("1.5", pareto_1_5), ("1.2", pareto_1_2)] {
         let caught = (0..seeds).filter(|seed| !simulated(*seed, 32, score, 0.05, 4096, u64::MAX).passed).count() as u64;
         assert!(100 * caught >= 95 * seeds, "index {law}: {caught} of {seeds}");
@@ -222,12 +222,12 @@ fn skewed_scores_are_either_sampled_enough_or_refused() {
 fn few_scores_are_asked_for_where_the_target_is_near() {
     // One point whose scores have a variance but no fourth moment, target 10%, 400 runs: with the checks at least 91% keep it,
     // with none asked (the planted fault) fewer.
-    let kept = |end: End| {
+    let kept = |end: SimulatedEnd| {
         let runs = (0..400).map(|seed| simulated_to(end, seed, 1, pareto_2_5, 0.1, 1 << 13, u64::MAX));
         let passed: Vec<Simulated> = runs.filter(|run| run.passed).collect();
         passed.iter().filter(|run| run.true_error <= 0.1).count() as f64 / passed.len() as f64
     };
-    let (checked, unchecked) = (kept(End::WhenPassed), kept(End::Unchecked));
+    let (checked, unchecked) = (kept(SimulatedEnd::WhenPassed), kept(SimulatedEnd::Unchecked));
     assert!(checked >= 0.91 && unchecked < 0.91, "{checked} {unchecked}");
 }
 

@@ -39,13 +39,13 @@ impl Term {
 
 /// A diffuse place that a ray met.
 #[derive(Clone, Copy)]
-struct Place {
+struct DiffusePlace {
     point_m: DVec3,
     normal: DVec3,
     origin: Origin,
 }
 
-impl Place {
+impl DiffusePlace {
     fn receiver(&self) -> Receiver<'_> {
         Receiver { point_m: self.point_m, normal: self.normal, origin: &self.origin }
     }
@@ -61,7 +61,7 @@ struct Asking {
 /// A place that a ray asks about.
 #[derive(Clone, Copy)]
 pub struct Asked {
-    place: Place,
+    place: DiffusePlace,
     lookup: Lookup,
     reflectance: f64,
 }
@@ -71,7 +71,7 @@ impl Memory for Asking {
     fn recall(&mut self, met: &Met, _: &mut Cut, _: &mut Stream) -> (Recall, u64) {
         let Receiver { point_m, normal, origin } = met.receiver;
         self.found = Some(Asked {
-            place: Place { point_m, normal, origin: *origin },
+            place: DiffusePlace { point_m, normal, origin: *origin },
             lookup: Lookup { point_m, normal, direction: met.direction, distance_m: met.hit.distance_m },
             reflectance: met.reflectance,
         });
@@ -183,7 +183,7 @@ struct Booked {
     cell: u32,
     /// Its number within the cell.
     number: u16,
-    place: Place,
+    place: DiffusePlace,
 }
 
 /// What a sample found.
@@ -207,7 +207,7 @@ pub fn fill_cells(
     stream: impl Fn() -> Stream + Sync,
 ) -> u64 {
     let mut wave: Vec<Booked> = Vec::new();
-    let book = |cells: &mut CellLight, cell: u32, place: Place| Booked { cell, number: cells.book(cell), place };
+    let book = |cells: &mut CellLight, cell: u32, place: DiffusePlace| Booked { cell, number: cells.book(cell), place };
     for asked in places {
         let cell = cells.grid.ask(&asked.lookup);
         if cells.count(cell) < most_samples {
@@ -249,7 +249,7 @@ pub fn fill_cells(
 }
 
 /// Takes a sample at a place: a ray on, and a light sample where that arrives.
-fn take(stage: &Stage, place: &Place, cut: &mut Cut, stream: &mut Stream) -> Taken {
+fn take(stage: &Stage, place: &DiffusePlace, cut: &mut Cut, stream: &mut Stream) -> Taken {
     let (plain_lx, next, rays) = send(stage, &place.receiver(), cut, stream);
     let goes_on = next.is_some_and(|asked| stream.happens(asked.reflectance));
     Taken { plain_lx: plain_lx as f32, next, goes_on, rays }

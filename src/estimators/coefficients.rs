@@ -10,10 +10,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::direct::{Care, DirectPass, Receiver, one_look};
-use crate::chain::{Spot, Stage};
+use super::direct::{DirectPass, Receiver, SampleCost, one_light_sample};
+use crate::chain::{Stage, TriangleSide};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
-use crate::sampling::emitter::{Look, Place};
+use crate::sampling::emitter::{LightSample, Place};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair, Way};
@@ -25,7 +25,7 @@ use super::walk::MOST_RAYS_OF_A_WALK;
 /// A place where a walk met a surface that scatters light towards the receiver.
 pub struct MetPlace<'a> {
     /// The side of a triangle that is lit.
-    pub spot: Spot,
+    pub spot: TriangleSide,
     /// Weights of the second and third corner.
     pub barycentric: [f64; 2],
     response: Response<'a>,
@@ -109,7 +109,7 @@ pub fn walk_for_coefficients(
 }
 
 /// The direction of a light sample of the sky.
-fn direction_of(look: &Look, from_m: DVec3) -> Option<DVec3> {
+fn direction_of(look: &LightSample, from_m: DVec3) -> Option<DVec3> {
     match look.place {
         Some(Place::Free(end_m)) => (end_m - from_m).try_normalize(),
         _ => None,
@@ -192,8 +192,8 @@ fn look_from(
     tally.met(&place);
     let origin = stage.leave(hit, way);
     let receiver = Receiver { point_m: stage.tracer.position_m(&origin), normal, origin: &origin };
-    let care = if matches!(place.response, Response::Even(_)) { Care::Glance } else { Care::Look };
-    let Some(sight) = one_look(stage, place.spot, &receiver, care, cut, stream) else {
+    let care = if matches!(place.response, Response::Even(_)) { SampleCost::Cheap } else { SampleCost::Full };
+    let Some(sight) = one_light_sample(stage, place.spot, &receiver, care, cut, stream) else {
         return 0;
     };
     let lx = sight.direct_lx();

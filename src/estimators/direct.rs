@@ -2,21 +2,20 @@
 
 use glam::DVec3;
 
-use super::ahead::Expectation;
+use super::control_variate::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
 use super::element::Element;
-use crate::chain::{Found, HIDDEN, Spot, Stage};
+use crate::chain::{HIDDEN, LightInSight, Stage, TriangleSide};
 use crate::geometry::Origin;
-use crate::sampling::emitter::{Emitter, Look};
+use crate::sampling::emitter::{Emitter, LightSample};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::triangle::SeenTriangle;
 use crate::scene::Side;
 
-/// Up to this many emitters are each looked at in every pass; of more, a stratified choice stands for all.
-const MOST_EACH: usize = 24;
-/// Of more, each that brings at least this share of all to a receiver is looked at in every pass.
-const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
+/// Up to this many emitters are each looked at in every pass, at a receiver and from a glossy sub-point that an eye sees; of more, a
+/// stratified choice stands for all.
+pub const MOST_EACH: usize = 24;
 /// Share of the bound of what an emitter brings that is added to what it brings unshadowed.
 const SHARE_OF_BOUND: f64 = 0.05;
 /// Share of all looks of a pass at a receiver that goes to any emitter, bright or dim: the bright ones may be hidden.
@@ -66,7 +65,7 @@ impl DirectPass {
         stage: &Stage,
         receiver: &Receiver,
         stream: &mut Stream,
-        mut found: impl FnMut(f64, &Look),
+        mut found: impl FnMut(f64, &LightSample),
     ) -> u64 {
         if stage.emitters.list().len() > MOST_EACH {
             let rays_ahead = self.weigh_at(stage, receiver);
@@ -75,7 +74,7 @@ impl DirectPass {
         let mut rays = 0;
         for (number, emitter) in stage.emitters.list().iter().enumerate() {
             stream.turn_to(number as u64);
-            if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
+            if let Some(look) = emitter.light_sample(receiver.point_m, receiver.normal, stream) {
                 found(look.unshadowed_lx * stage.seen_share(&look, receiver.origin), &look);
                 rays += 1;
             }
@@ -85,10 +84,10 @@ impl DirectPass {
 
     /// What to expect at a point, for any number of samples there, by looks ahead of which an emitter that brings
     /// everything gets so many.
-    pub fn expect(&mut self, stage: &Stage, receiver: &Receiver, looks_ahead: f64) -> Expectation {
+    pub fn expect(&mut self, stage: &Stage, receiver: &Receiver, looks_ahead: f64) -> ControlVariate {
         let rays = self.weigh_at(stage, receiver);
         let mut stream = stream_of_place(receiver, EXPECTATION);
-        let mut expectation = Expectation::of(stage, receiver, &self.importance, looks_ahead, &mut stream);
+        let mut expectation = ControlVariate::of(stage, receiver, &self.importance, looks_ahead, &mut stream);
         expectation.rays += rays;
         expectation
     }
@@ -117,7 +116,7 @@ impl DirectPass {
         let mut stream = stream_of_place(receiver, 0);
         self.hidden.clear();
         let place = [receiver.point_m, receiver.normal];
-        let enough = |found: &Found| {
+        let enough = |found: &LightInSight| {
             let is_seen = if found.is_mostly_hidden() { found.has_little_rest() } else { found.rest <= found.seen };
             found.rays >= MOST_LOOKS_AHEAD || is_seen
         };
@@ -126,7 +125,7 @@ impl DirectPass {
                 self.hidden.push(index);
             }
         };
-        let found = stage.look_around(receiver.origin, place, &mut stream, &mut note_hidden, &enough);
+        let found = stage.light_samples_around(receiver.origin, place, &mut stream, &mut note_hidden, &enough);
         let weight_of = |indices: &[u32]| indices.iter().map(|index| self.importance[*index as usize]).sum::<f64>();
         let (weight_hidden, weight) = (weight_of(&self.hidden), self.total);
         let others = weight - weight_hidden;
@@ -142,7 +141,7 @@ impl DirectPass {
     pub fn looks(
         &mut self,
         stage: &Stage,
-        spot: Spot,
+        spot: TriangleSide,
         receiver: &Receiver,
         count: usize,
         stream: &mut Stream,
@@ -157,7 +156,7 @@ impl DirectPass {
                 continue;
             };
             stream.turn_to((u64::from(index) << 32) | step as u64);
-            if let Some(look) = stage.emitters.list()[index as usize].look(point_m, normal, stream) {
+            if let Some(look) = stage.emitters.list()[index as usize].light_sample(point_m, normal, stream) {
                 sum_lx += look.unshadowed_lx / probability * stage.seen_share(&look, receiver.origin);
                 rays += 1;
             }
@@ -178,9 +177,9 @@ impl DirectPass {
         stage: &Stage,
         receiver: &Receiver,
         stream: &mut Stream,
-        mut found: impl FnMut(f64, &Look),
+        mut found: impl FnMut(f64, &LightSample),
     ) -> u64 {
-        let step = self.total * SHARE_FOR_A_LOOK;
+        let step = self.total * SHARE_FOR_A_LIGHT_SAMPLE;
         let mut next = stream.fine_unit() * step;
         let mut before = 0.0;
         let mut rays = 0;
@@ -196,7 +195,7 @@ impl DirectPass {
                 step / importance
             };
             stream.turn_to(number as u64);
-            if let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) {
+            if let Some(look) = emitter.light_sample(receiver.point_m, receiver.normal, stream) {
                 found(look.unshadowed_lx * weight * stage.seen_share(&look, receiver.origin), &look);
                 rays += 1;
             }
@@ -222,7 +221,7 @@ impl DirectPass {
                     None => {
                         let at = element.draw(stage, stream);
                         let (point_m, normal) = (element.point_m(stage, at), element.normal_at(stage, at));
-                        emitter.look(point_m, normal, stream).map(|look| {
+                        emitter.light_sample(point_m, normal, stream).map(|look| {
                             let origin = element.origin(stage, at);
                             let receiver = Receiver { point_m, normal, origin: &origin };
                             look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
@@ -244,7 +243,13 @@ impl DirectPass {
     /// Two unbiased samples of the direct illuminance at a point of an element in lx, and the rays of both.
     ///
     /// What point emitters bring has no chance and is looked at once.
-    pub fn twice(&mut self, stage: &Stage, spot: Spot, receiver: &Receiver, stream: &mut Stream) -> ([f64; 2], u64) {
+    pub fn twice(
+        &mut self,
+        stage: &Stage,
+        spot: TriangleSide,
+        receiver: &Receiver,
+        stream: &mut Stream,
+    ) -> ([f64; 2], u64) {
         if stage.is_unlit(spot) {
             return ([0.0; 2], 0);
         }
@@ -259,7 +264,7 @@ impl DirectPass {
         for (number, emitter) in emitters.iter().enumerate() {
             let mut look_lx = |sequence: usize, stream: &mut Stream| {
                 stream.turn_to(sequence as u64);
-                emitter.look(receiver.point_m, receiver.normal, stream).map_or(0.0, |look| {
+                emitter.light_sample(receiver.point_m, receiver.normal, stream).map_or(0.0, |look| {
                     rays += 1;
                     look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
                 })
@@ -307,21 +312,21 @@ impl Sight<'_> {
 
 /// With how much care a single emitter is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Care {
+pub enum SampleCost {
     /// The point looked at may be any.
-    Glance,
+    Cheap,
     /// The point is drawn in proportion to what it brings: who weighs looks by their density asks for that.
-    Look,
+    Full,
 }
 
 /// A look at a single emitter from a point on a side of a triangle, chosen about in proportion to what it brings: for the
 /// vertices of walks. `None` where the choice brings nothing; else it took one ray.
 #[inline]
-pub fn one_look<'a>(
+pub fn one_light_sample<'a>(
     stage: &'a Stage,
-    spot: Spot,
+    spot: TriangleSide,
     receiver: &Receiver,
-    care: Care,
+    care: SampleCost,
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> Option<Sight<'a>> {
@@ -331,8 +336,8 @@ pub fn one_look<'a>(
     let (index, probability) = choices.choose(variate)?;
     let emitter = &stage.emitters.list()[index as usize];
     let look = match care {
-        Care::Glance => emitter.glance(receiver.point_m, receiver.normal, stream)?,
-        Care::Look => emitter.look(receiver.point_m, receiver.normal, stream)?,
+        SampleCost::Cheap => emitter.cheap_light_sample(receiver.point_m, receiver.normal, stream)?,
+        SampleCost::Full => emitter.light_sample(receiver.point_m, receiver.normal, stream)?,
     };
     let mut sight = Sight {
         emitter,

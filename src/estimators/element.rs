@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::cover::is_covered;
 use super::direct::{DirectPass, Receiver};
-use crate::chain::{Spot, Stage};
+use crate::chain::{Stage, TriangleSide};
 use crate::geometry::Origin;
 use crate::sampling::random::Stream;
 use crate::sampling::warp::uniform_triangle;
@@ -64,7 +64,7 @@ impl Element {
     }
 
     /// The side of a triangle that it lies on.
-    pub fn spot(&self) -> Spot {
+    pub fn spot(&self) -> TriangleSide {
         (self.cell.triangle, self.cell.side)
     }
 

@@ -119,7 +119,7 @@ struct Chosen {
 }
 
 /// Where a beam has come to.
-struct Step {
+struct BeamPosition {
     /// The image of the place, and of its normal.
     apex_m: DVec3,
     normal: DVec3,
@@ -140,7 +140,7 @@ pub fn look_into_mirrors(
     let count = |lx: f64, towards: DVec3, _: &Chosen| lx * response(towards);
     let (sun_lx, sun_rays) = match mirrors.sun {
         Some(number) => look_by_facets(stage, &mirrors.facets, receiver, u32::MAX, count, stream, |step, stream| {
-            let look = stage.emitters.list()[number as usize].look(step.apex_m, step.normal, stream)?;
+            let look = stage.emitters.list()[number as usize].light_sample(step.apex_m, step.normal, stream)?;
             let origin = stage.origin(&look.place?);
             let position_m = stage.tracer.position_m(&origin);
             Some(Chosen { position_m, origin, brought_lx: look.unshadowed_lx, luminance_cd_m2: 0.0 })
@@ -229,7 +229,7 @@ fn look_at_areas(
         });
         let number = met.unwrap_or(&mirrors.areas[last]);
         let emitter = &list[*number as usize];
-        let look = emitter.look(step.apex_m, step.normal, stream)?;
+        let look = emitter.light_sample(step.apex_m, step.normal, stream)?;
         let origin = stage.origin(&look.place?);
         let position_m = stage.tracer.position_m(&origin);
         let luminance_cd_m2 = emitter.exitance_lm_m2()? / PI;
@@ -247,7 +247,7 @@ fn look_by_facets(
     deepest: u32,
     count: impl Fn(f64, DVec3, &Chosen) -> f64,
     stream: &mut Stream,
-    mut choose: impl FnMut(&Step, &mut Stream) -> Option<Chosen>,
+    mut choose: impl FnMut(&BeamPosition, &mut Stream) -> Option<Chosen>,
 ) -> (f64, u64) {
     let mut beam = Beam::above(receiver.point_m, receiver.normal);
     let mut normal = receiver.normal;
@@ -267,7 +267,7 @@ fn look_by_facets(
         path.push((step.facet, beam.apex_m));
         beam = beam.reflected(facet, &step);
         normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
-        let here = Step { apex_m: beam.apex_m, normal, facet_normal: facet.normal };
+        let here = BeamPosition { apex_m: beam.apex_m, normal, facet_normal: facet.normal };
         let Some(chosen) = choose(&here, stream) else { continue };
         if beam.holds(chosen.position_m) {
             let (share, direction, path_rays) = follow(stage, facets, receiver, &path, beam.apex_m, &chosen);

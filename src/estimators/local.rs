@@ -41,7 +41,7 @@ const MOST_LEVELS: f64 = 1e3;
 
 /// What an anchor makes of light from a direction.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-enum Response {
+enum PlaceResponse {
     /// The cosine.
     Plane,
     /// That of a small body.
@@ -52,7 +52,7 @@ enum Response {
 
 /// A place at which vertices of chains score.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Anchor {
+struct ScorePlace {
     /// Entry of the map.
     entry: u32,
     point_m: DVec3,
@@ -60,13 +60,13 @@ struct Anchor {
     origin: Origin,
     /// What a full response is worth: 1 for illuminances, what reaches the eye of each lx for luminance.
     scale: f64,
-    response: Response,
+    response: PlaceResponse,
 }
 
 /// All anchors of a receiver set, laid out for speed.
 #[derive(Serialize, Deserialize)]
 pub struct Anchors {
-    list: Vec<Anchor>,
+    list: Vec<ScorePlace>,
     /// Anchors of every entry.
     of_entry: Vec<std::ops::Range<u32>>,
     sub_points: Vec<Vec<SubPoint>>,
@@ -143,9 +143,9 @@ impl Anchors {
                 });
                 ends.iter().for_each(|end| anchors.add_sub_point(stage, entry as u32, end));
             } else if !point.inside {
-                let response = SmallBody::of(receivers.quantity).map_or(Response::Plane, Response::Body);
-                anchors.planes &= matches!(response, Response::Plane);
-                anchors.list.push(Anchor {
+                let response = SmallBody::of(receivers.quantity).map_or(PlaceResponse::Plane, PlaceResponse::Body);
+                anchors.planes &= matches!(response, PlaceResponse::Plane);
+                anchors.list.push(ScorePlace {
                     entry: entry as u32,
                     point_m: point.position_m,
                     normal: point.normal,
@@ -172,26 +172,26 @@ impl Anchors {
     }
 
     fn add_sub_point(&mut self, stage: &Stage, entry: u32, end: &SubPoint) {
-        let front = Anchor {
+        let front = ScorePlace {
             entry,
             point_m: end.point_m,
             normal: end.normal,
             origin: end.origin,
             scale: 0.0,
-            response: Response::Plane,
+            response: PlaceResponse::Plane,
         };
         match stage.law(end.hit.triangle) {
-            Law::Diffuse(law) => self.list.push(Anchor { scale: end.share * law.reflectance / PI, ..front }),
+            Law::Diffuse(law) => self.list.push(ScorePlace { scale: end.share * law.reflectance / PI, ..front }),
             Law::Translucent(law) => {
-                let behind = Anchor { normal: -end.normal, origin: end.behind(stage), ..front.clone() };
-                self.list.push(Anchor { scale: end.share * law.reflectance / PI, ..front });
-                self.list.push(Anchor { scale: end.share * law.transmittance / PI, ..behind });
+                let behind = ScorePlace { normal: -end.normal, origin: end.behind(stage), ..front.clone() };
+                self.list.push(ScorePlace { scale: end.share * law.reflectance / PI, ..front });
+                self.list.push(ScorePlace { scale: end.share * law.transmittance / PI, ..behind });
             }
             law if law.is_specular() => {}
             law => {
                 self.planes = false;
-                let response = Response::Gloss { triangle: end.hit.triangle, leaving: -end.direction };
-                self.list.push(Anchor { scale: end.share * law.total(1.0) / PI, response, ..front });
+                let response = PlaceResponse::Gloss { triangle: end.hit.triangle, leaving: -end.direction };
+                self.list.push(ScorePlace { scale: end.share * law.total(1.0) / PI, response, ..front });
             }
         }
     }
@@ -344,7 +344,7 @@ impl Anchors {
     }
 
     /// R(ω) cos θ′/d² of an anchor and a place with a normal, in 1/m²; of scatterers to both sides the nearer counts.
-    fn kernel_per_m2(&self, stage: &Stage, anchor: &Anchor, point_m: DVec3, normal: DVec3) -> f64 {
+    fn kernel_per_m2(&self, stage: &Stage, anchor: &ScorePlace, point_m: DVec3, normal: DVec3) -> f64 {
         let offset_m = point_m - anchor.point_m;
         let square = offset_m.length_squared();
         let towards = offset_m.normalize_or_zero();
@@ -407,7 +407,7 @@ impl Anchors {
         stream: &mut Stream,
     ) -> (f64, u64) {
         let bound = bound / self.walk_rates[entry];
-        let share_at = |anchor: &Anchor, point_m: DVec3, normal: DVec3| {
+        let share_at = |anchor: &ScorePlace, point_m: DVec3, normal: DVec3| {
             let kernel_per_m2 = self.kernel_per_m2(stage, anchor, point_m, normal);
             if kernel_per_m2 <= 0.0 {
                 // A receiver in the plane of a surface: rounding lets walks meet that, and connections pass it by.
@@ -447,13 +447,13 @@ impl Anchors {
     }
 }
 
-impl Response {
+impl PlaceResponse {
     /// Response to light from a unit direction, 1 for a plane that faces it.
     fn of(&self, stage: &Stage, normal: DVec3, towards: DVec3) -> f64 {
         match self {
-            Response::Plane => normal.dot(towards).max(0.0),
-            Response::Body(body) => body.response(towards),
-            Response::Gloss { triangle, leaving } => {
+            PlaceResponse::Plane => normal.dot(towards).max(0.0),
+            PlaceResponse::Body(body) => body.response(towards),
+            PlaceResponse::Gloss { triangle, leaving } => {
                 let law = stage.law(*triangle);
                 let spread_per_sr = law.spread_per_sr(&Pair { normal, towards, leaving: *leaving });
                 PI / law.total(1.0) * spread_per_sr * normal.dot(towards).max(0.0)

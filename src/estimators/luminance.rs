@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::direct::{DirectPass, Receiver};
+use super::direct::{DirectPass, MOST_EACH, Receiver};
 use super::images::ImageResponse;
 use super::sight::{SMALL_SHARE, SMALL_SHARE_OF_LUMINAIRES, Seen, SubPoint, look_along};
 use super::walk::{evenly, in_mirrors_lx, sample_arriving_share_lx, trail_from};
@@ -19,9 +19,6 @@ use crate::sampling::emitter::Emitter;
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 use crate::sampling::reflection::{Law, Pair, Way};
-
-/// Up to this many emitters are each looked at from a glossy sub-point; of more, as many looks choose.
-pub const MOST_EACH: usize = 24;
 
 /// One unbiased sample of the luminance in cd/m² of what an eye sees of luminaires and of their light reflected once,
 /// and the rays it took; the receiver's normal is the direction of view.
@@ -178,7 +175,7 @@ pub fn looks_from_gloss_cd_m2(
         let place = (look as f64 + shift) / looks as f64;
         let index = if looks == list.len() { look } else { ((place * list.len() as f64) as usize).min(list.len() - 1) };
         let emitter = &list[index];
-        let Some(found) = emitter.look(receiver.point_m, receiver.normal, stream) else {
+        let Some(found) = emitter.light_sample(receiver.point_m, receiver.normal, stream) else {
             continue;
         };
         let Some(place) = found.place else {

@@ -1,8 +1,8 @@
 //! Estimators: what a sample, a chain or a walk scores at an element or a receiver.
 
-pub mod ahead;
 pub mod cells;
 pub mod coefficients;
+pub mod control_variate;
 pub mod cover;
 pub mod direct;
 pub mod element;

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::small_body::SmallBody;
 use crate::chain::Stage;
-use crate::estimators::ahead::{Expectation, Views};
+use crate::estimators::control_variate::{ControlVariate, Views};
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::far_field::sample_intensity_cd;
 use crate::estimators::luminance::{sample_interreflected_cd_m2, sample_seen_cd_m2};
@@ -56,7 +56,7 @@ pub struct DirectLook<'a> {
     receiver: Receiver<'a>,
     stage: &'a Stage,
     pass: &'a mut DirectPass,
-    expectation: &'a Expectation,
+    expectation: &'a ControlVariate,
     views: Views<'a>,
 }
 
@@ -69,10 +69,10 @@ impl<'a> DirectLook<'a> {
         receiver: &Receiver,
         pass: &mut DirectPass,
         looks_ahead: f64,
-    ) -> Expectation {
+    ) -> ControlVariate {
         match quantity {
             Quantity::Perpendicular => pass.expect(stage, receiver, looks_ahead),
-            _ => Expectation::default(),
+            _ => ControlVariate::default(),
         }
     }
 
@@ -82,7 +82,7 @@ impl<'a> DirectLook<'a> {
         quantity: Quantity,
         receiver: &Receiver<'a>,
         pass: &'a mut DirectPass,
-        expectation: &'a Expectation,
+        expectation: &'a ControlVariate,
     ) -> DirectLook<'a> {
         DirectLook { quantity, receiver: *receiver, stage, pass, expectation, views: Views::default() }
     }

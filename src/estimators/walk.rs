@@ -14,14 +14,14 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::chain::{LookedBack, Mirrors, Spot, Stage};
-use crate::estimators::direct::{Care, Receiver, Sight, one_look};
+use crate::chain::{LookedBack, Mirrors, Stage, TriangleSide};
+use crate::estimators::direct::{Receiver, SampleCost, Sight, one_light_sample};
 use crate::estimators::images::{ImageResponse, Trail, look_for_areas_beside_rays, look_into_mirrors};
 use crate::geometry::{Meeting, Origin, SurfaceHit};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::guide::{Density, bin_of};
 use crate::sampling::random::Stream;
-use crate::sampling::reflection::{Law, Pair, Reflection, Translucent, Way};
+use crate::sampling::reflection::{Law, Pair, Reflection, Scattered, Translucent, Way};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// How a walk left the last vertex at which it looked for luminaires.
@@ -37,7 +37,7 @@ enum Departure {
 /// A ray drawn from a lobe, and where from.
 struct LobeRay {
     lobe_per_sr: f64,
-    spot: Spot,
+    spot: TriangleSide,
     point_m: DVec3,
     normal: DVec3,
 }
@@ -278,20 +278,10 @@ fn follow_lm_m2(
         let vertex =
             Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: from };
         if let Law::Diffuse(law) = law {
-            let receiver = vertex.receiver();
-            let met = Met { hit: &hit, receiver, direction, reflectance: law.reflectance };
-            let (recall, recall_rays) = memory.recall(&met, cut, stream);
-            rays += recall_rays;
-            match recall {
-                Recall::Nothing => {}
-                Recall::End(known_lx) => {
-                    // What is known holds the images in mirrors.
-                    let sight = one_look(stage, spot, &vertex.receiver(), Care::Glance, cut, stream);
-                    let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (vertex.direct_lx(&sight), 1));
-                    let leaving_lm_m2 = law.reflectance * (shares[0] * direct_lx + shares[1] * known_lx);
-                    return (sum_lm_m2 + weight * leaving_lm_m2, rays + direct_rays);
-                }
-                Recall::Stop => return (sum_lm_m2, rays),
+            let (known_lm_m2, known_rays) = vertex.recalled_lm_m2(law.reflectance, shares, memory, cut, stream);
+            rays += known_rays;
+            if let Some(known_lm_m2) = known_lm_m2 {
+                return (sum_lm_m2 + weight * known_lm_m2, rays);
             }
         }
         let (direct_lm_m2, direct_rays) = match law {
@@ -323,39 +313,12 @@ fn follow_lm_m2(
             Way::Spread => here,
             _ => None,
         };
-        match scattered.way {
-            Way::Lobe => {
-                let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
-                let point_m = stage.tracer.position_m(&origin);
-                let lobe_per_sr = law.lobe_per_sr(&pair);
-                trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
-                departure = Departure::Lobe(LobeRay { lobe_per_sr, spot, point_m, normal });
-            }
-            Way::Mirrored => {
-                let facet = |mirrors: &Mirrors| mirrors.number(hit.triangle, hit.side);
-                let facet = stage.mirrors.as_ref().and_then(facet);
-                trail = trail.and_then(|trail| trail.mirrored(facet, law.mirror_share(normal.dot(direction))));
-                departure = Departure::Mirrored;
-            }
-            Way::Passed => {
-                trail = trail.map(|trail| {
-                    trail.passed(if let Law::Glass(glass) = law { glass.shares(normal.dot(direction))[1] } else { 1.0 })
-                });
-            }
-            Way::Spread | Way::SpreadThrough => {
-                let is_behind = scattered.way == Way::SpreadThrough;
-                weight *= if is_behind { shares_behind[1] } else { shares[1] };
-                trail = trail_from(stage, ON_THE_WAY, || {
-                    let spread_per_sr = match law {
-                        // One side looks for areas, by chance: both by their shares.
-                        Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
-                        law => law.spread_per_sr(&Pair { normal, towards: -direction, leaving: scattered.direction }),
-                    };
-                    (stage.tracer.position_m(&origin), if is_behind { -normal } else { normal }, spread_per_sr)
-                });
-                departure = Departure::Seen;
-            }
-        };
+        if matches!(scattered.way, Way::Spread | Way::SpreadThrough) {
+            weight *= if scattered.way == Way::SpreadThrough { shares_behind[1] } else { shares[1] };
+        }
+        let left =
+            Vertex { stage, hit: &hit, spot, direction, normal, seen: normal, origin: &origin, looked_back: None };
+        (trail, departure) = left.depart(law, &scattered, (trail, departure));
         if weight <= 0.0 {
             return (sum_lm_m2, rays);
         }
@@ -404,7 +367,7 @@ struct Vertex<'a> {
     stage: &'a Stage,
     hit: &'a SurfaceHit,
     /// The side of a triangle from which it looks for luminaires.
-    spot: Spot,
+    spot: TriangleSide,
     /// Direction of the walk's ray.
     direction: DVec3,
     normal: DVec3,
@@ -417,6 +380,72 @@ struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
+    /// What leaves a diffuse surface in lm/m² if the walk ends here, by what is known of the place; `None` where it goes on. And the rays.
+    #[inline]
+    fn recalled_lm_m2(
+        &self,
+        reflectance: f64,
+        shares: [f64; 2],
+        memory: &mut impl Memory,
+        cut: &mut Cut,
+        stream: &mut Stream,
+    ) -> (Option<f64>, u64) {
+        let met = Met { hit: self.hit, receiver: self.receiver(), direction: self.direction, reflectance };
+        let (recall, rays) = memory.recall(&met, cut, stream);
+        match recall {
+            Recall::Nothing => (None, rays),
+            Recall::Stop => (Some(0.0), rays),
+            Recall::End(known_lx) => {
+                // What is known holds the images in mirrors.
+                let sight = one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream);
+                let (direct_lx, direct_rays) = sight.map_or((0.0, 0), |sight| (self.direct_lx(&sight), 1));
+                (Some(reflectance * (shares[0] * direct_lx + shares[1] * known_lx)), rays + direct_rays)
+            }
+        }
+    }
+
+    /// What is kept of a walk that leaves from here by a law: its way by mirrors, and how its next ray is to be taken.
+    #[inline]
+    fn depart(
+        &self,
+        law: &Law,
+        scattered: &Scattered,
+        (trail, departure): (Option<Trail>, Departure),
+    ) -> (Option<Trail>, Departure) {
+        let Vertex { stage, normal, direction, .. } = *self;
+        let pair = Pair { normal, towards: -direction, leaving: scattered.direction };
+        match scattered.way {
+            Way::Lobe => {
+                let point_m = stage.tracer.position_m(self.origin);
+                let lobe_per_sr = law.lobe_per_sr(&pair);
+                let trail = trail_from(stage, ON_THE_WAY, || (point_m, normal, lobe_per_sr));
+                (trail, Departure::Lobe(LobeRay { lobe_per_sr, spot: self.spot, point_m, normal }))
+            }
+            Way::Mirrored => {
+                let facet = |mirrors: &Mirrors| mirrors.number(self.hit.triangle, self.hit.side);
+                let facet = stage.mirrors.as_ref().and_then(facet);
+                let on = |trail: Trail| trail.mirrored(facet, law.mirror_share(normal.dot(direction)));
+                (trail.and_then(on), Departure::Mirrored)
+            }
+            Way::Passed => {
+                let share = || if let Law::Glass(glass) = law { glass.shares(normal.dot(direction))[1] } else { 1.0 };
+                (trail.map(|trail| trail.passed(share())), departure)
+            }
+            Way::Spread | Way::SpreadThrough => {
+                let side = if scattered.way == Way::SpreadThrough { -normal } else { normal };
+                let trail = trail_from(stage, ON_THE_WAY, || {
+                    let spread_per_sr = match law {
+                        // One side looks for areas, by chance: both by their shares.
+                        Law::Translucent(law) => law.total(1.0) * FRAC_1_PI,
+                        law => law.spread_per_sr(&pair),
+                    };
+                    (stage.tracer.position_m(self.origin), side, spread_per_sr)
+                });
+                (trail, Departure::Seen)
+            }
+        }
+    }
+
     fn receiver(&self) -> Receiver<'_> {
         Receiver { point_m: self.stage.tracer.position_m(self.origin), normal: self.normal, origin: self.origin }
     }
@@ -440,7 +469,7 @@ impl Vertex<'_> {
         let [direct, mirrored] = shares.map(|share| share * reflectance);
         let responses = |_| evenly(mirrored, reflectance * FRAC_1_PI);
         let sight = match direct > 0.0 {
-            true => one_look(self.stage, self.spot, &self.receiver(), Care::Glance, cut, stream),
+            true => one_light_sample(self.stage, self.spot, &self.receiver(), SampleCost::Cheap, cut, stream),
             false => None,
         };
         let (lm_m2, rays) = sight.map_or((0.0, 0), |sight| (direct * self.direct_lx(&sight), 1));
@@ -482,7 +511,7 @@ impl Vertex<'_> {
             [spread, ImageResponse { factor: PI * lobe_per_sr, ray_per_sr: lobe_per_sr }]
         };
         let (mirrored_lm_m2, rays) = in_mirrors_lx(self.stage, &receiver, ON_THE_WAY, responses, cut, stream);
-        let Some(sight) = one_look(self.stage, self.spot, &receiver, Care::Look, cut, stream) else {
+        let Some(sight) = one_light_sample(self.stage, self.spot, &receiver, SampleCost::Full, cut, stream) else {
             return (mirrored_lm_m2, rays);
         };
         let pair = pair(sight.towards);

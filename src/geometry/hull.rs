@@ -19,17 +19,17 @@ const FACING_ALIKE: f32 = 0.9999;
 
 /// The planes of a convex scene.
 pub(super) struct Hull {
-    planes: Vec<Plane>,
+    planes: Vec<HullPlane>,
 }
 
 /// A plane in the tracer's coordinates: its unit normal points into the scene.
 #[derive(Clone, Copy)]
-struct Plane {
+struct HullPlane {
     normal: Vec3A,
     offset: f32,
 }
 
-impl Plane {
+impl HullPlane {
     #[inline]
     fn height(&self, point: Vec3A) -> f32 {
         self.normal.dot(point) - self.offset
@@ -43,12 +43,12 @@ impl Hull {
             return None;
         }
         let slots = || tree.slots().map(|(slot, _)| tree.slot(slot));
-        let mut planes: Vec<Plane> = Vec::new();
+        let mut planes: Vec<HullPlane> = Vec::new();
         for slot in slots() {
             let [a, b, c] = slot.corners();
             let normal = (b - a).cross(c - a).try_normalize()?;
-            let plane = Plane { normal: normal.as_vec3a(), offset: normal.dot(a) as f32 };
-            let is_alike = |other: &Plane| {
+            let plane = HullPlane { normal: normal.as_vec3a(), offset: normal.dot(a) as f32 };
+            let is_alike = |other: &HullPlane| {
                 (other.normal - plane.normal).abs().max_element() < ALIKE && (other.offset - plane.offset).abs() < ALIKE
             };
             if planes.iter().any(is_alike) {

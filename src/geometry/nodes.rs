@@ -13,7 +13,7 @@ const NONE: u32 = u32::MAX;
 /// Eight boxes and what lies in them.
 #[derive(Clone)]
 #[repr(C, align(32))]
-pub(super) struct Node {
+pub(super) struct WideNode {
     /// Low and high planes across x, then y, then z; an empty place has its low planes above its high ones.
     pub planes: [[f32; LANES]; 6],
     pub children: [Child; LANES],
@@ -43,7 +43,7 @@ pub(super) enum Below {
 
 /// An eight-wide tree.
 pub(super) struct Nodes {
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<WideNode>,
     pub blocks: Vec<Block>,
     /// The primitive in each slot, eight slots to a block; no primitive's number in empty ones. A triangle whose box was split stands in
     /// several.
@@ -106,7 +106,7 @@ impl Nodes {
         open: &mut Vec<(u32, Option<(usize, usize)>)>,
     ) -> u32 {
         let number = self.nodes.len();
-        let mut node = Node { planes: [[0.0; LANES]; 6], children: [Child::ROOT; LANES] };
+        let mut node = WideNode { planes: [[0.0; LANES]; 6], children: [Child::ROOT; LANES] };
         for (plane, lanes) in node.planes.iter_mut().enumerate() {
             *lanes = [if plane % 2 == 0 { f32::INFINITY } else { f32::NEG_INFINITY }; LANES];
         }
@@ -141,7 +141,7 @@ impl Nodes {
         let mut open = if self.nodes.is_empty() { vec![] } else { vec![(0, 1)] };
         while let Some((index, level)) = open.pop() {
             deepest = deepest.max(level);
-            let node: &Node = &self.nodes[index];
+            let node: &WideNode = &self.nodes[index];
             let inner = (0..LANES).filter(|lane| node.planes[0][*lane] <= node.planes[1][*lane]);
             open.extend(inner.filter_map(|lane| match node.children[lane].what() {
                 Below::Node(node) => Some((node, level + 1)),

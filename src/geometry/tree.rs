@@ -12,7 +12,7 @@ use glam::Vec3;
 use super::ball::{Ball, ball_parts, meet_ball};
 use super::body::LocalBody;
 use super::build::{DEEPEST, build};
-use super::nodes::{Below, Child, Node, Nodes};
+use super::nodes::{Below, Child, Nodes, WideNode};
 use super::origin::{BEFORE, Origin};
 use super::triangle::{Crossing, LANES, Lanes, Ray, Slot};
 use crate::scene::body_of;
@@ -406,7 +406,13 @@ impl Stack<(Child, f32)> {
 /// Which boxes of a node the ray enters between two distances, and where. `signs` gives the top bits of
 /// eight words.
 #[inline(always)]
-fn enter(node: &Node, ray: &Ray, first: f32, last: f32, signs: impl Fn(&[u32; LANES]) -> u32) -> (Lanes, [f32; LANES]) {
+fn enter(
+    node: &WideNode,
+    ray: &Ray,
+    first: f32,
+    last: f32,
+    signs: impl Fn(&[u32; LANES]) -> u32,
+) -> (Lanes, [f32; LANES]) {
     let (mut enters, mut leaves) = ([first; LANES], [last; LANES]);
     for axis in 0..3 {
         let (near, far) = (&node.planes[2 * axis + ray.near[axis]], &node.planes[2 * axis + 1 - ray.near[axis]]);

@@ -4,7 +4,7 @@
 use super::entries::Entries;
 use super::exact::looks_are_exact;
 use super::judge::ONE_IN_TWENTY;
-use super::plan::{DirectPlan, IndirectPlan, Plan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT};
+use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT};
 use super::result::{mean_lx, random_lx};
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy};
 use super::walks::HALVES;
@@ -42,7 +42,7 @@ impl Planner<'_> {
         &self,
         entries: &Entries,
         map: u32,
-        plan: &Plan,
+        plan: &MapPlan,
         lights: &mut [EntryLight],
         effort: &mut Effort,
     ) -> Rounds {
@@ -68,7 +68,7 @@ impl Planner<'_> {
         &self,
         entries: &Entries,
         map: u32,
-        plan: &Plan,
+        plan: &MapPlan,
         lights: &mut [EntryLight],
         effort: &mut Effort,
         rounds: &mut Rounds,
@@ -100,7 +100,7 @@ impl Planner<'_> {
         &self,
         entries: &Entries,
         map: u32,
-        plan: &Plan,
+        plan: &MapPlan,
         lights: &mut [EntryLight],
         effort: &mut Effort,
         rounds: &mut Rounds,

@@ -15,7 +15,7 @@ use crate::scene::{Cell, ReceiverPoint};
 pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
     for emitter in stage.emitters.list() {
-        let Some(look) = emitter.look(receiver.point_m, receiver.normal, stream) else { continue };
+        let Some(look) = emitter.light_sample(receiver.point_m, receiver.normal, stream) else { continue };
         rays += 1;
         if let Some(place) = look.place {
             sum_lx += look.unshadowed_lx * stage.transmittance(receiver.origin, &stage.origin(&place));
@@ -26,7 +26,7 @@ pub fn look_at_all(stage: &Stage, receiver: &Receiver, stream: &mut Stream) -> (
 
 /// Whether looks at all emitters have no chance in them.
 pub fn looks_are_exact(stage: &Stage) -> bool {
-    stage.emitters.list().iter().all(|emitter| emitter.is_point() && !emitter.has_opening())
+    stage.emitters.list().iter().all(|emitter| emitter.is_single_point())
 }
 
 /// A place of a map at which light is asked for.

@@ -11,9 +11,10 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::chain::Stage;
+use crate::estimators::direct::MOST_EACH;
 use crate::estimators::direct::Receiver;
 use crate::estimators::images::{look_for_areas_with, look_into_mirrors};
-use crate::estimators::luminance::{MOST_EACH, looks_from_gloss_cd_m2, share_of_ray};
+use crate::estimators::luminance::{looks_from_gloss_cd_m2, share_of_ray};
 use crate::estimators::sight::{SMALL_SHARE, Seen, SubPoint, look_along};
 use crate::geometry::Origin;
 use crate::sampling::emitter::Emitter;
@@ -116,7 +117,7 @@ impl Eye<'_> {
         };
         // Points that no mirror shows are looked at without any chance: once is enough.
         let list = self.stage.emitters.list();
-        let is_exact = |emitter: &Emitter| emitter.is_point() && !emitter.has_opening();
+        let is_exact = |emitter: &Emitter| emitter.is_single_point();
         let once = list.len() <= MOST_EACH && self.stage.mirrors.is_none() && list.iter().all(is_exact);
         let passes = if once { 1 } else { rays };
         let mut ends = Vec::new();
@@ -213,7 +214,7 @@ impl<'a> Gloss<'a> {
     /// None of a surface without gloss.
     fn of(stage: &'a Stage, end: &'a SubPoint) -> Option<Gloss<'a>> {
         let law = stage.law(end.hit.triangle);
-        let is_glossy = matches!(law, Law::Phong(_) | Law::Blinn(_));
+        let is_glossy = !law.is_specular() && !matches!(law, Law::Diffuse(_) | Law::Translucent(_));
         let reflectance = law.total(1.0) - law.diffuse_part();
         (is_glossy && reflectance > 0.0).then_some(Gloss { end, law, reflectance })
     }

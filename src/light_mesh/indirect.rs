@@ -41,18 +41,18 @@ pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 pub const NEVER: Stop<'static> = &|| false;
 
 /// Coefficients of the light that arrives at a point, from each half of its walks.
-type Field = [[f64; COEFFICIENTS]; HALVES];
+type HalfCoefficients = [[f64; COEFFICIENTS]; HALVES];
 
 /// What the points of a mesh keep, each for the places that ask for it.
 enum Kept {
     /// All directions.
-    Field { harmonics: Box<Harmonics>, tree: SparseTree<[OnceLock<Option<Box<Field>>>; LEAF_POINTS]> },
+    Field { harmonics: Box<Harmonics>, tree: SparseTree<[OnceLock<Option<Box<HalfCoefficients>>>; LEAF_POINTS]> },
     /// The illuminance of planes that face a few ways, by each half: what a map's places ask for where all of them face so.
-    Planes(Vec<Plane>),
+    Planes(Vec<PlaneIlluminances>),
 }
 
 /// Illuminance at the points of a mesh on planes of one normal; `None` inside of solids.
-struct Plane {
+struct PlaneIlluminances {
     normal: DVec3,
     tree: SparseTree<[OnceLock<Option<[f64; HALVES]>>; LEAF_POINTS]>,
 }
@@ -139,9 +139,10 @@ impl<'a> IndirectMesh<'a> {
         let lattice = Lattice::over(entries.bounds_m, step_m, radius_m)?;
         let kept = match (&entries.normals, gathering.form) {
             (Some(normals), IndirectForm::Directional) => {
-                let planes =
-                    normals.iter().map(|normal| Some(Plane { normal: *normal, tree: SparseTree::over(&lattice)? }));
-                Kept::Planes(planes.collect::<Option<Vec<Plane>>>()?)
+                let planes = normals
+                    .iter()
+                    .map(|normal| Some(PlaneIlluminances { normal: *normal, tree: SparseTree::over(&lattice)? }));
+                Kept::Planes(planes.collect::<Option<Vec<PlaneIlluminances>>>()?)
             }
             _ => Kept::Field { harmonics: Box::new(Harmonics::new()), tree: SparseTree::over(&lattice)? },
         };
@@ -195,9 +196,9 @@ impl<'a> IndirectMesh<'a> {
                 })
             }
             Kept::Planes(planes) => {
-                let faces = |plane: &Plane| 1.0 - plane.normal.dot(receiver.normal) < ONE_NORMAL;
+                let faces = |plane: &PlaneIlluminances| 1.0 - plane.normal.dot(receiver.normal) < ONE_NORMAL;
                 let number = planes.iter().position(faces)?;
-                let Plane { normal, tree } = &planes[number];
+                let PlaneIlluminances { normal, tree } = &planes[number];
                 self.fitted_lx(receiver, room, |index, cut, counts| {
                     let (leaf, place) = tree.leaf(index, || std::array::from_fn(|_| OnceLock::new()));
                     *leaf[place].get_or_init(|| self.plane_at(number as u32, *normal, index, cut, counts))
@@ -320,7 +321,7 @@ impl<'a> IndirectMesh<'a> {
         index: Index,
         cut: &mut Cut,
         counts: &mut GatherCounts,
-    ) -> Option<Box<Field>> {
+    ) -> Option<Box<HalfCoefficients>> {
         let position_m = self.free_position_m(index, counts)?;
         let origin = self.around.stage.tracer.free_origin(position_m);
         let walks = self.walks();

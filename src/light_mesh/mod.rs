@@ -34,7 +34,7 @@ pub use indirect::{GatherCounts, GatherRoom, Gathering, IndirectMesh, NEVER, Sto
 pub use lattice::{Index, Lattice};
 pub use mesh::{Counts, LightMesh, MeshLight, SetKind, Surroundings, Workroom};
 pub use options::{Accelerations, IndirectForm, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP, Options, RADIUS_PER_STEP};
-pub use plan::{DirectPlan, IndirectPlan, Plan, Planner, Why, Wishes};
+pub use plan::{DirectPlan, IndirectPlan, MapPlan, Planner, Why, Wishes};
 pub use result::{MeshFacts, TracedMap};
-pub use samples::{Placing, Samples};
+pub use samples::{SamplePlacing, Samples};
 pub use solids::{Solids, Walls};

@@ -90,7 +90,7 @@ impl<'a> IndirectPlan<'a> {
 }
 
 /// A plan for one map.
-pub struct Plan<'a> {
+pub struct MapPlan<'a> {
     /// Direct light.
     pub direct: DirectPlan<'a>,
     /// Indirect light.
@@ -105,7 +105,7 @@ pub struct Plan<'a> {
     pub check_rays: u64,
 }
 
-impl Plan<'_> {
+impl MapPlan<'_> {
     /// Whether the points of a mesh for indirect light can look back from what luminaires light that stand close to surfaces:
     /// those that keep the light of planes can, those that keep light from all sides or leave mirrors to the places cannot.
     pub fn looks_back(&self, around: &Surroundings, entries: &Entries) -> bool {
@@ -135,8 +135,8 @@ pub struct Planner<'a> {
 
 impl<'a> Planner<'a> {
     /// Plans a map. One that the target does not bind is not refined.
-    pub fn plan(&self, entries: &Entries, map: u32, refines: bool) -> Plan<'a> {
-        let mut plan = Plan {
+    pub fn plan(&self, entries: &Entries, map: u32, refines: bool) -> MapPlan<'a> {
+        let mut plan = MapPlan {
             direct: DirectPlan::Rays(Why::Dark),
             indirect: IndirectPlan::Nothing,
             check_walks: FIRST_CHECK_WALKS,
@@ -184,7 +184,7 @@ impl<'a> Planner<'a> {
         map: u32,
         target_error: Option<f64>,
         indirect_lx: f64,
-        plan: &mut Plan<'a>,
+        plan: &mut MapPlan<'a>,
     ) {
         let share = if self.around.stage.reflects() { SHARE_OF_DIRECT } else { SHARE_OF_ALL };
         let of_radius = self.wishes.radius_m.map(|radius_m| radius_m / RADIUS_PER_STEP);

@@ -7,7 +7,7 @@ use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
 use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
 use super::options::IndirectForm;
 use super::plan::{
-    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, PLANNING, Plan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT,
+    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, MapPlan, PLANNING, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT,
     Why, half_ball, mean, points_needed, side_m,
 };
 use super::tracing::{DirectBy, EntryLight, IndirectBy, light_of};
@@ -65,9 +65,32 @@ impl Trial<'_> {
         let measured = checked.compare(self.lights.iter().copied());
         ((measured.mean - self.of_chance).max(0.0), measured.standard_error)
     }
+
+    /// Walks from each point of its mesh that leave no more chance than its part of what is allowed in lx².
+    fn walks_needed(&self, allowed: f64) -> u32 {
+        let needed = f64::from(self.mesh.gathering.walks) * self.of_chance / (SHARE_OF_CHANCE * allowed);
+        (needed.clamp(f64::from(WALKS[0]), f64::from(WALKS[1])) as u32).next_multiple_of(2)
+    }
 }
 
 impl Planner<'_> {
+    /// What the step of a trial does, in lx², beside the most that it may; `None` while that cannot be told, and the mesh has more chance
+    /// in it than the check. Where the check has more, it gets more walks.
+    fn measured_step(&self, entries: &Entries, trial: &Trial, checked: &mut Checked, most: f64) -> Option<f64> {
+        loop {
+            let (of_step, standard_error) = trial.of_step(checked);
+            let is_clear = (of_step - most).abs() > ONE_IN_TWENTY * standard_error;
+            let of_check = checked.variance_of_walk() / checked.walks as f64;
+            let asks_more = !is_clear && of_check > trial.of_chance.max(LITTLE * most);
+            if !asks_more || checked.walks >= MOST_CHECK_WALKS || (self.stop)() {
+                let walks = trial.mesh.gathering.walks;
+                let is_told = is_clear || walks >= WALKS[1] || trial.of_chance < LITTLE * most;
+                return is_told.then_some(of_step);
+            }
+            checked.add(&self.around, entries, checked.walks, self.stop);
+        }
+    }
+
     /// Sets of two layers, so that a slope across them is known; those of the paper's form are means, as close as can be.
     fn indirect_radius_per_step(&self) -> f64 {
         match (self.wishes.radius_m, self.wishes.form) {
@@ -82,7 +105,7 @@ impl Planner<'_> {
     }
 
     /// A few walks from some places: how bright indirect light is, and how much chance a walk has in it.
-    pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut Plan) -> Checked {
+    pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut MapPlan) -> Checked {
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
         let mut checked = Checked::of(chosen, self.wishes.seed, PLANNING + map);
         checked.add(&self.around, entries, FIRST_CHECK_WALKS, self.stop);
@@ -99,7 +122,7 @@ impl<'a> Planner<'a> {
         map: u32,
         target_error: f64,
         mut checked: Checked,
-        plan: &mut Plan<'a>,
+        plan: &mut MapPlan<'a>,
     ) {
         let allowed = self.allowed_indirect_lx(entries, map, target_error, &checked, plan).powi(2);
         let counted = entries.weights.iter().filter(|weight| **weight > 0.0).count();
@@ -142,43 +165,30 @@ impl<'a> Planner<'a> {
             spent += trial.rays;
             rays_per_walk = trial.rays_per_walk;
             let most = SHARE_OF_STEP * allowed;
-            let of_step = loop {
-                let (of_step, standard_error) = trial.of_step(&checked);
-                let is_clear = (of_step - most).abs() > ONE_IN_TWENTY * standard_error;
-                let of_check = checked.variance_of_walk() / checked.walks as f64;
-                let asks_more = !is_clear && of_check > trial.of_chance.max(LITTLE * most);
-                if !asks_more || checked.walks >= MOST_CHECK_WALKS || (self.stop)() {
-                    break if is_clear || walks >= WALKS[1] || trial.of_chance < LITTLE * most {
-                        Some(of_step)
-                    } else {
-                        None
-                    };
-                }
-                let before = checked.rays;
-                checked.add(&self.around, entries, checked.walks, self.stop);
-                plan.check_rays += checked.rays - before;
+            let (rays_before, walks_before) = (checked.rays, checked.walks);
+            let of_step = self.measured_step(entries, &trial, &mut checked, most);
+            spent += (checked.rays - rays_before) as f64;
+            plan.check_rays += checked.rays - rays_before;
+            if (checked.rays, checked.walks) != (rays_before, walks_before) {
                 plan.check_walks = checked.walks;
-                spent += (checked.rays - before) as f64;
-            };
+            }
             if (self.stop)() {
                 plan.indirect = best_when_cut(trial, walks, &checked, points);
                 return;
             }
             let Some(of_step) = of_step else {
-                // It cannot be told yet, and the mesh has more chance in it than the check.
                 walks = more_walks(walks, 4.0);
                 last = Some(trial);
                 continue;
             };
             if of_step <= most {
-                let needed = f64::from(walks) * trial.of_chance / (SHARE_OF_CHANCE * allowed);
-                let walks = (needed.clamp(f64::from(WALKS[0]), f64::from(WALKS[1])) as u32).next_multiple_of(2);
-                if !is_asked && points * f64::from(walks) * rays_per_walk >= rays_by_places {
-                    break;
-                }
+                let walks = trial.walks_needed(allowed);
+                let is_dearer = points * f64::from(walks) * rays_per_walk >= rays_by_places;
                 let gathering = Gathering { walks, ..gathering };
                 let seed = self.wishes.seed;
-                if let Some(mesh) = IndirectMesh::new(self.around, entries, gathering, seed, self.stop) {
+                if (is_asked || !is_dearer)
+                    && let Some(mesh) = IndirectMesh::new(self.around, entries, gathering, seed, self.stop)
+                {
                     plan.indirect = IndirectPlan::Mesh(Box::new(mesh));
                     return;
                 }
@@ -210,7 +220,7 @@ impl<'a> Planner<'a> {
         map: u32,
         target_error: f64,
         checked: &Checked,
-        plan: &mut Plan,
+        plan: &mut MapPlan,
     ) -> f64 {
         let target_lx = target_error * self.whole_lx(entries, map, checked, plan);
         let of_direct_lx = match plan.direct {
@@ -224,7 +234,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Mean of all light in lx, by a few shadow rays from the checked places and by their walks.
-    fn whole_lx(&self, entries: &Entries, map: u32, checked: &Checked, plan: &mut Plan) -> f64 {
+    fn whole_lx(&self, entries: &Entries, map: u32, checked: &Checked, plan: &mut MapPlan) -> f64 {
         let by_rays = DirectBy::Rays { first: 0, passes: 1 };
         let (seed, map) = (self.wishes.seed, PLANNING + map);
         let (lights, effort) =
@@ -240,7 +250,7 @@ impl<'a> Planner<'a> {
         map: u32,
         gathering: Gathering,
         checked: &Checked,
-        plan: &mut Plan,
+        plan: &mut MapPlan,
     ) -> Option<Trial<'a>> {
         let (seed, map) = (self.wishes.seed, PLANNING + map);
         let mesh = IndirectMesh::new(self.around, entries, gathering, seed, self.stop)?;
@@ -263,7 +273,7 @@ impl<'a> Planner<'a> {
 
     /// Plans indirect light where no target binds: the mesh as it was asked for, with walks enough that chance is not seen,
     /// if the rays that the map may take suffice for them.
-    pub(super) fn plan_quietly(&self, entries: &Entries, map: u32, plan: &mut Plan<'a>) {
+    pub(super) fn plan_quietly(&self, entries: &Entries, map: u32, plan: &mut MapPlan<'a>) {
         let (step_m, ratio) = (self.indirect_step_m(entries), self.indirect_radius_per_step());
         let checked = self.pilot(entries, map, plan);
         let quiet = (QUIET * checked.mean_lx()).powi(2);

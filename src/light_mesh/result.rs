@@ -7,7 +7,7 @@ use super::judge::{
     Checked, DIRECT_PLACES, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY,
     ONE_IN_TWENTY, choose, looks_until, measure_direct,
 };
-use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};
+use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
 use super::samples::Samples;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 use crate::maps::{
@@ -55,7 +55,7 @@ pub struct MeshFacts {
 
 impl Planner<'_> {
     /// Computes a map by its plan and measures its error at places of its own.
-    pub fn trace(&self, entries: &Entries, map: u32, plan: &Plan) -> TracedMap {
+    pub fn trace(&self, entries: &Entries, map: u32, plan: &MapPlan) -> TracedMap {
         let seed = self.wishes.seed;
         let (mut effort, mut check_rays) = (plan.effort, plan.check_rays);
         effort.sight_rays += entries.sights.as_ref().map_or(0, |sights| sights.rays);

@@ -26,13 +26,13 @@ pub struct Samples {
     pub words: usize,
     /// First word of the bits of points that are seen through panes alone; `None` where there are no panes.
     panes_from: Option<usize>,
-    groups: Vec<Group>,
-    points: Vec<Point>,
+    groups: Vec<EmitterSamples>,
+    points: Vec<EmitterPoint>,
 }
 
 /// The points of one emitter.
 #[derive(Clone, Copy, Debug)]
-struct Group {
+struct EmitterSamples {
     word: usize,
     /// First bit in the word.
     shift: u32,
@@ -45,7 +45,7 @@ struct Group {
 }
 
 #[derive(Clone, Copy)]
-enum Point {
+enum EmitterPoint {
     Fixed {
         origin: Origin,
         point: OpeningPoint,
@@ -56,7 +56,7 @@ enum Point {
 
 /// Which points of an area stand for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Placing {
+pub enum SamplePlacing {
     /// Points enough for soft shadows, fewer where there are many areas.
     Stratified,
     /// This many on every triangle, ball and opening; one lies in the middle.
@@ -65,23 +65,23 @@ pub enum Placing {
 
 impl Samples {
     /// Places points on every emitter; the seed moves them within their strata.
-    pub fn of(stage: &Stage, placing: Placing, seed: u64) -> Samples {
+    pub fn of(stage: &Stage, placing: SamplePlacing, seed: u64) -> Samples {
         let list = stage.emitters.list();
-        let extended = list.iter().filter(|emitter| !emitter.is_point() || emitter.has_opening()).count();
+        let extended = list.iter().filter(|emitter| !emitter.is_single_point()).count();
         let stratified = EDGES[usize::from(extended > FEW)].pow(2);
-        let count_of_extended = if let Placing::Count(count) = placing { count } else { stratified };
+        let count_of_extended = if let SamplePlacing::Count(count) = placing { count } else { stratified };
         let mut samples =
             Samples { words: 0, panes_from: None, groups: Vec::with_capacity(list.len()), points: Vec::new() };
         let mut next_bit = 0;
         for (index, emitter) in list.iter().enumerate() {
-            let is_extended = !emitter.is_point() || emitter.has_opening();
+            let is_extended = !emitter.is_single_point();
             let count = if is_extended { count_of_extended } else { 1 };
             if next_bit % WORD + count > WORD {
                 next_bit = next_bit.next_multiple_of(WORD);
             }
             let shift = (next_bit % WORD) as u32;
             let ones = if count >= WORD { u64::MAX } else { (1 << count) - 1 };
-            samples.groups.push(Group {
+            samples.groups.push(EmitterSamples {
                 word: next_bit / WORD,
                 shift,
                 count: count as u32,
@@ -136,8 +136,10 @@ impl Samples {
     /// Where a point of an emitter is, for rays from a place; `None` for a ball that the place is inside of.
     fn origin_of(&self, stage: &Stage, place_m: DVec3, emitter: &Emitter, number: usize) -> Option<Origin> {
         match self.points[number] {
-            Point::Fixed { origin, .. } => Some(origin),
-            Point::OnBall(variates) => emitter.point_seen_from(place_m, variates).map(|place| stage.origin(&place)),
+            EmitterPoint::Fixed { origin, .. } => Some(origin),
+            EmitterPoint::OnBall(variates) => {
+                emitter.point_seen_from(place_m, variates).map(|place| stage.origin(&place))
+            }
         }
     }
 
@@ -186,13 +188,19 @@ impl Samples {
     }
 
     /// Illuminance of one emitter with a ray to each of its points, each weighed by what panes let pass; and the rays.
-    fn through_panes_lx(&self, stage: &Stage, emitter: &Emitter, group: &Group, receiver: &Receiver) -> (f64, u64) {
+    fn through_panes_lx(
+        &self,
+        stage: &Stage,
+        emitter: &Emitter,
+        group: &EmitterSamples,
+        receiver: &Receiver,
+    ) -> (f64, u64) {
         let mut sum_lx = 0.0;
         let whole_lx = if group.in_parts { 0.0 } else { emitter.unshadowed_lx(receiver.point_m, receiver.normal) };
         for number in group.first..group.first + group.count as usize {
             let Some(origin) = self.origin_of(stage, receiver.point_m, emitter, number) else { continue };
             let lx = match self.points[number] {
-                Point::Fixed { point, .. } if group.in_parts => point_lx(emitter, &point, receiver),
+                EmitterPoint::Fixed { point, .. } if group.in_parts => point_lx(emitter, &point, receiver),
                 _ => whole_lx,
             };
             sum_lx += lx * stage.transmittance(receiver.origin, &origin);
@@ -201,7 +209,7 @@ impl Samples {
     }
 
     /// The same of an opening, whose parts count as points of their own.
-    fn parts_lx(&self, emitter: &Emitter, group: &Group, receiver: &Receiver, seen: &SeenSamples) -> f64 {
+    fn parts_lx(&self, emitter: &Emitter, group: &EmitterSamples, receiver: &Receiver, seen: &SeenSamples) -> f64 {
         let mut sum_lx = 0.0;
         for number in 0..group.count {
             let bit = 1u64 << (group.shift + number);
@@ -213,7 +221,7 @@ impl Samples {
             } else {
                 seen.count_of(group.word, bit) as f64 / seen.members as f64
             };
-            if let Point::Fixed { point, .. } = self.points[group.first + number as usize] {
+            if let EmitterPoint::Fixed { point, .. } = self.points[group.first + number as usize] {
                 sum_lx += share * point_lx(emitter, &point, receiver);
             }
         }
@@ -242,8 +250,8 @@ impl Samples {
     /// What an emitter would bring unshadowed if all of it stood at one of its points.
     fn source_lx(&self, emitter: &Emitter, number: usize, receiver: &Receiver) -> f64 {
         match self.points[number] {
-            Point::OnBall(_) => emitter.unshadowed_lx(receiver.point_m, receiver.normal),
-            Point::Fixed { point, .. } => match emitter.exitance_lm_m2() {
+            EmitterPoint::OnBall(_) => emitter.unshadowed_lx(receiver.point_m, receiver.normal),
+            EmitterPoint::Fixed { point, .. } => match emitter.exitance_lm_m2() {
                 Some(_) => {
                     let offset_m = point.position_m - receiver.point_m;
                     let distance_m = offset_m.length();
@@ -293,16 +301,19 @@ fn stratum(number: usize, count: usize, stream: &mut Stream) -> [f64; 2] {
 /// 1/φ: steps of it cover a turn evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-fn point_of(stage: &Stage, emitter: &Emitter, variates: [f64; 2], stream: &mut Stream) -> Point {
+fn point_of(stage: &Stage, emitter: &Emitter, variates: [f64; 2], stream: &mut Stream) -> EmitterPoint {
     if let Some(point) = emitter.draw_point(stream) {
-        return Point::Fixed { origin: stage.origin(&emitter.place_of_point(point.position_m)), point };
+        return EmitterPoint::Fixed { origin: stage.origin(&emitter.place_of_point(point.position_m)), point };
     }
     match emitter.point_seen_from(DVec3::ZERO, variates).filter(|_| !emitter.is_ball()) {
         Some(place) => {
             let origin = stage.origin(&place);
-            Point::Fixed { origin, point: OpeningPoint { position_m: stage.tracer.position_m(&origin), face: None } }
+            EmitterPoint::Fixed {
+                origin,
+                point: OpeningPoint { position_m: stage.tracer.position_m(&origin), face: None },
+            }
         }
-        None => Point::OnBall(variates),
+        None => EmitterPoint::OnBall(variates),
     }
 }
 

@@ -148,7 +148,7 @@ fn spread_over_triangle(number: u32) -> [f64; 2] {
 const BLOCK: i32 = 4;
 
 /// A triangle of a thin wall: its corners and its box.
-struct Wall {
+struct ThinWall {
     corners_m: [DVec3; 3],
     box_m: [DVec3; 2],
 }
@@ -156,7 +156,7 @@ struct Wall {
 /// Thin walls near each part of a mesh: the numbers of those near each block of cells.
 pub struct Walls {
     blocks: HashMap<u64, Vec<u32>>,
-    walls: Vec<Wall>,
+    walls: Vec<ThinWall>,
     radius_m: f64,
 }
 
@@ -171,14 +171,14 @@ impl Walls {
         let mut blocks: HashMap<u64, Vec<u32>> = HashMap::new();
         let edge_m = f64::from(BLOCK) * lattice.step_m;
         let half_diagonal_m = 0.5 * 3f64.sqrt() * edge_m;
-        let mut walls: Vec<Wall> = Vec::with_capacity(thin.len());
+        let mut walls: Vec<ThinWall> = Vec::with_capacity(thin.len());
         for triangle in &thin {
             let corners_m = scene.corners_m(*triangle);
             let normal = scene.triangle_normal(*triangle);
             let number = walls.len() as u32;
             let box_m =
                 [corners_m[0].min(corners_m[1]).min(corners_m[2]), corners_m[0].max(corners_m[1]).max(corners_m[2])];
-            walls.push(Wall { corners_m, box_m });
+            walls.push(ThinWall { corners_m, box_m });
             let (low_m, high_m) = (box_m[0] - radius_m, box_m[1] + radius_m);
             let range = |axis: usize| -> Range<i32> {
                 let count = lattice.counts[axis] as i32 / BLOCK;
@@ -208,7 +208,7 @@ impl Walls {
             return false;
         };
         near.iter().any(|number| {
-            let Wall { corners_m, box_m: [low_m, high_m] } = &self.walls[*number as usize];
+            let ThinWall { corners_m, box_m: [low_m, high_m] } = &self.walls[*number as usize];
             place_m.clamp(*low_m, *high_m).distance_squared(place_m) < self.radius_m * self.radius_m
                 && corners_m.iter().any(|corner_m| normal.dot(*corner_m - place_m) > least_height_m)
         })

@@ -21,12 +21,12 @@ const NODE_LEAVES: usize = 1 << (3 * NODE_BITS);
 const MOST_NODES: usize = 1 << 22;
 
 /// Leaves of one node.
-type Node<L> = Box<[OnceLock<Box<L>>]>;
+type LeavesOfNode<L> = Box<[OnceLock<Box<L>>]>;
 
 /// A tree of leaves, made when first asked for.
 pub struct SparseTree<L> {
     sizes: [usize; 3],
-    root: Vec<OnceLock<Node<L>>>,
+    root: Vec<OnceLock<LeavesOfNode<L>>>,
     nodes: AtomicU64,
     leaves: AtomicU64,
 }
@@ -71,7 +71,7 @@ impl<L> SparseTree<L> {
     /// Bytes of the tree itself, with `leaf_bytes` for what a leaf holds beyond its own size.
     pub fn bytes(&self, leaf_bytes: u64) -> u64 {
         let node = (NODE_LEAVES * size_of::<OnceLock<Box<L>>>()) as u64;
-        (self.root.len() * size_of::<OnceLock<Node<L>>>()) as u64
+        (self.root.len() * size_of::<OnceLock<LeavesOfNode<L>>>()) as u64
             + self.nodes.load(Ordering::Relaxed) * node
             + self.leaves() * (size_of::<L>() as u64 + leaf_bytes)
     }

@@ -116,11 +116,11 @@ fn past_mirrors(
 /// Ends a walk at the first diffuse surface, with what images bring there, and says where that was.
 struct Halt<'a> {
     around: &'a Surroundings<'a>,
-    at: Option<Vertex>,
+    at: Option<DiffuseVertex>,
 }
 
 /// A diffuse surface that a walk has met.
-struct Vertex {
+struct DiffuseVertex {
     origin: Origin,
     normal: DVec3,
     reflectance: f64,
@@ -129,7 +129,8 @@ struct Vertex {
 impl Memory for Halt<'_> {
     fn recall(&mut self, met: &Met, cut: &mut Cut, stream: &mut Stream) -> (Recall, u64) {
         let receiver = &met.receiver;
-        self.at = Some(Vertex { origin: *receiver.origin, normal: receiver.normal, reflectance: met.reflectance });
+        self.at =
+            Some(DiffuseVertex { origin: *receiver.origin, normal: receiver.normal, reflectance: met.reflectance });
         let (images_lx, rays) = look_at_images(self.around, receiver, cut, stream);
         (Recall::End(images_lx), rays)
     }

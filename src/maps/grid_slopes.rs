@@ -134,16 +134,16 @@ impl Middles {
 }
 
 /// A plane by least squares about an element.
-struct Plane {
+struct FittedPlane {
     /// The element and its neighbours, and how much the mean of each counts in the slopes along both axes, in 1/m.
     slopes: Vec<(u32, [f64; 2])>,
     /// Mean square in lx² of what the plane leaves of the means, free of chance: the product of what the two halves leave.
     left_lx2: f64,
 }
 
-impl Plane {
+impl FittedPlane {
     /// `None` where there are too few neighbours or where they lie on a line.
-    fn about(middle_m: [f64; 2], middles: &Middles, halves_lx: impl Fn(usize) -> [f64; 2]) -> Option<Plane> {
+    fn about(middle_m: [f64; 2], middles: &Middles, halves_lx: impl Fn(usize) -> [f64; 2]) -> Option<FittedPlane> {
         let near = middles.nearest(middle_m);
         let count = near.len() as f64;
         if near.len() <= FEWEST_NEIGHBOURS {
@@ -178,7 +178,7 @@ impl Plane {
             values_lx[k][half] - mean_lx - along * x - across * y
         };
         let left_lx2 = (0..near.len()).map(|k| left(k, 0) * left(k, 1)).sum::<f64>() / (count - 3.0);
-        Some(Plane { slopes, left_lx2 })
+        Some(FittedPlane { slopes, left_lx2 })
     }
 }
 
@@ -211,7 +211,8 @@ pub fn grid_slopes(
             let [a, b, c] = elements.corners_m(scene, elements.cell(part.element));
             let middle_m = middles.place((a + b + c) / 3.0);
             let inside_m = middles.place(a + part.at[0] * (b - a) + part.at[1] * (c - a));
-            let plane = planes.entry(part.element).or_insert_with(|| Plane::about(middle_m, &middles, &halves_lx));
+            let plane =
+                planes.entry(part.element).or_insert_with(|| FittedPlane::about(middle_m, &middles, &halves_lx));
             let Some(plane) = plane else { continue };
             let share = part.area_m2 / cell_m2;
             for (neighbour, slopes) in &plane.slopes {

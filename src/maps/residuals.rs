@@ -348,17 +348,17 @@ impl Residuals {
             means.iter_mut().zip(&of_regions).for_each(|(mean, weight)| *mean /= weight.max(f64::MIN_POSITIVE));
             self.region_means[replica] = means;
         }
-        let regions = Scale::of(&squares_of_regions, self.region_count, |replica, region| {
+        let regions = ScaleErrors::of(&squares_of_regions, self.region_count, |replica, region| {
             self.region_means[replica][region] - self.means[replica]
         });
-        let entries = Scale::of(&weights, sites, |replica, entry| {
+        let entries = ScaleErrors::of(&weights, sites, |replica, entry| {
             let site = self.site_of(entry);
             let of_region = if entry == site { self.region_means[replica][self.regions[site] as usize] } else { 0.0 };
             self.sums_lx[replica][entry] * inverse - self.profile[site] * of_region
         });
         let scales = [&regions, &entries];
         self.shares = [1, 0].map(|other: usize| scales.map(|scale| scale.share_by(other)));
-        let corrections = Scale::of(all_weights, sites, |replica, entry| self.correction_lx(replica, entry));
+        let corrections = ScaleErrors::of(all_weights, sites, |replica, entry| self.correction_lx(replica, entry));
         self.state = ResidualState {
             common: scales.map(|scale| scale.across),
             chance: scales.map(|scale| 0.5 * (scale.within() - scale.across)),
@@ -400,7 +400,7 @@ pub(super) fn within_halves(value: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// What replicas say of one scale, in lx².
-struct Scale {
+struct ScaleErrors {
     /// Mean product of two replicas of the even half, and of the odd half.
     of_halves: [f64; 2],
     /// Of one of each.
@@ -411,12 +411,12 @@ struct Scale {
     variance: f64,
 }
 
-impl Scale {
+impl ScaleErrors {
     /// Weighted means over so many places of the product of two replicas' values, and of their variance. Weights beyond these are of
     /// slopes, whose squares add.
-    fn of(weights: &[f64], places: usize, value: impl Fn(usize, usize) -> f64) -> Scale {
+    fn of(weights: &[f64], places: usize, value: impl Fn(usize, usize) -> f64) -> ScaleErrors {
         let n = HALF as f64;
-        let mut scale = Scale { of_halves: [0.0; 2], across: 0.0, standard_error: 0.0, variance: 0.0 };
+        let mut scale = ScaleErrors { of_halves: [0.0; 2], across: 0.0, standard_error: 0.0, variance: 0.0 };
         let (mut weight_sum, mut noise) = (0.0, 0.0);
         for (place, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let halves = [0, 1].map(|parity| {
@@ -446,7 +446,7 @@ impl Scale {
             }
         }
         let inverse = 1.0 / f64::max(weight_sum, f64::MIN_POSITIVE);
-        Scale {
+        ScaleErrors {
             of_halves: scale.of_halves.map(|sum| sum * inverse),
             across: scale.across * inverse,
             standard_error: noise.sqrt() * inverse,

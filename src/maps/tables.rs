@@ -53,16 +53,16 @@ pub struct TableSubject<'a> {
 }
 
 /// Illuminance in lx of a place in every replica, and what of its error the replicas do not show.
-struct Place {
+struct PlaceReplicas {
     replicas_lx: [f64; REPLICAS],
     /// Indirect part of the mean.
     indirect_lx: f64,
     shared_error_lx: f64,
 }
 
-impl Place {
-    fn of_entry(map: &ReplicaMap, entry: usize) -> Place {
-        Place {
+impl PlaceReplicas {
+    fn of_entry(map: &ReplicaMap, entry: usize) -> PlaceReplicas {
+        PlaceReplicas {
             replicas_lx: std::array::from_fn(|replica| map.illuminance_lx(replica, entry)),
             indirect_lx: map.indirect_lx(entry),
             shared_error_lx: map.cells_error.as_ref().map_or(0.0, |error| error.by_site_lx[entry]),
@@ -70,7 +70,12 @@ impl Place {
     }
 
     /// A cell of a grid: neighbours ask the same cells and have their error alike, but lose light each by itself.
-    fn of_cell(map: &ReplicaMap, parts: &[GridPart], discretisation_lx: &[f64], slopes: Option<&CellSlopes>) -> Place {
+    fn of_cell(
+        map: &ReplicaMap,
+        parts: &[GridPart],
+        discretisation_lx: &[f64],
+        slopes: Option<&CellSlopes>,
+    ) -> PlaceReplicas {
         let area_m2: f64 = parts.iter().map(|part| part.area_m2).sum();
         let (mut replicas_lx, mut indirect_lx, mut of_cells_lx, mut lost_lx2) = ([0.0; REPLICAS], 0.0, 0.0, 0.0);
         for part in parts {
@@ -90,7 +95,7 @@ impl Place {
             }
             lost_lx2 += slopes.lost_lx2;
         }
-        Place { replicas_lx, indirect_lx, shared_error_lx: of_cells_lx.hypot(lost_lx2.sqrt()) }
+        PlaceReplicas { replicas_lx, indirect_lx, shared_error_lx: of_cells_lx.hypot(lost_lx2.sqrt()) }
     }
 
     fn mean_lx(&self) -> f64 {
@@ -130,7 +135,7 @@ impl Extreme {
         Extreme { sign, whole_lx: worst, without_lx, of_halves_lx, place: 0, error_lx: 0.0 }
     }
 
-    fn take(&mut self, map: &ReplicaMap, rare_scores: RareScores, number: usize, place: &Place) {
+    fn take(&mut self, map: &ReplicaMap, rare_scores: RareScores, number: usize, place: &PlaceReplicas) {
         let beyond = |lx: f64, than_lx: f64| self.sign * lx < self.sign * than_lx;
         let sum_lx: f64 = place.replicas_lx.iter().sum();
         for (without_lx, lx) in self.without_lx.iter_mut().zip(&place.replicas_lx) {
@@ -191,20 +196,20 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
 
     let (mut least, mut most) = (Extreme::new(1.0), Extreme::new(-1.0));
     let mut places = 0;
-    let mut take = |number: usize, place: Place| {
+    let mut take = |number: usize, place: PlaceReplicas| {
         least.take(map, subject.rare_scores, number, &place);
         most.take(map, subject.rare_scores, number, &place);
         places += 1;
     };
     let cells: &[Vec<GridPart>] = match subject.places {
         Places::Entries => {
-            counted().for_each(|(entry, _)| take(*entry, Place::of_entry(map, *entry)));
+            counted().for_each(|(entry, _)| take(*entry, PlaceReplicas::of_entry(map, *entry)));
             &[]
         }
         Places::Grid { grid, discretisation_lx, slopes } => {
             let cells = grid.map_or(&[][..], |grid| grid.cells.as_slice());
             let all = cells.iter().enumerate();
-            let cell = |number: usize, parts| Place::of_cell(map, parts, discretisation_lx, slopes.get(number));
+            let cell = |number: usize, parts| PlaceReplicas::of_cell(map, parts, discretisation_lx, slopes.get(number));
             all.for_each(|(number, parts)| take(number, cell(number, parts)));
             cells
         }

@@ -73,7 +73,7 @@ impl Scale {
 
 /// The frame of a chart.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame {
+pub struct ChartFrame {
     /// Left edge.
     pub left: f64,
     /// Upper edge.
@@ -88,7 +88,7 @@ pub struct Frame {
     pub y: Scale,
 }
 
-impl Frame {
+impl ChartFrame {
     /// Where a pair of numbers lies on the page.
     pub fn spot(&self, x: f64, y: f64) -> PagePoint {
         [self.left + self.x.share(x) * self.width, self.top + (1.0 - self.y.share(y)) * self.height]

@@ -25,7 +25,7 @@ pub struct Isoline {
 }
 
 /// An edge between two nodes, the smaller number first.
-type Edge = (u32, u32);
+type NodeEdge = (u32, u32);
 
 impl Field {
     /// Lowest and highest value of the nodes that triangles use.
@@ -43,10 +43,10 @@ impl Field {
     /// edge to edge; segments that meet on an edge are one line.
     pub fn isolines(&self, level: f64) -> Vec<Isoline> {
         let above = |node: u32| self.values[node as usize] >= level;
-        let mut neighbours: HashMap<Edge, Vec<Edge>> = HashMap::new();
-        let mut order: Vec<Edge> = Vec::new();
+        let mut neighbours: HashMap<NodeEdge, Vec<NodeEdge>> = HashMap::new();
+        let mut order: Vec<NodeEdge> = Vec::new();
         for [a, b, c] in &self.triangles {
-            let crossed: Vec<Edge> = [(*a, *b), (*b, *c), (*c, *a)]
+            let crossed: Vec<NodeEdge> = [(*a, *b), (*b, *c), (*c, *a)]
                 .into_iter()
                 .filter(|(from, to)| above(*from) != above(*to))
                 .map(|(from, to)| (from.min(to), from.max(to)))
@@ -59,7 +59,7 @@ impl Field {
         }
 
         // Open lines first, from their ends; what is left then are closed ones.
-        let ends: Vec<Edge> = order.iter().copied().filter(|edge| neighbours[edge].len() == 1).collect();
+        let ends: Vec<NodeEdge> = order.iter().copied().filter(|edge| neighbours[edge].len() == 1).collect();
         let mut lines = Vec::new();
         for start in ends.into_iter().chain(order) {
             let mut spots = vec![self.crossing(start, level)];
@@ -80,7 +80,7 @@ impl Field {
         lines
     }
 
-    fn crossing(&self, (from, to): Edge, level: f64) -> PagePoint {
+    fn crossing(&self, (from, to): NodeEdge, level: f64) -> PagePoint {
         let [low, high] = [from, to].map(|node| self.values[node as usize]);
         let [a, b] = [from, to].map(|node| self.nodes[node as usize]);
         let share = ((level - low) / (high - low)).clamp(0.0, 1.0);

@@ -1,6 +1,6 @@
 //! The error during a run against rays and seconds of computing, and the forecasts as they stood and as they came true.
 
-use super::axes::{Frame, Scale, TYPE};
+use super::axes::{ChartFrame, Scale, TYPE};
 use super::color::{BLACK, BLUE, FAINT, GREEN, Ink, PURPLE, SKY, SOFT, VERMILION};
 use super::numbers::{count_tick, duration, percent, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
@@ -22,21 +22,21 @@ const SHARES: [f64; 4] = [0.02, 0.05, 0.2, 0.5];
 const LEAST_PART: f64 = 0.2;
 
 /// One quantity that a run spends.
-struct Spending {
+struct SpentQuantity {
     name: &'static str,
     spent: fn(&ConvergenceRow, f64) -> f64,
     forecast: fn(&ConvergenceRow, f64) -> Forecast,
     show: fn(f64) -> String,
 }
 
-const SPENDINGS: [Spending; 2] = [
-    Spending {
+const SPENDINGS: [SpentQuantity; 2] = [
+    SpentQuantity {
         name: words!("rays"),
         spent: |row, _| row.rays as f64,
         forecast: |row, _| row.forecast_rays,
         show: count_tick,
     },
-    Spending {
+    SpentQuantity {
         name: words!("time of computing / s"),
         spent: |row, begun_s| row.wall_s - begun_s,
         forecast: |row, begun_s| {
@@ -49,16 +49,16 @@ const SPENDINGS: [Spending; 2] = [
 ];
 
 /// A part of the error, with the ink of its line.
-struct Part {
+struct ErrorPart {
     name: &'static str,
     of: fn(&ErrorParts) -> f64,
     ink: Ink,
 }
 
-const PARTS: [Part; 3] = [
-    Part { name: words!("random"), of: |error| error.random, ink: SKY },
-    Part { name: words!("bias"), of: |error| error.bias, ink: PURPLE },
-    Part { name: words!("discretisation"), of: |error| error.discretisation, ink: GREEN },
+const PARTS: [ErrorPart; 3] = [
+    ErrorPart { name: words!("random"), of: |error| error.random, ink: SKY },
+    ErrorPart { name: words!("bias"), of: |error| error.bias, ink: PURPLE },
+    ErrorPart { name: words!("discretisation"), of: |error| error.discretisation, ink: GREEN },
 ];
 
 /// A forecast as it stood when so much of the run was done.
@@ -96,7 +96,7 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
         duration(begun_s)
     );
     picture.words(Words::new(line, [62.0, 46.0], 13.0).ink(SOFT));
-    let parts: Vec<&Part> = shown_parts(&rows);
+    let parts: Vec<&ErrorPart> = shown_parts(&rows);
     let stood = as_they_stood(&rows);
     let spendings = SPENDINGS.iter().filter(|spending| rows.iter().all(|row| (spending.spent)(row, begun_s) > 0.0));
     for (spending, left) in spendings.zip(LEFTS) {
@@ -106,7 +106,7 @@ pub fn convergence_picture(solution: &Solution) -> Picture {
             [forecast.low, forecast.expected, forecast.high]
         };
         let x = around(rows.iter().map(numbers).chain(stood.iter().flat_map(reach)), 1.15);
-        let panel = Panel { spending, begun_s, rows: &rows, stood: &stood, target };
+        let panel = SpendingPanel { spending, begun_s, rows: &rows, stood: &stood, target };
         panel.draw_errors(&mut picture, left, x, &parts);
         panel.draw_forecasts(&mut picture, left, x);
     }
@@ -121,9 +121,9 @@ fn count(number: u64) -> String {
 }
 
 /// The parts that the error has, where it has more than one.
-fn shown_parts(rows: &[ConvergenceRow]) -> Vec<&'static Part> {
+fn shown_parts(rows: &[ConvergenceRow]) -> Vec<&'static ErrorPart> {
     let judged = || rows.iter().filter(|row| row.judged);
-    let shown: Vec<&Part> = PARTS.iter().filter(|part| judged().any(|row| (part.of)(&row.error) > 0.0)).collect();
+    let shown: Vec<&ErrorPart> = PARTS.iter().filter(|part| judged().any(|row| (part.of)(&row.error) > 0.0)).collect();
     if shown.len() > 1 { shown } else { Vec::new() }
 }
 
@@ -162,15 +162,15 @@ fn around(numbers: impl Iterator<Item = f64>, room: f64) -> Scale {
 }
 
 /// Errors and forecasts over one quantity that was spent.
-struct Panel<'a> {
-    spending: &'a Spending,
+struct SpendingPanel<'a> {
+    spending: &'a SpentQuantity,
     begun_s: f64,
     rows: &'a [ConvergenceRow],
     stood: &'a [Stood<'a>],
     target: Option<f64>,
 }
 
-impl Panel<'_> {
+impl SpendingPanel<'_> {
     fn spent(&self, row: &ConvergenceRow) -> f64 {
         (self.spending.spent)(row, self.begun_s)
     }
@@ -184,13 +184,13 @@ impl Panel<'_> {
         self.rows.last().map_or(0.0, |row| self.spent(row))
     }
 
-    fn draw_errors(&self, picture: &mut Picture, left: f64, x: Scale, parts: &[&Part]) {
+    fn draw_errors(&self, picture: &mut Picture, left: f64, x: Scale, parts: &[&ErrorPart]) {
         let errors = || self.rows.iter().map(|row| row.error.estimated).chain(self.target);
         let least = LEAST_PART * errors().fold(f64::INFINITY, f64::min);
         let of_parts = self.rows.iter().flat_map(|row| parts.iter().map(|part| (part.of)(&row.error)));
         let y = around(errors().chain(of_parts.filter(|part| *part >= least)), 1.3);
         let [top, height] = ERRORS;
-        let frame = Frame { left, top, width: COLUMN, height, x, y };
+        let frame = ChartFrame { left, top, width: COLUMN, height, x, y };
         // Bands lie below the grid.
         if let Some(target) = self.target {
             for stood in self.stood {
@@ -233,7 +233,7 @@ impl Panel<'_> {
     fn draw_forecasts(&self, picture: &mut Picture, left: f64, x: Scale) {
         let [top, height] = FORECASTS;
         let lines = self.stood.len().max(1);
-        let frame = Frame { left, top, width: COLUMN, height, x, y: Scale::linear(lines as f64, 0.0) };
+        let frame = ChartFrame { left, top, width: COLUMN, height, x, y: Scale::linear(lines as f64, 0.0) };
         frame.draw_lower(picture, said(self.spending.name), &self.spending.show);
         let ends = [0.0, lines as f64].map(|y| frame.spot(self.end(), y));
         picture.line(ends.to_vec(), Pen::new(VERMILION, 1.6));
@@ -257,7 +257,7 @@ fn diamond([x, y]: PagePoint) -> Vec<PagePoint> {
     vec![[x, y - R], [x + R, y], [x, y + R], [x - R, y]]
 }
 
-fn draw_key(picture: &mut Picture, parts: &[&Part], has_target: bool, has_pilot: bool) {
+fn draw_key(picture: &mut Picture, parts: &[&ErrorPart], has_target: bool, has_pilot: bool) {
     let mut at = [92.0, 70.0];
     let mut entry = |picture: &mut Picture, words: &str, draw: &dyn Fn(&mut Picture, PagePoint)| {
         draw(picture, [at[0], at[1] - 4.0]);

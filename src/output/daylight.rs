@@ -6,7 +6,7 @@ use super::daylight_factors::daylight_factors;
 use super::html::{HtmlTable, with_error};
 use super::numbers::{lux, percent, tick, uncertainty};
 use super::picture::escaped;
-use super::sheet::{Field, Sheet};
+use super::sheet::{Sheet, SheetCell};
 use super::texts::say;
 use super::verdicts::probability_words;
 use super::{OutputError, ResultFile};
@@ -61,7 +61,7 @@ pub(super) fn daylight_file(scene: &Scene, solution: &Solution) -> Result<Option
     }
     let mut sheet = Sheet::new("daylight.csv", &columns());
     for set in &factors {
-        let mut fields = vec![Field::Text(&set.name)];
+        let mut fields = vec![SheetCell::Text(&set.name)];
         fields.extend(numbers(set).into_iter().map(number_or_nothing));
         sheet.row(&fields)?;
     }
@@ -89,8 +89,8 @@ fn numbers(set: &DaylightFactors) -> Vec<Option<f64>> {
     numbers
 }
 
-fn number_or_nothing<'a>(number: Option<f64>) -> Field<'a> {
-    number.map_or(Field::Text(""), Field::Number)
+fn number_or_nothing<'a>(number: Option<f64>) -> SheetCell<'a> {
+    number.map_or(SheetCell::Text(""), SheetCell::Number)
 }
 
 /// What `summary.json` tells: an object a set, whose keys are the columns of `daylight.csv`.
@@ -104,11 +104,11 @@ pub(super) fn daylight_entries(scene: &Scene, solution: &Solution) -> Vec<Value>
 }
 
 /// Behind the row of a receiver set in `tables.csv` its mean daylight factor and components in %, each with its error; nothing where there are none.
-pub(super) fn mean_fields(factors: &[DaylightFactors], row: &TableRow) -> Vec<Field<'static>> {
+pub(super) fn mean_fields(factors: &[DaylightFactors], row: &TableRow) -> Vec<SheetCell<'static>> {
     let is_set = matches!(row.kind, TableKind::Grid | TableKind::Points);
     let Some(set) = factors.iter().find(|set| is_set && set.name == row.name) else {
         let columns = DAYLIGHT_FACTOR_COLUMNS.len() + COMPONENT_COLUMNS.len();
-        return (0..columns).map(|_| Field::Text("")).collect();
+        return (0..columns).map(|_| SheetCell::Text("")).collect();
     };
     let percents = set.components.map(|means| means.percents);
     let components = [0, 1, 2].map(|which| percents.map(|percents| percents[which]));
@@ -120,12 +120,12 @@ pub(super) fn mean_fields(factors: &[DaylightFactors], row: &TableRow) -> Vec<Fi
 }
 
 /// Behind a point's daylight factor its components in %; nothing where they are not known.
-pub(super) fn component_fields(values: &MapValues, index: usize, outside_lx: f64) -> [Field<'static>; 6] {
+pub(super) fn component_fields(values: &MapValues, index: usize, outside_lx: f64) -> [SheetCell<'static>; 6] {
     let Some(components) = values.sky_components_lx.get(index) else {
-        return [const { Field::Text("") }; 6];
+        return [const { SheetCell::Text("") }; 6];
     };
     let numbers = components.map(|component| [component.value, component.standard_error]);
-    std::array::from_fn(|place| Field::Number(100.0 * numbers[place / 2][place % 2] / outside_lx))
+    std::array::from_fn(|place| SheetCell::Number(100.0 * numbers[place / 2][place % 2] / outside_lx))
 }
 
 /// The report's table; empty where there are no daylight factors.

@@ -2,7 +2,7 @@
 
 use super::color::SOFT;
 use super::flat::FlatMap;
-use super::map_plot::{GAP, Layout, ROOM, draw_map, foot, head, plus_minus};
+use super::map_plot::{GAP, MapLayout, ROOM, draw_map, foot, head, plus_minus};
 use super::numbers::{lux, percent, percents_with_error, tick};
 use super::picture::{Picture, Words};
 use super::texts::say;
@@ -20,7 +20,7 @@ pub(super) fn daylight_picture(map: &FlatMap, factors: &DaylightFactors, note: &
     let in_percent = |lx: f64| 100.0 * lx / factors.outside_lx;
     shown.cells.iter_mut().for_each(|cell| cell.illuminance_lx = cell.illuminance_lx.map(in_percent));
     shown.field.values.iter_mut().for_each(|value| *value = in_percent(*value));
-    let (layout, mut picture) = Layout::of(&shown);
+    let (layout, mut picture) = MapLayout::of(&shown);
     let above = percent(factors.shares_above[0].value);
     let remark = say!("; {} of the area above {} %", above, lux(factors.targets_percent[0]));
     head(&mut picture, &shown, say!("Daylight factor"), &remark);
@@ -50,7 +50,7 @@ pub(super) struct PercentWords<'a> {
 
 /// False colours of percents at the points of a grid.
 pub(super) fn percent_picture(flat: &FlatMap, words: &PercentWords) -> Picture {
-    let (layout, mut picture) = Layout::of(flat);
+    let (layout, mut picture) = MapLayout::of(flat);
     head(&mut picture, flat, words.title, words.remark);
     picture.words(Words::new(words.numbers.clone(), [ROOM.left, 65.0], 13.0));
     let range = flat.field.range().unwrap_or_default();

@@ -356,7 +356,7 @@ fn side_map<'a>(
 /// Linear over the elements, between their corners; a corner has the mean of the elements around it. Where the elements on
 /// the other side of an edge are finer, their corners on that edge count too, so that lines run on.
 fn element_field(cells: &[FlatCell], areas_m2: &[f64]) -> Field {
-    let mut nodes = Nodes::of(cells);
+    let mut nodes = PlaneCorners::of(cells);
     let mut weights: Vec<f64> = Vec::new();
     let mut rings: Vec<[u32; 3]> = Vec::new();
     for (cell, area_m2) in cells.iter().zip(areas_m2) {
@@ -398,17 +398,17 @@ fn element_field(cells: &[FlatCell], areas_m2: &[f64]) -> Field {
 }
 
 /// Corners by place; those that f64 rounding alone parts are one.
-struct Nodes {
+struct PlaneCorners {
     field: Field,
     places: HashMap<[i64; 2], u32>,
     grain: f64,
 }
 
-impl Nodes {
-    fn of(cells: &[FlatCell]) -> Nodes {
+impl PlaneCorners {
+    fn of(cells: &[FlatCell]) -> PlaneCorners {
         let extent = cells.iter().flat_map(|cell| &cell.ring).flatten().fold(0.0f64, |most, x| most.max(x.abs()));
         let grain = (extent * 1e-9).max(f64::MIN_POSITIVE);
-        Nodes { field: Field::default(), places: HashMap::new(), grain }
+        PlaneCorners { field: Field::default(), places: HashMap::new(), grain }
     }
 
     fn place(&self, spot: PagePoint) -> [i64; 2] {
@@ -503,7 +503,7 @@ mod tests {
         };
         let field = element_field(&cells, &vec![1.0; cells.len()]);
         assert_eq!(gaps(&field, &field.triangles), 0);
-        let mut nodes = Nodes::of(&cells);
+        let mut nodes = PlaneCorners::of(&cells);
         let uncut: Vec<[u32; 3]> =
             cells.iter().map(|cell| std::array::from_fn(|corner| nodes.add(cell.ring[corner]))).collect();
         assert!(gaps(&nodes.field, &uncut) > 0, "the planted fault passed");

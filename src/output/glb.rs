@@ -72,7 +72,7 @@ impl Model {
         let mut parts = Parts::default();
         let mut nodes = Vec::new();
         let mut meshes = Vec::new();
-        for Node { name, material, sides } in nodes_of(scene, elements, MOST_NODES) {
+        for SceneNode { name, material, sides } in nodes_of(scene, elements, MOST_NODES) {
             let vertices = Vertices::of(scene, elements, map, &sides, center_m, end_lx);
             let attributes = json!({
                 "POSITION": parts.vectors(&vertices.positions),
@@ -135,16 +135,16 @@ fn upright(point: DVec3) -> [f64; 3] {
 }
 
 /// Element sides that are one object of the file.
-struct Node<'a> {
+struct SceneNode<'a> {
     name: &'a str,
     material: MaterialId,
     sides: Vec<u32>,
 }
 
 /// The element sides by surface, or by material where there are more surfaces than so many.
-fn nodes_of<'a>(scene: &'a Scene, elements: &Elements, most: usize) -> Vec<Node<'a>> {
+fn nodes_of<'a>(scene: &'a Scene, elements: &Elements, most: usize) -> Vec<SceneNode<'a>> {
     let by_surface = scene.surfaces.len() <= most;
-    let mut nodes: BTreeMap<u32, Node> = BTreeMap::new();
+    let mut nodes: BTreeMap<u32, SceneNode> = BTreeMap::new();
     for index in 0..elements.len() as u32 {
         let id = scene.triangle_surfaces[elements.cell(index).triangle as usize];
         let surface = &scene.surfaces[id as usize];
@@ -153,7 +153,7 @@ fn nodes_of<'a>(scene: &'a Scene, elements: &Elements, most: usize) -> Vec<Node<
             true => (id, surface.name.as_str()),
             false => (material, scene.materials[material as usize].name.as_str()),
         };
-        nodes.entry(key).or_insert_with(|| Node { name, material, sides: Vec::new() }).sides.push(index);
+        nodes.entry(key).or_insert_with(|| SceneNode { name, material, sides: Vec::new() }).sides.push(index);
     }
     nodes.into_values().collect()
 }

@@ -3,7 +3,7 @@
 use super::axes::TYPE;
 use super::color::{BLACK, Ink, SOFT, WHITE, mixed};
 use super::flat::FlatMap;
-use super::map_plot::{Layout, draw_axes, draw_cells};
+use super::map_plot::{MapLayout, draw_axes, draw_cells};
 use super::numbers::percent;
 use super::picture::{Pen, Picture, TextAnchor, Words};
 use super::texts::say;
@@ -31,7 +31,7 @@ pub fn deviations(map: &MapResult) -> Vec<Option<f64>> {
 
 /// The map of the differences of a grid, in units of their standard errors, on a diverging scale.
 pub fn difference_picture(mut map: FlatMap, deviations: &[Option<f64>], note: &str) -> Picture {
-    let (layout, mut picture) = Layout::of(&map);
+    let (layout, mut picture) = MapLayout::of(&map);
     // Cells stand in the order of the points; what has no error is left blank as the inside of a solid is.
     for (cell, deviation) in map.cells.iter_mut().zip(deviations) {
         cell.illuminance_lx = cell.illuminance_lx.and(*deviation);
@@ -109,7 +109,7 @@ fn ink(deviation: f64) -> Ink {
     mixed(WHITE, if step < 0.0 { BLUE } else { RED }, step.abs() / f64::from(SHADES))
 }
 
-fn draw_legend(picture: &mut Picture, layout: &Layout) {
+fn draw_legend(picture: &mut Picture, layout: &MapLayout) {
     let (left, width) = (layout.left + layout.width + 22.0, 16.0);
     let height = layout.height.max(90.0);
     let (top, bottom) = (layout.top, layout.top + height);

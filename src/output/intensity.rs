@@ -2,7 +2,7 @@
 
 use super::leaving_light::leaving_light;
 use super::photometric_writer::{eulumdat_text, ies_text};
-use super::sheet::{Field, Sheet};
+use super::sheet::{Sheet, SheetCell};
 use super::{OutputError, ResultFile, file_name_part};
 use crate::scene::Scene;
 use crate::solver::Solution;
@@ -29,13 +29,13 @@ pub(super) fn intensity_files(scene: &Scene, solution: &Solution) -> Result<Vec<
         {
             let entry = light.table.entry(plane, step);
             sheet.row(&[
-                Field::Text(&light.map.name),
-                Field::Number(light.table.c_deg(plane)),
-                Field::Number(light.table.gamma_deg(step)),
-                Field::Number(values.illuminance_lx[entry]),
-                Field::Number(values.standard_error_lx[entry]),
-                Field::Number(values.direct_lx[entry]),
-                Field::Number(values.indirect_lx[entry]),
+                SheetCell::Text(&light.map.name),
+                SheetCell::Number(light.table.c_deg(plane)),
+                SheetCell::Number(light.table.gamma_deg(step)),
+                SheetCell::Number(values.illuminance_lx[entry]),
+                SheetCell::Number(values.standard_error_lx[entry]),
+                SheetCell::Number(values.direct_lx[entry]),
+                SheetCell::Number(values.indirect_lx[entry]),
             ])?;
         }
         let stem = format!("intensity-{}", file_name_part(&light.map.name));

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::axes::{Frame, Scale, TYPE};
+use super::axes::{ChartFrame, Scale, TYPE};
 use super::color::{BLACK, BLUE, Ink, SOFT, perceptual};
 use super::numbers::{lux, percent, tick};
 use super::picture::{Pen, Picture, TextAnchor, Words};
@@ -143,7 +143,7 @@ fn fan_picture(set: &ReceiverSet, map: &MapResult, [from_deg, to_deg]: [f64; 2],
     } else {
         Scale::linear(0.0, if high > 0.0 { 1.1 * high } else { 1.0 })
     };
-    let frame = Frame {
+    let frame = ChartFrame {
         left: LEFT + 50.0,
         top: TOP,
         width: WIDTH,

@@ -17,9 +17,9 @@ const LARGEST: [f64; 2] = [700.0, 560.0];
 /// The same of a small map.
 const SMALLEST: [f64; 2] = [330.0, 260.0];
 /// Room for titles above, axis below, numbers at the left and the legend at the right.
-pub(super) const ROOM: Room = Room { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
+pub(super) const ROOM: LineSpace = LineSpace { top: 84.0, bottom: 84.0, left: 62.0, right: 104.0 };
 /// Room about a small map, which has no titles.
-const SMALL_ROOM: Room = Room { top: 28.0, bottom: 46.0, left: 50.0, right: 80.0 };
+const SMALL_ROOM: LineSpace = LineSpace { top: 28.0, bottom: 46.0, left: 50.0, right: 80.0 };
 /// Size of the type of the line of numbers, where there is room, and what stays free beside it.
 const NUMBERS: f64 = 13.0;
 const MARGIN: f64 = 8.0;
@@ -51,7 +51,7 @@ const SMALL: f64 = 11.0;
 /// Between two lines of small type.
 const LINE: f64 = 15.0;
 
-pub(super) struct Room {
+pub(super) struct LineSpace {
     top: f64,
     bottom: f64,
     pub left: f64,
@@ -59,7 +59,7 @@ pub(super) struct Room {
 }
 
 /// The drawing on its page.
-pub(super) struct Layout {
+pub(super) struct MapLayout {
     low_m: PagePoint,
     scale: f64,
     pub left: f64,
@@ -68,20 +68,20 @@ pub(super) struct Layout {
     pub height: f64,
 }
 
-impl Layout {
-    pub fn of(map: &FlatMap) -> (Layout, Picture) {
-        Layout::within(map, LARGEST, &ROOM, LEAST_WIDTH)
+impl MapLayout {
+    pub fn of(map: &FlatMap) -> (MapLayout, Picture) {
+        MapLayout::within(map, LARGEST, &ROOM, LEAST_WIDTH)
     }
 
     /// No larger than this, with room about it, on a page of a least width.
-    fn within(map: &FlatMap, largest: [f64; 2], room: &Room, least_width: f64) -> (Layout, Picture) {
+    fn within(map: &FlatMap, largest: [f64; 2], room: &LineSpace, least_width: f64) -> (MapLayout, Picture) {
         let [low_m, high_m] = map.bounds_m();
         let size_m = [0, 1].map(|axis| (high_m[axis] - low_m[axis]).max(f64::MIN_POSITIVE));
         let scale = (largest[0] / size_m[0]).min(largest[1] / size_m[1]);
         let (width, height) = (size_m[0] * scale, size_m[1] * scale);
         let page_width = (room.left + width + room.right).max(least_width);
         let left = room.left + 0.5 * (page_width - room.left - width - room.right);
-        let layout = Layout { low_m, scale, left, top: room.top, width, height };
+        let layout = MapLayout { low_m, scale, left, top: room.top, width, height };
         let description = say!("Illuminance map of {}", map.row.name);
         (layout, Picture::new(page_width, room.top + height + room.bottom, description))
     }
@@ -111,7 +111,7 @@ impl Layout {
 /// Every cell has the colour of its own value, so that nothing is smoothed away; the isolux lines run between the
 /// points of a grid (bilinear), or between the corners of a surface's elements.
 pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
-    let (layout, mut picture) = Layout::of(map);
+    let (layout, mut picture) = MapLayout::of(map);
     head(&mut picture, map, said(quantity_words(map.quantity)), "");
     numbers_of(&mut picture, map.row);
     let remark = draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_words(map.quantity));
@@ -121,7 +121,7 @@ pub fn map_picture(map: &FlatMap, note: &str) -> Picture {
 
 /// Colours, isolux lines, axes and legend alone, so small that two pictures stand side by side.
 pub fn small_map(map: &FlatMap) -> Picture {
-    let (layout, mut picture) = Layout::within(map, SMALLEST, &SMALL_ROOM, 0.0);
+    let (layout, mut picture) = MapLayout::within(map, SMALLEST, &SMALL_ROOM, 0.0);
     draw_map(&mut picture, map, &layout, (isolux_of(map), say!("isolux lines")), unit_words(map.quantity));
     picture
 }
@@ -135,7 +135,7 @@ fn isolux_of(map: &FlatMap) -> Vec<f64> {
 pub(super) fn draw_map(
     picture: &mut Picture,
     map: &FlatMap,
-    layout: &Layout,
+    layout: &MapLayout,
     (levels, lines): (Vec<f64>, &str),
     unit: &str,
 ) -> String {
@@ -163,7 +163,7 @@ fn is_even(map: &FlatMap, [low, high]: [f64; 2]) -> bool {
 
 /// The values of a grid's points as numbers, thinned where they would run into each other.
 pub fn value_chart(map: &FlatMap, note: &str) -> Picture {
-    let (layout, mut picture) = Layout::of(map);
+    let (layout, mut picture) = MapLayout::of(map);
     let colors = ColorScale::of(map);
     draw_cells(&mut picture, map, &layout, mean, &|value| mixed(colors.ink(value), WHITE, 0.72));
     draw_axes(&mut picture, map, &layout);
@@ -265,7 +265,7 @@ pub(super) fn mean(sum: f64, count: f64) -> f64 {
 pub(super) fn draw_cells(
     picture: &mut Picture,
     map: &FlatMap,
-    layout: &Layout,
+    layout: &MapLayout,
     pool: fn(f64, f64) -> f64,
     ink: &dyn Fn(f64) -> Ink,
 ) {
@@ -294,8 +294,8 @@ fn coarse(
     pool: fn(f64, f64) -> f64,
 ) -> Vec<(Vec<PagePoint>, Option<f64>)> {
     /// Corners, sum and count of the cells of a spot.
-    type Spot = ([PagePoint; 2], f64, u32);
-    let mut spots: BTreeMap<([i64; 2], bool), Spot> = BTreeMap::new();
+    type CellSpot = ([PagePoint; 2], f64, u32);
+    let mut spots: BTreeMap<([i64; 2], bool), CellSpot> = BTreeMap::new();
     for (ring, value) in cells {
         let corner = |pick: fn(f64, f64) -> f64, from: f64| {
             ring.iter().fold([from; 2], |corner, spot| [0, 1].map(|axis| pick(corner[axis], spot[axis])))
@@ -308,7 +308,7 @@ fn coarse(
         (spot.1, spot.2) = (spot.1 + value.unwrap_or(0.0), spot.2 + 1);
     }
     let ring = |[low, high]: [PagePoint; 2]| vec![low, [high[0], low[1]], high, [low[0], high[1]]];
-    let drawn = |(_, is_lit): ([i64; 2], bool), (corners, sum, count): Spot| {
+    let drawn = |(_, is_lit): ([i64; 2], bool), (corners, sum, count): CellSpot| {
         (ring(corners), is_lit.then(|| pool(sum, f64::from(count))))
     };
     spots.into_iter().map(|(place, spot)| drawn(place, spot)).collect()
@@ -338,7 +338,7 @@ fn hatch(picture: &mut Picture, ring: &[PagePoint]) {
     }
 }
 
-pub(super) fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &Layout) {
+pub(super) fn draw_axes(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) {
     let (bottom, right) = (layout.top + layout.height, layout.left + layout.width);
     let [low, high] = map.bounds_m();
     for (axis, of) in map.plane.axes.iter().enumerate() {
@@ -378,7 +378,7 @@ fn rounded(number: f64) -> f64 {
     (number * 1e9).round() / 1e9
 }
 
-fn draw_isolines(picture: &mut Picture, map: &FlatMap, layout: &Layout, levels: &[f64]) {
+fn draw_isolines(picture: &mut Picture, map: &FlatMap, layout: &MapLayout, levels: &[f64]) {
     // A closed line that spans but a few cells is noise, or too small for its label.
     let cell = (layout.width * layout.height / map.cells.len().max(1) as f64).sqrt();
     let shortest = if map.estimated_error > NOISY { 8.0 } else { 4.0 } * cell.clamp(4.0, 30.0);
@@ -401,7 +401,7 @@ fn draw_isolines(picture: &mut Picture, map: &FlatMap, layout: &Layout, levels: 
 }
 
 /// Puts the level onto the straightest free stretch of a line, twice on long ones.
-fn label_line(picture: &mut Picture, line: &Isoline, layout: &Layout, labels: &mut Vec<(PagePoint, f64)>) {
+fn label_line(picture: &mut Picture, line: &Isoline, layout: &MapLayout, labels: &mut Vec<(PagePoint, f64)>) {
     const STEP: f64 = 9.0;
     const LONG: f64 = 900.0;
     const STRAIGHT: f64 = 0.9;
@@ -460,7 +460,7 @@ fn along(spots: &[PagePoint], length: f64) -> PagePoint {
 }
 
 /// Writes the values and returns how many columns and rows each stands for.
-fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &Layout) -> [u32; 2] {
+fn draw_values(picture: &mut Picture, map: &FlatMap, layout: &MapLayout) -> [u32; 2] {
     let Some(most) = map.points.iter().max_by(|a, b| a.illuminance_lx.total_cmp(&b.illuminance_lx)) else {
         return [1, 1];
     };
@@ -545,7 +545,7 @@ impl ColorScale {
         perceptual(shade / (SHADES - 1) as f64)
     }
 
-    fn draw_legend(&self, picture: &mut Picture, layout: &Layout, levels: &[f64], unit: &str) {
+    fn draw_legend(&self, picture: &mut Picture, layout: &MapLayout, levels: &[f64], unit: &str) {
         let (left, width) = (layout.left + layout.width + 22.0, 16.0);
         // A flat drawing still has room for a legend.
         let height = layout.height.max(90.0);

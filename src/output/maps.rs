@@ -11,7 +11,7 @@ use super::daylight_factors::daylight_factors;
 use super::intensity::intensity_files;
 use super::observers::{maps_of, observer_files, point_fields};
 use super::radiance_grids::grid_files;
-use super::sheet::{Field, Sheet};
+use super::sheet::{Sheet, SheetCell};
 use super::streamed::{StreamedFile, unwritable};
 use super::verdicts::verdict_file;
 use super::{OutputError, ResultFile};
@@ -206,7 +206,7 @@ impl<'a> ElementRows<'a> {
         Ok(sheet.finish().bytes)
     }
 
-    fn fields(&self, index: usize) -> Vec<Field<'a>> {
+    fn fields(&self, index: usize) -> Vec<SheetCell<'a>> {
         let ElementRows { scene, elements, map, .. } = *self;
         let cell = elements.cell(index as u32);
         let surface = &scene.surfaces[scene.triangle_surfaces[cell.triangle as usize] as usize];
@@ -214,30 +214,30 @@ impl<'a> ElementRows<'a> {
         let [diffuse_lm_m2, emitted_lm_m2] = self.own_emission.exitances_lm_m2(scene, elements, map, index as u32);
         let exitance_lm_m2 = diffuse_lm_m2 + emitted_lm_m2;
         let mut fields = vec![
-            Field::Text(&surface.name),
-            Field::Count(self.numbers[index]),
-            Field::Text(cell.side.name()),
-            Field::Number(centroid_m.x),
-            Field::Number(centroid_m.y),
-            Field::Number(centroid_m.z),
-            Field::Number(normal.x),
-            Field::Number(normal.y),
-            Field::Number(normal.z),
-            Field::Number(elements.area_m2(scene, cell)),
-            Field::Number(map.values.illuminance_lx[index]),
-            Field::Number(map.values.standard_error_lx[index]),
-            Field::Number(map.values.direct_lx[index]),
-            Field::Number(map.values.indirect_lx[index]),
-            Field::Number(exitance_lm_m2),
-            Field::Number(exitance_lm_m2 / PI),
+            SheetCell::Text(&surface.name),
+            SheetCell::Count(self.numbers[index]),
+            SheetCell::Text(cell.side.name()),
+            SheetCell::Number(centroid_m.x),
+            SheetCell::Number(centroid_m.y),
+            SheetCell::Number(centroid_m.z),
+            SheetCell::Number(normal.x),
+            SheetCell::Number(normal.y),
+            SheetCell::Number(normal.z),
+            SheetCell::Number(elements.area_m2(scene, cell)),
+            SheetCell::Number(map.values.illuminance_lx[index]),
+            SheetCell::Number(map.values.standard_error_lx[index]),
+            SheetCell::Number(map.values.direct_lx[index]),
+            SheetCell::Number(map.values.indirect_lx[index]),
+            SheetCell::Number(exitance_lm_m2),
+            SheetCell::Number(exitance_lm_m2 / PI),
         ];
         fields.extend(halves(map, index));
-        fields.extend([diffuse_lm_m2, emitted_lm_m2].map(|part_lm_m2| Field::Number(part_lm_m2 / PI)));
-        fields.push(Field::Text(scene.materials[surface.material as usize].law.name()));
+        fields.extend([diffuse_lm_m2, emitted_lm_m2].map(|part_lm_m2| SheetCell::Number(part_lm_m2 / PI)));
+        fields.push(SheetCell::Text(scene.materials[surface.material as usize].law.name()));
         if self.adapts {
             let gradient = gradient_lx_per_m(elements.corners_m(scene, cell), map.values.slopes_lx[index]);
-            fields.push(Field::Number(map.values.discretisation_lx[index]));
-            fields.extend(gradient.to_array().map(Field::Number));
+            fields.push(SheetCell::Number(map.values.discretisation_lx[index]));
+            fields.extend(gradient.to_array().map(SheetCell::Number));
         }
         fields
     }
@@ -296,8 +296,11 @@ impl OwnEmission {
 }
 
 /// Illuminance by the even and by the odd half; nothing where a method has no halves.
-fn halves(map: &MapResult, index: usize) -> [Field<'static>; 2] {
-    map.values.halves_lx.get(index).map_or([Field::Text(""), Field::Text("")], |halves_lx| halves_lx.map(Field::Number))
+fn halves(map: &MapResult, index: usize) -> [SheetCell<'static>; 2] {
+    map.values
+        .halves_lx
+        .get(index)
+        .map_or([SheetCell::Text(""), SheetCell::Text("")], |halves_lx| halves_lx.map(SheetCell::Number))
 }
 
 fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn Write) -> Result<(), OutputError> {
@@ -312,12 +315,12 @@ fn write_receivers(scene: &Scene, maps: &[(&MapResult, usize)], writer: &mut dyn
         let set = &scene.receivers[*set];
         for (index, point) in set.points.iter().enumerate() {
             let mut fields = Vec::from(point_fields(map, set, index));
-            fields.extend([map.values.direct_lx[index], map.values.indirect_lx[index]].map(Field::Number));
-            fields.push(Field::Flag(point.inside));
+            fields.extend([map.values.direct_lx[index], map.values.indirect_lx[index]].map(SheetCell::Number));
+            fields.push(SheetCell::Flag(point.inside));
             fields.extend(halves(map, index));
             if let Some(outside_lx) = outside_lx {
                 let both_lx = [map.values.illuminance_lx[index], map.values.standard_error_lx[index]];
-                fields.extend(both_lx.map(|lx| Field::Number(100.0 * lx / outside_lx)));
+                fields.extend(both_lx.map(|lx| SheetCell::Number(100.0 * lx / outside_lx)));
                 fields.extend(component_fields(&map.values, index, outside_lx));
             }
             sheet.row(&fields)?;
@@ -339,23 +342,23 @@ fn table_file<'a>(
     let mut sheet = Sheet::new("tables.csv", &columns);
     for row in rows {
         let mut fields = vec![
-            Field::Text(&row.name),
-            Field::Text(row.kind.name()),
-            Field::Text(row.side),
-            Field::Number(row.average_lx.value),
-            Field::Number(row.average_lx.standard_error),
-            Field::Number(row.minimum_lx.value),
-            Field::Number(row.minimum_lx.standard_error),
-            Field::Number(row.maximum_lx.value),
-            Field::Number(row.uniformity_u0.value),
-            Field::Number(row.uniformity_u0.standard_error),
-            Field::Number(row.uniformity_ud.value),
-            Field::Number(row.area_m2),
-            Field::Number(row.estimated_error),
-            Field::Number(row.maximum_lx.standard_error),
-            Field::Number(row.uniformity_ud.standard_error),
-            Field::Count(row.places as u64),
-            Field::Number(row.covered_area_m2),
+            SheetCell::Text(&row.name),
+            SheetCell::Text(row.kind.name()),
+            SheetCell::Text(row.side),
+            SheetCell::Number(row.average_lx.value),
+            SheetCell::Number(row.average_lx.standard_error),
+            SheetCell::Number(row.minimum_lx.value),
+            SheetCell::Number(row.minimum_lx.standard_error),
+            SheetCell::Number(row.maximum_lx.value),
+            SheetCell::Number(row.uniformity_u0.value),
+            SheetCell::Number(row.uniformity_u0.standard_error),
+            SheetCell::Number(row.uniformity_ud.value),
+            SheetCell::Number(row.area_m2),
+            SheetCell::Number(row.estimated_error),
+            SheetCell::Number(row.maximum_lx.standard_error),
+            SheetCell::Number(row.uniformity_ud.standard_error),
+            SheetCell::Count(row.places as u64),
+            SheetCell::Number(row.covered_area_m2),
         ];
         fields.extend(factors.into_iter().flat_map(|factors| mean_fields(factors, row)));
         sheet.row(&fields)?;
@@ -367,18 +370,18 @@ fn convergence_file(rows: &[ConvergenceRow]) -> Result<ResultFile, OutputError> 
     let mut sheet = Sheet::new("convergence.csv", CONVERGENCE_COLUMNS);
     for row in rows {
         sheet.row(&[
-            Field::Number(row.wall_s),
-            Field::Count(row.rays),
-            Field::Count(row.chains),
-            Field::Number(row.error.estimated),
-            Field::Number(row.error.random),
-            Field::Number(row.error.bias),
-            Field::Number(row.forecast_rays.expected),
-            Field::Number(row.forecast_rays.low),
-            Field::Number(row.forecast_rays.high),
-            Field::Number(row.forecast_wall_s.expected),
-            Field::Number(row.forecast_wall_s.low),
-            Field::Number(row.forecast_wall_s.high),
+            SheetCell::Number(row.wall_s),
+            SheetCell::Count(row.rays),
+            SheetCell::Count(row.chains),
+            SheetCell::Number(row.error.estimated),
+            SheetCell::Number(row.error.random),
+            SheetCell::Number(row.error.bias),
+            SheetCell::Number(row.forecast_rays.expected),
+            SheetCell::Number(row.forecast_rays.low),
+            SheetCell::Number(row.forecast_rays.high),
+            SheetCell::Number(row.forecast_wall_s.expected),
+            SheetCell::Number(row.forecast_wall_s.low),
+            SheetCell::Number(row.forecast_wall_s.high),
         ])?;
     }
     Ok(sheet.finish())

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::OutputError;
-use super::sheet::{Field, Sheet};
+use super::sheet::{Sheet, SheetCell};
 use super::streamed::StreamedFile;
 use crate::maps::{MapKind, MapResult};
 use crate::scene::{GlareObserver, Quantity, ReceiverSet, Scene};
@@ -16,13 +16,14 @@ const UGR_COLUMNS: &[&str] =
     &["receiver", "x", "y", "z", "dx", "dy", "dz", "ugr", "standard_error", "background_luminance_cd_m2"];
 
 /// A point's place in its set, in space and in direction, and its value with its error: the columns with which files of points begin.
-pub(super) fn point_fields<'a>(map: &'a MapResult, set: &ReceiverSet, index: usize) -> [Field<'a>; 10] {
+pub(super) fn point_fields<'a>(map: &'a MapResult, set: &ReceiverSet, index: usize) -> [SheetCell<'a>; 10] {
     let point = &set.points[index];
-    let [[x, y, z], [dx, dy, dz]] = [point.position_m, point.normal].map(|vector| vector.to_array().map(Field::Number));
+    let [[x, y, z], [dx, dy, dz]] =
+        [point.position_m, point.normal].map(|vector| vector.to_array().map(SheetCell::Number));
     let [value, error] =
-        [&map.values.illuminance_lx, &map.values.standard_error_lx].map(|all| Field::Number(all[index]));
-    let number = Field::Count(set.index_of(index) as u64);
-    [Field::Text(&map.name), number, x, y, z, dx, dy, dz, value, error]
+        [&map.values.illuminance_lx, &map.values.standard_error_lx].map(|all| SheetCell::Number(all[index]));
+    let number = SheetCell::Count(set.index_of(index) as u64);
+    [SheetCell::Text(&map.name), number, x, y, z, dx, dy, dz, value, error]
 }
 
 /// Maps of sets that ask for a quantity, with the set.
@@ -61,16 +62,16 @@ pub(super) fn observer_files<'a>(
             };
             let GlareObserver { eye_m, view, .. } = set.observers[rating.observer];
             sheet.row(&[
-                Field::Text(&set.name),
-                Field::Number(eye_m.x),
-                Field::Number(eye_m.y),
-                Field::Number(eye_m.z),
-                Field::Number(view.x),
-                Field::Number(view.y),
-                Field::Number(view.z),
-                Field::Number(ugr.value),
-                Field::Number(ugr.standard_error),
-                Field::Number(rating.background_cd_m2.value),
+                SheetCell::Text(&set.name),
+                SheetCell::Number(eye_m.x),
+                SheetCell::Number(eye_m.y),
+                SheetCell::Number(eye_m.z),
+                SheetCell::Number(view.x),
+                SheetCell::Number(view.y),
+                SheetCell::Number(view.z),
+                SheetCell::Number(ugr.value),
+                SheetCell::Number(ugr.standard_error),
+                SheetCell::Number(rating.background_cd_m2.value),
             ])?;
         }
         files.push(sheet.finish().into());

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::axes::{Frame, Scale, TYPE};
+use super::axes::{ChartFrame, Scale, TYPE};
 use super::color::{AMBER, BLACK, BLUE, GREY, Ink, WHITE, mixed};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::schedule::Schedule;
@@ -83,7 +83,7 @@ pub(super) fn middle_m(scene: &Scene, emission: &Emission) -> DVec3 {
 /// A plan in the making: its frame, and the scene that it shows.
 pub(super) struct Plan<'a> {
     scene: &'a Scene,
-    frame: Frame,
+    frame: ChartFrame,
 }
 
 impl<'a> Plan<'a> {
@@ -98,7 +98,7 @@ impl<'a> Plan<'a> {
         let size_m = (high_m - low_m).max(DVec3::splat(1e-9));
         let scale = (largest[0] / size_m.x).min(largest[1] / size_m.y);
         let (width, height) = (size_m.x * scale, size_m.y * scale);
-        let frame = Frame {
+        let frame = ChartFrame {
             left: LEFT,
             top: TOP,
             width,

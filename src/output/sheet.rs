@@ -7,7 +7,7 @@ use super::streamed::unwritable;
 use super::{OutputError, ResultFile};
 
 /// A cell of a table.
-pub(super) enum Field<'a> {
+pub(super) enum SheetCell<'a> {
     /// Text, which must not be empty.
     Text(&'a str),
     /// A number in the shortest decimals that read back to the same f64.
@@ -75,20 +75,20 @@ impl<W: Write> Sheet<W> {
     /// # Errors
     ///
     /// A number that is not finite, and what the writer does not take.
-    pub fn row(&mut self, fields: &[Field]) -> Result<(), OutputError> {
+    pub fn row(&mut self, fields: &[SheetCell]) -> Result<(), OutputError> {
         debug_assert_eq!(fields.len(), self.columns.len());
         self.rows += 1;
         for (place, field) in fields.iter().enumerate() {
             match field {
-                Field::Text(text) => self.taken(|writer| writer.write_field(text))?,
-                Field::Count(count) => self.taken(|writer| writer.write_field(count.to_string()))?,
-                Field::Flag(flag) => self.taken(|writer| writer.write_field(flag.to_string()))?,
-                Field::Number(number) if number.is_finite() => {
+                SheetCell::Text(text) => self.taken(|writer| writer.write_field(text))?,
+                SheetCell::Count(count) => self.taken(|writer| writer.write_field(count.to_string()))?,
+                SheetCell::Flag(flag) => self.taken(|writer| writer.write_field(flag.to_string()))?,
+                SheetCell::Number(number) if number.is_finite() => {
                     let mut text = std::mem::take(&mut self.text);
                     self.taken(|writer| writer.write_field(shortest_in(&mut text, *number)))?;
                     self.text = text;
                 }
-                Field::Number(number) => {
+                SheetCell::Number(number) => {
                     let (file, row, column) = (self.name, self.rows, self.columns[place]);
                     return Err(OutputError::NotFinite { file, row, column, got: *number });
                 }
@@ -136,8 +136,8 @@ mod tests {
     #[test]
     fn a_number_that_is_not_finite_is_refused_with_its_place() {
         let mut sheet = Sheet::new("t.csv", &["name", "x"]);
-        assert!(sheet.row(&[Field::Text("a, \"b\""), Field::Number(1.0)]).is_ok());
-        let refused = sheet.row(&[Field::Text("c"), Field::Number(f64::NAN)]);
+        assert!(sheet.row(&[SheetCell::Text("a, \"b\""), SheetCell::Number(1.0)]).is_ok());
+        let refused = sheet.row(&[SheetCell::Text("c"), SheetCell::Number(f64::NAN)]);
         assert!(matches!(refused, Err(OutputError::NotFinite { row: 2, column: "x", .. })));
     }
 
@@ -145,18 +145,18 @@ mod tests {
     #[test]
     fn rows_behind_others_go_on_where_these_end() {
         let mut behind = Sheet::behind("t.csv", &["name", "x"], 4096);
-        behind.row(&[Field::Text("b"), Field::Number(-0.0)]).expect("finite");
-        let refused = behind.row(&[Field::Text("c"), Field::Number(f64::INFINITY)]);
+        behind.row(&[SheetCell::Text("b"), SheetCell::Number(-0.0)]).expect("finite");
+        let refused = behind.row(&[SheetCell::Text("c"), SheetCell::Number(f64::INFINITY)]);
         assert!(matches!(refused, Err(OutputError::NotFinite { row: 4098, column: "x", .. })));
         let mut behind = Sheet::behind("t.csv", &["name", "x"], 1);
-        behind.row(&[Field::Text("b"), Field::Number(2.0)]).expect("finite");
+        behind.row(&[SheetCell::Text("b"), SheetCell::Number(2.0)]).expect("finite");
         assert_eq!(behind.finish().bytes, b"b,2\n");
     }
 
     #[test]
     fn texts_with_commas_and_quotes_are_quoted() {
         let mut sheet = Sheet::new("t.csv", &["name", "x", "n", "f"]);
-        let row = [Field::Text("a, \"b\""), Field::Number(1.5), Field::Count(7), Field::Flag(true)];
+        let row = [SheetCell::Text("a, \"b\""), SheetCell::Number(1.5), SheetCell::Count(7), SheetCell::Flag(true)];
         sheet.row(&row).expect("all finite");
         assert_eq!(sheet.finish().bytes, b"name,x,n,f\n\"a, \"\"b\"\"\",1.5,7,true\n");
     }

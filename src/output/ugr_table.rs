@@ -4,7 +4,7 @@ use super::html::{HtmlTable, figure};
 use super::lines::line_item;
 use super::picture::{Picture, escaped};
 use super::report::STYLE;
-use super::sheet::{Field, Sheet};
+use super::sheet::{Sheet, SheetCell};
 use super::texts::{decimal, language, said, say};
 use super::{OutputError, ResultFile};
 use crate::base::glare::rating_text;
@@ -69,18 +69,18 @@ fn table_sheet(table: &UgrTable) -> Result<ResultFile, OutputError> {
                     continue;
                 };
                 sheet.row(&[
-                    Field::Number(room.size_h[0]),
-                    Field::Number(room.size_h[1]),
-                    Field::Text(viewing.name()),
-                    Field::Number(*ceiling),
-                    Field::Number(*walls),
-                    Field::Number(*plane),
-                    Field::Number(table.spacing_h),
-                    Field::Number(ugr),
-                    Field::Number(room.backgrounds_cd_m2[place]),
-                    Field::Number(glare.sum),
-                    Field::Count(u64::from(glare.luminaires)),
-                    Field::Count(u64::from(glare.counted)),
+                    SheetCell::Number(room.size_h[0]),
+                    SheetCell::Number(room.size_h[1]),
+                    SheetCell::Text(viewing.name()),
+                    SheetCell::Number(*ceiling),
+                    SheetCell::Number(*walls),
+                    SheetCell::Number(*plane),
+                    SheetCell::Number(table.spacing_h),
+                    SheetCell::Number(ugr),
+                    SheetCell::Number(room.backgrounds_cd_m2[place]),
+                    SheetCell::Number(glare.sum),
+                    SheetCell::Count(u64::from(glare.luminaires)),
+                    SheetCell::Count(u64::from(glare.counted)),
                 ])?;
             }
         }
@@ -97,11 +97,11 @@ fn correction_sheet(corrections: &[SpacingCorrection]) -> Result<ResultFile, Out
                     continue;
                 };
                 sheet.row(&[
-                    Field::Number(correction.spacing_h),
-                    Field::Number(size_h[0]),
-                    Field::Number(size_h[1]),
-                    Field::Text(viewing.name()),
-                    Field::Number(change),
+                    SheetCell::Number(correction.spacing_h),
+                    SheetCell::Number(size_h[0]),
+                    SheetCell::Number(size_h[1]),
+                    SheetCell::Text(viewing.name()),
+                    SheetCell::Number(change),
                 ])?;
             }
         }

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::html::{HtmlTable, with_error};
 use super::numbers::{UNKNOWN, lux, ratio, ratio_uncertainty, significant, uncertainty};
 use super::picture::escaped;
-use super::sheet::{Field, Sheet};
+use super::sheet::{Sheet, SheetCell};
 use super::texts::{decimal, said, say};
 use super::{OutputError, ResultFile};
 use crate::base::glare::rating_text;
@@ -43,23 +43,23 @@ pub(super) fn verdict_file(scene: &Scene, solution: &Solution) -> Result<Option<
         let requirement = &verdict.requirement;
         let asked_by = asked_by(requirement);
         let mut cells = vec![
-            Field::Text(&scene.receivers[verdict.set].name),
-            Field::Text(requirement.measure.key()),
-            Field::Text(if requirement.measure.is_at_least() { "at least" } else { "at most" }),
-            Field::Number(requirement.limit),
-            Field::Text(&asked_by),
+            SheetCell::Text(&scene.receivers[verdict.set].name),
+            SheetCell::Text(requirement.measure.key()),
+            SheetCell::Text(if requirement.measure.is_at_least() { "at least" } else { "at most" }),
+            SheetCell::Number(requirement.limit),
+            SheetCell::Text(&asked_by),
         ];
         match &verdict.finding {
             Finding::Value { estimate, certainty, .. } => cells.extend([
-                Field::Number(estimate.value),
-                Field::Number(estimate.standard_error),
-                Field::Number(certainty.interval[0]),
-                Field::Number(certainty.interval[1]),
-                Field::Number(certainty.probability_met),
+                SheetCell::Number(estimate.value),
+                SheetCell::Number(estimate.standard_error),
+                SheetCell::Number(certainty.interval[0]),
+                SheetCell::Number(certainty.interval[1]),
+                SheetCell::Number(certainty.probability_met),
             ]),
-            Finding::BelowScale | Finding::Nothing(_) => cells.extend((0..5).map(|_| Field::Text(""))),
+            Finding::BelowScale | Finding::Nothing(_) => cells.extend((0..5).map(|_| SheetCell::Text(""))),
         }
-        cells.push(Field::Text(verdict.ruling().name()));
+        cells.push(SheetCell::Text(verdict.ruling().name()));
         sheet.row(&cells)?;
     }
     Ok(Some(sheet.finish()))

@@ -42,7 +42,7 @@ const STOPS: u32 = 32;
 
 /// The section of the page; it stays hidden where the browser has no WebGL or runs no scripts.
 pub fn view_section(scene: &Scene, solution: &Solution) -> String {
-    let view = View::of(scene, solution);
+    let view = ViewPage::of(scene, solution);
     let (about, data) = view.packed();
     // Names may hold anything; only what would end the script matters.
     let about = about.to_string().replace('<', "\\u003c");
@@ -67,7 +67,7 @@ fn markup() -> String {
 
 /// What a triangle of the view shows.
 #[derive(Clone, Copy)]
-struct Reading {
+struct TriangleReading {
     /// Illuminance, its direct and its indirect part, and its standard error, in lx.
     mean_lx: [f64; 4],
     /// Illuminance at the corners in lx.
@@ -75,14 +75,14 @@ struct Reading {
 }
 
 /// A triangle of the view, seen from the side on which its corners run counter-clockwise.
-struct Facet {
+struct ViewTriangle {
     corners_m: [DVec3; 3],
     part: usize,
     /// `None` where nothing was computed, under what stands there, and inside of solids.
-    reading: Option<Reading>,
+    reading: Option<TriangleReading>,
 }
 
-impl Facet {
+impl ViewTriangle {
     fn area_m2(&self) -> f64 {
         let [a, b, c] = self.corners_m;
         0.5 * (b - a).cross(c - a).length()
@@ -90,9 +90,9 @@ impl Facet {
 }
 
 /// All that the page is told of a scene.
-struct View {
+struct ViewPage {
     /// Sides of surfaces, and after them two triangles for every receiver point.
-    facets: Vec<Facet>,
+    facets: Vec<ViewTriangle>,
     surface_facets: usize,
     /// Names of receiver sets, and after them of surface sides.
     parts: Vec<String>,
@@ -104,9 +104,9 @@ struct View {
     left_out: Vec<String>,
 }
 
-impl View {
-    fn of(scene: &Scene, solution: &Solution) -> View {
-        let mut view = View {
+impl ViewPage {
+    fn of(scene: &Scene, solution: &Solution) -> ViewPage {
+        let mut view = ViewPage {
             facets: Vec::new(),
             surface_facets: 0,
             parts: part_names(scene),
@@ -137,7 +137,7 @@ impl View {
             let is_front = cell.side == Side::Front;
             let turned = if is_front { [0, 1, 2] } else { [0, 2, 1] };
             let corners_m = elements.corners_m(scene, cell);
-            self.facets.push(Facet {
+            self.facets.push(ViewTriangle {
                 corners_m: turned.map(|corner| corners_m[corner]),
                 part: scene.receivers.len() + 2 * scene.surface_id_of(cell.triangle) as usize + usize::from(!is_front),
                 reading: map.and_then(|map| element_reading(map, index as usize, turned)),
@@ -188,7 +188,7 @@ impl View {
                 let [a, b, c, d] = cell_m(set, index, point_m);
                 let reading = (!set.points[index].inside).then(|| point_reading(map, index));
                 for corners_m in [[a, b, c], [a, c, d]] {
-                    self.facets.push(Facet { corners_m, part: number, reading });
+                    self.facets.push(ViewTriangle { corners_m, part: number, reading });
                 }
             }
         }
@@ -237,11 +237,11 @@ impl View {
         }
         columns.add(self.facets.iter().map(|facet| facet.part.min(self.parts.len() - 1) as u16));
         for quantity in 0..4 {
-            let of = |facet: &Facet| lux.code(facet.reading.map(|reading| reading.mean_lx[quantity]));
+            let of = |facet: &ViewTriangle| lux.code(facet.reading.map(|reading| reading.mean_lx[quantity]));
             columns.add(self.facets.iter().map(of));
         }
         for corner in (0..3).filter(|_| self.is_sloped) {
-            let of = |facet: &Facet| lux.code(facet.reading.map(|reading| reading.at_corners_lx[corner]));
+            let of = |facet: &ViewTriangle| lux.code(facet.reading.map(|reading| reading.at_corners_lx[corner]));
             columns.add(self.facets.iter().map(of));
         }
         for end in 0..2 {
@@ -271,7 +271,7 @@ impl View {
     /// Where the colours of a quantity end: receivers and surfaces share them, and none of both ends below its own.
     fn end_lx(&self, quantity: usize) -> f64 {
         let (surfaces, receivers) = self.facets.split_at(self.surface_facets);
-        let end_lx = |facets: &[Facet]| {
+        let end_lx = |facets: &[ViewTriangle]| {
             let lit = facets.iter().filter_map(|facet| Some((facet.reading?.mean_lx[quantity], facet.area_m2())));
             end_of_scale_lx(lit.collect())
         };
@@ -302,19 +302,19 @@ fn part_names(scene: &Scene) -> Vec<String> {
     names
 }
 
-fn element_reading(map: &MapResult, index: usize, turned: [usize; 3]) -> Option<Reading> {
+fn element_reading(map: &MapResult, index: usize, turned: [usize; 3]) -> Option<TriangleReading> {
     if map.values.covered.get(index).is_some_and(|covered| *covered) {
         return None;
     }
     let at_corners_lx = map.values.at_corners_lx(index);
-    Some(Reading { at_corners_lx: turned.map(|corner| at_corners_lx[corner]), ..point_reading(map, index) })
+    Some(TriangleReading { at_corners_lx: turned.map(|corner| at_corners_lx[corner]), ..point_reading(map, index) })
 }
 
-fn point_reading(map: &MapResult, index: usize) -> Reading {
+fn point_reading(map: &MapResult, index: usize) -> TriangleReading {
     let values = &map.values;
     let mean_lx = [&values.illuminance_lx, &values.direct_lx, &values.indirect_lx, &values.standard_error_lx];
     let mean_lx = mean_lx.map(|numbers| numbers[index]);
-    Reading { mean_lx, at_corners_lx: [mean_lx[0]; 3] }
+    TriangleReading { mean_lx, at_corners_lx: [mean_lx[0]; 3] }
 }
 
 /// The square that stands for a receiver point: of a grid its cell, else one of a size that can be seen.

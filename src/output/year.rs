@@ -6,7 +6,7 @@ use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use serde_json::{Map, Value, json};
 
 use super::daylight::COMPONENT_COLUMNS;
-use super::sheet::{Field, Sheet};
+use super::sheet::{Sheet, SheetCell};
 use super::streamed::unwritable;
 use super::{OutputError, ResultFile, StreamedFile, file_name_part};
 use crate::maps::{Estimate, certainty};
@@ -72,8 +72,8 @@ fn with_measures([before, after]: [&[&'static str]; 2]) -> Vec<&'static str> {
     [before, &MEASURE_COLUMNS, &COMPONENT_COLUMNS, after].concat()
 }
 
-fn pairs<'a>(estimates: &[Estimate]) -> Vec<Field<'a>> {
-    estimates.iter().flat_map(|estimate| [estimate.value, estimate.standard_error].map(Field::Number)).collect()
+fn pairs<'a>(estimates: &[Estimate]) -> Vec<SheetCell<'a>> {
+    estimates.iter().flat_map(|estimate| [estimate.value, estimate.standard_error].map(SheetCell::Number)).collect()
 }
 
 /// `year.csv`, `year-points.csv` and `year-hours.csv`.
@@ -86,20 +86,20 @@ pub fn year_tables(solution: &YearSolution) -> Result<Vec<ResultFile>, OutputErr
     let mut points = Sheet::new("year-points.csv", &with_measures(POINT_COLUMNS));
     let mut hours = Sheet::new("year-hours.csv", HOUR_COLUMNS);
     for set in &solution.sets {
-        let mut fields = vec![Field::Text(&set.name), Field::Count(set.points.len() as u64)];
+        let mut fields = vec![SheetCell::Text(&set.name), SheetCell::Count(set.points.len() as u64)];
         fields.extend(pairs(&[set.autonomy]));
-        fields.extend(AUTONOMY_WANTED.map(|share| Field::Number(certainty(set.autonomy, share))));
+        fields.extend(AUTONOMY_WANTED.map(|share| SheetCell::Number(certainty(set.autonomy, share))));
         fields.extend(pairs(&[set.sunlit]));
         fields.extend(pairs(&set.averages));
-        fields.push(Field::Count(set.closed.iter().filter(|closed| **closed).count() as u64));
-        fields.extend([set.error, set.worst_error].map(Field::Number));
+        fields.push(SheetCell::Count(set.closed.iter().filter(|closed| **closed).count() as u64));
+        fields.extend([set.error, set.worst_error].map(SheetCell::Number));
         sets.row(&fields)?;
         for (number, (point, year)) in solution.scene.receivers[set.set].points.iter().zip(&set.points).enumerate() {
-            let mut fields = vec![Field::Text(&set.name), Field::Count(number as u64 + 1)];
-            fields.extend(point.position_m.to_array().map(Field::Number));
-            fields.push(Field::Flag(point.inside));
+            let mut fields = vec![SheetCell::Text(&set.name), SheetCell::Count(number as u64 + 1)];
+            fields.extend(point.position_m.to_array().map(SheetCell::Number));
+            fields.push(SheetCell::Flag(point.inside));
             fields.extend(pairs(&year.measures));
-            fields.extend([Field::Number(year.error), Field::Count(year.walks)]);
+            fields.extend([SheetCell::Number(year.error), SheetCell::Count(year.walks)]);
             points.row(&fields)?;
         }
         for (number, hour) in solution.sky.hours.iter().enumerate() {
@@ -109,23 +109,23 @@ pub fn year_tables(solution: &YearSolution) -> Result<Vec<ResultFile>, OutputErr
     Ok(vec![sets.finish(), points.finish(), hours.finish()])
 }
 
-fn hour_row<'a>(set: &'a SetYear, number: usize, hour: &YearHour) -> Vec<Field<'a>> {
+fn hour_row<'a>(set: &'a SetYear, number: usize, hour: &YearHour) -> Vec<SheetCell<'a>> {
     let sun = hour.towards_sun;
     let azimuth_deg = sun.x.atan2(sun.y).to_degrees().rem_euclid(360.0);
     vec![
-        Field::Text(&set.name),
-        Field::Count(u64::from(hour.month)),
-        Field::Count(u64::from(hour.day)),
-        Field::Number(hour.middle_hours),
-        Field::Flag(hour.is_occupied),
-        Field::Number(sun.z.asin().to_degrees()),
-        Field::Number(azimuth_deg),
-        Field::Number(hour.outside_lx[0]),
-        Field::Number(hour.outside_lx[1]),
-        Field::Number(set.hourly_lx[number]),
-        Field::Number(set.hourly_standard_error_lx[number]),
-        Field::Number(set.hourly_useful[number]),
-        Field::Flag(set.closed.get(number).is_some_and(|closed| *closed)),
+        SheetCell::Text(&set.name),
+        SheetCell::Count(u64::from(hour.month)),
+        SheetCell::Count(u64::from(hour.day)),
+        SheetCell::Number(hour.middle_hours),
+        SheetCell::Flag(hour.is_occupied),
+        SheetCell::Number(sun.z.asin().to_degrees()),
+        SheetCell::Number(azimuth_deg),
+        SheetCell::Number(hour.outside_lx[0]),
+        SheetCell::Number(hour.outside_lx[1]),
+        SheetCell::Number(set.hourly_lx[number]),
+        SheetCell::Number(set.hourly_standard_error_lx[number]),
+        SheetCell::Number(set.hourly_useful[number]),
+        SheetCell::Flag(set.closed.get(number).is_some_and(|closed| *closed)),
     ]
 }
 
@@ -313,12 +313,12 @@ pub fn sunlight_file(scene: &Scene, days: &[(u32, u32)], found: &[SetSunlight]) 
         for (number, (point, of_days)) in receivers.points.iter().zip(&set.points).enumerate() {
             for ((month, day), sunlit) in days.iter().zip(of_days) {
                 let ends = [sunlit.first().map_or(0.0, |part| part[0]), sunlit.last().map_or(0.0, |part| part[1])];
-                let mut fields = vec![Field::Text(&receivers.name), Field::Count(number as u64 + 1)];
-                fields.extend(point.position_m.to_array().map(Field::Number));
-                fields.extend([Field::Count(u64::from(*month)), Field::Count(u64::from(*day))]);
-                fields.push(Field::Number(sum_of_hours(sunlit)));
-                fields.extend(ends.map(Field::Number));
-                fields.push(Field::Count(sunlit.len() as u64));
+                let mut fields = vec![SheetCell::Text(&receivers.name), SheetCell::Count(number as u64 + 1)];
+                fields.extend(point.position_m.to_array().map(SheetCell::Number));
+                fields.extend([SheetCell::Count(u64::from(*month)), SheetCell::Count(u64::from(*day))]);
+                fields.push(SheetCell::Number(sum_of_hours(sunlit)));
+                fields.extend(ends.map(SheetCell::Number));
+                fields.push(SheetCell::Count(sunlit.len() as u64));
                 sheet.row(&fields)?;
             }
         }

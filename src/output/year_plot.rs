@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::axes::{Frame, Scale, TYPE};
+use super::axes::{ChartFrame, Scale, TYPE};
 use super::color::{BLACK, Ink, SOFT, perceptual};
 use super::daylight_plot::{PercentWords, percent_picture, sky_component_picture};
 use super::flat::{FlatMap, grid_map};
@@ -65,7 +65,7 @@ fn temporal_picture(set: &SetYear, weather: &Weather, solution: &YearSolution) -
     picture.words(Words::new(format!("{site}; {hours}"), [ROOM.left, 43.0], TYPE).ink(SOFT));
     let logarithmic = Scale::logarithmic(RANGE_LX[0], RANGE_LX[1]);
     let mean = say!("Mean illuminance / lx");
-    let panel = |top: f64| Frame {
+    let panel = |top: f64| ChartFrame {
         left: ROOM.left,
         top,
         width: 900.0 - ROOM.left - LEGEND,
@@ -83,7 +83,7 @@ fn temporal_picture(set: &SetYear, weather: &Weather, solution: &YearSolution) -
 
 fn draw_panel(
     picture: &mut Picture,
-    frame: &Frame,
+    frame: &ChartFrame,
     (title, ticks): (&str, &[f64]),
     scale: Scale,
     solution: &YearSolution,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::faces::{RoomFace, triangle_rule};
-use super::room::{Lamp, Room};
+use super::room::{BoxedRoom, Lamp};
 use super::sources::RoomSource;
 
 /// Quadratures halve their triangles until the halves change the mean by less than this part of it.
@@ -11,7 +11,7 @@ const TOLERANCE: f64 = 1e-4;
 /// The most halvings of a triangle's edges.
 const MOST_HALVINGS: u32 = 4;
 
-impl Room {
+impl BoxedRoom {
     /// Direct illuminance at a point with a unit normal, in the room's coordinates; exact. `own` is the face that the
     /// point lies on: what lies flush with it brings nothing there.
     pub fn direct_at_lx(&self, position: DVec3, normal: DVec3, own: Option<RoomFace>) -> f64 {

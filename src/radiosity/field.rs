@@ -20,12 +20,12 @@ const NEIGHBOURS: usize = 2;
 
 /// Points along an axis: panels between breaks, each with its Chebyshev points from end to end.
 #[derive(Clone, Debug)]
-pub(super) struct Line {
+pub(super) struct AxisPoints {
     panels: Vec<Vec<f64>>,
 }
 
-impl Line {
-    pub fn new(breaks: &[f64]) -> Line {
+impl AxisPoints {
+    pub fn new(breaks: &[f64]) -> AxisPoints {
         let intervals = if breaks.len() > 2 { INTERVALS_BETWEEN_BREAKS } else { INTERVALS };
         let panel = |ends: &[f64]| -> Vec<f64> {
             let node = |k: usize| {
@@ -34,7 +34,7 @@ impl Line {
             };
             (0..=intervals).map(node).collect()
         };
-        Line { panels: breaks.windows(2).map(panel).collect() }
+        AxisPoints { panels: breaks.windows(2).map(panel).collect() }
     }
 
     /// All points, those at breaks once for each side.
@@ -72,11 +72,11 @@ impl Line {
 }
 
 /// The points of all faces.
-pub(super) struct Nodes {
-    pub lines: [Line; 3],
+pub(super) struct FacePoints {
+    pub lines: [AxisPoints; 3],
 }
 
-impl Nodes {
+impl FacePoints {
     /// Indirect illuminance at all points of every face by one mesh, in lx.
     pub fn indirect_lx(&self, mesh: &RoomMesh, size_m: [f64; 3]) -> [Vec<f64>; 6] {
         RoomFace::ALL.map(|face| {
@@ -89,16 +89,16 @@ impl Nodes {
 }
 
 /// Indirect illuminance everywhere on the faces, with its estimated error.
-pub(super) struct Field<'a> {
-    nodes: &'a Nodes,
+pub(super) struct IndirectField<'a> {
+    nodes: &'a FacePoints,
     indirect_lx: [Vec<f64>; 6],
     error_lx: [Vec<f64>; 6],
 }
 
-impl<'a> Field<'a> {
+impl<'a> IndirectField<'a> {
     /// From the points' values on three meshes, coarse to fine.
-    pub fn new(nodes: &'a Nodes, meshes: [&[Vec<f64>; 6]; 3]) -> Field<'a> {
-        let mut field = Field { nodes, indirect_lx: Default::default(), error_lx: Default::default() };
+    pub fn new(nodes: &'a FacePoints, meshes: [&[Vec<f64>; 6]; 3]) -> IndirectField<'a> {
+        let mut field = IndirectField { nodes, indirect_lx: Default::default(), error_lx: Default::default() };
         for face in 0..6 {
             let limits = (0..meshes[0][face].len()).map(|point| extrapolated(meshes.map(|mesh| mesh[face][point])));
             (field.indirect_lx[face], field.error_lx[face]) = limits.unzip();

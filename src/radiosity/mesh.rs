@@ -273,7 +273,7 @@ impl RoomMesh {
         RoomFace::ALL
             .into_iter()
             .map(|other| {
-                let eye = Eye { size_m: self.size_m, other, position, normal };
+                let eye = Viewpoint { size_m: self.size_m, other, position, normal };
                 match along {
                     Some(axis) => self.by_corners(&eye, axis),
                     None => self.by_polygons(&eye),
@@ -283,7 +283,7 @@ impl RoomMesh {
     }
 
     /// What a face brings to a point with a normal along an axis, by one corner function for the whole mesh.
-    fn by_corners(&self, eye: &Eye, axis: usize) -> f64 {
+    fn by_corners(&self, eye: &Viewpoint, axis: usize) -> f64 {
         let other = eye.other;
         if other.axis() == axis && eye.height(other.at(self.size_m), axis) <= 0.0 {
             return 0.0;
@@ -316,7 +316,7 @@ impl RoomMesh {
     }
 
     /// What a face brings to a point with any normal, by Lambert's polygon formula.
-    fn by_polygons(&self, eye: &Eye) -> f64 {
+    fn by_polygons(&self, eye: &Viewpoint) -> f64 {
         let other = eye.other;
         let factor = |stretches: [[f64; 2]; 2]| {
             polygon_illuminance_factor(eye.position, eye.normal, &other.corners(self.size_m, stretches))
@@ -344,14 +344,14 @@ const NEAR: f64 = 1.5;
 const CUTS: usize = 4;
 
 /// A point that looks at a face.
-struct Eye {
+struct Viewpoint {
     size_m: [f64; 3],
     other: RoomFace,
     position: DVec3,
     normal: DVec3,
 }
 
-impl Eye {
+impl Viewpoint {
     /// How far a coordinate lies above the point's horizon, 0 below it.
     fn height(&self, x: f64, axis: usize) -> f64 {
         (self.normal[axis] * (x - self.position[axis])).max(0.0)

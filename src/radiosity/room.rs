@@ -30,7 +30,7 @@ pub(super) enum Lamp {
 }
 
 /// A closed rectangular room with its low corner in the origin of its own coordinates.
-pub(super) struct Room {
+pub(super) struct BoxedRoom {
     /// Low corner in the scene's coordinates, m.
     pub corner_m: DVec3,
     pub size_m: [f64; 3],
@@ -45,9 +45,9 @@ pub(super) struct Room {
 const A_ROOM: &str =
     "a closed room of diffuse rectangles along the axes that hides no part of itself, such as one inward box";
 
-impl Room {
+impl BoxedRoom {
     /// Recognises a room.
-    pub fn of(scene: &Scene) -> Result<Room, NotARoom> {
+    pub fn of(scene: &Scene) -> Result<BoxedRoom, NotARoom> {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for triangle in 0..scene.triangles.len() as u32 {
             for corner in scene.corners_m(triangle) {
@@ -56,7 +56,7 @@ impl Room {
             }
         }
         let size_m = (high - low).to_array();
-        let mut room = Room {
+        let mut room = BoxedRoom {
             corner_m: low,
             size_m,
             breaks: size_m.map(|length| vec![0.0, length]),

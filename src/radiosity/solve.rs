@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::error::{NotARoom, out_of_time};
 use super::faces::{RoomFace, triangle_rule};
-use super::field::{Field, Line, Nodes};
+use super::field::{AxisPoints, FacePoints, IndirectField};
 use super::mesh::{RoomMesh, extrapolated, graded_edges};
-use super::room::Room;
+use super::room::BoxedRoom;
 use crate::maps::{
     MapKind, MapResult, MapValues, StatedValues, TableKind, grid_places, grid_slopes, stated_error, stated_row,
 };
@@ -45,8 +45,8 @@ const ALONG_AXIS: f64 = 1e-12;
 /// ```
 pub struct Radiosity<'a> {
     scene: &'a Scene,
-    room: Room,
-    nodes: Nodes,
+    room: BoxedRoom,
+    nodes: FacePoints,
     /// The meshes so far, from the coarsest, and their values at the points of the interpolation once asked for.
     meshes: Vec<(RoomMesh, OnceLock<[Vec<f64>; 6]>)>,
 }
@@ -66,7 +66,7 @@ impl<'a> Radiosity<'a> {
     /// # Errors
     /// What of the scene it cannot compute, and which method can.
     pub fn check(scene: &Scene) -> Result<(), NotARoom> {
-        Room::of(scene).map(|_| ())
+        BoxedRoom::of(scene).map(|_| ())
     }
 
     /// Solves a scene on the three coarsest meshes.
@@ -82,8 +82,8 @@ impl<'a> Radiosity<'a> {
     /// # Errors
     /// As [`Radiosity::check`], and where time is over.
     pub fn new_within(scene: &'a Scene, is_over: &dyn Fn() -> bool) -> Result<Radiosity<'a>, NotARoom> {
-        let room = Room::of(scene)?;
-        let nodes = Nodes { lines: [0, 1, 2].map(|axis| Line::new(&room.breaks[axis])) };
+        let room = BoxedRoom::of(scene)?;
+        let nodes = FacePoints { lines: [0, 1, 2].map(|axis| AxisPoints::new(&room.breaks[axis])) };
         let mut radiosity = Radiosity { scene, room, nodes, meshes: Vec::new() };
         for _ in 0..3 {
             radiosity.add_mesh(is_over);
@@ -142,7 +142,7 @@ impl<'a> Radiosity<'a> {
         let (scene, elements) = (self.scene, Elements::of(self.scene));
         let at_nodes = |mesh: &RoomMesh| self.nodes.indirect_lx(mesh, self.room.size_m);
         let values = self.last_three().map(|(mesh, values)| values.get_or_init(|| at_nodes(mesh)));
-        let field = Field::new(&self.nodes, values);
+        let field = IndirectField::new(&self.nodes, values);
         let cells: Vec<(f64, f64, f64)> =
             (0..elements.len() as u32).into_par_iter().map(|cell| self.cell_lx(&field, &elements, cell)).collect();
         let values = values_of(&cells);
@@ -168,7 +168,7 @@ impl<'a> Radiosity<'a> {
     }
 
     /// Direct and indirect mean over an element, and the error of both.
-    fn cell_lx(&self, field: &Field, elements: &Elements, cell: u32) -> (f64, f64, f64) {
+    fn cell_lx(&self, field: &IndirectField, elements: &Elements, cell: u32) -> (f64, f64, f64) {
         let Cell { triangle, .. } = elements.cell(cell);
         let face = self.room.faces[triangle as usize];
         let corners = elements.corners_m(self.scene, elements.cell(cell)).map(|corner| self.room.settle(corner));

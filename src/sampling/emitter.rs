@@ -182,7 +182,7 @@ impl Emitted {
 
 /// What a receiver sees of an emitter in one look.
 #[derive(Clone, Copy, Debug)]
-pub struct Look {
+pub struct LightSample {
     /// Illuminance in lx if nothing stands between.
     pub unshadowed_lx: f64,
     /// The point looked at; `None` where numbers cannot tell one, so little of the emitter is above the horizon.
@@ -191,19 +191,19 @@ pub struct Look {
 
 /// An emitter as one place sees it.
 #[derive(Clone, Copy, Debug)]
-pub struct View<'a> {
+pub struct EmitterView<'a> {
     emitter: &'a Emitter,
     point_m: DVec3,
     normal: DVec3,
     triangle: Option<TriangleView>,
 }
 
-impl View<'_> {
+impl EmitterView<'_> {
     /// See [`Emitter::look`].
-    pub fn look(&self, stream: &mut Stream) -> Option<Look> {
+    pub fn light_sample(&self, stream: &mut Stream) -> Option<LightSample> {
         match &self.triangle {
-            Some(triangle) => triangle.look(stream),
-            None => self.emitter.look(self.point_m, self.normal, stream),
+            Some(triangle) => triangle.light_sample(stream),
+            None => self.emitter.light_sample(self.point_m, self.normal, stream),
         }
     }
 }
@@ -217,14 +217,14 @@ fn cosine_per_square(offset: DVec3, normal: DVec3) -> f64 {
 }
 
 impl Emitter {
-    /// Whether it is a point, or emits from points that no ray meets.
-    pub fn is_point(&self) -> bool {
-        of_light!(&self.shape, light => light.is_point())
+    /// Whether no ray can meet it: a point, or an opening or a ring, which is no obstacle. Light samples alone find what it brings.
+    pub fn is_met_by_no_ray(&self) -> bool {
+        of_light!(&self.shape, light => light.is_met_by_no_ray())
     }
 
     /// Whether it is one point: every look from one place then says the same.
     pub fn is_single_point(&self) -> bool {
-        self.is_point() && !self.has_opening()
+        self.is_met_by_no_ray() && !self.has_opening()
     }
 
     /// Whether any part of it lies within a distance of a point, in m.
@@ -339,14 +339,14 @@ impl Emitter {
     ///
     /// The point looked at is drawn in proportion to what it brings there unshadowed: the estimate of the illuminance
     /// is what the look says times visibility.
-    pub fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        of_light!(&self.shape, light => light.look(point_m, normal, stream))
+    pub fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
+        of_light!(&self.shape, light => light.light_sample(point_m, normal, stream))
     }
 
     /// The emitter as a point with a unit normal sees it: where many looks follow, what they share is found but once.
-    pub fn view(&self, point_m: DVec3, normal: DVec3) -> View<'_> {
+    pub fn view(&self, point_m: DVec3, normal: DVec3) -> EmitterView<'_> {
         let triangle = of_light!(&self.shape, light => light.triangle_view(point_m, normal));
-        View { emitter: self, point_m, normal, triangle }
+        EmitterView { emitter: self, point_m, normal, triangle }
     }
 
     /// A look that takes less time and has more chance, for the vertices of walks: what one of many emitters, one of many
@@ -354,8 +354,8 @@ impl Emitter {
     ///
     /// A far triangle's point is drawn by area; all else is looked at as ever.
     #[inline]
-    pub fn glance(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        of_light!(&self.shape, light => light.glance(point_m, normal, stream))
+    pub fn cheap_light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
+        of_light!(&self.shape, light => light.cheap_light_sample(point_m, normal, stream))
     }
 
     /// Exitance in lm/m² of an emitter that rays can meet; `None` for points.

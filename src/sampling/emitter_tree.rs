@@ -16,7 +16,7 @@ use super::importance::{Beacon, NEAR, Profile};
 
 /// A node: an emitter, or two children that stand one after the other in the list of their level.
 #[derive(Clone, Debug)]
-struct Node {
+struct EmitterNode {
     beacon: Beacon,
     content: Content,
     /// Its leaves, as places in the order of the leaves.
@@ -44,7 +44,7 @@ const ROUNDING: f64 = 1e-13;
 #[derive(Clone, Debug, Default)]
 pub struct Cut {
     open: Vec<u32>,
-    groups: Vec<Group>,
+    groups: Vec<NodeGroup>,
     /// Of few emitters.
     weights: Weights,
     /// Groups and emitters that were weighed so far, for all choices that it served.
@@ -59,42 +59,42 @@ impl Cut {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Group {
+struct NodeGroup {
     node: u32,
     cumulative: f64,
 }
 
 /// A node in the order of what it may bring.
 #[derive(Clone, Copy, Debug)]
-struct Weighed {
+struct WeighedNode {
     importance: f64,
     node: u32,
 }
 
-impl Ord for Weighed {
-    fn cmp(&self, other: &Weighed) -> Ordering {
+impl Ord for WeighedNode {
+    fn cmp(&self, other: &WeighedNode) -> Ordering {
         self.importance.total_cmp(&other.importance).then(other.node.cmp(&self.node))
     }
 }
 
-impl PartialOrd for Weighed {
-    fn partial_cmp(&self, other: &Weighed) -> Option<Ordering> {
+impl PartialOrd for WeighedNode {
+    fn partial_cmp(&self, other: &WeighedNode) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Weighed {
-    fn eq(&self, other: &Weighed) -> bool {
+impl PartialEq for WeighedNode {
+    fn eq(&self, other: &WeighedNode) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Weighed {}
+impl Eq for WeighedNode {}
 
 /// Emitters in a binary tree by place.
 #[derive(Clone, Debug)]
 pub(super) struct EmitterTree {
-    nodes: Vec<Node>,
+    nodes: Vec<EmitterNode>,
     /// Place of every emitter in the order of the leaves.
     place_of: Vec<u32>,
     /// Groups with a radius above this share of their distance are opened.
@@ -129,7 +129,7 @@ impl EmitterTree {
         if let [only] = order {
             let beacon = beacons[*only as usize].clone();
             self.place_of[*only as usize] = place;
-            self.nodes.push(Node { beacon, content: Content::Emitter(*only), leaves });
+            self.nodes.push(EmitterNode { beacon, content: Content::Emitter(*only), leaves });
             return self.nodes.len() as u32 - 1;
         }
         let centers = order.iter().map(|index| beacons[*index as usize].center_m);
@@ -143,7 +143,7 @@ impl EmitterTree {
         let middle = place + first.len() as u32;
         let (left, right) = (self.build(beacons, first, place), self.build(beacons, second, middle));
         let beacon = joined(&self.nodes[left as usize].beacon, &self.nodes[right as usize].beacon);
-        self.nodes.push(Node { beacon, content: Content::Children(left, right), leaves });
+        self.nodes.push(EmitterNode { beacon, content: Content::Children(left, right), leaves });
         self.nodes.len() as u32 - 1
     }
 
@@ -207,7 +207,7 @@ impl EmitterTree {
     /// it has looked into.
     pub fn strongest_first(&self, point_m: DVec3, normal: DVec3, mut show: impl FnMut(u32, f64, f64) -> bool) -> usize {
         let weighed =
-            |node: u32| Weighed { importance: self.nodes[node as usize].beacon.importance(point_m, normal), node };
+            |node: u32| WeighedNode { importance: self.nodes[node as usize].beacon.importance(point_m, normal), node };
         let mut open = BinaryHeap::from([weighed(self.nodes.len() as u32 - 1)]);
         let all = open.iter().map(|top| top.importance).sum::<f64>();
         let (mut rest, mut looked_into, mut in_vain) = (all, 0, 0);
@@ -274,7 +274,7 @@ impl EmitterTree {
             let importance = node.beacon.importance(point_m, normal);
             if importance > 0.0 {
                 cumulative += importance;
-                cut.groups.push(Group { node: index, cumulative });
+                cut.groups.push(NodeGroup { node: index, cumulative });
             }
         }
     }

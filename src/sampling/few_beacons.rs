@@ -25,7 +25,7 @@ const ROUNDING: f64 = 4e-7;
 pub(super) struct FewBeacons {
     /// Of which the coordinates count.
     middle_m: DVec3,
-    blocks: Vec<Block>,
+    blocks: Vec<BeaconBlock>,
     /// Of each beacon: its emitter.
     emitters: Vec<u32>,
     /// Of each emitter: its first beacon; and the number of all.
@@ -38,7 +38,7 @@ pub(super) struct FewBeacons {
 
 /// Eight beacons, in m about the middle and cd.
 #[derive(Clone, Copy, Debug, Default)]
-struct Block {
+struct BeaconBlock {
     center: [[f32; LANES]; 3],
     axis: [[f32; LANES]; 3],
     radius: [f32; LANES],
@@ -92,7 +92,7 @@ impl FewBeacons {
         let middle_m = beacons.iter().map(|beacon| beacon.center_m).sum::<DVec3>() / beacons.len() as f64;
         let mut few = FewBeacons {
             middle_m,
-            blocks: vec![Block::default(); count.div_ceil(LANES)],
+            blocks: vec![BeaconBlock::default(); count.div_ceil(LANES)],
             emitters: Vec::with_capacity(count),
             firsts: Vec::with_capacity(beacons.len() + 1),
             tables: Vec::new(),
@@ -206,7 +206,7 @@ fn sum_of(weights: &[f32; LANES]) -> f64 {
     ((a + e) + (b + f)) + ((c + g) + (d + h))
 }
 
-impl Block {
+impl BeaconBlock {
     /// The weights of all eight: see [`Beacon::importance`].
     #[inline(always)]
     fn weigh(&self, point: Vec3, normal: Vec3) -> Weighed {

@@ -240,7 +240,7 @@ impl Aperture {
     /// point lies from the middle, and count by how they are shown to the point. A near rectangle is looked at by projected
     /// solid angle as well; the two are combined by their densities (Veach and Guibas 1995), so that near a rectangle that
     /// shines by Lambert's law no score is far from the mean.
-    pub fn look(
+    pub fn light_sample(
         &self,
         point_m: DVec3,
         normal: DVec3,

@@ -15,7 +15,7 @@ use super::units::LengthUnit;
 pub(super) const KEYS: [&str; 4] = ["columns", "rows", "u", "v"];
 
 /// Where the copies of a luminaire stand.
-pub(super) struct Array {
+pub(super) struct CopiesInRows {
     columns: u32,
     rows: u32,
     u_m: DVec3,
@@ -23,7 +23,7 @@ pub(super) struct Array {
 }
 
 /// Reads the array that a luminaire stands for, if its keys give one.
-pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<Array>, SceneError> {
+pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<CopiesInRows>, SceneError> {
     let keys = KEYS.map(|key| fields.get(key));
     if keys.iter().all(Option::is_none) {
         return Ok(None);
@@ -35,7 +35,7 @@ pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<Array>, S
         None if count == 1 => Ok(DVec3::ZERO),
         _ => Ok(unit.point_m(fields.need(key, "[6, 0, 0]")?.vector()?)),
     };
-    let array = Array {
+    let array = CopiesInRows {
         columns: columns_count,
         rows: rows_count,
         u_m: along(columns_count, "u")?,
@@ -59,7 +59,7 @@ pub(super) fn read(fields: &Fields, unit: LengthUnit) -> Result<Option<Array>, S
     Ok(Some(array))
 }
 
-impl Array {
+impl CopiesInRows {
     /// Number of luminaires.
     pub fn len(&self) -> u64 {
         u64::from(self.columns) * u64::from(self.rows)

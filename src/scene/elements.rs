@@ -21,6 +21,11 @@ pub enum Side {
 }
 
 impl Side {
+    /// The sides of a surface that take part.
+    pub fn of_surface(two_sided: bool) -> &'static [Side] {
+        if two_sided { &[Side::Front, Side::Back] } else { &[Side::Front] }
+    }
+
     /// The other one.
     #[inline]
     pub fn other(self) -> Side {

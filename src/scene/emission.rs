@@ -11,9 +11,9 @@ use schemars::JsonSchema;
 
 use super::error::SceneError;
 use super::luminaire_keys::{
-    Array, Brightness, Distribution, EmittingSide, Operation, PlaceAndTime, SkyDistribution, Vector,
+    AreaKeys, Array, Brightness, Distribution, Operation, PhotometricKeys, SkyKeys, SunKeys, Vector,
 };
-use super::luminaire_reading::Reading;
+use super::luminaire_reading::LuminaireReading;
 use super::openings::Openings;
 use super::photometric_luminaire::Product;
 use super::photometry::{IntensityWeb, Opening};
@@ -23,29 +23,73 @@ use super::vectors::photometric_frame;
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
 
-/// The luminaire types, as files name them.
-pub(super) const TYPES: [&str; 7] = ["point", "sphere", "area", "photometric", "sky", "sun", "ring"];
+/// A luminaire type: its name in files, the keys of it alone, whether it comes in arrays, and how it is read.
+struct LuminaireType {
+    name: &'static str,
+    keys: &'static [&'static str],
+    in_arrays: bool,
+    read: fn(&mut LuminaireReading) -> Result<Shining, SceneError>,
+}
 
-/// Keys of each luminaire type alone.
-pub(super) const OWN_KEYS: [&[&str]; 7] = [
-    &["position", "distribution", "aim", "intensity_cd", "luminous_flux_lm"],
-    &["center", "radius", "exitance_lm_m2", "luminous_flux_lm"],
-    &["surface", "side", "exitance_lm_m2", "luminous_flux_lm"],
-    &["file", "position", "aim", "rotation_deg"],
-    &sky::KEYS,
-    &sun::KEYS,
-    &["center", "inner_radius", "outer_radius", "aim", "exitance_lm_m2", "luminous_flux_lm"],
+/// The luminaire types. A luminous surface stands where it stands, and so do sky and sun: these come in no arrays.
+const LUMINAIRE_TYPES: [LuminaireType; 7] = [
+    LuminaireType {
+        name: "point",
+        keys: &["position", "distribution", "aim", "intensity_cd", "luminous_flux_lm"],
+        in_arrays: true,
+        read: |reading| reading.point(),
+    },
+    LuminaireType {
+        name: "sphere",
+        keys: &["center", "radius", "exitance_lm_m2", "luminous_flux_lm"],
+        in_arrays: true,
+        read: |reading| reading.sphere(),
+    },
+    LuminaireType {
+        name: "area",
+        keys: &["surface", "side", "exitance_lm_m2", "luminous_flux_lm"],
+        in_arrays: false,
+        read: |reading| reading.area(),
+    },
+    LuminaireType {
+        name: "photometric",
+        keys: &["file", "position", "aim", "rotation_deg"],
+        in_arrays: true,
+        read: |reading| reading.photometric(),
+    },
+    LuminaireType { name: "sky", keys: &sky::KEYS, in_arrays: false, read: |reading| reading.sky() },
+    LuminaireType { name: "sun", keys: &sun::KEYS, in_arrays: false, read: |reading| reading.sun() },
+    LuminaireType {
+        name: "ring",
+        keys: &["center", "inner_radius", "outer_radius", "aim", "exitance_lm_m2", "luminous_flux_lm"],
+        in_arrays: true,
+        read: |reading| reading.ring(),
+    },
 ];
 
-/// Whether a type comes in arrays: a luminous surface stands where it stands, and so do sky and sun.
+/// Names of the luminaire types.
+pub(super) const TYPES: [&str; LUMINAIRE_TYPES.len()] = {
+    let mut names = [""; LUMINAIRE_TYPES.len()];
+    let mut number = 0;
+    while number < names.len() {
+        names[number] = LUMINAIRE_TYPES[number].name;
+        number += 1;
+    }
+    names
+};
+
+/// Keys of a type alone: its place in [`TYPES`].
+pub(super) fn own_keys(kind: usize) -> &'static [&'static str] {
+    LUMINAIRE_TYPES[kind].keys
+}
+
+/// Whether a type comes in arrays.
 pub(super) fn comes_in_arrays(kind: usize) -> bool {
-    !["area", "sky", "sun"].contains(&TYPES[kind])
+    LUMINAIRE_TYPES[kind].in_arrays
 }
 
 /// Values of `distribution`.
 pub(super) const DISTRIBUTIONS: [&str; 2] = ["isotropic", "lambertian"];
-/// Values of `side`.
-pub(super) const SIDES: [&str; 3] = ["front", "back", "both"];
 
 /// Luminaire.
 #[derive(JsonSchema)]
@@ -116,94 +160,26 @@ pub(super) enum LuminaireKind {
     /// A surface that emits diffusely; either `exitance_lm_m2` or `luminous_flux_lm`.
     #[schemars(extend("oneOf" = [{"required": ["exitance_lm_m2"]}, {"required": ["luminous_flux_lm"]}]))]
     Area {
-        /// Name of the luminaire.
-        name: String,
-        /// A geometry or a part of one; it keeps its material.
-        surface: String,
-        /// Which side emits (front by default).
-        side: Option<EmittingSide>,
-        /// Exitance in lm/m².
-        #[schemars(range(min = 0.0))]
-        exitance_lm_m2: Option<f64>,
-        /// Luminous flux of all emitting sides together in lm.
-        #[schemars(range(min = 0.0))]
-        luminous_flux_lm: Option<f64>,
         #[schemars(flatten)]
-        operation: Operation,
+        keys: AreaKeys,
     },
     /// The sky, and the ground below the horizon; either `zenith_luminance_cd_m2` or `horizontal_illuminance_lx`, of Perez's sky neither.
     #[schemars(extend("oneOf" = [{"required": ["zenith_luminance_cd_m2"]}, {"required": ["horizontal_illuminance_lx"]},
         {"required": ["direct_normal_illuminance_lx", "diffuse_horizontal_illuminance_lx"]}]))]
     Sky {
-        /// Name of the luminaire.
-        name: String,
-        /// Uniform, the traditional overcast sky, one of the general skies of ISO 15469, or the all-weather sky of Perez.
-        luminance_distribution: SkyDistribution,
-        /// Elevation of the sun, of general skies.
-        #[schemars(range(min = 0.0, max = 90.0))]
-        sun_elevation_deg: Option<f64>,
-        /// Azimuth of the sun from +y (north) towards +x (east); 180 by default.
-        sun_azimuth_deg: Option<f64>,
         #[schemars(flatten)]
-        place_and_time: PlaceAndTime,
-        /// Luminance of the zenith in cd/m².
-        #[schemars(range(min = 0.0))]
-        zenith_luminance_cd_m2: Option<f64>,
-        /// Illuminance in lx that the sky alone gives an open horizontal plane.
-        #[schemars(range(min = 0.0))]
-        horizontal_illuminance_lx: Option<f64>,
-        /// Illuminance in lx that the sun gives a plane across its rays, of Perez's sky; the sun itself is not in it.
-        #[schemars(range(min = 0.0))]
-        direct_normal_illuminance_lx: Option<f64>,
-        /// Illuminance in lx that the sky alone gives an open horizontal plane, of Perez's sky.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        diffuse_horizontal_illuminance_lx: Option<f64>,
-        /// Reflectance of the ground that stands for all below the horizon; 0 by default.
-        #[schemars(range(min = 0.0, max = 1.0))]
-        ground_reflectance: Option<f64>,
-        /// Median diffuse horizontal illuminance of the site in lx, for the daylight factors that EN 17037 asks for; 15,000 by default.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        median_diffuse_illuminance_lx: Option<f64>,
-        #[schemars(flatten)]
-        operation: Operation,
+        keys: SkyKeys,
     },
     /// The disk of the sun; either `normal_illuminance_lx` or `horizontal_illuminance_lx`.
     #[schemars(extend("oneOf" = [{"required": ["normal_illuminance_lx"]}, {"required": ["horizontal_illuminance_lx"]}]))]
     Sun {
-        /// Name of the luminaire.
-        name: String,
-        /// Elevation; or place and time.
-        #[schemars(range(min = -90.0, max = 90.0))]
-        sun_elevation_deg: Option<f64>,
-        /// Azimuth from +y (north) towards +x (east); 180 by default.
-        sun_azimuth_deg: Option<f64>,
         #[schemars(flatten)]
-        place_and_time: PlaceAndTime,
-        /// Illuminance in lx that the sun alone gives a plane across its rays.
-        #[schemars(range(min = 0.0))]
-        normal_illuminance_lx: Option<f64>,
-        /// Illuminance in lx that the sun alone gives an open horizontal plane.
-        #[schemars(range(min = 0.0))]
-        horizontal_illuminance_lx: Option<f64>,
-        #[schemars(flatten)]
-        operation: Operation,
+        keys: SunKeys,
     },
     /// A luminaire from an IES LM-63 or EULUMDAT file.
     Photometric {
-        /// Name of the luminaire.
-        name: String,
-        /// The file.
-        file: String,
-        /// Centre of the luminous opening.
-        position: Vector,
-        /// Direction of γ = 0; [0, 0, −1] by default.
-        aim: Option<Vector>,
-        /// Turns C0 towards C90. At 0 a luminaire that aims straight down has C0 along +x and C90 along +y.
-        rotation_deg: Option<f64>,
         #[schemars(flatten)]
-        operation: Operation,
-        #[schemars(flatten)]
-        array: Array,
+        keys: PhotometricKeys,
     },
 }
 
@@ -446,28 +422,20 @@ pub(super) struct Shining {
     pub power_w: Option<f64>,
 }
 
-impl Reading<'_> {
-    /// Reads a luminaire of a type, by its number in [`TYPES`].
+impl Shining {
+    /// What no photometric file tells of.
+    pub fn of(luminous_flux_lm: f64, emission: Emission) -> Shining {
+        Shining { luminous_flux_lm, emission, product: None, power_w: None }
+    }
+}
+
+impl LuminaireReading<'_> {
+    /// Reads a luminaire of a type: its place in [`TYPES`].
     pub fn read(&mut self, kind: usize) -> Result<Shining, SceneError> {
-        let (luminous_flux_lm, emission) = match TYPES[kind] {
-            "point" => self.point()?,
-            "sphere" => self.sphere()?,
-            "ring" => self.ring()?,
-            "area" => self.area()?,
-            "sky" => {
-                let (flux, sky, targets) = sky::read(self.fields, self.maintained)?;
-                (flux, Emission::Sky { sky: Arc::new(sky), openings: Arc::default(), targets })
-            }
-            "sun" => {
-                let (flux, sun) = sun::read(self.fields, self.maintained)?;
-                (flux, Emission::Sun { sun: Arc::new(sun), openings: Arc::default() })
-            }
-            _ => return self.photometric(),
-        };
-        Ok(Shining { luminous_flux_lm, emission, product: None, power_w: None })
+        (LUMINAIRE_TYPES[kind].read)(self)
     }
 
-    fn point(&mut self) -> Result<(f64, Emission), SceneError> {
+    fn point(&mut self) -> Result<Shining, SceneError> {
         let position_m = self.place_m("position")?;
         let distribution = self.fields.get("distribution").map_or(Ok(0), |node| node.choice(&DISTRIBUTIONS))?;
         let axis = self.aim()?;
@@ -481,15 +449,15 @@ impl Reading<'_> {
             _ => (given, given / flux_over_intensity_sr),
         };
         if DISTRIBUTIONS[distribution] == "lambertian" {
-            return Ok((luminous_flux_lm, Emission::Lambertian { position_m, axis, intensity_cd }));
+            return Ok(Shining::of(luminous_flux_lm, Emission::Lambertian { position_m, axis, intensity_cd }));
         }
         if self.fields.get("aim").is_some() {
             self.warnings.push(format!("{}: aim has no effect, because the luminaire is isotropic", self.name));
         }
-        Ok((luminous_flux_lm, Emission::Isotropic { position_m, intensity_cd }))
+        Ok(Shining::of(luminous_flux_lm, Emission::Isotropic { position_m, intensity_cd }))
     }
 
-    fn sphere(&self) -> Result<(f64, Emission), SceneError> {
+    fn sphere(&mut self) -> Result<Shining, SceneError> {
         let center_m = self.place_m("center")?;
         let radius_node = self.fields.need("radius", "0.15")?;
         let radius_m = self.around.unit.length_m(radius_node.above_zero("the radius")?);
@@ -502,10 +470,10 @@ impl Reading<'_> {
             ));
         }
         let (luminous_flux_lm, exitance_lm_m2) = self.flux_and_exitance(area_m2)?;
-        Ok((luminous_flux_lm, Emission::Sphere { center_m, radius_m, exitance_lm_m2 }))
+        Ok(Shining::of(luminous_flux_lm, Emission::Sphere { center_m, radius_m, exitance_lm_m2 }))
     }
 
-    fn ring(&self) -> Result<(f64, Emission), SceneError> {
+    fn ring(&mut self) -> Result<Shining, SceneError> {
         let (center_m, axis) = (self.place_m("center")?, self.aim()?);
         let unit = self.around.unit;
         let inner = self.fields.get("inner_radius").map_or(Ok(0.0), |node| node.at_least_zero("the inner radius"))?;
@@ -521,43 +489,38 @@ impl Reading<'_> {
             ));
         }
         let (luminous_flux_lm, exitance_lm_m2) = self.flux_and_exitance(area_m2)?;
-        Ok((luminous_flux_lm, Emission::Ring { center_m, axis, radii_m, exitance_lm_m2 }))
+        Ok(Shining::of(luminous_flux_lm, Emission::Ring { center_m, axis, radii_m, exitance_lm_m2 }))
     }
 
-    fn area(&self) -> Result<(f64, Emission), SceneError> {
-        let named = self.around.surfaces;
-        let node = self.fields.need("surface", "\"panel\"")?;
-        let surfaces = named.named(&node)?;
-        if surfaces.iter().any(|id| named.is_body(*id)) {
-            let expected = "a surface of flat triangles, or a luminaire of type sphere";
-            return Err(node.refuse(
-                "a body of spherical harmonics cannot emit",
-                expected,
-                "take a mesh for what shines",
-            ));
-        }
-        let side = self.fields.get("side").map_or(Ok(0), |node| node.choice(&SIDES))?;
-        let (front, back) = (SIDES[side] != "back", SIDES[side] != "front");
-        let one_side_m2: f64 = surfaces.iter().map(|id| named.area_m2(*id)).sum();
-        let area_m2 = if front && back { 2.0 * one_side_m2 } else { one_side_m2 };
+    fn area(&mut self) -> Result<Shining, SceneError> {
+        let (surfaces, [front, back], area_m2) = self.emitting_surfaces()?;
         let (luminous_flux_lm, exitance_lm_m2) = self.flux_and_exitance(area_m2)?;
-        Ok((luminous_flux_lm, Emission::Area { surfaces, front, back, exitance_lm_m2 }))
+        Ok(Shining::of(luminous_flux_lm, Emission::Area { surfaces, front, back, exitance_lm_m2 }))
     }
 
     fn photometric(&mut self) -> Result<Shining, SceneError> {
         let position_m = self.place_m("position")?;
         let aim = self.aim()?;
         let rotation_deg = self.fields.get("rotation_deg").map_or(Ok(0.0), |node| node.number())?;
-        let node = self.fields.need("file", "\"downlight.ies\"")?;
-        let file = self.files.named(&node, self.around.base_dir)?;
-        self.warnings.extend(file.warnings.iter().map(|warning| format!("{}: {warning}", self.name)));
         let (frame, scale) = (photometric_frame(aim, rotation_deg), self.maintained);
+        let file = self.distribution()?;
         let (web, opening) = (file.web.clone(), file.opening);
         Ok(Shining {
-            luminous_flux_lm: self.maintained * file.luminous_flux_lm,
+            luminous_flux_lm: scale * file.luminous_flux_lm,
             emission: Emission::Photometric { position_m, frame, web, opening, scale },
             product: Some(file.product.clone()),
             power_w: file.power_w,
         })
+    }
+
+    fn sky(&mut self) -> Result<Shining, SceneError> {
+        let (luminous_flux_lm, sky, targets) = sky::read(self.fields, self.maintained)?;
+        let emission = Emission::Sky { sky: Arc::new(sky), openings: Arc::default(), targets };
+        Ok(Shining::of(luminous_flux_lm, emission))
+    }
+
+    fn sun(&mut self) -> Result<Shining, SceneError> {
+        let (luminous_flux_lm, sun) = sun::read(self.fields, self.maintained)?;
+        Ok(Shining::of(luminous_flux_lm, Emission::Sun { sun: Arc::new(sun), openings: Arc::default() }))
     }
 }

@@ -5,7 +5,7 @@
 
 use super::elements::{Elements, Side};
 use super::model::{Scene, SurfaceId};
-use super::surface_grid::{Rectangle, Spacing};
+use super::surface_grid::{PointSpacing, Rectangle};
 
 /// A surface whose grid would have more cells than this has none: it is a thread.
 const MOST_CELLS: f64 = 100_000.0;
@@ -77,7 +77,7 @@ pub fn evaluation_grid(
     let triangles = &scene.triangles[scene.surfaces[surface as usize].triangles.start as usize
         ..scene.surfaces[surface as usize].triangles.end as usize];
     let (rectangle, _) = Rectangle::around(&scene.vertices_m, triangles).ok()?;
-    let [columns, rows] = rectangle.counts(Spacing::En12464);
+    let [columns, rows] = rectangle.counts(PointSpacing::En12464);
     if columns < 2.0 || rows < 2.0 || columns * rows > MOST_CELLS {
         return None;
     }
@@ -139,12 +139,12 @@ const MOST_CORNERS: usize = 12;
 
 /// A convex polygon of few corners.
 #[derive(Clone, Copy, Default)]
-struct Ring {
+struct ConvexCorners {
     corners: [[f64; 2]; MOST_CORNERS],
     len: usize,
 }
 
-impl Ring {
+impl ConvexCorners {
     fn add(&mut self, spot: [f64; 2]) {
         // Rounding makes a line cross a convex ring more than twice where it nearly runs along a side.
         if self.len < MOST_CORNERS {
@@ -162,11 +162,11 @@ impl Ring {
 ///
 /// The triangle is cut along the four sides of the square, one after the other (Sutherland and Hodgman 1974).
 pub(super) fn overlap(corners: [[f64; 2]; 3], low: [f64; 2]) -> Option<(f64, [f64; 2])> {
-    let mut ring = Ring::default();
+    let mut ring = ConvexCorners::default();
     corners.iter().for_each(|[x, y]| ring.add([x - low[0], y - low[1]]));
     for (axis, sign, limit) in [(0, 1.0, 0.0), (0, -1.0, -1.0), (1, 1.0, 0.0), (1, -1.0, -1.0)] {
         let inside = |spot: &[f64; 2]| sign * spot[axis] - limit;
-        let mut cut = Ring::default();
+        let mut cut = ConvexCorners::default();
         for (index, here) in ring.corners().iter().enumerate() {
             let before = &ring.corners[(index + ring.len - 1) % ring.len];
             let (depth, depth_before) = (inside(here), inside(before));

@@ -81,14 +81,14 @@ pub(crate) fn from_json_with(
         &fields.need("materials", "{ \"plaster\": { \"type\": \"diffuse\", \"reflectance\": 0.7 } }")?,
     )?;
     let geometry_node = fields.need("geometry", "[ … ]: the scene has no geometry")?;
-    let around = surfaces::Around::of(unit, base_dir, &materials);
+    let around = surfaces::GeometryContext::of(unit, base_dir, &materials);
     let surfaces = Surfaces::read(&geometry_node, &around, &mut warnings)?;
     let luminaires_node = fields.need("luminaires", "[ … ]: the scene has no luminaire")?;
-    let around = luminaires::Around { unit, base_dir, surfaces: &surfaces };
+    let around = luminaires::LuminaireContext { unit, base_dir, surfaces: &surfaces };
     let luminaires = luminaires::read(&luminaires_node, &around, &mut warnings)?;
     under_way::begin("receivers", 0);
     let receivers = match fields.get("receivers") {
-        Some(node) => receivers::read(&node, &receivers::Around { unit, base_dir, surfaces: &surfaces })?,
+        Some(node) => receivers::read(&node, &receivers::ReceiverContext { unit, base_dir, surfaces: &surfaces })?,
         None => Vec::new(),
     };
 

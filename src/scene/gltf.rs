@@ -15,7 +15,7 @@ use gltf::{Document, Glb, Node};
 use serde::Deserialize;
 
 use super::error::SceneError;
-use super::gltf_buffers::{Buffers, Elements};
+use super::gltf_buffers::{AccessorElements, Buffers};
 use super::gltf_extensions;
 use super::limits::{MOST_MESH_READS, MOST_MESH_TRIANGLES};
 use super::mesh_builder::{MeshBuilder, refusal};
@@ -292,7 +292,7 @@ impl GltfReader<'_> {
 
 /// Corners of a primitive, by its indices or in the order of its vertices.
 struct Corners<'b> {
-    indices: Option<Elements<'b>>,
+    indices: Option<AccessorElements<'b>>,
     vertices: usize,
 }
 

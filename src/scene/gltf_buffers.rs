@@ -29,14 +29,14 @@ pub(super) struct Buffers<'a> {
 }
 
 /// The elements of an accessor, all of them within their buffer.
-pub(super) struct Elements<'b> {
+pub(super) struct AccessorElements<'b> {
     bytes: &'b [u8],
     stride: usize,
     size: usize,
     pub count: usize,
 }
 
-impl<'b> Elements<'b> {
+impl<'b> AccessorElements<'b> {
     /// The bytes of an element.
     pub fn at(&self, index: usize) -> &'b [u8] {
         &self.bytes[index * self.stride..][..self.size]
@@ -73,7 +73,7 @@ impl<'a> Buffers<'a> {
     }
 
     /// The elements of an accessor whose buffer is loaded.
-    pub fn elements(&self, accessor: &Accessor) -> Result<Elements<'_>, SceneError> {
+    pub fn elements(&self, accessor: &Accessor) -> Result<AccessorElements<'_>, SceneError> {
         let refuse = |what: &str, got: String, expected: &str| {
             refusal(self.path, format!("accessor {} {what}", accessor.index()), got, expected)
         };
@@ -106,7 +106,7 @@ impl<'a> Buffers<'a> {
             let got = format!("{count} elements of {size} bytes, {stride} apart, from byte {from}");
             return Err(refuse("leaves its buffer view", got, &format!("elements within {} bytes", view.length())));
         };
-        Ok(Elements { bytes, stride, size, count })
+        Ok(AccessorElements { bytes, stride, size, count })
     }
 
     fn bytes_of(&mut self, buffer: &Buffer) -> Result<Cow<'a, [u8]>, SceneError> {

@@ -1,4 +1,4 @@
-//! Keys that luminaires of several types share, for the scene file's schema.
+//! Keys that luminaires of several types share, and those of types that have many, for the scene file's schema.
 
 use schemars::JsonSchema;
 
@@ -120,4 +120,104 @@ pub(super) struct Array {
     u: Option<Vector>,
     /// From the first to the last row of the array.
     v: Option<Vector>,
+}
+
+/// Keys of a luminous surface.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct AreaKeys {
+    /// Name of the luminaire.
+    name: String,
+    /// A geometry or a part of one; it keeps its material.
+    surface: String,
+    /// Which side emits (front by default).
+    side: Option<EmittingSide>,
+    /// Exitance in lm/m².
+    #[schemars(range(min = 0.0))]
+    exitance_lm_m2: Option<f64>,
+    /// Luminous flux of all emitting sides together in lm.
+    #[schemars(range(min = 0.0))]
+    luminous_flux_lm: Option<f64>,
+    #[schemars(flatten)]
+    operation: Operation,
+}
+
+/// Keys of a sky.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct SkyKeys {
+    /// Name of the luminaire.
+    name: String,
+    /// Uniform, the traditional overcast sky, one of the general skies of ISO 15469, or the all-weather sky of Perez.
+    luminance_distribution: SkyDistribution,
+    /// Elevation of the sun, of general skies.
+    #[schemars(range(min = 0.0, max = 90.0))]
+    sun_elevation_deg: Option<f64>,
+    /// Azimuth of the sun from +y (north) towards +x (east); 180 by default.
+    sun_azimuth_deg: Option<f64>,
+    #[schemars(flatten)]
+    place_and_time: PlaceAndTime,
+    /// Luminance of the zenith in cd/m².
+    #[schemars(range(min = 0.0))]
+    zenith_luminance_cd_m2: Option<f64>,
+    /// Illuminance in lx that the sky alone gives an open horizontal plane.
+    #[schemars(range(min = 0.0))]
+    horizontal_illuminance_lx: Option<f64>,
+    /// Illuminance in lx that the sun gives a plane across its rays, of Perez's sky; the sun itself is not in it.
+    #[schemars(range(min = 0.0))]
+    direct_normal_illuminance_lx: Option<f64>,
+    /// Illuminance in lx that the sky alone gives an open horizontal plane, of Perez's sky.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    diffuse_horizontal_illuminance_lx: Option<f64>,
+    /// Reflectance of the ground that stands for all below the horizon; 0 by default.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    ground_reflectance: Option<f64>,
+    /// Median diffuse horizontal illuminance of the site in lx, for the daylight factors that EN 17037 asks for; 15,000 by default.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    median_diffuse_illuminance_lx: Option<f64>,
+    #[schemars(flatten)]
+    operation: Operation,
+}
+
+/// Keys of a sun.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct SunKeys {
+    /// Name of the luminaire.
+    name: String,
+    /// Elevation; or place and time.
+    #[schemars(range(min = -90.0, max = 90.0))]
+    sun_elevation_deg: Option<f64>,
+    /// Azimuth from +y (north) towards +x (east); 180 by default.
+    sun_azimuth_deg: Option<f64>,
+    #[schemars(flatten)]
+    place_and_time: PlaceAndTime,
+    /// Illuminance in lx that the sun alone gives a plane across its rays.
+    #[schemars(range(min = 0.0))]
+    normal_illuminance_lx: Option<f64>,
+    /// Illuminance in lx that the sun alone gives an open horizontal plane.
+    #[schemars(range(min = 0.0))]
+    horizontal_illuminance_lx: Option<f64>,
+    #[schemars(flatten)]
+    operation: Operation,
+}
+
+/// Keys of a luminaire from a photometric file.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its shape is used")]
+pub(super) struct PhotometricKeys {
+    /// Name of the luminaire.
+    name: String,
+    /// The file.
+    file: String,
+    /// Centre of the luminous opening.
+    position: Vector,
+    /// Direction of γ = 0; [0, 0, −1] by default.
+    aim: Option<Vector>,
+    /// Turns C0 towards C90. At 0 a luminaire that aims straight down has C0 along +x and C90 along +y.
+    rotation_deg: Option<f64>,
+    #[schemars(flatten)]
+    operation: Operation,
+    #[schemars(flatten)]
+    array: Array,
 }

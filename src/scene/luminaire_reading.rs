@@ -5,12 +5,15 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::error::SceneError;
-use super::photometric_luminaire::PhotometricFiles;
+use super::photometric_luminaire::{FileDistribution, PhotometricFiles};
 use super::reader::{Fields, Node};
 use super::units::LengthUnit;
 
+/// Values of `side`.
+pub(super) const SIDES: [&str; 3] = ["front", "back", "both"];
+
 /// What luminaires refer to.
-pub(super) struct Around<'a> {
+pub(super) struct LuminaireContext<'a> {
     pub unit: LengthUnit,
     pub base_dir: &'a Path,
     pub surfaces: &'a dyn NamedSurfaces,
@@ -27,17 +30,17 @@ pub(super) trait NamedSurfaces {
 }
 
 /// A luminaire that is being read.
-pub(super) struct Reading<'a> {
+pub(super) struct LuminaireReading<'a> {
     pub fields: &'a Fields<'a>,
     pub name: &'a str,
-    pub around: &'a Around<'a>,
+    pub around: &'a LuminaireContext<'a>,
     /// Dimming × maintenance factor.
     pub maintained: f64,
     pub files: &'a mut PhotometricFiles,
     pub warnings: &'a mut Vec<String>,
 }
 
-impl Reading<'_> {
+impl LuminaireReading<'_> {
     /// A place in m.
     pub fn place_m(&self, key: &str) -> Result<DVec3, SceneError> {
         Ok(self.around.unit.point_m(self.fields.need(key, "[4, 3, 2.5]")?.vector()?))
@@ -56,5 +59,32 @@ impl Reading<'_> {
             0 => (given * area_m2, given),
             _ => (given, given / area_m2),
         })
+    }
+
+    /// The surfaces that a luminaire names, whether their fronts and their backs emit, and the area in m² that does.
+    pub fn emitting_surfaces(&self) -> Result<(Vec<u32>, [bool; 2], f64), SceneError> {
+        let named = self.around.surfaces;
+        let node = self.fields.need("surface", "\"panel\"")?;
+        let surfaces = named.named(&node)?;
+        if surfaces.iter().any(|id| named.is_body(*id)) {
+            let expected = "a surface of flat triangles, or a luminaire of type sphere";
+            return Err(node.refuse(
+                "a body of spherical harmonics cannot emit",
+                expected,
+                "take a mesh for what shines",
+            ));
+        }
+        let side = self.fields.get("side").map_or(Ok(0), |node| node.choice(&SIDES))?;
+        let (front, back) = (SIDES[side] != "back", SIDES[side] != "front");
+        let one_side_m2: f64 = surfaces.iter().map(|id| named.area_m2(*id)).sum();
+        Ok((surfaces, [front, back], if front && back { 2.0 * one_side_m2 } else { one_side_m2 }))
+    }
+
+    /// What the photometric file says that a luminaire names; its warnings are told.
+    pub fn distribution(&mut self) -> Result<&FileDistribution, SceneError> {
+        let node = self.fields.need("file", "\"downlight.ies\"")?;
+        let file = self.files.named(&node, self.around.base_dir)?;
+        self.warnings.extend(file.warnings.iter().map(|warning| format!("{}: {warning}", self.name)));
+        Ok(file)
     }
 }

@@ -5,11 +5,11 @@ use std::ops::RangeInclusive;
 use super::arrays;
 use super::bodies::body_of;
 use super::daylight;
-use super::emission::{OWN_KEYS, Shining, TYPES, comes_in_arrays};
+use super::emission::{Shining, TYPES, comes_in_arrays, own_keys};
 use super::error::SceneError;
 use super::limits::MOST_LUMINAIRES;
-pub(super) use super::luminaire_reading::Around;
-use super::luminaire_reading::{NamedSurfaces, Reading};
+pub(super) use super::luminaire_reading::LuminaireContext;
+use super::luminaire_reading::{LuminaireReading, NamedSurfaces};
 use super::model::Luminaire;
 use super::photometric_luminaire::PhotometricFiles;
 use super::reader::Node;
@@ -23,7 +23,7 @@ const COMMON_KEYS: [&str; 5] = ["name", "type", "dimming", "maintenance_factor",
 /// Keys of a luminaire type: its place in [`TYPES`].
 pub(super) fn keys(kind: usize) -> Vec<&'static str> {
     let array: &[&str] = if comes_in_arrays(kind) { &arrays::KEYS } else { &[] };
-    [&COMMON_KEYS, OWN_KEYS[kind], array].concat()
+    [&COMMON_KEYS, own_keys(kind), array].concat()
 }
 
 /// Luminous fluxes in lm that are computed: a thousandth of a photon's an hour to more than the sun's. Fourth powers of the
@@ -46,7 +46,7 @@ impl NamedSurfaces for Surfaces {
 
 /// What the luminaires so far have given.
 #[derive(Default)]
-struct Known {
+struct LuminairesSoFar {
     /// Their names.
     names: Names,
     /// Photometric files.
@@ -54,13 +54,17 @@ struct Known {
 }
 
 /// Reads all luminaires.
-pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<Vec<Luminaire>, SceneError> {
+pub(super) fn read(
+    node: &Node,
+    around: &LuminaireContext,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Luminaire>, SceneError> {
     let items = node.items("luminaires")?;
     if items.is_empty() {
         let remedy = "add at least one, such as { \"name\": \"lamp\", \"type\": \"point\", \"position\": [4, 3, 2.5], \"intensity_cd\": 800 }";
         return Err(node.refuse("the scene has no luminaire", "at least one luminaire", remedy));
     }
-    let mut known = Known::default();
+    let mut known = LuminairesSoFar::default();
     let mut maintained = false;
     let mut luminaires = Vec::with_capacity(items.len());
     under_way::begin("luminaires", items.len());
@@ -93,8 +97,8 @@ pub(super) fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> 
 
 fn read_one(
     node: &Node,
-    around: &Around,
-    known: &mut Known,
+    around: &LuminaireContext,
+    known: &mut LuminairesSoFar,
     warnings: &mut Vec<String>,
 ) -> Result<Luminaire, SceneError> {
     let kind = node.fields("a luminaire")?.need("type", "\"point\"")?.choice(&TYPES)?;
@@ -108,7 +112,8 @@ fn read_one(
     let maintained = dimming * maintenance_factor;
 
     let power_w = fields.get("power_w").map(|node| node.at_least_zero("the electric power")).transpose()?;
-    let mut reading = Reading { fields: &fields, name: &name, around, maintained, files: &mut known.files, warnings };
+    let mut reading =
+        LuminaireReading { fields: &fields, name: &name, around, maintained, files: &mut known.files, warnings };
     let Shining { luminous_flux_lm, emission, product, power_w: file_power_w } = reading.read(kind)?;
     let power_w = power_w.or(file_power_w);
     if luminous_flux_lm != 0.0 && !FLUXES_LM.contains(&luminous_flux_lm) {

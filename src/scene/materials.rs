@@ -6,18 +6,45 @@ use super::error::SceneError;
 use super::reader::{Fields, Node};
 use crate::base::pane::pane_shares;
 
-/// The material types, as files name them.
-pub(super) const TYPES: [&str; 6] = ["diffuse", "phong", "mirror", "glass", "translucent", "blinn"];
+/// A material type: its name in files, its keys there, and how its law is read.
+struct MaterialType {
+    name: &'static str,
+    keys: &'static [&'static str],
+    read: fn(&Fields) -> Result<ReflectionLaw, SceneError>,
+}
 
-/// Keys of every material type.
-pub(super) const KEYS: [&[&str]; 6] = [
-    &["type", "reflectance"],
-    &["type", "diffuse_reflectance", "specular_reflectance", "exponent"],
-    &["type", "reflectance"],
-    &["type", "refractive_index", "internal_transmittance"],
-    &["type", "diffuse_reflectance", "diffuse_transmittance"],
-    &["type", "diffuse_reflectance", "specular_reflectance", "exponent"],
+/// The material types, in the order in which the formats number them.
+const MATERIAL_TYPES: [MaterialType; 6] = [
+    MaterialType { name: "diffuse", keys: &["type", "reflectance"], read: read_diffuse },
+    MaterialType { name: "phong", keys: GLOSSY_KEYS, read: read_phong },
+    MaterialType { name: "mirror", keys: &["type", "reflectance"], read: read_mirror },
+    MaterialType { name: "glass", keys: &["type", "refractive_index", "internal_transmittance"], read: read_glass },
+    MaterialType {
+        name: "translucent",
+        keys: &["type", "diffuse_reflectance", "diffuse_transmittance"],
+        read: read_translucent,
+    },
+    MaterialType { name: "blinn", keys: GLOSSY_KEYS, read: read_blinn },
 ];
+
+/// Keys of a diffuse part with a lobe.
+const GLOSSY_KEYS: &[&str] = &["type", "diffuse_reflectance", "specular_reflectance", "exponent"];
+
+/// Names of the material types.
+pub(super) const TYPES: [&str; MATERIAL_TYPES.len()] = {
+    let mut names = [""; MATERIAL_TYPES.len()];
+    let mut number = 0;
+    while number < names.len() {
+        names[number] = MATERIAL_TYPES[number].name;
+        number += 1;
+    }
+    names
+};
+
+/// Keys of a material type: its place in [`TYPES`].
+pub(super) fn keys(kind: usize) -> Vec<&'static str> {
+    MATERIAL_TYPES[kind].keys.to_vec()
+}
 
 /// Largest exponent of a lobe: its width of some 0.06° is that of a mirror.
 const LARGEST_EXPONENT: f64 = 1e6;
@@ -143,19 +170,24 @@ pub enum ReflectionLaw {
     },
 }
 
-impl ReflectionLaw {
-    /// Name of its type, as scene files have it.
-    pub fn name(&self) -> &'static str {
-        match self {
-            ReflectionLaw::Diffuse { .. } => "diffuse",
-            ReflectionLaw::Phong { .. } => "phong",
-            ReflectionLaw::Blinn { .. } => "blinn",
-            ReflectionLaw::Mirror { .. } => "mirror",
-            ReflectionLaw::Glass { .. } => "glass",
-            ReflectionLaw::Translucent { .. } => "translucent",
-        }
-    }
+/// Where the light goes that comes along the normal, as shares of it; of all laws but glass that comes from anywhere.
+#[derive(Default)]
+struct SurfaceShares {
+    /// Reflected into all directions alike.
+    diffuse: f64,
+    /// Reflected in a lobe about a direction.
+    lobe: f64,
+    /// Reflected as by a mirror.
+    mirrored: f64,
+    /// Let through into all directions alike.
+    diffused_through: f64,
+    /// A pane's, reflected and let through: other angles have other shares.
+    pane: Option<[f64; 2]>,
+    /// Whether a sheet of it has two like sides by nature.
+    is_sheet: bool,
+}
 
+impl ReflectionLaw {
     /// Number of its type, from 0 in the order in which the formats list them.
     pub fn number(&self) -> u8 {
         match self {
@@ -168,86 +200,83 @@ impl ReflectionLaw {
         }
     }
 
+    /// Name of its type, as scene files have it.
+    pub fn name(&self) -> &'static str {
+        TYPES[usize::from(self.number())]
+    }
+
+    /// All that is asked of a law's shares follows from these.
+    fn shares(&self) -> SurfaceShares {
+        match *self {
+            ReflectionLaw::Diffuse { reflectance } => {
+                SurfaceShares { diffuse: reflectance, ..SurfaceShares::default() }
+            }
+            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. }
+            | ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
+                SurfaceShares { diffuse: diffuse_reflectance, lobe: specular_reflectance, ..SurfaceShares::default() }
+            }
+            ReflectionLaw::Mirror { reflectance } => {
+                SurfaceShares { mirrored: reflectance, ..SurfaceShares::default() }
+            }
+            ReflectionLaw::Glass { refractive_index, internal_transmittance } => SurfaceShares {
+                pane: Some(pane_shares(refractive_index, internal_transmittance, 1.0)),
+                is_sheet: true,
+                ..SurfaceShares::default()
+            },
+            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => SurfaceShares {
+                diffuse: diffuse_reflectance,
+                diffused_through: diffuse_transmittance,
+                is_sheet: true,
+                ..SurfaceShares::default()
+            },
+        }
+    }
+
     /// Share that leaves the lit side in every direction alike.
     pub fn diffuse_reflectance(&self) -> f64 {
-        match *self {
-            ReflectionLaw::Diffuse { reflectance } => reflectance,
-            ReflectionLaw::Phong { diffuse_reflectance, .. }
-            | ReflectionLaw::Blinn { diffuse_reflectance, .. }
-            | ReflectionLaw::Translucent { diffuse_reflectance, .. } => diffuse_reflectance,
-            ReflectionLaw::Mirror { .. } | ReflectionLaw::Glass { .. } => 0.0,
-        }
+        self.shares().diffuse
     }
 
     /// Share that leaves the other side in every direction alike.
     pub fn diffuse_transmittance(&self) -> f64 {
-        match *self {
-            ReflectionLaw::Translucent { diffuse_transmittance, .. } => diffuse_transmittance,
-            _ => 0.0,
-        }
+        self.shares().diffused_through
     }
 
     /// Total reflectance, where it is the same at every angle and all that is not reflected is absorbed.
     pub fn reflectance_at_every_angle(&self) -> Option<f64> {
-        match *self {
-            ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => Some(reflectance),
-            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. }
-            | ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
-                Some(diffuse_reflectance + specular_reflectance)
-            }
-            ReflectionLaw::Glass { .. } | ReflectionLaw::Translucent { .. } => None,
-        }
+        let shares = self.shares();
+        (!shares.is_sheet).then_some(shares.diffuse + shares.lobe + shares.mirrored)
     }
 
     /// Shares of light along the normal that are reflected and let through; of all laws but glass those of every angle.
     pub fn shares_at_normal_incidence(&self) -> [f64; 2] {
-        match *self {
-            ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => [reflectance, 0.0],
-            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. }
-            | ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
-                [diffuse_reflectance + specular_reflectance, 0.0]
-            }
-            ReflectionLaw::Glass { refractive_index, internal_transmittance } => {
-                pane_shares(refractive_index, internal_transmittance, 1.0)
-            }
-            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
-                [diffuse_reflectance, diffuse_transmittance]
-            }
-        }
+        let shares = self.shares();
+        shares.pane.unwrap_or([shares.diffuse + shares.lobe + shares.mirrored, shares.diffused_through])
     }
 
     /// Whether part of the light is scattered about a direction, neither into all alike nor into single ones.
     pub fn has_lobe(&self) -> bool {
-        matches!(*self, ReflectionLaw::Phong { specular_reflectance, .. } | ReflectionLaw::Blinn { specular_reflectance, .. }
-            if specular_reflectance > 0.0)
+        self.shares().lobe > 0.0
     }
 
     /// Whether a sheet of it has two like sides by nature.
     pub fn is_two_sided(&self) -> bool {
-        matches!(self, ReflectionLaw::Glass { .. } | ReflectionLaw::Translucent { .. })
+        self.shares().is_sheet
     }
 
     /// Whether light can pass to the other side.
     pub fn lets_through(&self) -> bool {
-        match *self {
-            ReflectionLaw::Glass { internal_transmittance, .. } => internal_transmittance > 0.0,
-            _ => self.diffuse_transmittance() > 0.0,
-        }
+        let [_, let_through] = self.shares_at_normal_incidence();
+        let_through > 0.0
     }
 
     /// Share of the light that leaves again, reflected or let through; of glass what a pane without reflection lets through.
     pub fn returned_share(&self) -> f64 {
-        match *self {
-            ReflectionLaw::Diffuse { reflectance } | ReflectionLaw::Mirror { reflectance } => reflectance,
-            ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, .. }
-            | ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, .. } => {
-                diffuse_reflectance + specular_reflectance
-            }
-            ReflectionLaw::Glass { internal_transmittance, .. } => internal_transmittance,
-            ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance } => {
-                diffuse_reflectance + diffuse_transmittance
-            }
+        if let ReflectionLaw::Glass { internal_transmittance, .. } = *self {
+            return internal_transmittance;
         }
+        let [reflected, let_through] = self.shares_at_normal_incidence();
+        reflected + let_through
     }
 }
 
@@ -270,56 +299,71 @@ fn read_law(node: &Node) -> Result<ReflectionLaw, SceneError> {
     let kind = fields.need("type", "\"diffuse\"")?.choice(&TYPES)?;
     let what = format!("a {} material", TYPES[kind]);
     let fields = node.fields(&what)?;
-    fields.only(KEYS[kind])?;
-    match TYPES[kind] {
-        "diffuse" => Ok(ReflectionLaw::Diffuse { reflectance: share(&fields, "reflectance")? }),
-        lobed @ ("phong" | "blinn") => {
-            let (diffuse_reflectance, specular_reflectance) =
-                two_shares(&fields, "diffuse_reflectance", "specular_reflectance")?;
-            let node = fields.need("exponent", "60")?;
-            let exponent = node.at_least_zero("the exponent")?;
-            if exponent > LARGEST_EXPONENT {
-                let remedy = "use a mirror for a lobe that narrow";
-                return Err(node.refuse("the exponent is too large", format!("at most {LARGEST_EXPONENT}"), remedy));
-            }
-            Ok(match lobed {
-                "phong" => ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent },
-                _ => ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent },
-            })
-        }
-        "mirror" => Ok(ReflectionLaw::Mirror { reflectance: share(&fields, "reflectance")? }),
-        "glass" => {
-            let node = fields.need("refractive_index", "1.52")?;
-            let refractive_index = node.number()?;
-            if refractive_index < 1.0 {
-                let remedy = "give the glass's index relative to air, such as 1.52";
-                return Err(node.refuse("the refractive index is below 1", "a number of at least 1", remedy));
-            }
-            if refractive_index > LARGEST_REFRACTIVE_INDEX {
-                let expected = format!("a number from 1 to {LARGEST_REFRACTIVE_INDEX}; diamond has 2.42, germanium 4");
-                let remedy = "give the glass's index relative to air, such as 1.52";
-                return Err(node.refuse("the refractive index is that of no glass", expected, remedy));
-            }
-            let internal_transmittance = share(&fields, "internal_transmittance")?;
-            Ok(ReflectionLaw::Glass { refractive_index, internal_transmittance })
-        }
-        _ => {
-            let (diffuse_reflectance, diffuse_transmittance) =
-                two_shares(&fields, "diffuse_reflectance", "diffuse_transmittance")?;
-            Ok(ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance })
-        }
+    fields.only(&keys(kind))?;
+    (MATERIAL_TYPES[kind].read)(&fields)
+}
+
+fn read_diffuse(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+    Ok(ReflectionLaw::Diffuse { reflectance: share(fields, "reflectance")? })
+}
+
+fn read_mirror(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+    Ok(ReflectionLaw::Mirror { reflectance: share(fields, "reflectance")? })
+}
+
+fn read_phong(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+    let ([diffuse_reflectance, specular_reflectance], exponent) = glossy(fields)?;
+    Ok(ReflectionLaw::Phong { diffuse_reflectance, specular_reflectance, exponent })
+}
+
+fn read_blinn(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+    let ([diffuse_reflectance, specular_reflectance], exponent) = glossy(fields)?;
+    Ok(ReflectionLaw::Blinn { diffuse_reflectance, specular_reflectance, exponent })
+}
+
+fn read_glass(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+    let node = fields.need("refractive_index", "1.52")?;
+    let refractive_index = node.number()?;
+    if refractive_index < 1.0 {
+        let remedy = "give the glass's index relative to air, such as 1.52";
+        return Err(node.refuse("the refractive index is below 1", "a number of at least 1", remedy));
     }
+    if refractive_index > LARGEST_REFRACTIVE_INDEX {
+        let expected = format!("a number from 1 to {LARGEST_REFRACTIVE_INDEX}; diamond has 2.42, germanium 4");
+        let remedy = "give the glass's index relative to air, such as 1.52";
+        return Err(node.refuse("the refractive index is that of no glass", expected, remedy));
+    }
+    let internal_transmittance = share(fields, "internal_transmittance")?;
+    Ok(ReflectionLaw::Glass { refractive_index, internal_transmittance })
+}
+
+fn read_translucent(fields: &Fields) -> Result<ReflectionLaw, SceneError> {
+    let [diffuse_reflectance, diffuse_transmittance] =
+        two_shares(fields, "diffuse_reflectance", "diffuse_transmittance")?;
+    Ok(ReflectionLaw::Translucent { diffuse_reflectance, diffuse_transmittance })
+}
+
+/// Diffuse and specular reflectance, and the exponent of a lobe.
+fn glossy(fields: &Fields) -> Result<([f64; 2], f64), SceneError> {
+    let shares = two_shares(fields, "diffuse_reflectance", "specular_reflectance")?;
+    let node = fields.need("exponent", "60")?;
+    let exponent = node.at_least_zero("the exponent")?;
+    if exponent > LARGEST_EXPONENT {
+        let remedy = "use a mirror for a lobe that narrow";
+        return Err(node.refuse("the exponent is too large", format!("at most {LARGEST_EXPONENT}"), remedy));
+    }
+    Ok((shares, exponent))
 }
 
 fn share(fields: &Fields, key: &str) -> Result<f64, SceneError> {
     fields.need(key, "0.5")?.fraction(&key.replace('_', " "))
 }
 
-fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<(f64, f64), SceneError> {
+fn two_shares(fields: &Fields, first: &str, second: &str) -> Result<[f64; 2], SceneError> {
     /// Two decimal fractions that sum to 1 on paper may miss it by this much in doubles.
     const ROUNDING: f64 = 1e-12;
-    let shares = (share(fields, first)?, share(fields, second)?);
-    let sum = shares.0 + shares.1;
+    let shares = [share(fields, first)?, share(fields, second)?];
+    let sum = shares[0] + shares[1];
     if sum > 1.0 + ROUNDING {
         let node = fields.need(second, "0.5")?;
         return Err(node.refuse_as(

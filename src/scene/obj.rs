@@ -28,7 +28,7 @@ const WITHOUT_AREA: [&str; 2] = ["l", "p"];
 pub(super) fn read(source: &Source, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
     let mut reader = ObjReader { source, vertices: Vec::new(), mesh: MeshBuilder::default(), part: None };
     let mut strange: Vec<(usize, &str)> = Vec::new();
-    let mut lines = Words { text: source.text, next: 0, line: 0 };
+    let mut lines = StatementWords { text: source.text, next: 0, line: 0 };
     let name = source.path.file_name().unwrap_or_default().to_string_lossy();
     under_way::begin(name, source.text.len());
     while let Some(words) = lines.statement() {
@@ -165,13 +165,13 @@ impl ObjReader<'_> {
 }
 
 /// Statements of a text: words between white space, lines joined where they end with a backslash.
-struct Words<'t> {
+struct StatementWords<'t> {
     text: &'t str,
     next: usize,
     line: usize,
 }
 
-impl Words<'_> {
+impl StatementWords<'_> {
     fn statement(&mut self) -> Option<Vec<Range<usize>>> {
         let mut words = Vec::new();
         let mut joined = true;

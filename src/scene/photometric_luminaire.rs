@@ -40,7 +40,7 @@ impl Product {
 }
 
 /// What a photometric file says of every luminaire that names it.
-pub(super) struct Distribution {
+pub(super) struct FileDistribution {
     pub product: Arc<Product>,
     pub web: Arc<IntensityWeb>,
     pub luminous_flux_lm: f64,
@@ -51,11 +51,11 @@ pub(super) struct Distribution {
 
 /// The files read so far: luminaires that name the same one share what it says.
 #[derive(Default)]
-pub(super) struct PhotometricFiles(HashMap<PathBuf, Distribution>);
+pub(super) struct PhotometricFiles(HashMap<PathBuf, FileDistribution>);
 
 impl PhotometricFiles {
     /// What the file that a node names says.
-    pub fn named(&mut self, node: &Node, base_dir: &Path) -> Result<&Distribution, SceneError> {
+    pub fn named(&mut self, node: &Node, base_dir: &Path) -> Result<&FileDistribution, SceneError> {
         Ok(match self.0.entry(base_dir.join(node.name()?)) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(unknown) => {
@@ -66,7 +66,7 @@ impl PhotometricFiles {
     }
 }
 
-fn read_distribution(path: &Path) -> Result<Distribution, SceneError> {
+fn read_distribution(path: &Path) -> Result<FileDistribution, SceneError> {
     let file = read_photometric_file(path).map_err(|error| {
         let expected = "a photometric file: IES LM-63 (.ies) or EULUMDAT (.ldt)";
         let what = "the photometric file cannot be read".to_string();
@@ -81,7 +81,7 @@ fn read_distribution(path: &Path) -> Result<Distribution, SceneError> {
         luminaire: file.luminaire,
         catalog_number: file.catalog_number,
     };
-    Ok(Distribution {
+    Ok(FileDistribution {
         product: Arc::new(product),
         luminous_flux_lm,
         opening: file.opening,

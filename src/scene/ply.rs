@@ -30,8 +30,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Res
     };
     let mut reader = Reader::new(bytes);
     let header = Parser::<Passed>::new().read_header(&mut reader).map_err(|error| refuse(&error))?;
-    let mut vertices: Vec<Vertex> = Vec::new();
-    let mut faces: Vec<Face> = Vec::new();
+    let mut vertices: Vec<PlyVertex> = Vec::new();
+    let mut faces: Vec<PlyFace> = Vec::new();
     for element in header.elements.values() {
         // Every element takes a byte at least, so that no header asks for more than the file has.
         let most = bytes.len().min(MOST_MESH_TRIANGLES);
@@ -105,13 +105,13 @@ impl PropertyAccess for Passed {
 }
 
 /// A place; not a number where the file gives none.
-struct Vertex {
+struct PlyVertex {
     place: DVec3,
 }
 
-impl PropertyAccess for Vertex {
-    fn new() -> Vertex {
-        Vertex { place: DVec3::NAN }
+impl PropertyAccess for PlyVertex {
+    fn new() -> PlyVertex {
+        PlyVertex { place: DVec3::NAN }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
@@ -137,13 +137,13 @@ impl PropertyAccess for Vertex {
 }
 
 /// The vertices of a polygon.
-struct Face {
+struct PlyFace {
     corners: Vec<i64>,
 }
 
-impl PropertyAccess for Face {
-    fn new() -> Face {
-        Face { corners: Vec::new() }
+impl PropertyAccess for PlyFace {
+    fn new() -> PlyFace {
+        PlyFace { corners: Vec::new() }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {

@@ -45,15 +45,15 @@ impl Source<'_> {
 pub(crate) struct Node<'a> {
     source: &'a Source<'a>,
     value: &'a Value<'a>,
-    way: Way<'a>,
+    way: ValuePath<'a>,
 }
 
 /// The keys and places that lead to a value, written out only where somebody asks: most files have no fault.
 #[derive(Clone, Default)]
-struct Way<'a>(Option<Rc<Step<'a>>>);
+struct ValuePath<'a>(Option<Rc<PathStep<'a>>>);
 
-struct Step<'a> {
-    before: Way<'a>,
+struct PathStep<'a> {
+    before: ValuePath<'a>,
     last: Last<'a>,
 }
 
@@ -62,9 +62,9 @@ enum Last<'a> {
     Place(usize),
 }
 
-impl<'a> Way<'a> {
-    fn to(&self, last: Last<'a>) -> Way<'a> {
-        Way(Some(Rc::new(Step { before: self.clone(), last })))
+impl<'a> ValuePath<'a> {
+    fn to(&self, last: Last<'a>) -> ValuePath<'a> {
+        ValuePath(Some(Rc::new(PathStep { before: self.clone(), last })))
     }
 
     fn text(&self) -> String {
@@ -96,7 +96,7 @@ pub(super) struct Entry<'a> {
 impl<'a> Node<'a> {
     /// The topmost value of a text.
     pub fn root(source: &'a Source<'a>, value: &'a Value<'a>) -> Node<'a> {
-        Node { source, value, way: Way::default() }
+        Node { source, value, way: ValuePath::default() }
     }
 
     /// The way to the value, such as `geometry[0].min`.

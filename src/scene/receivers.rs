@@ -10,7 +10,7 @@ use super::model::{ReceiverLayout, ReceiverPoint, ReceiverSet};
 use super::observers::{self, SEATED_EYE_M};
 use super::quantity::{self, Quantity};
 use super::reader::{Fields, Node};
-use super::surface_grid::{self, Spacing};
+use super::surface_grid::{self, PointSpacing};
 use super::surfaces::Surfaces;
 use super::unique_names::{Names, unique_name};
 use super::units::LengthUnit;
@@ -46,14 +46,14 @@ pub(super) fn keys(kind: usize) -> Vec<&'static str> {
 pub(super) const SPACING_RULES: [&str; 1] = ["EN 12464-1"];
 
 /// What receivers refer to.
-pub(super) struct Around<'a> {
+pub(super) struct ReceiverContext<'a> {
     pub unit: LengthUnit,
     pub base_dir: &'a Path,
     pub surfaces: &'a Surfaces,
 }
 
 /// Reads all receivers; whether points lie inside of solids is told later.
-pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, SceneError> {
+pub(super) fn read(node: &Node, around: &ReceiverContext) -> Result<Vec<ReceiverSet>, SceneError> {
     let mut names = HashMap::new();
     let mut sets: Vec<ReceiverSet> = Vec::new();
     let mut left = MOST_POINTS;
@@ -78,7 +78,7 @@ pub(super) fn read(node: &Node, around: &Around) -> Result<Vec<ReceiverSet>, Sce
     Ok(sets)
 }
 
-fn read_one(node: &Node, around: &Around, names: &mut Names, most: u64) -> Result<ReceiverSet, SceneError> {
+fn read_one(node: &Node, around: &ReceiverContext, names: &mut Names, most: u64) -> Result<ReceiverSet, SceneError> {
     let kind = node.fields("a receiver")?.need("type", "\"grid\"")?.choice(&TYPES)?;
     let what = format!("a {} receiver", TYPES[kind]);
     let fields = node.fields(&what)?;
@@ -158,7 +158,7 @@ fn read_corner_grid(
 
 fn read_surface_grid(
     node: &Node,
-    around: &Around,
+    around: &ReceiverContext,
     most: u64,
     keys: &[&str],
     default_height_m: Option<f64>,
@@ -175,12 +175,12 @@ fn read_surface_grid(
     let margin_m = length_m("margin", "the margin")?;
     let spacing_node = fields.get("spacing");
     let spacing = match &spacing_node {
-        None => Spacing::En12464,
+        None => PointSpacing::En12464,
         Some(node) if node.is_text() => {
             node.choice(&SPACING_RULES)?;
-            Spacing::En12464
+            PointSpacing::En12464
         }
-        Some(node) => Spacing::Distance(around.unit.length_m(node.above_zero("the spacing")?)),
+        Some(node) => PointSpacing::Distance(around.unit.length_m(node.above_zero("the spacing")?)),
     };
 
     let rectangle = surface_grid::Rectangle::of(around.surfaces, &surfaces).map_err(|reason| {
@@ -203,7 +203,7 @@ fn read_surface_grid(
     Ok(field.grid(columns as u32, rows as u32, height_m).points())
 }
 
-fn read_points(fields: &Fields, around: &Around) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
+fn read_points(fields: &Fields, around: &ReceiverContext) -> Result<(ReceiverLayout, Vec<ReceiverPoint>), SceneError> {
     if let Some(points) = given::points(fields, around.unit)? {
         return Ok((ReceiverLayout::Points, points));
     }

@@ -8,7 +8,7 @@ use super::quantity::Quantity;
 use super::reader::{Fields, Node};
 use super::requirements::RoomEntry;
 use super::standard::{Area, Requirement};
-use super::surface_grid::{Rectangle, Spacing};
+use super::surface_grid::{PointSpacing, Rectangle};
 use super::surfaces::Surfaces;
 use super::unique_names::{Names, made_name, unique_name};
 use super::units::LengthUnit;
@@ -41,7 +41,7 @@ pub(super) fn read(
     fields.only(&[&["name", "type"], OWN_KEYS].concat())?;
     let name = unique_name(fields, names)?;
     let entry = RoomEntry::read(fields)?;
-    let shell = Shell::read(&fields.need("surface", "\"room\": a box with \"facing\": \"inward\"")?, surfaces)?;
+    let shell = RoomShell::read(&fields.need("surface", "\"room\": a box with \"facing\": \"inward\"")?, surfaces)?;
     let length_m = |key: &str, usual_m: f64| {
         let node = fields.get(key);
         node.map_or(Ok(usual_m), |node| Ok(unit.length_m(node.at_least_zero("a length")?)))
@@ -57,33 +57,33 @@ pub(super) fn read(
     };
 
     let mut made = Made { name, node, names, most, sets: Vec::new() };
-    let task = grid(&[field], Spacing::En12464, height_m);
+    let task = grid(&[field], PointSpacing::En12464, height_m);
     made.push("task", Quantity::Perpendicular, task, entry.of(Area::Task))?;
-    let heads = grid(&[field], Spacing::En12464, eye_m);
+    let heads = grid(&[field], PointSpacing::En12464, eye_m);
     made.push("cylindrical", Quantity::Cylindrical, heads, entry.of(Area::Cylinders))?;
-    made.push("walls", Quantity::Perpendicular, grid(&shell.walls, Spacing::En12464, 0.0), entry.of(Area::Walls))?;
+    made.push("walls", Quantity::Perpendicular, grid(&shell.walls, PointSpacing::En12464, 0.0), entry.of(Area::Walls))?;
     made.push(
         "ceiling",
         Quantity::Perpendicular,
-        grid(&shell.ceilings, Spacing::En12464, 0.0),
+        grid(&shell.ceilings, PointSpacing::En12464, 0.0),
         entry.of(Area::Ceiling),
     )?;
-    let (_, places) = grid(&[field], Spacing::Distance(OBSERVERS_APART_M), eye_m);
+    let (_, places) = grid(&[field], PointSpacing::Distance(OBSERVERS_APART_M), eye_m);
     let (background, looks) = observers::look_around(fields, &places, most)?;
     made.push("observers", Quantity::Glare(background), (ReceiverLayout::Points, looks), entry.of_observers())?;
     Ok(Some(made.sets))
 }
 
 /// Rectangles about a room.
-struct Shell {
+struct RoomShell {
     floor: Rectangle,
     walls: Vec<Rectangle>,
     ceilings: Vec<Rectangle>,
 }
 
-impl Shell {
+impl RoomShell {
     /// The surfaces of a geometry by where they face.
-    fn read(node: &Node, surfaces: &Surfaces) -> Result<Shell, SceneError> {
+    fn read(node: &Node, surfaces: &Surfaces) -> Result<RoomShell, SceneError> {
         let [mut floors, mut walls, mut ceilings] = [const { Vec::new() }; 3];
         for surface in surfaces.named(node)? {
             let rectangle = Rectangle::of(surfaces, &[surface]).map_err(|reason| {
@@ -102,7 +102,7 @@ impl Shell {
             }
         }
         match floors[..] {
-            [floor] => Ok(Shell { floor, walls, ceilings }),
+            [floor] => Ok(RoomShell { floor, walls, ceilings }),
             _ => Err(node.refuse(
                 format!("a room has one floor, and of this {} rectangles face upward", floors.len()),
                 "a box with \"facing\": \"inward\"",
@@ -113,7 +113,7 @@ impl Shell {
 }
 
 /// The points on rectangles: a grid on a single one, a list on several.
-fn grid(rectangles: &[Rectangle], spacing: Spacing, height_m: f64) -> (ReceiverLayout, Vec<ReceiverPoint>) {
+fn grid(rectangles: &[Rectangle], spacing: PointSpacing, height_m: f64) -> (ReceiverLayout, Vec<ReceiverPoint>) {
     let on_one = |rectangle: &Rectangle| {
         let [columns, rows] = rectangle.counts(spacing);
         rectangle.grid(columns as u32, rows as u32, height_m).points()

@@ -16,7 +16,7 @@ const EN_12464_LARGEST_M: f64 = 10.0;
 
 /// How far apart a grid's points are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Spacing {
+pub(super) enum PointSpacing {
     /// By the rule of EN 12464-1.
     En12464,
     /// As near as can be to this distance in m.
@@ -110,16 +110,16 @@ impl Rectangle {
     }
 
     /// Numbers of columns and rows, as floats that may be beyond all reason.
-    pub fn counts(&self, spacing: Spacing) -> [f64; 2] {
+    pub fn counts(&self, spacing: PointSpacing) -> [f64; 2] {
         let near = |length_m: f64, distance_m: f64| (length_m / distance_m).round().max(1.0);
         let distance_m = match spacing {
-            Spacing::Distance(distance_m) => distance_m,
-            Spacing::En12464 => en_12464_distance_m(self.sides_m()),
+            PointSpacing::Distance(distance_m) => distance_m,
+            PointSpacing::En12464 => en_12464_distance_m(self.sides_m()),
         };
         let [mut columns, mut rows] = [near(self.width_m, distance_m), near(self.depth_m, distance_m)];
 
         // EN 12464-1 also wants cells that are near squares: sides in a ratio from 0.5 to 2.
-        if spacing == Spacing::En12464 {
+        if spacing == PointSpacing::En12464 {
             columns = columns.max((self.width_m / (2.0 * self.depth_m / rows) * (1.0 - FLATNESS)).ceil());
             rows = rows.max((self.depth_m / (2.0 * self.width_m / columns) * (1.0 - FLATNESS)).ceil());
         }
@@ -180,7 +180,7 @@ mod tests {
         {
             let p_m = en_12464_distance_m([length_m, length_m]);
             assert!((p_m - distance_m).abs() < 0.05, "{length_m}: {p_m}");
-            assert_eq!(rectangle(length_m, length_m).counts(Spacing::En12464), [count, count], "{length_m}");
+            assert_eq!(rectangle(length_m, length_m).counts(PointSpacing::En12464), [count, count], "{length_m}");
         }
         assert!((en_12464_distance_m([25.0, 25.0]) - 1.897).abs() < 5e-4);
         assert_eq!(en_12464_distance_m([1e4, 1e4]), 10.0);
@@ -190,7 +190,7 @@ mod tests {
     fn long_fields_take_the_shorter_side_and_cells_stay_near_squares() {
         assert!((en_12464_distance_m([20.0, 2.0]) - 0.3247).abs() < 5e-5);
         for (width_m, depth_m) in [(20.0, 2.0), (0.01, 0.0199), (0.003, 7.0), (8.0, 6.0), (3.0, 1.51), (0.02, 0.02)] {
-            let [columns, rows] = rectangle(width_m, depth_m).counts(Spacing::En12464);
+            let [columns, rows] = rectangle(width_m, depth_m).counts(PointSpacing::En12464);
             let ratio = (width_m / columns) / (depth_m / rows);
             assert!((0.499_999..=2.000_01).contains(&ratio), "{width_m} × {depth_m}: {columns} × {rows}");
         }

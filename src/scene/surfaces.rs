@@ -79,18 +79,18 @@ pub(super) struct Surfaces {
 }
 
 /// What geometry refers to.
-pub(super) struct Around<'a> {
+pub(super) struct GeometryContext<'a> {
     pub unit: LengthUnit,
     pub base_dir: &'a Path,
     pub materials: &'a [Material],
     by_name: HashMap<&'a str, MaterialId>,
 }
 
-impl<'a> Around<'a> {
+impl<'a> GeometryContext<'a> {
     /// Materials are found by their names.
-    pub fn of(unit: LengthUnit, base_dir: &'a Path, materials: &'a [Material]) -> Around<'a> {
+    pub fn of(unit: LengthUnit, base_dir: &'a Path, materials: &'a [Material]) -> GeometryContext<'a> {
         let by_name = materials.iter().zip(0..).map(|(material, id)| (material.name.as_str(), id)).collect();
-        Around { unit, base_dir, materials, by_name }
+        GeometryContext { unit, base_dir, materials, by_name }
     }
 
     fn material(&self, node: &Node) -> Result<MaterialId, SceneError> {
@@ -117,7 +117,7 @@ struct GeometryKeys<'a> {
 
 impl Surfaces {
     /// Reads all geometry.
-    pub fn read(node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<Surfaces, SceneError> {
+    pub fn read(node: &Node, around: &GeometryContext, warnings: &mut Vec<String>) -> Result<Surfaces, SceneError> {
         let mut surfaces = Surfaces::default();
         let items = node.items("geometry")?;
         if items.is_empty() {
@@ -157,7 +157,7 @@ impl Surfaces {
             .sum()
     }
 
-    fn add(&mut self, node: &Node, around: &Around, warnings: &mut Vec<String>) -> Result<(), SceneError> {
+    fn add(&mut self, node: &Node, around: &GeometryContext, warnings: &mut Vec<String>) -> Result<(), SceneError> {
         let common = self.common_of(node)?;
         let (shape, body) = self.shape_of(&common, around, warnings)?;
         let part_names: Vec<Option<&str>> = shape.parts.iter().map(|part| part.name.as_deref()).collect();
@@ -242,7 +242,7 @@ impl Surfaces {
     fn shape_of(
         &mut self,
         common: &GeometryKeys,
-        around: &Around,
+        around: &GeometryContext,
         warnings: &mut Vec<String>,
     ) -> Result<(GeometryShape, Option<WrittenBody>), SceneError> {
         let fields = &common.fields;
@@ -264,7 +264,7 @@ impl Surfaces {
         &mut self,
         common: &GeometryKeys,
         shape: &GeometryShape,
-        around: &Around,
+        around: &GeometryContext,
     ) -> Result<usize, SceneError> {
         let first_vertex = self.vertices_m.len();
         for vertex in &shape.vertices {
@@ -432,7 +432,11 @@ fn read_rectangle(fields: &Fields, name: &str, warnings: &mut Vec<String>) -> Re
     Ok(shapes::parallelogram(origin, u, v))
 }
 
-fn read_mesh(fields: &Fields, around: &Around, warnings: &mut Vec<String>) -> Result<GeometryShape, SceneError> {
+fn read_mesh(
+    fields: &Fields,
+    around: &GeometryContext,
+    warnings: &mut Vec<String>,
+) -> Result<GeometryShape, SceneError> {
     if let Some(vertices) = given::vertices(fields)? {
         return given::mesh(fields, &vertices);
     }
@@ -460,7 +464,7 @@ fn part_materials(
     fields: &Fields,
     kind: &str,
     parts: &[Option<&str>],
-    around: &Around,
+    around: &GeometryContext,
 ) -> Result<Vec<MaterialId>, SceneError> {
     let whole = fields.get("material").map(|node| around.material(&node)).transpose()?;
     let mut own: HashMap<&str, MaterialId> = HashMap::new();

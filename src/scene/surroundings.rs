@@ -31,7 +31,7 @@ const SAME_WAY: f64 = 0.5;
 const SKEWNESS: f64 = 1e-6;
 
 /// A rectangle of a task's plane, and its axes.
-struct Task {
+struct TaskRectangle {
     origin_m: DVec3,
     axes: [DVec3; 2],
     sides_m: [f64; 2],
@@ -55,7 +55,7 @@ pub(super) fn read(
             fields.need("surface", "\"within\": \"room/floor\" in \"surroundings\": the floor that bounds the room")?
         }
     };
-    let (Some(rectangle), true) = (Task::of(&task.layout), task.quantity == Quantity::Perpendicular) else {
+    let (Some(rectangle), true) = (TaskRectangle::of(&task.layout), task.quantity == Quantity::Perpendicular) else {
         return Err(node.refuse(
             "surroundings are those of a rectangular task area whose own plane is lit",
             "a grid with \"u\" at right angles to \"v\" and without another \"quantity\"",
@@ -83,7 +83,7 @@ pub(super) fn read(
                 "name the entry, or leave out \"surroundings\"",
             ));
         };
-        let ring = Ring::about(area, low_m, high_m, broad_m, rectangle.sides_m);
+        let ring = RingCells::about(area, low_m, high_m, broad_m, rectangle.sides_m);
         if ring.cells() > left {
             return Err(refuse_too_many(&node, ring.cells()));
         }
@@ -112,9 +112,9 @@ pub(super) fn read(
     Ok(sets)
 }
 
-impl Task {
+impl TaskRectangle {
     /// The cells of a grid together; `None` where they are no rectangle.
-    fn of(layout: &ReceiverLayout) -> Option<Task> {
+    fn of(layout: &ReceiverLayout) -> Option<TaskRectangle> {
         let ReceiverLayout::Grid { columns, rows, origin_m, u_m, v_m, .. } = *layout else { return None };
         if direction(u_m).dot(direction(v_m)).abs() > SKEWNESS {
             return None;
@@ -125,7 +125,7 @@ impl Task {
             _ => (span_m * (f64::from(count) / f64::from(count - 1)), -0.5 * span_m / f64::from(count - 1)),
         };
         let [(whole_u_m, to_u_m), (whole_v_m, to_v_m)] = [cells(u_m, columns), cells(v_m, rows)];
-        Some(Task {
+        Some(TaskRectangle {
             origin_m: origin_m + to_u_m + to_v_m,
             axes: [direction(whole_u_m), direction(whole_v_m)],
             sides_m: [whole_u_m.length(), whole_v_m.length()],
@@ -138,7 +138,7 @@ impl Task {
 }
 
 /// The triangles of a floor that face as the task does, in m along the task's axes from its corner.
-fn floor_triangles(surfaces: &Surfaces, node: &Node, task: &Task) -> Result<Vec<[DVec2; 3]>, SceneError> {
+fn floor_triangles(surfaces: &Surfaces, node: &Node, task: &TaskRectangle) -> Result<Vec<[DVec2; 3]>, SceneError> {
     let mut triangles = Vec::new();
     for surface in surfaces.named(node)? {
         for triangle in surfaces.surfaces[surface as usize].triangles.clone() {
@@ -163,14 +163,14 @@ fn floor_triangles(surfaces: &Surfaces, node: &Node, task: &Task) -> Result<Vec<
 }
 
 /// Cells of a plane about a rectangle: lines along both axes in m, and which spans of them are the rectangle's own.
-struct Ring {
+struct RingCells {
     lines_m: [Vec<f64>; 2],
     inner: [std::ops::Range<usize>; 2],
 }
 
-impl Ring {
+impl RingCells {
     /// The cells about the rectangle from `low_m` to `high_m`, `broad_m` wide.
-    fn about(area: Area, low_m: [f64; 2], high_m: [f64; 2], broad_m: f64, task_m: [f64; 2]) -> Ring {
+    fn about(area: Area, low_m: [f64; 2], high_m: [f64; 2], broad_m: f64, task_m: [f64; 2]) -> RingCells {
         let whole_m = match area {
             // The band is as finely looked at as the task.
             Area::Surroundings => task_m,
@@ -193,7 +193,7 @@ impl Ring {
             (lines_m, strip as usize..(strip + middle) as usize)
         };
         let [(along_m, inner_along), (across_m, inner_across)] = [axis(0), axis(1)];
-        Ring { lines_m: [along_m, across_m], inner: [inner_along, inner_across] }
+        RingCells { lines_m: [along_m, across_m], inner: [inner_along, inner_across] }
     }
 
     fn cells(&self) -> u64 {
@@ -201,7 +201,7 @@ impl Ring {
     }
 
     /// A point for what of each cell lies on the floor, row by row.
-    fn points(&self, task: &Task, floor: &[[DVec2; 3]]) -> Vec<ReceiverPoint> {
+    fn points(&self, task: &TaskRectangle, floor: &[[DVec2; 3]]) -> Vec<ReceiverPoint> {
         let columns = self.lines_m[0].len() - 1;
         // Area in m², and area times place, of every cell.
         let mut filled = vec![(0.0, DVec2::ZERO); self.cells() as usize];

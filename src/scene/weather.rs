@@ -94,11 +94,11 @@ pub fn weather_from_text(text: &str, path: &Path, is_epw: bool) -> Result<Weathe
 }
 
 /// A line's fields as ranges of the text.
-type Fields = Vec<Range<usize>>;
+type LineFields = Vec<Range<usize>>;
 
 struct Rows<'a> {
     source: Source<'a>,
-    lines: Vec<Fields>,
+    lines: Vec<LineFields>,
 }
 
 impl<'a> Rows<'a> {
@@ -134,14 +134,14 @@ impl<'a> Rows<'a> {
     }
 
     /// A field of a line as a number within a range.
-    fn number(&self, fields: &Fields, place: usize, what: &str, range: [f64; 2]) -> Result<f64, SceneError> {
+    fn number(&self, fields: &LineFields, place: usize, what: &str, range: [f64; 2]) -> Result<f64, SceneError> {
         let field = fields.get(place).cloned().unwrap_or_else(|| end_of(fields));
         let number = self.text(&field).parse::<f64>().ok().filter(|number| (range[0]..=range[1]).contains(number));
         let expected = || format!("{what}, from {} to {}", range[0], range[1]);
         number.ok_or_else(|| self.refuse(field, "a number is missing or out of range", &expected(), "correct it"))
     }
 
-    fn hour_of(&self, fields: &Fields, [month, day, hour]: [usize; 3]) -> Result<(u32, u32, f64), SceneError> {
+    fn hour_of(&self, fields: &LineFields, [month, day, hour]: [usize; 3]) -> Result<(u32, u32, f64), SceneError> {
         let month = self.number(fields, month, "a month", [1.0, 12.0])?;
         // The year may be a leap year.
         let days = DAYS_OF_MONTHS[month as usize - 1] + u32::from(month as usize == 2);
@@ -249,11 +249,11 @@ impl<'a> Rows<'a> {
     }
 }
 
-fn whole(fields: &Fields) -> Range<usize> {
+fn whole(fields: &LineFields) -> Range<usize> {
     fields[0].start..fields[fields.len() - 1].end
 }
 
-fn end_of(fields: &Fields) -> Range<usize> {
+fn end_of(fields: &LineFields) -> Range<usize> {
     let end = fields.last().map_or(0, |field| field.end);
     end..end
 }

@@ -112,13 +112,13 @@ fn offer(context: &Context, job: &mut Job, set: usize, target: f64, at_best: f64
 }
 
 /// Work to the target by gathering, or why that was not weighed.
-type Gathering = Result<f64, &'static str>;
+type GatheringWork = Result<f64, &'static str>;
 
 /// Takes the cheapest way for a map and says what was weighed; whether it gathers. A method that was asked for stays. Without a target
 /// nothing tells how far a run will go, and local estimation is not weighed.
 ///
 /// Where a first look at cells is cheap it is taken in any case; what follows from it [`reconsider`] tells.
-pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Option<f64>) -> bool {
+pub fn settle(context: &Context, job: &mut Job, gathering: GatheringWork, target: Option<f64>) -> bool {
     if context.method != Method::Auto {
         return gathering.is_ok();
     }
@@ -131,7 +131,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Op
         _ if !is_worth_a_pilot(job, at_best) => Err(TOO_LITTLE_WORK),
         (Ok(set), Some(target)) => offer(context, job, set, target, at_best),
     };
-    job.method_reason = reason(job.engine == Engine::Counting, error, gathering, without, &offered);
+    job.method_reason = reason(job.engine == Engine::Collision, error, gathering, without, &offered);
     let of_local = offered.as_ref().map_or(f64::INFINITY, |offer| offer.work);
     let gathers = |work: f64| {
         let looks = job.rays_to_first_look(error) < SHARE_OF_A_LOOK * of_local.min(work);
@@ -150,7 +150,7 @@ pub fn settle(context: &Context, job: &mut Job, gathering: Gathering, target: Op
 }
 
 /// What was weighed for a map: work to the target.
-fn reason(counts: bool, error: f64, gathering: Gathering, without: f64, offered: &Offered) -> String {
+fn reason(counts: bool, error: f64, gathering: GatheringWork, without: f64, offered: &Offered) -> String {
     let of = |work: Result<f64, &str>, name: &str| match work {
         Ok(work) => format!("{work:.1e} by {name}"),
         Err(why) => format!("{name} not weighed ({why})"),

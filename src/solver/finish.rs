@@ -39,7 +39,7 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
     if let (Ok(check), Some(target)) = (&map_check, target_error) {
         refuse_without_balance(context, jobs, check, target);
     }
-    let walks = jobs.iter().any(|job| job.engine != Engine::Counting && !job.is_black());
+    let walks = jobs.iter().any(|job| job.engine != Engine::Collision && !job.is_black());
     let paths_not_found = if walks { context.stage.paths_not_found.clone() } else { Vec::new() };
     let glare: Vec<GlareRating> = jobs.iter().flat_map(|job| rate(context, job)).collect();
     let mut split_rays = 0;
@@ -68,7 +68,7 @@ pub(super) fn finish(context: &Context, settings: &Settings, jobs: &mut [Job], e
         seed: settings.seed,
         target_error,
         chains: jobs.iter().map(Job::chains).sum(),
-        rays: context.stage.outlook_rays() + split_rays + jobs.iter().map(Job::all_rays).sum::<u64>(),
+        rays: context.stage.selection_rays() + split_rays + jobs.iter().map(Job::all_rays).sum::<u64>(),
         replicas: REPLICAS,
         elements: elements.unwrap_or_else(|| context.stage.elements.clone()),
         glare,

@@ -18,7 +18,7 @@ const WORTHWHILE: f64 = 0.67;
 
 /// Samples whose first ray went through a bin: how many, their scores in lx and the squares of these.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Tally {
+struct BinTally {
     count: f64,
     sum: f64,
     squares: f64,
@@ -30,7 +30,7 @@ pub struct Guide {
     /// Region of every entry.
     regions: Vec<u32>,
     #[serde(with = "in_a_row")]
-    tallies: Vec<[Tally; BINS]>,
+    tallies: Vec<[BinTally; BINS]>,
     densities: Vec<Option<Density>>,
 }
 
@@ -38,14 +38,14 @@ pub struct Guide {
 mod in_a_row {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    use super::{BINS, Tally};
+    use super::{BINS, BinTally};
 
-    pub fn serialize<S: Serializer>(regions: &[[Tally; BINS]], serializer: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<S: Serializer>(regions: &[[BinTally; BINS]], serializer: S) -> Result<S::Ok, S::Error> {
         regions.as_flattened().serialize(serializer)
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[Tally; BINS]>, D::Error> {
-        let tallies = Vec::<Tally>::deserialize(deserializer)?;
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[BinTally; BINS]>, D::Error> {
+        let tallies = Vec::<BinTally>::deserialize(deserializer)?;
         Ok(tallies.as_chunks().0.to_vec())
     }
 }
@@ -54,7 +54,7 @@ impl Guide {
     /// Knows nothing yet of samples from entries that lie in these regions of neighbours.
     pub fn new(regions: Vec<u32>) -> Guide {
         let count = regions.iter().max().map_or(0, |last| *last as usize + 1);
-        Guide { regions, tallies: vec![[Tally::default(); BINS]; count], densities: vec![None; count] }
+        Guide { regions, tallies: vec![[BinTally::default(); BINS]; count], densities: vec![None; count] }
     }
 
     /// The density of first directions from an entry; `None` where they are even.
@@ -91,16 +91,17 @@ impl Guide {
 }
 
 /// The density that makes the variance of walks through these bins least, if it makes it less by enough.
-fn learned(bins: &[Tally; BINS]) -> Option<Density> {
+fn learned(bins: &[BinTally; BINS]) -> Option<Density> {
     let count: f64 = bins.iter().map(|bin| bin.count).sum();
     if count < SAMPLES_OF_A_BIN * BINS as f64 {
         return None;
     }
-    let mean_of =
-        |what: &dyn Fn(&Tally) -> f64| bins.iter().map(|bin| what(bin) / bin.count.max(1.0)).sum::<f64>() / BINS as f64;
+    let mean_of = |what: &dyn Fn(&BinTally) -> f64| {
+        bins.iter().map(|bin| what(bin) / bin.count.max(1.0)).sum::<f64>() / BINS as f64
+    };
     let (mean, square) = (mean_of(&|bin| bin.sum), mean_of(&|bin| bin.squares));
     let squares: [f64; BINS] = std::array::from_fn(|bin| {
-        let Tally { count, squares, .. } = bins[bin];
+        let BinTally { count, squares, .. } = bins[bin];
         (squares + SAMPLES_OF_THE_MEAN * square) / (count + SAMPLES_OF_THE_MEAN)
     });
     let density = Density::of(&squares.map(f64::sqrt))?;

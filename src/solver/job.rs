@@ -41,7 +41,7 @@ use super::spending::{Activity, Spending};
 use super::sweep::{self, Deposits};
 use crate::chain::Stage;
 use crate::control::CellGrowth;
-use crate::estimators::ahead::Expectations;
+use crate::estimators::control_variate::ControlVariates;
 use crate::maps::{History, Judgement, MapKind, REPLICAS, ReplicaMap, StatisticalCheck, Tally, judge};
 use crate::scene::{Elements, Scene};
 
@@ -185,7 +185,7 @@ pub struct Job {
     walked: PartCost,
     share: DirectShare,
     /// What its points expect of direct light.
-    expectations: Expectations,
+    expectations: ControlVariates,
     /// What adaptive elements cannot show, by the latest look.
     loss: Loss,
     /// What its walks have learned of the directions that light comes from.
@@ -232,7 +232,7 @@ impl Job {
         let (direct, expectations) = direct_cost(context, kind, &elements, adaptive.as_ref());
         let engine = Engine::unbiased(context.scene, kind, context.method);
         let local = match (kind, engine) {
-            (MapKind::Receivers(set), Engine::Connecting(kernel)) if context.stage.reflects() => {
+            (MapKind::Receivers(set), Engine::Local(kernel)) if context.stage.reflects() => {
                 Some(LocalPlan::of(context, set, kernel, 0.0))
             }
             _ => None,
@@ -311,7 +311,7 @@ impl Job {
             indirect: PartCost::default(),
             walked: PartCost::default(),
             share: DirectShare::default(),
-            expectations: Expectations::default(),
+            expectations: ControlVariates::default(),
             loss: Loss::default(),
             guide: None,
             local: None,
@@ -327,10 +327,10 @@ impl Job {
     /// Chains that a number of samples a replica stands for, all replicas; 0 in a black scene.
     pub fn chains(&self) -> u64 {
         let per_sample = match self.engine {
-            Engine::Counting => 1,
-            Engine::Walking => self.map.len() as u64,
-            Engine::Gathering => return self.ends.iter().map(Ends::packets).sum(),
-            Engine::Connecting(_) => self.chains_per_round(),
+            Engine::Collision => 1,
+            Engine::Walk => self.map.len() as u64,
+            Engine::Gather => return self.ends.iter().map(Ends::packets).sum(),
+            Engine::Local(_) => self.chains_per_round(),
         };
         if self.black { 0 } else { self.samples * per_sample * REPLICAS as u64 }
     }
@@ -338,10 +338,10 @@ impl Job {
     /// Samples a replica that fill at least `chains` chains.
     pub fn samples_for(&self, chains: u64) -> u64 {
         let per_sample = match self.engine {
-            Engine::Counting => REPLICAS as u64,
-            Engine::Walking => (REPLICAS * self.map.len().max(1)) as u64,
-            Engine::Gathering => return self.cell_goal.rays,
-            Engine::Connecting(_) => REPLICAS as u64 * self.chains_per_round(),
+            Engine::Collision => REPLICAS as u64,
+            Engine::Walk => (REPLICAS * self.map.len().max(1)) as u64,
+            Engine::Gather => return self.cell_goal.rays,
+            Engine::Local(_) => REPLICAS as u64 * self.chains_per_round(),
         };
         if self.black { 1 } else { chains.div_ceil(per_sample).max(1) }
     }
@@ -350,9 +350,9 @@ impl Job {
     pub fn first_samples(&self) -> u64 {
         match self.engine {
             _ if self.black => 1,
-            Engine::Counting | Engine::Walking => first_look(self.engine),
-            Engine::Gathering => self.cell_goal.rays,
-            Engine::Connecting(_) => first_rounds(self.chains_per_round(), self.share.rays_per_indirect),
+            Engine::Collision | Engine::Walk => first_look(self.engine),
+            Engine::Gather => self.cell_goal.rays,
+            Engine::Local(_) => first_rounds(self.chains_per_round(), self.share.rays_per_indirect),
         }
     }
 
@@ -394,7 +394,7 @@ impl Job {
     }
 
     fn passes_at(&self, samples: u64) -> u64 {
-        if self.engine == Engine::Gathering {
+        if self.engine == Engine::Gather {
             return self.cell_goal.direct;
         }
         if self.black {
@@ -437,9 +437,9 @@ impl Job {
             return Activity::Direct;
         }
         match self.engine {
-            Engine::Gathering => self.next_of_gathering(),
-            Engine::Walking => Activity::Walks,
-            Engine::Counting | Engine::Connecting(_) => Activity::Chains,
+            Engine::Gather => self.next_of_gathering(),
+            Engine::Walk => Activity::Walks,
+            Engine::Collision | Engine::Local(_) => Activity::Chains,
         }
     }
 
@@ -448,12 +448,12 @@ impl Job {
         let passes = self.passes_at(goal);
         if self.map.direct_samples.complete < passes {
             self.advance_direct(context, passes);
-        } else if self.engine == Engine::Gathering {
+        } else if self.engine == Engine::Gather {
             return sets.is_none_or(|sets| self.ask_cells(context, sets));
         } else if !self.black {
             self.advance_indirect(context, goal);
         }
-        if self.engine == Engine::Gathering {
+        if self.engine == Engine::Gather {
             return false;
         }
         let indirect = self.map.indirect_samples;
@@ -517,7 +517,7 @@ impl Job {
         }
         self.learn_directions();
         self.bound_unseen(context, self.chains());
-        if self.engine == Engine::Gathering {
+        if self.engine == Engine::Gather {
             // Cells know more at every look: its samples are not those of the look before and some more.
             self.history.clear();
         }
@@ -527,7 +527,7 @@ impl Job {
 
     /// Flux of all luminaires over the flux that the map shows: 1 / (Σ E A / Φ) for elements, 1 for receivers.
     fn flux_over_map(&self, context: &Context) -> f64 {
-        if self.kind != MapKind::Elements && self.engine != Engine::Counting {
+        if self.kind != MapKind::Elements && self.engine != Engine::Collision {
             return 1.0;
         }
         let area_m2: f64 = self.site_weights().iter().sum();
@@ -537,7 +537,7 @@ impl Job {
     /// Whether it is dark after so many chains that it no longer holds up a run.
     pub fn stays_dark(&self, target_error: f64) -> bool {
         let looked = match self.engine {
-            Engine::Gathering => self.samples * self.gathered().len() as u64 * REPLICAS as u64,
+            Engine::Gather => self.samples * self.gathered().len() as u64 * REPLICAS as u64,
             _ => self.chains(),
         };
         self.judged_samples > 0

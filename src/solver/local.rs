@@ -116,7 +116,7 @@ impl LocalPlan {
         rounds: std::ops::Range<u64>,
     ) -> Option<u64> {
         let before = (rounds.end - rounds.start == 1).then(|| map.indirect.clone());
-        let patience = Patience { context, may_end: before.is_some(), given_up: AtomicBool::new(false) };
+        let patience = RoundPatience { context, may_end: before.is_some(), given_up: AtomicBool::new(false) };
         let whole = &map.scores[1];
         let done: Vec<(u64, PartScores)> = map
             .indirect
@@ -125,7 +125,7 @@ impl LocalPlan {
             .enumerate()
             .map(|(replica, sums)| {
                 let chains = rounds.start * self.chains_per_round..rounds.end * self.chains_per_round;
-                let mut task = Task { replica: replica as u32, sums, scores: PartScores::for_task(whole) };
+                let mut task = RoundsTask { replica: replica as u32, sums, scores: PartScores::for_task(whole) };
                 let chain_rays = self.chains(&patience, set, chains, &mut task);
                 let walk_rays = self.walks(&patience, set, rounds.clone(), &mut task);
                 (chain_rays + walk_rays, task.scores)
@@ -138,7 +138,7 @@ impl LocalPlan {
         Some(merged(&mut map.scores[1], done))
     }
 
-    fn chains(&self, patience: &Patience, set: usize, chains: std::ops::Range<u64>, task: &mut Task) -> u64 {
+    fn chains(&self, patience: &RoundPatience, set: usize, chains: std::ops::Range<u64>, task: &mut RoundsTask) -> u64 {
         let context = patience.context;
         let (stage, points) = (context.stage, &context.scene.receivers[set].points);
         let flux_lm = stage.emitters.luminous_flux_lm() / self.chains_per_round as f64;
@@ -172,7 +172,7 @@ impl LocalPlan {
 
     /// Walks of some rounds. An entry of less than one walk a round gets one every few rounds; in which of them its
     /// first falls is drawn, so that the mean is right after any number of rounds.
-    fn walks(&self, patience: &Patience, set: usize, rounds: std::ops::Range<u64>, task: &mut Task) -> u64 {
+    fn walks(&self, patience: &RoundPatience, set: usize, rounds: std::ops::Range<u64>, task: &mut RoundsTask) -> u64 {
         let context = patience.context;
         let receivers = &context.scene.receivers[set];
         let mut stream = Stream::new(context.seed, Purpose::Walks, MapKind::Receivers(set).number(), task.replica);
@@ -200,7 +200,7 @@ impl LocalPlan {
 }
 
 /// Whether tasks go on with a round.
-struct Patience<'a> {
+struct RoundPatience<'a> {
     context: &'a Context<'a>,
     /// Whether the round may be given up.
     may_end: bool,
@@ -208,7 +208,7 @@ struct Patience<'a> {
     given_up: AtomicBool,
 }
 
-impl Patience<'_> {
+impl RoundPatience<'_> {
     /// Whether the round is given up; looks at the clock every so many rays of a task.
     fn is_at_an_end(&self, rays: u64, asked_at: &mut u64) -> bool {
         if self.may_end && rays > *asked_at + RAYS_BETWEEN_LOOKS {
@@ -222,13 +222,13 @@ impl Patience<'_> {
 }
 
 /// One replica's part of some rounds.
-struct Task<'a> {
+struct RoundsTask<'a> {
     replica: u32,
     sums: &'a mut [f64],
     scores: PartScores,
 }
 
-impl Task<'_> {
+impl RoundsTask<'_> {
     #[inline]
     fn add(&mut self, entry: usize, weight: f64, value: f64) {
         self.sums[entry] += value;

@@ -255,23 +255,23 @@ impl MergedMap {
     }
 
     /// Where the entries of a part are.
-    fn places(&self, part: ReceiversPart, entries: usize) -> Places {
+    fn places(&self, part: ReceiversPart, entries: usize) -> PlacesOfPart {
         let is_whole = entries == self.job.map.len();
-        Places(if is_whole { ReceiversPart::WHOLE } else { part })
+        PlacesOfPart(if is_whole { ReceiversPart::WHOLE } else { part })
     }
 }
 
 /// Where the entries of a part are in a map of all of them.
 #[derive(Clone, Copy)]
-struct Places(ReceiversPart);
+struct PlacesOfPart(ReceiversPart);
 
-impl Places {
+impl PlacesOfPart {
     fn of(self, entry: usize) -> usize {
         self.0.nth(entry)
     }
 }
 
-fn add_slabs(all: &mut [Vec<f64>], slabs: &[Vec<f64>], factors: &[f64], places: Places) {
+fn add_slabs(all: &mut [Vec<f64>], slabs: &[Vec<f64>], factors: &[f64], places: PlacesOfPart) {
     for (all, slab) in all.iter_mut().zip(slabs) {
         for (entry, (value, factor)) in slab.iter().zip(factors).enumerate() {
             all[places.of(entry)] += value * factor;
@@ -289,7 +289,7 @@ struct CellsOfShares {
 }
 
 impl CellsOfShares {
-    fn add(&mut self, weight: f64, area_share: f64, share: &MapOfShare, sums: &MapSums, places: Places) {
+    fn add(&mut self, weight: f64, area_share: f64, share: &MapOfShare, sums: &MapSums, places: PlacesOfPart) {
         self.measured.push(MeasuredPart { weight, area_share, measured: share.cells_error });
         for (entry, unsure) in sums.cells_profile.iter().enumerate() {
             self.profile[places.of(entry)] += weight * unsure;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::adapt::Adaptive;
 use super::job::Context;
 use super::pace::TimeLeft;
-use crate::estimators::ahead::Expectations;
+use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
@@ -126,7 +126,7 @@ pub fn direct_cost(
     kind: MapKind,
     elements: &Elements,
     adaptive: Option<&Adaptive>,
-) -> (PartCost, Expectations) {
+) -> (PartCost, ControlVariates) {
     let (stage, scene) = (context.stage, context.scene);
     if let MapKind::Receivers(set) = kind {
         return direct_cost_at_points(context, set);
@@ -154,23 +154,23 @@ pub fn direct_cost(
             None => sites.add(context, element.area_m2, PASSES, || room.over_element(stage, &element, &mut stream)),
         }
     }
-    (sites.cost(), Expectations::planned(USUAL_LOOKS, 0.0))
+    (sites.cost(), ControlVariates::planned(USUAL_LOOKS, 0.0))
 }
 
 /// The same at points: first with the usual looks ahead and then, if that is far from it, with as many as samples will take
 /// rays: where what samples find beyond what is expected falls with the root of the looks, that is best.
-fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, Expectations) {
+fn direct_cost_at_points(context: &Context, set: usize) -> (PartCost, ControlVariates) {
     let (usual, rays_ahead) = looked_ahead(context, set, USUAL_LOOKS);
     let error_lx = context.target_error * usual.mean_lx;
     let rays_of_samples = usual.variance * usual.rays / (SHARE_OF_ERROR * error_lx * error_lx);
     let looks = USUAL_LOOKS * rays_of_samples / rays_ahead;
     if !looks.is_finite() || (1.0 / WORTH_ANOTHER..WORTH_ANOTHER).contains(&(looks / USUAL_LOOKS)) {
-        return (usual, Expectations::planned(USUAL_LOOKS, rays_ahead));
+        return (usual, ControlVariates::planned(USUAL_LOOKS, rays_ahead));
     }
     let looks = looks.clamp(FEWEST_LOOKS, MOST_LOOKS);
     let (cost, rays_ahead) = looked_ahead(context, set, looks);
     let cost = PartCost { pilot_rays: usual.pilot_rays + cost.pilot_rays, ..cost };
-    (cost, Expectations::planned(looks, rays_ahead))
+    (cost, ControlVariates::planned(looks, rays_ahead))
 }
 
 /// Cost of direct light at points that look ahead so often, and the rays of looking ahead at one of them.

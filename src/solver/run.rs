@@ -239,7 +239,7 @@ impl Run<'_> {
         self.cut_elements();
         self.context.pace.begin(self.all_rays(), piloted.elapsed());
         self.prepare();
-        self.spending.add(Activity::Pilots, self.context.stage.outlook_rays(), piloted.elapsed());
+        self.spending.add(Activity::Pilots, self.context.stage.selection_rays(), piloted.elapsed());
         self.clock.pilots_end(self.all_rays(), self.observer.wall_s());
         self.record(false);
         if let Some(error) = self.affordable_error() {
@@ -252,7 +252,7 @@ impl Run<'_> {
     fn prepare(&mut self) {
         self.start_asking();
         let affordable_rays = self.affordable_rays();
-        self.context.stage.look_out(self.planned_rays().min(affordable_rays));
+        self.context.stage.learn_selection_by_cell(self.planned_rays().min(affordable_rays));
         for job in &mut self.jobs {
             job.next_judgement = job.first_samples();
         }
@@ -309,7 +309,7 @@ impl Run<'_> {
                 job.broad = None;
             }
         }
-        let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gathering);
+        let gathering = self.jobs.iter().filter(|job| job.engine == Engine::Gather);
         let longest = gathering.map(Job::rays_of_a_walk).reduce(f64::max);
         self.sets = longest.map(|rays_of_a_walk| CellSets::new(self.context, error, rays_of_a_walk));
     }
@@ -371,13 +371,13 @@ impl Run<'_> {
     /// Rays, about, in which walks and gathering look for luminaires until the run's end, by what the pilots measured;
     /// infinitely many where only a limit or the user ends it.
     fn planned_rays(&self) -> f64 {
-        let looks = |job: &&Job| job.bound && !job.is_black() && job.engine != Engine::Counting;
+        let looks = |job: &&Job| job.bound && !job.is_black() && job.engine != Engine::Collision;
         let jobs = self.jobs.iter().filter(looks);
         match (self.settings.chains, self.target_error) {
             (Some(chains), _) => jobs.map(|job| job.rays_to(job.samples_for(chains))).sum(),
             (None, None) => f64::INFINITY,
             (None, Some(target)) => {
-                let walked = jobs.filter(|job| job.engine == Engine::Walking);
+                let walked = jobs.filter(|job| job.engine == Engine::Walk);
                 let rays =
                     |job: &Job| job.rays_without_gathering(self.context, target * job.mean_without_gathering_lx());
                 walked.map(rays).sum::<f64>()
@@ -407,7 +407,7 @@ impl Run<'_> {
     /// What a map that asks cells needs next.
     fn plan_cells(&mut self, index: usize) {
         let job = &mut self.jobs[index];
-        if job.engine == Engine::Gathering && !job.met && self.settings.chains.is_none() {
+        if job.engine == Engine::Gather && !job.met && self.settings.chains.is_none() {
             job.plan_cells(self.target_error);
         }
     }
@@ -478,7 +478,7 @@ impl Run<'_> {
         if all as u64 <= self.most_bytes_of_cells {
             return true;
         }
-        let asking = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gathering && !job.met);
+        let asking = self.jobs.iter_mut().filter(|job| job.engine == Engine::Gather && !job.met);
         let Some(job) = asking.max_by_key(|job| job.bytes_of_asking()) else {
             return true;
         };
@@ -488,7 +488,7 @@ impl Run<'_> {
             self.most_bytes_of_cells >> 20
         );
         job.next_judgement = job.first_samples();
-        if !self.jobs.iter().any(|job| job.engine == Engine::Gathering) {
+        if !self.jobs.iter().any(|job| job.engine == Engine::Gather) {
             self.sets = None;
         }
         false
@@ -518,9 +518,9 @@ impl Run<'_> {
                 // A sample of every element may take far longer than the maps that were bound.
                 MapKind::Elements
                     if !job.is_black()
-                        && (in_haste || job.engine == Engine::Counting || job.rays_to(1) > most_rays) =>
+                        && (in_haste || job.engine == Engine::Collision || job.rays_to(1) > most_rays) =>
                 {
-                    if job.engine == Engine::Gathering {
+                    if job.engine == Engine::Gather {
                         job.stop_asking(self.context);
                         job.method_reason = "a first look at every element by gathering would take too long".to_owned();
                     }

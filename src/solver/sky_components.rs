@@ -26,18 +26,18 @@ const MOST_WALKS: u64 = 4096;
 const UNKNOWN: Estimate = Estimate { value: 0.5, standard_error: 0.5 };
 
 /// What the walks of a replica found, in lx: straight from the sky, straight from the ground, by way of something outside, and inside.
-type Found = [f64; SKY_WAYS + 1];
+type LightBySkyWay = [f64; SKY_WAYS + 1];
 
 /// Sums of a point.
 #[derive(Clone, Default)]
-struct Point {
-    found: [Found; PARTED],
+struct PointSums {
+    found: [LightBySkyWay; PARTED],
     rays: u64,
 }
 
-struct Tally<'a>(&'a mut Found);
+struct SkyWayTally<'a>(&'a mut LightBySkyWay);
 
-impl CoefficientTally for Tally<'_> {
+impl CoefficientTally for SkyWayTally<'_> {
     #[inline]
     fn add_sky(&mut self, towards: DVec3, lx: f64, way: SkyWay) {
         let place = match way {
@@ -65,8 +65,8 @@ pub(super) fn sky_components_lx(context: &Context, job: &Job, values: &MapValues
     let none = Openings::default();
     let openings = context.scene.luminaires.iter().find_map(|luminaire| luminaire.emission.openings());
     let openings = openings.unwrap_or(&none);
-    let mut points = vec![Point::default(); receivers.points.len()];
-    let walk = |points: &mut [Point], walks: std::ops::Range<u64>| {
+    let mut points = vec![PointSums::default(); receivers.points.len()];
+    let walk = |points: &mut [PointSums], walks: std::ops::Range<u64>| {
         points.par_iter_mut().zip(&receivers.points).enumerate().for_each(|(index, (found, point))| {
             if !point.inside && !is_over(context) {
                 walk_from(context, (set, index), openings, point, found, walks.clone());
@@ -89,7 +89,7 @@ fn walk_from(
     (set, index): (usize, usize),
     openings: &Openings,
     point: &ReceiverPoint,
-    into: &mut Point,
+    into: &mut PointSums,
     walks: std::ops::Range<u64>,
 ) {
     let stage = context.stage;
@@ -100,14 +100,14 @@ fn walk_from(
         let mut stream = Stream::new(context.seed, Purpose::DaylightWalks, set as u32 + 1, replica as u32);
         for number in walks.clone() {
             stream.seek_quasi(((index as u64) << 24) | number, index as u64, number);
-            let tally = &mut Tally(found);
+            let tally = &mut SkyWayTally(found);
             into.rays += walk_for_coefficients((stage, openings), &receiver, (&mut pass, &mut cut), tally, &mut stream);
         }
     }
 }
 
 /// The map's direct and reflected light at a point, in parts.
-fn split(values: &MapValues, index: usize, point: &Point) -> [Estimate; SKY_WAYS] {
+fn split(values: &MapValues, index: usize, point: &PointSums) -> [Estimate; SKY_WAYS] {
     let across = |place: usize| std::array::from_fn(|replica| point.found[replica][place]);
     let [from_sky, outside] = [share_of(&across(0), &across(1)), share_of(&across(2), &across(3))];
     let all_error_lx = values.standard_error_lx[index];
@@ -157,7 +157,7 @@ mod tests {
             direct_standard_error_lx: vec![3.0],
             ..MapValues::default()
         };
-        let mut point = Point::default();
+        let mut point = PointSums::default();
         for (replica, found) in point.found.iter_mut().enumerate() {
             let odd = (replica % 2) as f64;
             *found = [9.0, 1.0, 1.0 + odd, 5.0 - odd];
@@ -171,7 +171,7 @@ mod tests {
         // Shares of 1/6 and 2/6 in either half of the replicas: 1/12/√15 about their mean.
         let share_error = 1.0 / 12.0 / 15f64.sqrt();
         near(inside.standard_error, (0.75 * 4.0f64).hypot(40.0 * share_error));
-        let [sky, outside, inside] = split(&values, 0, &Point::default());
+        let [sky, outside, inside] = split(&values, 0, &PointSums::default());
         near(sky.value + outside.value + inside.value, 100.0);
         assert!(sky.standard_error >= 30.0 && inside.standard_error >= 20.0);
     }

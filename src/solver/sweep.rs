@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::adapt::{Adaptive, add_direct};
 use super::guide::Guide;
 use super::job::{Context, Ends};
-use crate::estimators::ahead::Expectations;
+use crate::estimators::control_variate::ControlVariates;
 use crate::estimators::direct::{DirectPass, Receiver};
 use crate::estimators::element::Element;
 use crate::estimators::reception::{DirectLook, sample_reflected_lx};
@@ -239,7 +239,7 @@ pub fn direct_at_points(
     context: &Context,
     set: usize,
     map: &mut ReplicaMap,
-    expectations: &mut Expectations,
+    expectations: &mut ControlVariates,
     points: Range<usize>,
     passes: Range<u64>,
 ) -> u64 {

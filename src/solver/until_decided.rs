@@ -35,7 +35,7 @@ const STEP: [f64; 2] = [0.125, 0.6];
 
 /// What all runs so far took together.
 #[derive(Default)]
-struct Taken {
+struct TakenTogether {
     errors: Vec<String>,
     rays: u64,
     chains: u64,
@@ -60,7 +60,7 @@ pub fn solve_to_verdicts<E>(
 ) -> Result<Solution, E> {
     let asked_for: Vec<MapKind> = map_requests(scene, &settings.maps).into_iter().map(|(kind, _)| kind).collect();
     let mut error = ladder.first_error;
-    let mut taken = Taken::default();
+    let mut taken = TakenTogether::default();
     let mut best: Option<Solution> = None;
     loop {
         let mut solution = solve(&Settings { target_error: Some(error), chains: None, ..settings.clone() })?;
@@ -90,7 +90,7 @@ pub fn solve_to_verdicts<E>(
     }
 }
 
-impl Taken {
+impl TakenTogether {
     /// Adds a run; what its rows of convergence count goes on from the runs before.
     fn add(&mut self, solution: &mut Solution, error: f64) {
         for row in &mut solution.convergence {

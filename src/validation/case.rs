@@ -7,13 +7,13 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::error::CaseError;
-use super::exact::Light;
+use super::exact::LightPart;
 use super::fields::{Fraction, fill_in};
-use super::light_mesh::MeshChoice;
 use super::run_method::{RunMethod, indirect_form, method_names};
 use super::truth::{Truth, TruthSpec};
 use super::truth_room::RoomCache;
 use crate::check::scene_from_json;
+use crate::methods::MeshChoice;
 use crate::scene::{Scene, SceneError};
 
 /// The file that makes a folder a case.
@@ -37,7 +37,7 @@ pub struct Case {
     /// Groups that the case belongs to.
     pub groups: Vec<String>,
     /// The runs in order, at least one.
-    pub runs: Vec<Run>,
+    pub runs: Vec<CaseRun>,
     /// The run that `luxmc compare` climbs its ladder on.
     pub ladder_run: usize,
     /// Rooms that its truths have solved.
@@ -46,7 +46,7 @@ pub struct Case {
 
 /// One scene with settings and what is compared after it.
 #[derive(Debug)]
-pub struct Run {
+pub struct CaseRun {
     /// Name in tables.
     pub name: String,
     /// The scene.
@@ -80,11 +80,11 @@ pub struct Comparison {
     pub surface: Option<String>,
     /// Which part of the light.
     #[serde(default)]
-    pub light: Light,
+    pub light: LightPart,
     /// The exact numbers.
     pub truth: TruthSpec,
     /// Published numbers to show beside the exact ones.
-    pub beside: Option<Beside>,
+    pub beside: Option<PublishedNumbers>,
     /// When it passes.
     pub criterion: Criterion,
     /// Names of the points, where they have some.
@@ -133,7 +133,7 @@ impl Comparison {
 /// Published numbers: a column of the truth's reference file, or one number.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Beside {
+pub struct PublishedNumbers {
     /// Whose numbers they are.
     pub name: String,
     /// The column; empty cells are skipped.
@@ -361,7 +361,7 @@ fn read_run(
     run: &RunSpec,
     scene: &Value,
     compare: &[Value],
-) -> Result<Run, CaseError> {
+) -> Result<CaseRun, CaseError> {
     let filled = |value: &Value| {
         fill_in(value, &run.with).map_err(|name| {
             let what = format!("the run \"{}\" does not give ${name}", run.name);
@@ -381,7 +381,7 @@ fn read_run(
             comparisons.push(comparison);
         }
     }
-    Ok(Run {
+    Ok(CaseRun {
         name: run.name.clone(),
         scene,
         seed: run.seed,
@@ -441,7 +441,7 @@ fn check_comparison(path: &Path, scene: &Scene, comparison: &Comparison) -> Resu
         (What::Ugr, set) if set.is_none_or(|set| set.observers.len() != 1) => {
             return refuse("a rating needs an observer", comparison.map.clone(), "\"map\": the name of a ugr receiver");
         }
-        (What::Ugr, _) if comparison.light != Light::Total => {
+        (What::Ugr, _) if comparison.light != LightPart::Total => {
             let got = comparison.light.name().to_owned();
             return refuse("a rating is of all light", got, "no \"light\", or \"total\"");
         }

@@ -2,11 +2,11 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::case::{Criterion, Run, What};
+use super::case::{CaseRun, Criterion, What};
 use super::exact_side::ExactSide;
 use super::measure::settings_of;
 use super::run_method::RunMethod;
-use super::statistics::Entry;
+use super::statistics::ComparedEntry;
 use crate::solver::{DEFAULT_TARGET_ERROR, Settings};
 
 /// Chance that one of the values passes its bound though the stated error is the true one.
@@ -30,7 +30,7 @@ pub struct Part {
 
 /// Divides a run into parts with a stop rule each; `exact` belongs to the run's comparisons. Only a method that is left
 /// without any rule is asked for what the criteria need, map by map; else the run is one part.
-pub fn parts_of(run: &Run, method: Option<&RunMethod>, exact: &[ExactSide]) -> Vec<Part> {
+pub fn parts_of(run: &CaseRun, method: Option<&RunMethod>, exact: &[ExactSide]) -> Vec<Part> {
     let settings = settings_of(run);
     let all: Vec<usize> = (0..run.comparisons.len()).collect();
     if !method.is_some_and(|method| method.lacks_rule(&settings)) {
@@ -72,7 +72,7 @@ pub fn parts_of(run: &Run, method: Option<&RunMethod>, exact: &[ExactSide]) -> V
 
 /// The relative RMS error, over the mean, at which a map meets a criterion; `None` where the criterion asks for no
 /// accuracy. Errors are taken to be equally large everywhere, in lx.
-fn needed_error(what: What, criterion: &Criterion, exact: &[Entry]) -> Option<f64> {
+fn needed_error(what: What, criterion: &Criterion, exact: &[ComparedEntry]) -> Option<f64> {
     // Where all is dark, any light is wrong, and no accuracy brings it about.
     if exact.iter().all(|entry| entry.exact.value_lx <= 0.0) {
         return None;
@@ -98,11 +98,11 @@ mod tests {
     use crate::validation::exact::Exact;
     use crate::validation::fields::Fraction;
 
-    fn entries(values_lx: &[f64]) -> Vec<Entry> {
-        let entry = |value_lx: &f64| Entry {
+    fn entries(values_lx: &[f64]) -> Vec<ComparedEntry> {
+        let entry = |value_lx: &f64| ComparedEntry {
             weight: 1.0,
             exact: Exact { value_lx: *value_lx, ..Exact::default() },
-            ..Entry::default()
+            ..ComparedEntry::default()
         };
         values_lx.iter().map(entry).collect()
     }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 /// Which part of the light is compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Light {
+pub enum LightPart {
     /// What has met nothing on its way.
     Direct,
     /// The rest.
@@ -16,13 +16,13 @@ pub enum Light {
     Total,
 }
 
-impl Light {
+impl LightPart {
     /// Name in words.
     pub fn name(self) -> &'static str {
         match self {
-            Light::Direct => "direct",
-            Light::Indirect => "indirect",
-            Light::Total => "total",
+            LightPart::Direct => "direct",
+            LightPart::Indirect => "indirect",
+            LightPart::Total => "total",
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The exact side of a comparison: made once, whatever and however often is measured beside it.
 
-use super::case::{Along, Beside, CASE_FILE, Case, Comparison, ELEMENT_MAP, Run, What};
+use super::case::{Along, CASE_FILE, Case, CaseRun, Comparison, ELEMENT_MAP, PublishedNumbers, What};
 use super::error::CaseError;
-use super::exact::{Light, TruthSite};
+use super::exact::{LightPart, TruthSite};
 use super::measure::fill_in_measured;
-use super::statistics::{Entry, EntrySet};
+use super::statistics::{ComparedEntry, EntrySet};
 use super::truth::Truth;
 use crate::scene::{Elements, Scene};
 use crate::solver::Solution;
@@ -12,7 +12,7 @@ use crate::solver::Solution;
 /// Exact values of everything that a comparison asks for.
 pub struct ExactSide<'a> {
     case: &'a Case,
-    run: &'a Run,
+    run: &'a CaseRun,
     comparison: &'a Comparison,
     exact: EntrySet,
     share_of_all: f64,
@@ -24,7 +24,7 @@ impl<'a> ExactSide<'a> {
     /// # Errors
     ///
     /// A truth that cannot tell what is asked.
-    pub fn new(case: &'a Case, run: &'a Run, comparison: &'a Comparison) -> Result<ExactSide<'a>, CaseError> {
+    pub fn new(case: &'a Case, run: &'a CaseRun, comparison: &'a Comparison) -> Result<ExactSide<'a>, CaseError> {
         let truth = Truth::prepare(comparison, &run.scene, &case.rooms, &case.folder)?;
         let made = |comparison: &Comparison| match comparison.what {
             What::Average | What::Ugr => average(comparison, &truth),
@@ -32,12 +32,15 @@ impl<'a> ExactSide<'a> {
             What::Elements => elements(&run.scene, comparison, &truth),
         };
         let mut entries = made(comparison).map_err(|what| refused(case, run, comparison, what))?;
-        let sum_lx = |entries: &[Entry]| entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>();
+        let sum_lx =
+            |entries: &[ComparedEntry]| entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>();
         let share_of_all = match comparison.light {
-            Light::Total => 1.0,
+            LightPart::Total => 1.0,
             // Where the truth knows one part alone, that stands for all.
-            Light::Direct | Light::Indirect => made(&Comparison { light: Light::Total, ..comparison.clone() })
-                .map_or(1.0, |all| (sum_lx(&entries) / sum_lx(&all)).clamp(0.0, 1.0)),
+            LightPart::Direct | LightPart::Indirect => {
+                made(&Comparison { light: LightPart::Total, ..comparison.clone() })
+                    .map_or(1.0, |all| (sum_lx(&entries) / sum_lx(&all)).clamp(0.0, 1.0))
+            }
         };
         for entry in &mut entries {
             entry.run.clone_from(&run.name);
@@ -57,7 +60,7 @@ impl<'a> ExactSide<'a> {
     }
 
     /// The exact values.
-    pub fn entries(&self) -> &[Entry] {
+    pub fn entries(&self) -> &[ComparedEntry] {
         &self.exact.entries
     }
 
@@ -74,27 +77,33 @@ impl<'a> ExactSide<'a> {
     }
 }
 
-fn refused(case: &Case, run: &Run, comparison: &Comparison, got: String) -> CaseError {
+fn refused(case: &Case, run: &CaseRun, comparison: &Comparison, got: String) -> CaseError {
     let what = format!("the comparison \"{}\" of the run \"{}\" cannot be made", comparison.name, run.name);
     CaseError::new(&case.folder.join(CASE_FILE), what, got, "what truth and map can tell", "correct the case")
 }
 
-fn entry_of(truth: &Truth, comparison: &Comparison, site: &TruthSite, label: String) -> Result<Entry, String> {
+fn entry_of(truth: &Truth, comparison: &Comparison, site: &TruthSite, label: String) -> Result<ComparedEntry, String> {
     let beside_lx = match &comparison.beside {
-        Some(Beside { column: Some(column), .. }) => truth.beside(column, site)?,
+        Some(PublishedNumbers { column: Some(column), .. }) => truth.beside(column, site)?,
         Some(beside) => beside.value_lx,
         None => None,
     };
-    Ok(Entry { label, exact: truth.exact(site, comparison.light)?, beside_lx, weight: 1.0, ..Entry::default() })
+    Ok(ComparedEntry {
+        label,
+        exact: truth.exact(site, comparison.light)?,
+        beside_lx,
+        weight: 1.0,
+        ..ComparedEntry::default()
+    })
 }
 
-fn average(comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
+fn average(comparison: &Comparison, truth: &Truth) -> Result<Vec<ComparedEntry>, String> {
     let whole = if comparison.map == ELEMENT_MAP { "all surfaces" } else { &comparison.map };
     let label = comparison.surface.clone().unwrap_or_else(|| whole.to_owned());
     Ok(vec![entry_of(truth, comparison, &TruthSite::Average { surface: comparison.surface.as_deref() }, label)?])
 }
 
-fn points(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
+fn points(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<ComparedEntry>, String> {
     let set = scene.receivers.iter().find(|set| set.name == comparison.map).ok_or("no such receiver set")?;
     let mut entries = Vec::new();
     for (index, point) in set.points.iter().enumerate().filter(|(_, point)| !point.inside) {
@@ -110,7 +119,7 @@ fn points(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<E
         };
         let site = TruthSite::Point { position_m: point.position_m, normal: point.normal, index };
         let entry = entry_of(truth, comparison, &site, label)?;
-        entries.push(Entry { index, weight: point.weight, along_m, ..entry });
+        entries.push(ComparedEntry { index, weight: point.weight, along_m, ..entry });
     }
     Ok(entries)
 }
@@ -120,7 +129,7 @@ fn rounded(along_m: f64) -> f64 {
     (along_m * 1e6).round() / 1e6
 }
 
-fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<Entry>, String> {
+fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec<ComparedEntry>, String> {
     let cells = Elements::of(scene);
     let mut entries = Vec::new();
     for index in 0..cells.len() {
@@ -131,7 +140,7 @@ fn elements(scene: &Scene, comparison: &Comparison, truth: &Truth) -> Result<Vec
         }
         let site = TruthSite::Element { corners_m: cells.corners_m(scene, cell), surface: &surface.name, index };
         let entry = entry_of(truth, comparison, &site, format!("{} {index}", surface.name))?;
-        entries.push(Entry { index, weight: cells.area_m2(scene, cell), ..entry });
+        entries.push(ComparedEntry { index, weight: cells.area_m2(scene, cell), ..entry });
     }
     Ok(entries)
 }

@@ -1,6 +1,6 @@
 //! Speed against error: a method climbs from few chains to many, each time judged against the truth.
 
-use super::case::{Case, Comparison, Run};
+use super::case::{Case, CaseRun, Comparison};
 use super::error::CaseError;
 use super::exact_side::ExactSide;
 use super::measure::Stopwatch;
@@ -150,7 +150,7 @@ pub fn climb(
 /// A method on its way up one comparison.
 struct Ascent<'a> {
     case: &'a Case,
-    run: &'a Run,
+    run: &'a CaseRun,
     comparison: &'a Comparison,
     method: &'a ComparedMethod,
     budget_s: f64,
@@ -158,7 +158,7 @@ struct Ascent<'a> {
 
 /// What a rung is asked for.
 #[derive(Clone, Copy)]
-struct Asked {
+struct RungRequest {
     chains: u64,
     target_error: f64,
     /// Seed of its first run.
@@ -181,7 +181,7 @@ impl Ascent<'_> {
     /// From the lowest rung to the last that the budget allows; or why the method cannot.
     fn ladder(&self, tell: &mut dyn FnMut(&str)) -> Result<Result<Ladder, String>, CaseError> {
         let (comparison, method) = (self.comparison, self.method);
-        let mut asked = Asked { chains: FIRST_CHAINS, target_error: FIRST_TARGET, seed: self.run.seed };
+        let mut asked = RungRequest { chains: FIRST_CHAINS, target_error: FIRST_TARGET, seed: self.run.seed };
         if let Err(reason) = (method.applies)(&self.run.scene, &self.settings(asked)) {
             return Ok(Err(reason));
         }
@@ -239,7 +239,7 @@ impl Ascent<'_> {
         }))
     }
 
-    fn settings(&self, asked: Asked) -> Settings {
+    fn settings(&self, asked: RungRequest) -> Settings {
         let climbs = self.method.climbs;
         Settings {
             method: crate::solver::Method::Collision,
@@ -254,12 +254,12 @@ impl Ascent<'_> {
     }
 
     /// Runs of one rung, several while they are cheap, each judged against the truth; or why the method cannot.
-    fn rung(&self, exact: &ExactSide, asked: Asked) -> Result<Result<Reached, String>, CaseError> {
+    fn rung(&self, exact: &ExactSide, asked: RungRequest) -> Result<Result<Reached, String>, CaseError> {
         let mut rung = Rung { chains: 0, rays: 0, seconds: 0.0, true_error: 0.0, stated_error: 0.0, runs: 0 };
         let (mut estimator, mut at_the_end) = (String::new(), false);
         let (mut truth_error, mut truth_variance) = (0.0, 0.0);
         while rung.runs < REPEATS {
-            let settings = self.settings(Asked { seed: asked.seed + rung.runs as u64, ..asked });
+            let settings = self.settings(RungRequest { seed: asked.seed + rung.runs as u64, ..asked });
             let solution = match (self.method.solve)(&self.run.scene, &settings, &Stopwatch::starting_now()) {
                 Ok(solution) => solution,
                 Err(reason) => return Ok(Err(reason)),

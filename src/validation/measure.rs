@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use super::case::{Comparison, Run, What};
-use super::exact::Light;
+use super::case::{CaseRun, Comparison, What};
+use super::exact::LightPart;
 use super::statistics::EntrySet;
 use super::truth_enclosure::mesh_area_m2;
 use crate::maps::{MapKind, MapResult, REPLICAS, TableRow, standard_error};
@@ -54,7 +54,7 @@ impl Observer for Stopwatch {
 }
 
 /// Settings of a run: only the maps that something is compared in.
-pub fn settings_of(run: &Run) -> Settings {
+pub fn settings_of(run: &CaseRun) -> Settings {
     let mut names: Vec<String> = run.comparisons.iter().map(|comparison| comparison.map.clone()).collect();
     names.sort();
     names.dedup();
@@ -71,7 +71,7 @@ pub fn settings_of(run: &Run) -> Settings {
 }
 
 /// Tells what a run cost.
-pub fn record_of(run: &Run, solution: &Solution) -> MeasuredRun {
+pub fn record_of(run: &CaseRun, solution: &Solution) -> MeasuredRun {
     let mut methods: Vec<String> = solution.maps.iter().map(|map| map.method.clone()).collect();
     methods.sort();
     methods.dedup();
@@ -96,7 +96,7 @@ pub fn record_of(run: &Run, solution: &Solution) -> MeasuredRun {
 /// A map that does not give what is compared.
 pub(super) fn fill_in_measured(
     set: &mut EntrySet,
-    run: &Run,
+    run: &CaseRun,
     comparison: &Comparison,
     solution: &Solution,
 ) -> Result<(), String> {
@@ -148,14 +148,14 @@ fn map_named<'a>(solution: &'a Solution, name: &str) -> Result<&'a MapResult, St
 
 /// Measured value and standard error of one entry of a map. The error is that of the total; direct light that is
 /// reported apart has none of its own where something is reflected, and counts as exact.
-fn measured(map: &MapResult, index: usize, light: Light) -> (f64, f64) {
+fn measured(map: &MapResult, index: usize, light: LightPart) -> (f64, f64) {
     let values = &map.values;
     let error_lx = values.standard_error_lx[index];
     match light {
-        Light::Total => (values.illuminance_lx[index], error_lx),
-        Light::Indirect => (values.indirect_lx[index], error_lx),
-        Light::Direct if values.indirect_lx[index] == 0.0 => (values.direct_lx[index], error_lx),
-        Light::Direct => (values.direct_lx[index], 0.0),
+        LightPart::Total => (values.illuminance_lx[index], error_lx),
+        LightPart::Indirect => (values.indirect_lx[index], error_lx),
+        LightPart::Direct if values.indirect_lx[index] == 0.0 => (values.direct_lx[index], error_lx),
+        LightPart::Direct => (values.direct_lx[index], 0.0),
     }
 }
 
@@ -187,10 +187,10 @@ fn average(scene: &Scene, comparison: &Comparison, map: &MapResult, solution: &S
         (Some(_), true) => return Err("a receiver set has no surfaces".to_owned()),
     };
     let direct_lx = match comparison.light {
-        Light::Total => 0.0,
+        LightPart::Total => 0.0,
         _ => direct_average(scene, comparison, map),
     };
-    let value_lx = if comparison.light == Light::Direct { direct_lx } else { total_lx - direct_lx };
+    let value_lx = if comparison.light == LightPart::Direct { direct_lx } else { total_lx - direct_lx };
     Ok((value_lx, standard_error_lx))
 }
 

@@ -1,9 +1,8 @@
 //! The methods that `luxmc compare` climbs its ladder with.
 
-use super::light_mesh::{MeshChoice, check_requests, solve_by_light_mesh};
-use super::radiosity::solve_by_radiosity;
 use super::rivals::{check_points, solve_by_points};
 use crate::maps::MapKind;
+use crate::methods::{MeshChoice, check_light_mesh, solve_by_light_mesh, solve_by_radiosity};
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
 use crate::solver;
@@ -81,7 +80,7 @@ pub const METHODS: &[ComparedMethod] = &[
     ComparedMethod {
         name: "light-mesh",
         description: "visibility of the luminaires averaged over the points of a regular mesh near each place, indirect light gathered at them",
-        applies: |scene, settings| check_requests(scene, settings).map_err(|error| error.to_string()),
+        applies: |scene, settings| check_light_mesh(scene, settings).map_err(|error| error.to_string()),
         climbs: Climb::Targets,
         solve: |scene, settings, observer| {
             solve_by_light_mesh(scene, settings, &MeshChoice::default(), observer).map_err(|error| error.to_string())

@@ -1,6 +1,6 @@
 //! What came out of a case: its runs, its comparisons and whether it passes.
 
-use super::case::{Case, Comparison, Run};
+use super::case::{Case, CaseRun, Comparison};
 use super::demand::{Part, parts_of};
 use super::error::CaseError;
 use super::exact_side::ExactSide;
@@ -149,16 +149,16 @@ pub fn run_case_by(
     Ok((!parts.is_empty()).then(|| outcome_of(case, runs, parts)))
 }
 
-fn exact_sides<'a>(case: &'a Case, run: &'a Run) -> Result<Vec<ExactSide<'a>>, CaseError> {
+fn exact_sides<'a>(case: &'a Case, run: &'a CaseRun) -> Result<Vec<ExactSide<'a>>, CaseError> {
     run.comparisons.iter().map(|comparison| ExactSide::new(case, run, comparison)).collect()
 }
 
 /// Name of the run beside a comparison, where the case has several and the comparison belongs to one.
-fn name_in_tables(case: &Case, run: &Run, comparison: &Comparison) -> Option<String> {
+fn name_in_tables(case: &Case, run: &CaseRun, comparison: &Comparison) -> Option<String> {
     (case.runs.len() > 1 && !comparison.what.is_one_number()).then(|| run.name.clone())
 }
 
-fn record_of_part(run: &Run, part: &Part, solution: &Solution) -> MeasuredRun {
+fn record_of_part(run: &CaseRun, part: &Part, solution: &Solution) -> MeasuredRun {
     let record = record_of(run, solution);
     let name = part.map.as_ref().map_or(record.name.clone(), |map| format!("{}: {map}", record.name));
     MeasuredRun { name, ..record }
@@ -206,7 +206,7 @@ fn merge_averages(parts: Vec<(Option<String>, Comparison, EntrySet)>) -> Vec<(Op
     // Averages go by their run, their surface, or both: whatever tells them apart.
     for (_, _, set) in merged.iter_mut().filter(|(_, comparison, _)| comparison.what.is_one_number()) {
         set.across_runs = true;
-        let differ = |of: fn(&super::statistics::Entry) -> &str| {
+        let differ = |of: fn(&super::statistics::ComparedEntry) -> &str| {
             set.entries.iter().any(|entry| of(entry) != of(&set.entries[0]))
         };
         let (runs_differ, labels_differ) = (differ(|entry| &entry.run), differ(|entry| &entry.label));

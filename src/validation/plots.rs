@@ -8,7 +8,7 @@ use plotters::prelude::*;
 
 use super::case::Criterion;
 use super::outcome::ComparisonOutcome;
-use super::statistics::Entry;
+use super::statistics::ComparedEntry;
 use crate::output::color;
 use crate::output::numbers;
 
@@ -39,6 +39,9 @@ const MOST_NAMES: usize = 24;
 /// Values that span more than this factor are drawn on a logarithmic axis.
 const LOGARITHMIC_FROM: f64 = 30.0;
 
+/// A picture, or a part of one, to be drawn in.
+pub(super) type PlotArea<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
 /// Why a plot could not be drawn: there is none but a wrong range, and an empty picture says it.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
@@ -62,11 +65,7 @@ impl ForecastChart {
     }
 
     /// Draws axes, what is given, and the line of what came true.
-    pub fn draw(
-        &self,
-        area: &DrawingArea<SVGBackend, Shift>,
-        forecasts: impl FnOnce(&mut ForecastPlane) -> Drawn,
-    ) -> Drawn {
+    pub fn draw(&self, area: &PlotArea, forecasts: impl FnOnce(&mut ForecastPlane) -> Drawn) -> Drawn {
         let first = 100.0 * self.first_share;
         let mut chart =
             ChartBuilder::on(area)
@@ -126,7 +125,7 @@ pub fn comparison_plot(outcome: &ComparisonOutcome) -> String {
 }
 
 /// Draws into an SVG text of the plots' width.
-pub(super) fn svg(height: u32, draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>) -> Drawn) -> String {
+pub(super) fn svg(height: u32, draw: impl FnOnce(&PlotArea) -> Drawn) -> String {
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
@@ -141,14 +140,14 @@ pub(super) fn svg(height: u32, draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>
 }
 
 /// Horizontal places of the entries, their range and what the axis says.
-struct Places {
+struct EntryPlaces {
     at: Vec<f64>,
     range: Range<f64>,
     names: Option<Vec<String>>,
     label: String,
 }
 
-fn places(outcome: &ComparisonOutcome) -> Places {
+fn places(outcome: &ComparisonOutcome) -> EntryPlaces {
     let entries = &outcome.set.entries;
     if let Some(axis) = &outcome.comparison.axis
         && entries.iter().all(|entry| entry.along_m.is_some())
@@ -156,18 +155,18 @@ fn places(outcome: &ComparisonOutcome) -> Places {
         let at: Vec<f64> = entries.iter().filter_map(|entry| entry.along_m).collect();
         let (low, high) = span(at.iter().copied());
         let room = 0.04 * (high - low).max(1e-9);
-        return Places { at, range: low - room..high + room, names: None, label: axis.label.clone() };
+        return EntryPlaces { at, range: low - room..high + room, names: None, label: axis.label.clone() };
     }
     let at = (0..entries.len()).map(|index| index as f64).collect();
     let names = (entries.len() <= MOST_NAMES).then(|| entries.iter().map(|entry| entry.label.clone()).collect());
-    Places { at, range: -0.6..entries.len() as f64 - 0.4, names, label: String::new() }
+    EntryPlaces { at, range: -0.6..entries.len() as f64 - 0.4, names, label: String::new() }
 }
 
 fn span(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), number| (low.min(number), high.max(number)))
 }
 
-fn values(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+fn values(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     let places = places(outcome);
     let entries = &outcome.set.entries;
     let (low, high) = span(entries.iter().flat_map(|entry| [entry.measured_lx, entry.exact.value_lx]));
@@ -209,8 +208,8 @@ fn values(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) ->
 
 fn draw_values<'a, Y>(
     chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
-    places: &Places,
-    entries: &[Entry],
+    places: &EntryPlaces,
+    entries: &[ComparedEntry],
     outcome: &ComparisonOutcome,
 ) -> Drawn
 where
@@ -287,7 +286,7 @@ fn legend_places(signs: &[(Sign, String)]) -> Vec<(i32, u32)> {
 }
 
 /// Draws a legend at the top of a plot, where it hides nothing.
-pub(super) fn legend(area: &DrawingArea<SVGBackend, Shift>, signs: &[(Sign, String)]) -> Drawn {
+pub(super) fn legend(area: &PlotArea, signs: &[(Sign, String)]) -> Drawn {
     for ((sign, name), (x, row)) in signs.iter().zip(legend_places(signs)) {
         let y = 14 + (row * LEGEND_HEIGHT) as i32;
         match sign {
@@ -302,7 +301,7 @@ pub(super) fn legend(area: &DrawingArea<SVGBackend, Shift>, signs: &[(Sign, Stri
     Ok(())
 }
 
-fn deviations(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+fn deviations(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     let places = places(outcome);
     let entries = &outcome.set.entries;
     let sizes: Vec<f64> = {
@@ -390,11 +389,11 @@ fn allowed_percent(criterion: &Criterion) -> Option<f64> {
 }
 
 /// Histogram of the z-scores against Student's t.
-fn histogram(area: &DrawingArea<SVGBackend, Shift>, outcome: &ComparisonOutcome) -> Drawn {
+fn histogram(area: &PlotArea, outcome: &ComparisonOutcome) -> Drawn {
     const REACH: f64 = 5.0;
     const BINS: usize = 40;
     let width = 2.0 * REACH / BINS as f64;
-    let scores: Vec<f64> = outcome.set.entries.iter().filter_map(Entry::z).collect();
+    let scores: Vec<f64> = outcome.set.entries.iter().filter_map(ComparedEntry::z).collect();
     if scores.is_empty() {
         return Err("every value is exact".into());
     }

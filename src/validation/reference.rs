@@ -11,15 +11,15 @@ const SAME_PLACE_M: f64 = 1e-6;
 /// A table of reference numbers. Its columns `x,y,z`, where there are any, must be those of the receivers; a column
 /// `surface` names the surface of an average.
 #[derive(Debug)]
-pub(super) struct Reference {
+pub(super) struct ReferenceTable {
     path: PathBuf,
     header: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-impl Reference {
+impl ReferenceTable {
     /// Reads a table; with `set` only the rows that have this text in the column `set`.
-    pub fn read(path: &Path, set: Option<&str>) -> Result<Reference, CaseError> {
+    pub fn read(path: &Path, set: Option<&str>) -> Result<ReferenceTable, CaseError> {
         let refuse = |error: csv::Error| {
             let remedy = "correct the file, or make it anew with the program beside it";
             CaseError::new(path, "the reference cannot be read", error.to_string(), "a CSV file with a header", remedy)
@@ -42,7 +42,7 @@ impl Reference {
             let expected = "at least one row";
             return Err(CaseError::new(path, "the reference is empty", "no row", expected, "make the file anew"));
         }
-        Ok(Reference { path: path.to_path_buf(), header, rows })
+        Ok(ReferenceTable { path: path.to_path_buf(), header, rows })
     }
 
     /// The number of a column at a site; `None` for an empty cell.

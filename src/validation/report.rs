@@ -1,7 +1,7 @@
 //! What both reports say: their sentences and tables, before they become HTML or Markdown.
 
 use super::outcome::{CaseOutcome, ComparisonOutcome};
-use super::statistics::{Entry, Statistics};
+use super::statistics::{ComparedEntry, Statistics};
 use super::words::{date, duration, grouped, percent, rounded_count, sigmas, signed_percent};
 
 /// A validation as a whole.
@@ -239,7 +239,7 @@ pub fn numbers(comparison: &ComparisonOutcome) -> Option<Table> {
 }
 
 /// Measured and exact ratings: their differences count, not their ratios.
-fn ratings(entries: &[Entry]) -> Table {
+fn ratings(entries: &[ComparedEntry]) -> Table {
     let signed = |difference: f64| format!("{difference:+.2}").replace('-', "−");
     let rows = entries.iter().map(|entry| {
         vec![

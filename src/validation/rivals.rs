@@ -4,17 +4,16 @@ use std::time::Instant;
 
 use crate::chain::Stage;
 use crate::light_mesh::{
-    Accelerations, Entries, IndirectForm, NEVER, Placing, Planner, Samples, Solids, Surroundings, Wishes,
+    Accelerations, Entries, IndirectForm, NEVER, Planner, SamplePlacing, Samples, Solids, Surroundings, Wishes,
 };
 use crate::maps::MapResult;
+use crate::methods::check_light_mesh;
 use crate::scene::{Elements, Scene};
 use crate::solver::{Observer, Settings, Solution, Spending, StopReason, map_requests};
 
-use super::light_mesh::check_requests;
-
 /// Whether the rivals can compute the maps asked for: they know direct light alone.
 pub fn check_points(scene: &Scene, settings: &Settings) -> Result<(), String> {
-    check_requests(scene, settings).map_err(|error| error.to_string())?;
+    check_light_mesh(scene, settings).map_err(|error| error.to_string())?;
     if Stage::new(scene).reflects() {
         return Err("shadow rays compute direct light alone, and surfaces of this scene reflect".to_owned());
     }
@@ -34,7 +33,7 @@ pub fn solve_by_points(
     let stage = Stage::new(scene);
     let build_s = started.elapsed().as_secs_f64();
     let solids = Solids::of(scene);
-    let points = Samples::of(&stage, Placing::Count(count), settings.seed);
+    let points = Samples::of(&stage, SamplePlacing::Count(count), settings.seed);
     let stop = || observer.is_interrupted();
     let planner = Planner {
         around: Surroundings { scene, stage: &stage, solids: &solids, samples: &points, give_up: NEVER },

@@ -1,8 +1,8 @@
 //! The method that a case's run, or the user, asks for.
 
-use super::light_mesh::{MeshChoice, solve_by_light_mesh};
 use super::methods::{Climb, ComparedMethod, METHODS};
 use crate::light_mesh::IndirectForm;
+use crate::methods::{MeshChoice, solve_by_light_mesh};
 use crate::scene::Scene;
 use crate::solver::{Observer, Settings, Solution};
 

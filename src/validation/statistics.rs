@@ -9,7 +9,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// A measured number beside its exact one.
 #[derive(Clone, Debug, Default)]
-pub struct Entry {
+pub struct ComparedEntry {
     /// Run that measured it.
     pub run: String,
     /// Name of the point, element or surface.
@@ -30,7 +30,7 @@ pub struct Entry {
     pub beside_lx: Option<f64>,
 }
 
-impl Entry {
+impl ComparedEntry {
     /// Measured less exact, in lx.
     pub fn deviation_lx(&self) -> f64 {
         self.measured_lx - self.exact.value_lx
@@ -57,7 +57,7 @@ impl Entry {
 #[derive(Clone, Debug, Default)]
 pub struct EntrySet {
     /// Measured and exact values.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<ComparedEntry>,
     /// Standard error of the weighted mean in lx, where the replicas tell it.
     pub average_error_lx: Option<f64>,
     /// How many independent values the entries are worth.
@@ -130,12 +130,13 @@ impl EntrySet {
         let mean_lx = self.entries.iter().map(|entry| entry.weight * entry.exact.value_lx).sum::<f64>() / weight;
 
         // A map is judged by its mean, as everywhere in luxmc; averages of different runs each by their own size.
-        let size_lx = |entry: &Entry| if self.across_runs { entry.exact.value_lx } else { mean_lx };
-        let rms = |of: &dyn Fn(&Entry) -> f64| {
-            let square = |entry: &Entry| entry.weight * part(of(entry), size_lx(entry)).powi(2);
+        let size_lx = |entry: &ComparedEntry| if self.across_runs { entry.exact.value_lx } else { mean_lx };
+        let rms = |of: &dyn Fn(&ComparedEntry) -> f64| {
+            let square = |entry: &ComparedEntry| entry.weight * part(of(entry), size_lx(entry)).powi(2);
             (self.entries.iter().map(square).sum::<f64>() / weight).sqrt()
         };
-        let own_size_lx = |entry: &Entry| if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { mean_lx };
+        let own_size_lx =
+            |entry: &ComparedEntry| if entry.exact.value_lx > 0.0 { entry.exact.value_lx } else { mean_lx };
         let worst = self
             .entries
             .iter()
@@ -144,11 +145,12 @@ impl EntrySet {
                 label: entry.label.clone(),
             })
             .max_by(|a, b| a.value.total_cmp(&b.value));
-        let noisy: Vec<(f64, &Entry)> = self.entries.iter().filter_map(|entry| entry.z().map(|z| (z, entry))).collect();
+        let noisy: Vec<(f64, &ComparedEntry)> =
+            self.entries.iter().filter_map(|entry| entry.z().map(|z| (z, entry))).collect();
         let count = noisy.len() as f64;
         let share_within = |sigmas: f64| noisy.iter().filter(|(z, _)| z.abs() <= sigmas).count() as f64 / count;
         let worst_z = noisy.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let signed = |entry: &Entry| entry.weight * part(entry.deviation_lx(), size_lx(entry));
+        let signed = |entry: &ComparedEntry| entry.weight * part(entry.deviation_lx(), size_lx(entry));
         let truth = rms(&|entry| entry.exact.uncertainty_lx);
         Statistics {
             count: self.entries.len(),
@@ -175,7 +177,7 @@ impl EntrySet {
         if let Some(average_error_lx) = self.average_error_lx {
             return part(average_error_lx, mean_lx);
         }
-        let square = |entry: &Entry| {
+        let square = |entry: &ComparedEntry| {
             let size_lx = if self.across_runs { entry.exact.value_lx } else { mean_lx };
             (entry.weight * part(entry.standard_error_lx, size_lx)).powi(2)
         };
@@ -227,9 +229,16 @@ pub fn binomial_p_value(share: f64, expected: f64, independent: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn entry(measured_lx: f64, standard_error_lx: f64) -> Entry {
+    fn entry(measured_lx: f64, standard_error_lx: f64) -> ComparedEntry {
         let exact = Exact { value_lx: 100.0, ..Exact::default() };
-        Entry { label: measured_lx.to_string(), weight: 1.0, measured_lx, standard_error_lx, exact, ..Entry::default() }
+        ComparedEntry {
+            label: measured_lx.to_string(),
+            weight: 1.0,
+            measured_lx,
+            standard_error_lx,
+            exact,
+            ..ComparedEntry::default()
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::case::{ELEMENT_MAP, read_text};
 use super::error::CaseError;
-use super::exact::{Exact, Light, TruthSite};
+use super::exact::{Exact, LightPart, TruthSite};
 use super::words::percent;
 use crate::scene::Scene;
 
@@ -24,14 +24,14 @@ pub(super) struct StoredRun {
     folder: PathBuf,
     summary: Value,
     map: String,
-    rows: Vec<Row>,
+    rows: Vec<StoredRow>,
     /// Name, side, area, average and its standard error of each row of `tables.csv`.
     tables: Vec<(String, f64, f64, f64)>,
 }
 
 /// A point or an element side.
 #[derive(Debug)]
-struct Row {
+struct StoredRow {
     surface: String,
     position_m: DVec3,
     illuminance_lx: f64,
@@ -63,7 +63,7 @@ impl StoredRun {
             let remedy = "compute it with --maps, or leave out what is compared there";
             return Err(CaseError::new(&path, "the stored run has no such map", map, "a map that it computed", remedy));
         }
-        let table = Table::read(&folder.join("tables.csv"))?;
+        let table = CsvTable::read(&folder.join("tables.csv"))?;
         let tables = table
             .records
             .iter()
@@ -100,7 +100,7 @@ impl StoredRun {
     }
 
     /// The value at a site with its standard error as uncertainty; a part of the light has at most that of the whole.
-    pub fn exact(&self, site: &TruthSite, light: Light) -> Result<Exact, String> {
+    pub fn exact(&self, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
         let row = match site {
             TruthSite::Point { index, position_m, .. } => self.row(*index, *position_m)?,
             TruthSite::Element { index, corners_m: [a, b, c], surface } => {
@@ -113,9 +113,9 @@ impl StoredRun {
             TruthSite::Average { surface } => return self.average(surface.unwrap_or(&self.map), light),
         };
         let value_lx = match light {
-            Light::Total => row.illuminance_lx,
-            Light::Direct => row.direct_lx,
-            Light::Indirect => row.indirect_lx,
+            LightPart::Total => row.illuminance_lx,
+            LightPart::Direct => row.direct_lx,
+            LightPart::Indirect => row.indirect_lx,
         };
         Ok(Exact { value_lx, uncertainty_lx: row.standard_error_lx, ..Exact::default() })
     }
@@ -138,7 +138,7 @@ impl StoredRun {
         )
     }
 
-    fn row(&self, index: usize, position_m: DVec3) -> Result<&Row, String> {
+    fn row(&self, index: usize, position_m: DVec3) -> Result<&StoredRow, String> {
         let there = || self.folder.display();
         let row = self.rows.get(index).ok_or_else(|| format!("{}: \"{}\" has no row {index}", there(), self.map))?;
         let near = row.position_m.distance(position_m) <= SAME_PLACE_M;
@@ -149,8 +149,8 @@ impl StoredRun {
         format!("{}, \"{}\", row {index}: {got}, the scene has {expected}", self.folder.display(), self.map)
     }
 
-    fn average(&self, name: &str, light: Light) -> Result<Exact, String> {
-        if light != Light::Total {
+    fn average(&self, name: &str, light: LightPart) -> Result<Exact, String> {
+        if light != LightPart::Total {
             return Err("a stored run tells averages of the total alone".to_owned());
         }
         let row = self.tables.iter().find(|(known, ..)| known == name);
@@ -182,8 +182,8 @@ fn check_scene(path: &Path, summary: &Value, scene: &Scene) -> Result<(), CaseEr
     Ok(())
 }
 
-fn read_rows(path: &Path, name_column: &str, name: Option<&str>) -> Result<Vec<Row>, CaseError> {
-    let table = Table::read(path)?;
+fn read_rows(path: &Path, name_column: &str, name: Option<&str>) -> Result<Vec<StoredRow>, CaseError> {
+    let table = CsvTable::read(path)?;
     let mut rows = Vec::new();
     for record in &table.records {
         let owner = table.text(record, name_column)?;
@@ -191,7 +191,7 @@ fn read_rows(path: &Path, name_column: &str, name: Option<&str>) -> Result<Vec<R
             continue;
         }
         let number = |column: &str| table.number(record, column);
-        rows.push(Row {
+        rows.push(StoredRow {
             surface: owner.to_owned(),
             position_m: DVec3::new(number("x")?, number("y")?, number("z")?),
             illuminance_lx: number("illuminance_lx")?,
@@ -204,14 +204,14 @@ fn read_rows(path: &Path, name_column: &str, name: Option<&str>) -> Result<Vec<R
 }
 
 /// A CSV table of a result directory.
-struct Table {
+struct CsvTable {
     path: PathBuf,
     header: csv::StringRecord,
     records: Vec<csv::StringRecord>,
 }
 
-impl Table {
-    fn read(path: &Path) -> Result<Table, CaseError> {
+impl CsvTable {
+    fn read(path: &Path) -> Result<CsvTable, CaseError> {
         let refuse = |error: csv::Error| {
             let remedy = "compute the run again: luxmc solve SCENE --out DIR";
             CaseError::new(path, "the stored run cannot be read", error.to_string(), "a table of results", remedy)
@@ -219,7 +219,7 @@ impl Table {
         let mut reader = csv::Reader::from_path(path).map_err(refuse)?;
         let header = reader.headers().map_err(refuse)?.clone();
         let records = reader.records().collect::<Result<_, _>>().map_err(refuse)?;
-        Ok(Table { path: path.to_path_buf(), header, records })
+        Ok(CsvTable { path: path.to_path_buf(), header, records })
     }
 
     fn text<'r>(&self, record: &'r csv::StringRecord, column: &str) -> Result<&'r str, CaseError> {

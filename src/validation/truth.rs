@@ -6,8 +6,8 @@ use serde::Deserialize;
 
 use super::case::Comparison;
 use super::error::CaseError;
-use super::exact::{Exact, Light, TruthSite};
-use super::reference::Reference;
+use super::exact::{Exact, LightPart, TruthSite};
+use super::reference::ReferenceTable;
 use super::stored_run::StoredRun;
 use super::truth_enclosure::{concentric, two_hemispheres, uniform_enclosure};
 use super::truth_room::{RoomCache, RoomTruth, room_truth};
@@ -91,7 +91,7 @@ pub struct Truth<'a> {
     comparison: &'a Comparison,
     scene: &'a Scene,
     rooms: &'a RoomCache,
-    reference: Option<Reference>,
+    reference: Option<ReferenceTable>,
     run: Option<StoredRun>,
 }
 
@@ -108,7 +108,7 @@ impl<'a> Truth<'a> {
         folder: &Path,
     ) -> Result<Truth<'a>, CaseError> {
         let reference = match &comparison.truth {
-            TruthSpec::Reference { file, set, .. } => Some(Reference::read(&folder.join(file), set.as_deref())?),
+            TruthSpec::Reference { file, set, .. } => Some(ReferenceTable::read(&folder.join(file), set.as_deref())?),
             _ => None,
         };
         let run = match &comparison.truth {
@@ -141,7 +141,7 @@ impl<'a> Truth<'a> {
     /// # Errors
     ///
     /// What the truth cannot tell, in words.
-    pub fn exact(&self, site: &TruthSite, light: Light) -> Result<Exact, String> {
+    pub fn exact(&self, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
         let mut exact = self.of_spec(site, light)?;
         if !(exact.value_lx.is_finite() && exact.value_lx >= 0.0) {
             return Err(format!("the exact value is {} lx", exact.value_lx));
@@ -161,7 +161,7 @@ impl<'a> Truth<'a> {
         self.scene.receivers.iter().any(of_set)
     }
 
-    fn of_spec(&self, site: &TruthSite, light: Light) -> Result<Exact, String> {
+    fn of_spec(&self, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
         match &self.comparison.truth {
             TruthSpec::Sobolev(truth) if self.is_luminance() => sobolev_luminance(truth, site, light),
             TruthSpec::Sobolev(truth) => sobolev_truth(truth, site, light),
@@ -197,8 +197,8 @@ impl<'a> Truth<'a> {
                 light,
             ),
             TruthSpec::Isothermal { luminance_cd_m2 } => match light {
-                Light::Total if self.is_luminance() => Ok(Exact { value_lx: *luminance_cd_m2, ..Exact::default() }),
-                Light::Total => Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
+                LightPart::Total if self.is_luminance() => Ok(Exact { value_lx: *luminance_cd_m2, ..Exact::default() }),
+                LightPart::Total => Ok(Exact { value_lx: std::f64::consts::PI * luminance_cd_m2, ..Exact::default() }),
                 _ => Err("the isothermal rule tells the total alone".to_owned()),
             },
             TruthSpec::BoxRoom(truth) => room_truth(truth, self.rooms, site, light),

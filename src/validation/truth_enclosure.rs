@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::exact::{Exact, Light, TruthSite};
+use super::exact::{Exact, LightPart, TruthSite};
 use crate::analytic::sphere::{concentric_spheres, rank_one_indirect_lx};
 use crate::scene::Scene;
 
@@ -22,13 +22,13 @@ pub(super) fn uniform_enclosure(
     luminous_flux_lm: f64,
     reflectance: f64,
     ideal_area_m2: Option<f64>,
-    light: Light,
+    light: LightPart,
 ) -> Result<Exact, String> {
     let incident_lm = luminous_flux_lm / (1.0 - reflectance);
     let share = match light {
-        Light::Total => 1.0,
-        Light::Indirect => reflectance,
-        Light::Direct => 1.0 - reflectance,
+        LightPart::Total => 1.0,
+        LightPart::Indirect => reflectance,
+        LightPart::Direct => 1.0 - reflectance,
     };
     let area_m2 = mesh_area_m2(scene, None);
     let value_lx = share * incident_lm / area_m2;
@@ -44,9 +44,9 @@ pub(super) fn two_hemispheres(
     radius_m: f64,
     source_height_m: f64,
     [upper, lower]: [f64; 2],
-    light: Light,
+    light: LightPart,
 ) -> Result<Exact, String> {
-    if light != Light::Indirect {
+    if light != LightPart::Indirect {
         return Err("the two hemispheres' closed form is of the indirect part".to_owned());
     }
     let to_lower = 0.5 * (1.0 - source_height_m / source_height_m.hypot(radius_m));
@@ -74,13 +74,13 @@ pub(super) fn concentric(
     radii_m: [f64; 2],
     [inner, outer]: [f64; 2],
     site: &TruthSite,
-    light: Light,
+    light: LightPart,
 ) -> Result<Exact, String> {
     let surface = match site {
         TruthSite::Average { surface: Some(surface) } | TruthSite::Element { surface, .. } => *surface,
         _ => return Err("concentric spheres are compared on the surfaces \"inner\" and \"outer\"".to_owned()),
     };
-    if light != Light::Total {
+    if light != LightPart::Total {
         return Err("the concentric spheres' closed form is of the total".to_owned());
     }
     let of_radii = |[inner_m, outer_m]: [f64; 2]| {

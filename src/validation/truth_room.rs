@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::exact::{Exact, Light, TruthSite};
+use super::exact::{Exact, LightPart, TruthSite};
 use crate::analytic::box_room::{BoxRoom, BoxRoomSolution, RoomFace, RoomSource, RoomValue};
 
 /// A point this near to a face, in m, lies on it.
@@ -49,16 +49,16 @@ pub(super) fn room_truth(
     truth: &RoomTruth,
     cache: &RoomCache,
     site: &TruthSite,
-    light: Light,
+    light: LightPart,
 ) -> Result<Exact, String> {
     let intensity_cd = truth.luminous_flux_lm / (4.0 * std::f64::consts::PI);
     let source = RoomSource::Point { position: DVec3::from(truth.source_m), intensity_cd };
     let room = BoxRoom { size_m: truth.size_m, reflectances: truth.reflectances, sources: vec![source] };
     let solution = cache.solved(&room)?;
     let part = |value: &RoomValue| match light {
-        Light::Direct => value.direct_lx,
-        Light::Indirect => value.indirect_lx,
-        Light::Total => value.total_lx(),
+        LightPart::Direct => value.direct_lx,
+        LightPart::Indirect => value.indirect_lx,
+        LightPart::Total => value.total_lx(),
     };
     let (value, discretisation_lx) = match site {
         TruthSite::Average { surface } => (solution.face_mean(face_named(surface.unwrap_or(""))?), 0.0),
@@ -72,7 +72,7 @@ pub(super) fn room_truth(
             (mean, difference_lx)
         }
     };
-    let uncertainty_lx = if light == Light::Direct { 0.0 } else { value.estimated_error_lx };
+    let uncertainty_lx = if light == LightPart::Direct { 0.0 } else { value.estimated_error_lx };
     Ok(Exact { value_lx: part(&value), uncertainty_lx, discretisation_lx, ..Exact::default() })
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use serde::Deserialize;
 
-use super::exact::{Exact, Light, TruthSite};
+use super::exact::{Exact, LightPart, TruthSite};
 use crate::analytic::sobolev::{SobolevPlane, SobolevProblem, sobolev};
 
 /// Sobolev's planes at z = 0 (plane 1) and z = distance (plane 2), the source over the origin.
@@ -43,7 +43,7 @@ impl SobolevTruth {
     }
 }
 
-pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: Light) -> Result<Exact, String> {
+pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
     let TruthSite::Point { position_m, .. } = site else {
         return Err("Sobolev's solution is compared at points".to_owned());
     };
@@ -71,9 +71,9 @@ pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: Light
     let kernel = 1.0 / (distance * distance) + 2.0 * r / (3.0 * distance.powi(3));
     let truncation = rho_other * rim * kernel / (1.0 - truth.rho1 * truth.rho2);
     let (value_lx, truncation, uncertainty) = match light {
-        Light::Direct => (value.direct_lx, 0.0, 0.0),
-        Light::Indirect => (value.reflected_lx, truncation, value.estimated_error_lx),
-        Light::Total => (value.total_lx, truncation, value.estimated_error_lx),
+        LightPart::Direct => (value.direct_lx, 0.0, 0.0),
+        LightPart::Indirect => (value.reflected_lx, truncation, value.estimated_error_lx),
+        LightPart::Total => (value.total_lx, truncation, value.estimated_error_lx),
     };
     Ok(Exact {
         value_lx: value_lx * scale,
@@ -85,11 +85,11 @@ pub(super) fn sobolev_truth(truth: &SobolevTruth, site: &TruthSite, light: Light
 
 /// Luminance in cd/m² of what an observer between the planes sees: ρE/π of the sub-point on the plane asked about, whatever
 /// the angle.
-pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &TruthSite, light: Light) -> Result<Exact, String> {
+pub(super) fn sobolev_luminance(truth: &SobolevTruth, site: &TruthSite, light: LightPart) -> Result<Exact, String> {
     let TruthSite::Point { position_m, normal, index } = *site else {
         return Err("luminances are compared at points".to_owned());
     };
-    if light != Light::Total {
+    if light != LightPart::Total {
         return Err("the luminance of Sobolev's planes is known in total alone".to_owned());
     }
     let (height_m, rho) = if truth.plane == 1 { (0.0, truth.rho1) } else { (truth.distance_m, truth.rho2) };

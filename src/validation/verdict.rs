@@ -1,7 +1,7 @@
 //! When a comparison passes, in words and in numbers.
 
 use super::case::Criterion;
-use super::statistics::{Entry, EntrySet, Statistics, binomial_p_value, largest_expected_z};
+use super::statistics::{ComparedEntry, EntrySet, Statistics, binomial_p_value, largest_expected_z};
 use super::words::{percent, sigmas};
 
 /// Every comparison allows deviations that its error bars make likely: one false alarm in so many comparisons.
@@ -33,7 +33,7 @@ pub fn judge(set: &EntrySet, statistics: &Statistics, criterion: &Criterion) -> 
         });
     }
     if let Some(most) = criterion.worst_difference {
-        let size = |entry: &&Entry| entry.deviation_lx().abs();
+        let size = |entry: &&ComparedEntry| entry.deviation_lx().abs();
         let worst = set.entries.iter().max_by(|one, other| size(one).total_cmp(&size(other)));
         let worst = worst.map_or(String::new(), |entry| format!("worst {:.3} ({})", size(&entry), entry.label));
         checks.push(Check {

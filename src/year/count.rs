@@ -95,11 +95,11 @@ impl Counted {
 
 /// Counts of one point in the making.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Counts {
+pub(super) struct HourCounts {
     pub of: [Counted; MEASURES.len()],
 }
 
-impl Counts {
+impl HourCounts {
     /// Adds an hour: the illuminance in lx and what the halves are off it, and the same of the sun's direct light alone.
     #[inline]
     pub fn add_hour(
@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn hours_are_counted_by_their_limits() {
         let count = |off: f64| {
-            let mut counts = Counts::default();
+            let mut counts = HourCounts::default();
             for step in 0..10 {
                 let all = (298.5 + f64::from(step), &[off; PARTINGS]);
                 counts.add_hour(true, all, Some((990.0 + 2.0 * f64::from(step), &[0.0; PARTINGS])));

@@ -1,6 +1,6 @@
 //! The year of one receiver: coefficients by walks, hours by sums.
 
-use super::count::{Counted, Counts, YearMeasure};
+use super::count::{Counted, HourCounts, YearMeasure};
 use super::hours::YearSky;
 use super::sun_cells::SunCells;
 use crate::base::half_samples::{PARTED, PARTINGS, mean_and_halves};
@@ -41,7 +41,7 @@ pub(super) struct YearContext<'a> {
 pub(super) struct ReceiverHours {
     /// Illuminance of each hour with light in lx, and what the halves are off it.
     pub lx: Vec<(f64, [f64; PARTINGS])>,
-    pub counts: Counts,
+    pub counts: HourCounts,
     pub error: f64,
     /// What of it looks for suns that are half hidden leave, which no walk lowers.
     sun_error: f64,
@@ -247,7 +247,7 @@ fn hours_of(
         .map(|column| (column, columns.across(column).map(|sum| share * sum)))
         .filter(|(_, coefficients)| coefficients.iter().any(|coefficient| *coefficient > 0.0))
         .collect();
-    let mut counts = Counts::default();
+    let mut counts = HourCounts::default();
     let mut lx = Vec::with_capacity(sky.hours.len());
     let mut occupied: Vec<OccupiedHour> = Vec::with_capacity(sky.occupied);
     let mut sun = 0;

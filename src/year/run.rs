@@ -206,7 +206,7 @@ fn closed_hours(context: &YearContext, set: usize) -> (Vec<bool>, u64) {
 }
 
 /// What a set's points come to together.
-struct Sums {
+struct SetSums {
     weight: f64,
     autonomy: Counted,
     sunlit: Counted,
@@ -218,9 +218,9 @@ struct Sums {
     points: f64,
 }
 
-impl Sums {
-    fn new(hours: usize) -> Sums {
-        Sums {
+impl SetSums {
+    fn new(hours: usize) -> SetSums {
+        SetSums {
             weight: 0.0,
             autonomy: Counted::default(),
             sunlit: Counted::default(),
@@ -285,7 +285,7 @@ fn set_year<E>(
     let receivers = &context.scene.receivers[set];
     let (closed, mut rays) = blinds.map_or((Vec::new(), 0), |_| closed_hours(context, set));
     let closing = blinds.map(|blinds| (closed.as_slice(), blinds.transmittance));
-    let mut sums = Sums::new(context.sky.hours.len());
+    let mut sums = SetSums::new(context.sky.hours.len());
     let mut points = Vec::with_capacity(receivers.points.len());
     let all: Vec<usize> = (0..receivers.points.len()).collect();
     for chunk in all.chunks(CHUNK) {

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use super::sun_nodes::SunNodes;
 use crate::base::half_samples::PARTED;
-use crate::chain::{Spot, Stage};
+use crate::chain::{Stage, TriangleSide};
 use crate::estimators::direct::Receiver;
 use crate::estimators::sunlight::Suns;
 use crate::sampling::random::{Purpose, Stream};
@@ -62,13 +62,13 @@ impl OwnSun {
 }
 
 /// What a cell sees.
-pub(super) struct Seen {
+pub(super) struct CellView {
     nodes: Box<[NodeShare]>,
     /// In the order of the suns' fields.
     pub own: Box<[OwnSun]>,
 }
 
-impl Seen {
+impl CellView {
     /// The nodes that shine on the cell: their numbers, and the illuminance in lx that each brings of 1 lx across its rays.
     #[inline]
     pub fn nodes(&self) -> impl Iterator<Item = (usize, f64)> {
@@ -95,12 +95,12 @@ pub(super) struct SunCells<'a> {
     parts: Vec<u32>,
     /// First cell of each side.
     firsts: Vec<u32>,
-    cells: [Vec<OnceLock<Seen>>; PARTED],
+    cells: [Vec<OnceLock<CellView>>; PARTED],
     rays: AtomicU64,
 }
 
 /// Place of a side of a triangle in lists of sides.
-pub(super) fn side_index((triangle, side): Spot) -> usize {
+pub(super) fn side_index((triangle, side): TriangleSide) -> usize {
     2 * triangle as usize + side as usize
 }
 
@@ -145,7 +145,7 @@ impl<'a> SunCells<'a> {
 
     /// What a place sees of the suns by a replica.
     #[inline]
-    pub fn suns_on(&self, replica: usize, spot: Spot, barycentric: [f64; 2]) -> &Seen {
+    pub fn suns_on(&self, replica: usize, spot: TriangleSide, barycentric: [f64; 2]) -> &CellView {
         let side = side_index(spot);
         let cell = self.firsts[side] + part_at(self.parts[side], barycentric[0], barycentric[1]);
         self.cells[replica][cell as usize].get_or_init(|| self.look(replica, spot, cell))
@@ -158,7 +158,7 @@ impl<'a> SunCells<'a> {
 
     /// Looks for all nodes from a point of a cell, and for some suns.
     #[cold]
-    fn look(&self, replica: usize, (triangle, side): Spot, cell: u32) -> Seen {
+    fn look(&self, replica: usize, (triangle, side): TriangleSide, cell: u32) -> CellView {
         let index = side_index((triangle, side));
         let mut stream = Stream::new(self.seed, Purpose::SunPlaces, 0, replica as u32);
         stream.seek(u64::from(cell));
@@ -176,7 +176,7 @@ impl<'a> SunCells<'a> {
                 nodes.push((node as u16, steps));
             }
         });
-        let mut seen = Seen { nodes: nodes.into(), own: Box::default() };
+        let mut seen = CellView { nodes: nodes.into(), own: Box::default() };
         if !self.nodes.fields.is_empty() {
             rays += self.look_for_own(&mut seen, &place, &mut stream);
         }
@@ -185,7 +185,7 @@ impl<'a> SunCells<'a> {
     }
 
     /// Looks for some of the hours' own suns; returns the rays.
-    fn look_for_own(&self, seen: &mut Seen, place: &Receiver, stream: &mut Stream) -> u64 {
+    fn look_for_own(&self, seen: &mut CellView, place: &Receiver, stream: &mut Stream) -> u64 {
         let mut node_lx = vec![0.0; self.nodes.suns.towards.len()];
         seen.nodes().for_each(|(node, lx)| node_lx[node] = lx);
         let [first_in_part, first_alike] = stream.pair();

@@ -24,14 +24,14 @@ pub(super) struct SunNodes {
     /// Of each sun the nodes around it with their weights, which add up to 1.
     around: Vec<[(u32, f64); AROUND]>,
     /// The fields of the grid that have suns; none where suns are nodes themselves.
-    pub fields: Vec<Field>,
+    pub fields: Vec<SunField>,
     /// The suns of all fields, field by field.
     in_fields: Vec<u16>,
 }
 
 /// A field of the grid.
 #[derive(Clone, Debug)]
-pub(super) struct Field {
+pub(super) struct SunField {
     /// The nodes at its corners; none where one lies below the horizon.
     pub corners: [Option<u32>; AROUND],
     suns: Range<usize>,
@@ -40,15 +40,16 @@ pub(super) struct Field {
 impl SunNodes {
     /// Nodes for suns that are seen from a latitude. Where these are fewer each is a node by itself.
     pub fn of(suns: &Suns, latitude_deg: f64) -> SunNodes {
-        let frame = Frame::at(latitude_deg);
-        let corners: Vec<[(Node, f64); AROUND]> = suns.towards.iter().map(|towards| frame.corners(*towards)).collect();
+        let frame = EquinoxAxes::at(latitude_deg);
+        let corners: Vec<[(SunNode, f64); AROUND]> =
+            suns.towards.iter().map(|towards| frame.corners(*towards)).collect();
         let used = corners.iter().flatten().filter(|(_, weight)| *weight > 0.0).map(|(node, _)| (*node, 0));
-        let mut numbers: BTreeMap<Node, u32> = used.collect();
+        let mut numbers: BTreeMap<SunNode, u32> = used.collect();
         if numbers.len() >= suns.towards.len() {
             return SunNodes::themselves(suns);
         }
         numbers.values_mut().zip(0..).for_each(|(place, number)| *place = number);
-        let mut by_field: BTreeMap<[Node; AROUND], Vec<u16>> = BTreeMap::new();
+        let mut by_field: BTreeMap<[SunNode; AROUND], Vec<u16>> = BTreeMap::new();
         for (sun, corners) in corners.iter().enumerate() {
             by_field.entry(corners.map(|(node, _)| node)).or_default().push(sun as u16);
         }
@@ -57,7 +58,7 @@ impl SunNodes {
             let first = in_fields.len();
             in_fields.extend(suns);
             let corners = nodes.map(|node| numbers.get(&node).copied());
-            fields.push(Field { corners, suns: first..in_fields.len() });
+            fields.push(SunField { corners, suns: first..in_fields.len() });
         }
         let around = corners
             .iter()
@@ -74,7 +75,7 @@ impl SunNodes {
     }
 
     /// The suns in a field, in the order of time.
-    pub fn suns_in(&self, field: &Field) -> &[u16] {
+    pub fn suns_in(&self, field: &SunField) -> &[u16] {
         &self.in_fields[field.suns.clone()]
     }
 
@@ -93,29 +94,29 @@ impl SunNodes {
 }
 
 /// A node by its steps of declination and of hour angle.
-type Node = (i32, i32);
+type SunNode = (i32, i32);
 
 /// Axes towards the pole, where the sun stands at noon of an equinox, and west.
-struct Frame {
+struct EquinoxAxes {
     pole: DVec3,
     noon: DVec3,
     west: DVec3,
 }
 
-impl Frame {
-    fn at(latitude_deg: f64) -> Frame {
+impl EquinoxAxes {
+    fn at(latitude_deg: f64) -> EquinoxAxes {
         let (sin, cos) = latitude_deg.to_radians().sin_cos();
-        Frame { pole: DVec3::new(0.0, cos, sin), noon: DVec3::new(0.0, -sin, cos), west: DVec3::NEG_X }
+        EquinoxAxes { pole: DVec3::new(0.0, cos, sin), noon: DVec3::new(0.0, -sin, cos), west: DVec3::NEG_X }
     }
 
-    fn towards(&self, (declination, hour_angle): Node) -> DVec3 {
+    fn towards(&self, (declination, hour_angle): SunNode) -> DVec3 {
         let (sin, cos) = (STEP_DEG * f64::from(declination)).to_radians().sin_cos();
         let (across, along) = (STEP_DEG * f64::from(hour_angle)).to_radians().sin_cos();
         sin * self.pole + cos * (along * self.noon + across * self.west)
     }
 
     /// The nodes around a direction with their bilinear weights; those below the horizon leave theirs to the others.
-    fn corners(&self, towards: DVec3) -> [(Node, f64); AROUND] {
+    fn corners(&self, towards: DVec3) -> [(SunNode, f64); AROUND] {
         let declination = towards.dot(self.pole).clamp(-1.0, 1.0).asin().to_degrees() / STEP_DEG;
         let hour_angle = towards.dot(self.west).atan2(towards.dot(self.noon)).to_degrees() / STEP_DEG;
         let (row, column) = (declination.floor(), hour_angle.floor());

@@ -21,7 +21,7 @@ const WALKS: u64 = 512;
 const HOURS: usize = 48;
 
 /// What the survey found.
-pub(super) struct Survey {
+pub(super) struct HourSurvey {
     /// How often walks met each side of a triangle.
     pub meetings: Vec<u32>,
     /// In the median hour: root mean square, over surveyed receivers, of what patches of even luminance make of the light of the sky, over that
@@ -41,7 +41,7 @@ struct Compared<'a> {
 type Both = [[f64; 2]; 2];
 
 /// What walks from one receiver find: the sides of triangles that they meet, and the light of each hour.
-struct Tally<'a> {
+struct HourTally<'a> {
     of: &'a YearSky,
     hours: &'a [Compared<'a>],
     met: Vec<usize>,
@@ -49,7 +49,7 @@ struct Tally<'a> {
     half: usize,
 }
 
-impl CoefficientTally for Tally<'_> {
+impl CoefficientTally for HourTally<'_> {
     fn add_sky(&mut self, towards: DVec3, lx: f64, _: SkyWay) {
         let column = self.of.column_of(towards);
         for (hour, both) in self.hours.iter().zip(&mut self.found) {
@@ -74,7 +74,7 @@ pub(super) fn survey(
     sky: &YearSky,
     planes: &[usize],
     seed: u64,
-) -> Survey {
+) -> HourSurvey {
     let places: Vec<(usize, usize)> = planes
         .iter()
         .flat_map(|set| (0..scene.receivers[*set].points.len()).map(move |index| (*set, index)))
@@ -95,7 +95,7 @@ pub(super) fn survey(
         let (mut pass, mut cut) = (DirectPass::default(), Cut::default());
         let mut stream = Stream::new(seed, Purpose::Pilot, u32::MAX, 0);
         let found = vec![Both::default(); hours.len()];
-        let mut tally = Tally { of: sky, hours: &hours, met: Vec::new(), found, half: 0 };
+        let mut tally = HourTally { of: sky, hours: &hours, met: Vec::new(), found, half: 0 };
         let mut rays = 0;
         at(stage, &scene.receivers[*set].points[*index], |receiver| {
             for walk in 0..WALKS {
@@ -124,5 +124,5 @@ pub(super) fn survey(
     let mut errors: Vec<f64> = lit.map(|[squares, told]| (squares / told).max(0.0).sqrt()).collect();
     errors.sort_by(f64::total_cmp);
     let patch_error = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
-    Survey { meetings, patch_error, rays }
+    HourSurvey { meetings, patch_error, rays }
 }

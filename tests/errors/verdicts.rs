@@ -11,19 +11,22 @@ use crate::common::{Silent, scene_of, with_chains};
 const TRUTH_LX: f64 = 200.0;
 
 /// A box whose walls of reflectance 0.5 all shine with 100 lm/m², and a grid in it.
-fn shining_room(requirements: &str) -> Scene {
+fn shining_room(requirements: &str, points: &str) -> Scene {
     scene_of(&format!(
         r#"{{ "version": 1, "materials": {{ "grey": {{ "type": "diffuse", "reflectance": 0.5 }} }},
           "geometry": [ {{ "name": "room", "type": "box", "min": [0,0,0], "max": [4,3,2.5], "facing": "inward", "material": "grey" }} ],
           "luminaires": [ {{ "name": "glow", "type": "area", "surface": "room", "exitance_lm_m2": 100 }} ],
-          "receivers": [ {{ "name": "plane", "type": "grid", "origin": [1,1,0.8], "u": [2,0,0], "v": [0,1,0], "columns": 4, "rows": 3,
+          "receivers": [ {{ "name": "plane", "type": "grid", "origin": [1,1,0.8], "u": [2,0,0], "v": [0,1,0], {points},
             "requirements": {requirements} }} ] }}"#
     ))
 }
 
 /// How many of 100 seeds decide on a requirement of the average and on one of the minimum.
 fn decided(limit_lx: f64) -> [usize; 2] {
-    let scene = shining_room(&format!(r#"{{ "average_lx": {limit_lx}, "minimum_lx": {limit_lx} }}"#));
+    let scene = shining_room(
+        &format!(r#"{{ "average_lx": {limit_lx}, "minimum_lx": {limit_lx} }}"#),
+        "\"columns\": 4, \"rows\": 3",
+    );
     let mut counts = [0; 2];
     for seed in 0..100 {
         let solution = with_chains(&scene, seed, MapSelection::Receivers, 640);
@@ -46,7 +49,7 @@ fn verdicts_at_the_limit_are_wrong_in_one_run_of_twenty_at_most() {
 
 /// How many of 100 seeds end with the average said to be met, when runs go on until that is decided.
 fn met_after_looks(limit_lx: f64) -> usize {
-    let scene = shining_room(&format!(r#"{{ "average_lx": {limit_lx} }}"#));
+    let scene = shining_room(&format!(r#"{{ "average_lx": {limit_lx} }}"#), "\"columns\": 2, \"rows\": 2");
     let ladder = VerdictLadder { first_error: 0.1, least_error: 0.01 };
     let met = |seed: &u64| {
         let settings =

@@ -1,6 +1,7 @@
-//! What the files of the library import, its tuned numbers and its long tests, for the tests of its order.
+//! What the files of the library import, the names of its types, its tuned numbers and its long tests, for the tests of its order.
 
 mod campaigns;
+mod names;
 pub mod tuned;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -9,6 +9,7 @@ pub const ROOMS: &[&str] = &[
     "geometry",
     "light_mesh",
     "maps",
+    "methods",
     "radiosity",
     "sampling",
     "solver",

@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
 use luxmc::light_mesh::exact::look_at_all;
+use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Observer, Settings, Solution, StopReason};
-use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 use crate::common::{Silent, scene_of};
 

@@ -6,10 +6,10 @@ use luxmc::base::polygon::polygon_illuminance_lx;
 use luxmc::chain::Stage;
 use luxmc::estimators::direct::Receiver;
 use luxmc::estimators::images::look_for_areas;
+use luxmc::methods::{MeshChoice, solve_by_light_mesh};
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::Scene;
 use luxmc::solver::{MapSelection, Method, Settings, Solution, StopReason, solve};
-use luxmc::validation::{MeshChoice, solve_by_light_mesh};
 
 use crate::common::{Silent, scene_of};
 
@@ -137,7 +137,7 @@ fn a_room_with_a_ball_in_a_mirror_agrees_with_walks() {
     let settings = Settings {
         method: Method::Collision,
         seed: 3,
-        chains: Some(63 * 8192),
+        chains: Some(63 * 2048),
         maps: MapSelection::Receivers,
         ..Settings::default()
     };

@@ -10,6 +10,6 @@ mod intensity;
 mod near_field;
 mod near_lights;
 mod photometric_files;
-mod sight_map;
+mod selection_by_cell;
 mod sun;
 mod year;

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use luxmc::maps::MapKind;
+use luxmc::methods::solve_by_radiosity;
 use luxmc::scene::{Elements, Scene};
 use luxmc::solver::{ConvergenceRow, MapSelection, Method, Settings, Solution, StopReason, solve};
-use luxmc::validation::solve_by_radiosity;
 
 use crate::common::{self, Silent, T15_QUANTILE_95_4, cube, scene, scene_of, slow};
 
@@ -300,11 +300,11 @@ fn the_program_does_not_choose_gathering_where_the_light_lies_in_few_patches() {
 
 #[test]
 fn error_bars_hold_in_corners_along_edges_and_on_walls() {
-    // A room of six reflectances, 1,140 elements to 1%, 8 seeds (24 in the slow run), against radiosity (0.1%). Bars of the elements hold
+    // A room of six reflectances, 1,140 elements to 2%, 8 seeds (in the slow run to 1%, 24 seeds), against radiosity (0.1%). Bars of the elements hold
     // for the 95.4% quantile of Student's t in 91 to 99% of the cases on walls, within half a metre of an edge, and in corners; every run is
     // truly within 1.3 of its target, and all but two (four) within it (α = 0.6% for a rule that keeps 95%). Values off by one bar more (the
     // planted fault) must fall out everywhere.
-    let (seeds, most_off) = if slow() { (24, 4) } else { (8, 2) };
+    let (seeds, most_off, target_error) = if slow() { (24, 4, 0.01) } else { (8, 2, 0.02) };
     let reflectances =
         [("x_min", 0.5), ("x_max", 0.4), ("y_min", 0.6), ("y_max", 0.5), ("floor", 0.2), ("ceiling", 0.7)];
     let materials = reflectances
@@ -320,7 +320,7 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
     let exactly = Settings { target_error: Some(1e-3), maps: MapSelection::Elements, ..Settings::default() };
     let truth = solve_by_radiosity(&scene, &exactly, &Silent).unwrap_or_else(|error| panic!("{error}"));
     let truth_lx = &truth.maps[0].values.illuminance_lx;
-    let runs: Vec<_> = (0..seeds).map(|seed| gathered(&scene, seed, MapSelection::Elements, 0.01)).collect();
+    let runs: Vec<_> = (0..seeds).map(|seed| gathered(&scene, seed, MapSelection::Elements, target_error)).collect();
     let weights = weights(&scene, MapKind::Elements);
     let weighted = |of: &dyn Fn(usize) -> f64| (0..weights.len()).map(|i| weights[i] * of(i)).sum::<f64>();
     let mean_lx = weighted(&|i| truth_lx[i]) / weights.iter().sum::<f64>();
@@ -329,8 +329,8 @@ fn error_bars_hold_in_corners_along_edges_and_on_walls() {
         (weighted(&off) / weights.iter().sum::<f64>()).sqrt() / mean_lx
     };
     let errors: Vec<f64> = runs.iter().map(true_error).collect();
-    assert!(errors.iter().all(|error| *error <= 0.013), "{errors:?}");
-    assert!(errors.iter().filter(|error| **error > 0.01).count() <= most_off, "{errors:?}");
+    assert!(errors.iter().all(|error| *error <= 1.3 * target_error), "{errors:?}");
+    assert!(errors.iter().filter(|error| **error > target_error).count() <= most_off, "{errors:?}");
     // Walls that an element lies on or near: one on a wall, two along an edge, three in a corner.
     let elements = Elements::of(&scene);
     let walls_near = |element: usize| {

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use glam::DVec3;
 use luxmc::analytic::box_room::{BoxRoom, RoomSource};
+use luxmc::methods::solve_by_radiosity;
 use luxmc::radiosity::Radiosity;
 use luxmc::scene::{Elements, Scene};
 use luxmc::solver::{MapSelection, Settings, Solution, StopReason};
-use luxmc::validation::solve_by_radiosity;
 
 use crate::cli_support;
 use crate::common;

@@ -164,25 +164,25 @@ impl Spectrum {
 
 /// A reflected illuminance with its estimated error.
 #[derive(Clone, Copy, Debug, Default)]
-struct Estimate {
+struct ReflectedEstimate {
     value: f64,
     estimated_error: f64,
 }
 
 /// Adds panels up.
 #[derive(Default)]
-struct Tally(PanelSum);
+struct PanelTally(PanelSum);
 
-impl Tally {
+impl PanelTally {
     fn add(&mut self, panel: PanelSum) {
         self.0.value += panel.value;
         self.0.absolute += panel.absolute;
         self.0.truncation += panel.truncation;
     }
 
-    fn estimate(&self) -> Estimate {
+    fn estimate(&self) -> ReflectedEstimate {
         let estimated_error = ROUNDING * self.0.absolute + TRUNCATION_SAFETY * self.0.truncation;
-        Estimate { value: self.0.value, estimated_error }
+        ReflectedEstimate { value: self.0.value, estimated_error }
     }
 }
 
@@ -223,8 +223,8 @@ impl RealAxisForm {
         RealAxisForm { rule, panels, moments }
     }
 
-    fn at(&self, r: f64) -> Estimate {
-        let mut tally = Tally::default();
+    fn at(&self, r: f64) -> ReflectedEstimate {
+        let mut tally = PanelTally::default();
         let flat = self.panels.partition_point(|panel| panel.to * r <= FLAT_PHASE);
         let [zeroth, second, fourth] = self.moments[flat];
         let value = zeroth - 0.25 * r * r * second + r.powi(4) / 64.0 * fourth;
@@ -271,8 +271,8 @@ impl TurnedForm {
         TurnedForm { rule, axis, moments, ray }
     }
 
-    fn at(&self, r: f64) -> Estimate {
-        let mut tally = Tally::default();
+    fn at(&self, r: f64) -> ReflectedEstimate {
+        let mut tally = PanelTally::default();
         let flat = self.axis.partition_point(|panel| panel.to * r <= SHALLOW_PHASE);
         let value = self.shallow(r, &self.moments[flat]);
         tally.add(PanelSum { value, absolute: value.abs(), truncation: 0.0 });

@@ -2,7 +2,7 @@ use super::*;
 
 const REFERENCE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/validation/sobolev/reference.csv"));
 
-struct Row {
+struct TabulatedRow {
     plane: SobolevPlane,
     problem: SobolevProblem,
     r: f64,
@@ -10,10 +10,10 @@ struct Row {
     reflected_lx: f64,
 }
 
-fn rows() -> Vec<Row> {
+fn rows() -> Vec<TabulatedRow> {
     let row = |line: &str| {
         let number = |i: usize| line.split(',').nth(i).and_then(|field| field.parse::<f64>().ok()).expect(line);
-        Row {
+        TabulatedRow {
             plane: if number(0) == 1.0 { SobolevPlane::One } else { SobolevPlane::Two },
             problem: SobolevProblem { h1: number(1), rho1: number(2), rho2: number(3) },
             r: number(4),

@@ -2,7 +2,7 @@
 
 use super::drawing;
 use super::ink::{A4, Paper, PaperStroke, Type, drawable};
-use super::markup::{Block, Figure, PaperTable, TextCell, TextRun};
+use super::markup::{Figure, PageBlock, PaperTable, TextCell, TextRun};
 use crate::output::color::{BLACK, BLUE, FAINT, Ink, SOFT};
 use crate::output::font::text_width;
 
@@ -76,35 +76,35 @@ impl Layout {
     }
 
     /// Places blocks one below the other.
-    pub fn place(&mut self, blocks: &[Block]) {
+    pub fn place(&mut self, blocks: &[PageBlock]) {
         for (index, block) in blocks.iter().enumerate() {
             match block {
-                Block::Heading(level, runs, is_page) => {
+                PageBlock::Heading(level, runs, is_page) => {
                     // Pages are not left half empty, but before pictures.
-                    let is_picture = matches!(blocks.get(index + 1), Some(Block::Figures(..)));
+                    let is_picture = matches!(blocks.get(index + 1), Some(PageBlock::Figures(..)));
                     if *is_page && self.y > TOP && (is_picture || END - self.y < ROOM_TO_GO_ON) {
                         self.turn();
                     }
                     let company = match blocks.get(index + 1) {
-                        Some(Block::Figures(figures, tall)) => row_height(&figures[..figures.len().min(2)], *tall),
-                        Some(Block::Terms(terms)) => terms_height(terms) + BODY * LINE,
-                        Some(Block::Heading(..)) => COMPANY + 20.0,
+                        Some(PageBlock::Figures(figures, tall)) => row_height(&figures[..figures.len().min(2)], *tall),
+                        Some(PageBlock::Terms(terms)) => terms_height(terms) + BODY * LINE,
+                        Some(PageBlock::Heading(..)) => COMPANY + 20.0,
                         _ => COMPANY,
                     };
                     self.heading(*level, runs, company);
                 }
-                Block::Words(runs) => {
-                    if matches!(blocks.get(index + 1), Some(Block::Item(..))) {
+                PageBlock::Words(runs) => {
+                    if matches!(blocks.get(index + 1), Some(PageBlock::Item(..))) {
                         self.need(LINES_BEFORE_LIST * BODY * LINE);
                     }
                     self.words(runs, BODY, 0.0);
                 }
-                Block::Item(runs) => self.item(runs),
-                Block::Typed(text) => self.typed(text),
-                Block::Terms(terms) => self.terms(terms),
-                Block::Table(table) => self.table(table),
-                Block::Signatures(lines) => self.signatures(lines),
-                Block::Figures(figures, tall) => self.figures(figures, *tall),
+                PageBlock::Item(runs) => self.item(runs),
+                PageBlock::Typed(text) => self.typed(text),
+                PageBlock::Terms(terms) => self.terms(terms),
+                PageBlock::Table(table) => self.table(table),
+                PageBlock::Signatures(lines) => self.signatures(lines),
+                PageBlock::Figures(figures, tall) => self.figures(figures, *tall),
             }
         }
     }

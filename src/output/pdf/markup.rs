@@ -48,7 +48,7 @@ pub struct Figure<'a, 'b> {
 
 /// What stands on a page from the left edge to the right.
 #[derive(Clone, Debug)]
-pub enum Block<'a, 'b> {
+pub enum PageBlock<'a, 'b> {
     /// A heading of a level, which begins a page or not.
     Heading(u8, Vec<TextRun>, bool),
     /// A paragraph.
@@ -68,26 +68,26 @@ pub enum Block<'a, 'b> {
 }
 
 /// Blocks of an element, in order.
-pub fn blocks<'a, 'b>(element: Node<'a, 'b>) -> Vec<Block<'a, 'b>> {
+pub fn blocks<'a, 'b>(element: Node<'a, 'b>) -> Vec<PageBlock<'a, 'b>> {
     let mut found = Vec::new();
     for child in element.children().filter(Node::is_element) {
         let class = child.attribute("class").unwrap_or_default();
         match (child.tag_name().name(), class) {
-            ("h1", _) => found.push(Block::Heading(1, runs(child), false)),
-            ("h2", class) => found.push(Block::Heading(2, runs(child), class == "page")),
-            ("h3", _) => found.push(Block::Heading(3, runs(child), false)),
-            ("p" | "footer", _) => found.push(Block::Words(runs(child))),
-            ("li", _) => found.push(Block::Item(runs(child))),
-            ("pre", _) => found.push(Block::Typed(text(child))),
-            ("dl", _) => found.push(Block::Terms(terms(child))),
-            ("table", _) => found.push(Block::Table(table(child))),
-            ("figure", _) => found.extend(figure(child).map(|figure| Block::Figures(vec![figure], false))),
+            ("h1", _) => found.push(PageBlock::Heading(1, runs(child), false)),
+            ("h2", class) => found.push(PageBlock::Heading(2, runs(child), class == "page")),
+            ("h3", _) => found.push(PageBlock::Heading(3, runs(child), false)),
+            ("p" | "footer", _) => found.push(PageBlock::Words(runs(child))),
+            ("li", _) => found.push(PageBlock::Item(runs(child))),
+            ("pre", _) => found.push(PageBlock::Typed(text(child))),
+            ("dl", _) => found.push(PageBlock::Terms(terms(child))),
+            ("table", _) => found.push(PageBlock::Table(table(child))),
+            ("figure", _) => found.extend(figure(child).map(|figure| PageBlock::Figures(vec![figure], false))),
             ("div", "tall") => {
-                found.extend(of_name(child, "figure").filter_map(figure).map(|one| Block::Figures(vec![one], true)))
+                found.extend(of_name(child, "figure").filter_map(figure).map(|one| PageBlock::Figures(vec![one], true)))
             }
-            ("div", "signatures") => found.push(Block::Signatures(of_name(child, "p").map(runs).collect())),
+            ("div", "signatures") => found.push(PageBlock::Signatures(of_name(child, "p").map(runs).collect())),
             ("div", "row" | "pair") => {
-                found.push(Block::Figures(of_name(child, "figure").filter_map(figure).collect(), false))
+                found.push(PageBlock::Figures(of_name(child, "figure").filter_map(figure).collect(), false))
             }
             ("div" | "header" | "ul", _) => found.extend(blocks(child)),
             _ => {}

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::light::{Light, SeenPart};
-use super::{Emitted, Look, Place};
+use super::{Emitted, LightSample, Place};
 use crate::base::ball::ball_illuminance_factor;
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::random::Stream;
@@ -72,12 +72,12 @@ impl Light for BallLight {
         self.exitance_lm_m2 * ball_illuminance_factor(offset.dot(normal) / distance, distance / self.radius_m)
     }
 
-    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
         if unshadowed_lx <= 0.0 {
             return None;
         }
-        Some(Look { unshadowed_lx, place: self.draw_seen(point_m, normal, stream) })
+        Some(LightSample { unshadowed_lx, place: self.draw_seen(point_m, normal, stream) })
     }
 
     fn seen_from_afar(&self, direction: DVec3, stream: &mut Stream) -> Option<(f64, Place)> {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::triangle_view::TriangleView;
-use super::{Emitted, Look, Place};
+use super::{Emitted, LightSample, Place};
 use crate::base::sky::Sky;
 use crate::base::sun::Sun;
 use crate::sampling::importance::Beacon;
@@ -33,18 +33,18 @@ pub(super) trait Light {
     /// See [`super::Emitter::unshadowed_lx`].
     fn unshadowed_lx(&self, point_m: DVec3, normal: DVec3) -> f64;
 
-    /// A light sample: see [`super::Emitter::look`].
-    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look>;
+    /// A light sample: see [`super::Emitter::light_sample`].
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample>;
 
     /// A triangle as a place sees it: see [`super::Emitter::view`].
     fn triangle_view(&self, _point_m: DVec3, _normal: DVec3) -> Option<TriangleView> {
         None
     }
 
-    /// A light sample that takes less time: see [`super::Emitter::glance`].
+    /// A light sample that takes less time: see [`super::Emitter::cheap_light_sample`].
     #[inline]
-    fn glance(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        self.look(point_m, normal, stream)
+    fn cheap_light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
+        self.light_sample(point_m, normal, stream)
     }
 
     /// Half space that holds all its light: a unit normal, and its points' least coordinate along that in m.
@@ -52,8 +52,8 @@ pub(super) trait Light {
         None
     }
 
-    /// Whether it emits from points that no ray meets.
-    fn is_point(&self) -> bool {
+    /// See [`super::Emitter::is_met_by_no_ray`].
+    fn is_met_by_no_ray(&self) -> bool {
         false
     }
 

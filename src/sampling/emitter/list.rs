@@ -55,7 +55,7 @@ impl Emitters {
 
     /// The point-like emitters by themselves, if there are any.
     pub fn points(&self) -> Option<PointEmitters> {
-        let list: Vec<Emitter> = self.list.iter().filter(|emitter| emitter.is_point()).cloned().collect();
+        let list: Vec<Emitter> = self.list.iter().filter(|emitter| emitter.is_met_by_no_ray()).cloned().collect();
         let beacons: Vec<&Beacon> = list.iter().map(|emitter| &emitter.beacon).collect();
         let tree = EmitterTree::of(&beacons)?;
         Some(PointEmitters { list, tree })

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::light::{Light, SeenPart};
 use super::seen::show_point;
-use super::{Emitted, Look, Place, cosine_per_square};
+use super::{Emitted, LightSample, Place, cosine_per_square};
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::Stream;
@@ -53,17 +53,17 @@ impl Light for PointLight {
         }
     }
 
-    fn look(&self, point_m: DVec3, normal: DVec3, _: &mut Stream) -> Option<Look> {
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, _: &mut Stream) -> Option<LightSample> {
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
         let place = Some(self.place_of_point(self.position_m));
-        (unshadowed_lx > 0.0).then_some(Look { unshadowed_lx, place })
+        (unshadowed_lx > 0.0).then_some(LightSample { unshadowed_lx, place })
     }
 
     fn ahead(&self) -> Option<(DVec3, f64)> {
         self.axis.map(|axis| (axis, axis.dot(self.position_m)))
     }
 
-    fn is_point(&self) -> bool {
+    fn is_met_by_no_ray(&self) -> bool {
         true
     }
 

@@ -77,8 +77,9 @@ mod tests {
                         let [u, v] = uniform_triangle(stream.pair());
                         let [a, b, c] = corners_m;
                         let point_m = a + u * (b - a) + v * (c - a);
-                        (0..16)
-                            .any(|_| emitter.look(point_m, normal, stream).is_some_and(|look| look.unshadowed_lx > 0.0))
+                        (0..16).any(|_| {
+                            emitter.light_sample(point_m, normal, stream).is_some_and(|look| look.unshadowed_lx > 0.0)
+                        })
                     })
                 };
                 let is_found = finds(&mut stream);

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::light::{Light, SeenPart};
 use super::seen::{SMALLEST_SOURCE_M2, show_point};
-use super::{Emitted, Look, Place};
+use super::{Emitted, LightSample, Place};
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::opening::OpeningPoint;
 use crate::sampling::random::Stream;
@@ -78,7 +78,7 @@ impl RingLight {
 
     /// From near by, half of the points are drawn by area and half by the receiver's cosine: each counts by the mean of both
     /// densities, so that no look counts more than twice the exitance.
-    fn look_near(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+    fn light_sample_near(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         let at_m = if stream.unit() < 0.5 {
             self.point_m(stream.pair())
         } else {
@@ -95,7 +95,7 @@ impl RingLight {
         let by_area = square_m2 / (cos_out * self.area_m2());
         let density_per_sr = 0.5 * (by_area + cosine_hemisphere_pdf_per_sr(cos_in));
         let unshadowed_lx = self.exitance_lm_m2 / PI * cos_in / density_per_sr;
-        Some(Look { unshadowed_lx, place: Some(self.place_of_point(at_m)) })
+        Some(LightSample { unshadowed_lx, place: Some(self.place_of_point(at_m)) })
     }
 
     /// Distance at which a line from in front meets it.
@@ -134,26 +134,26 @@ impl Light for RingLight {
         self.exitance_lm_m2 * (outer - inner).max(0.0)
     }
 
-    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         if (point_m - self.center_m).dot(self.axis) <= 0.0 {
             return None;
         }
         if self.nearest_m(point_m) < FAR * self.radii_m[1] {
-            return self.look_near(point_m, normal, stream);
+            return self.light_sample_near(point_m, normal, stream);
         }
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
         if unshadowed_lx <= 0.0 {
             return None;
         }
         let place = self.draw_far(point_m, normal, stream).map(|at_m| self.place_of_point(at_m));
-        Some(Look { unshadowed_lx, place })
+        Some(LightSample { unshadowed_lx, place })
     }
 
     fn ahead(&self) -> Option<(DVec3, f64)> {
         Some((self.axis, self.axis.dot(self.center_m)))
     }
 
-    fn is_point(&self) -> bool {
+    fn is_met_by_no_ray(&self) -> bool {
         true
     }
 
@@ -351,7 +351,7 @@ mod tests {
             let (mut sum_lx, mut squares) = (0.0, 0.0);
             for index in 0..N {
                 stream.seek(index);
-                let look = light.look(point_m, normal, &mut stream);
+                let look = light.light_sample(point_m, normal, &mut stream);
                 let lx = look.map_or(0.0, |look| look.unshadowed_lx);
                 assert!(lx <= 2000.0 + 1e-9, "{lx} is more than twice the exitance");
                 sum_lx += lx;

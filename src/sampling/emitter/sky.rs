@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::light::Light;
-use super::{Emitted, Look, Place};
+use super::{Emitted, LightSample, Place};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::base::sky::Sky;
 use crate::sampling::importance::{Beacon, Profile};
@@ -98,7 +98,7 @@ impl Light for SkyEmitter {
     /// A light sample towards a direction of it.
     ///
     /// Directions are drawn in proportion to their cosine, those of an opening among what it shows.
-    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         let (factor, towards, distance_m) = match self.front_m() {
             Some(corners_m) => {
                 let factor = triangle_illuminance_factor(point_m, normal, corners_m);
@@ -117,7 +117,7 @@ impl Light for SkyEmitter {
             return None;
         }
         let end_m = point_m + OUTSIDE * self.openings.radius_m * towards;
-        Some(Look { unshadowed_lx, place: Some(Place::Free(end_m)) })
+        Some(LightSample { unshadowed_lx, place: Some(Place::Free(end_m)) })
     }
 
     /// Draws a packet in proportion to the flux that enters.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::ball::draw_in_cone;
 use super::light::Light;
 use super::sky::{enter_past, enter_through};
-use super::{Emitted, Look, Place};
+use super::{Emitted, LightSample, Place};
 use crate::base::sun::Sun;
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::random::Stream;
@@ -55,7 +55,7 @@ impl Light for SunEmitter {
     }
 
     /// A light sample towards a direction of the disk, drawn in proportion to its cosine.
-    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         let unshadowed_lx = self.sun.illuminance_lx(normal);
         if unshadowed_lx <= 0.0 {
             return None;
@@ -64,7 +64,7 @@ impl Light for SunEmitter {
         // The ground hides what is below the horizon. A point may lie anywhere: the images in mirrors look from far outside.
         let end_m = (point_m - self.openings.center_m).length() + OUTSIDE * self.openings.radius_m;
         let above = towards.filter(|towards| towards.z > 0.0);
-        Some(Look { unshadowed_lx, place: above.map(|towards| Place::Free(point_m + end_m * towards)) })
+        Some(LightSample { unshadowed_lx, place: above.map(|towards| Place::Free(point_m + end_m * towards)) })
     }
 
     /// Draws a packet in proportion to the flux that enters.

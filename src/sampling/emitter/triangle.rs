@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::light::{Light, SeenPart};
 use super::triangle_view::{TriangleView, place_on};
-use super::{Emitted, Look, Place};
+use super::{Emitted, LightSample, Place};
 use crate::base::polygon::triangle_illuminance_factor;
 use crate::base::solid_angle::triangle_solid_angle_sr;
 use crate::sampling::importance::{Beacon, Profile};
@@ -18,7 +18,7 @@ use crate::scene::{Scene, Side};
 
 /// From so many times its radius on a triangle is far enough for a glance: d² varies by half of itself over it, in the root
 /// mean square, where it is seen end-on, and mostly by much less.
-const FAR_FOR_A_GLANCE: f64 = 2.0;
+const FAR_FOR_A_CHEAP_SAMPLE: f64 = 2.0;
 /// Parts of an emitting triangle are no wider than this as the eye sees them, in radians: the position index changes
 /// by some percent over it.
 const WIDEST_PART: f64 = 0.05;
@@ -106,8 +106,8 @@ impl Light for TriangleEmitter {
         self.exitance_lm_m2 * triangle_illuminance_factor(point_m, normal, self.corners_m)
     }
 
-    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        self.triangle_view(point_m, normal)?.look(stream)
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
+        self.triangle_view(point_m, normal)?.light_sample(stream)
     }
 
     fn triangle_view(&self, point_m: DVec3, normal: DVec3) -> Option<TriangleView> {
@@ -118,10 +118,10 @@ impl Light for TriangleEmitter {
 
     /// A far triangle's point is drawn by area, E = M A cos θ cos θ′/(π d²).
     #[inline]
-    fn glance(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
-        let far_m = FAR_FOR_A_GLANCE * self.radius_m;
+    fn cheap_light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
+        let far_m = FAR_FOR_A_CHEAP_SAMPLE * self.radius_m;
         if self.centroid_m.distance_squared(point_m) < far_m * far_m {
-            return self.look(point_m, normal, stream);
+            return self.light_sample(point_m, normal, stream);
         }
         let barycentric = uniform_triangle(stream.pair());
         let [a, b, c] = self.corners_m;
@@ -132,7 +132,7 @@ impl Light for TriangleEmitter {
         }
         let exitance_lm = self.exitance_lm_m2 * self.area_m2;
         let unshadowed_lx = exitance_lm * heights_m[0] * heights_m[1] / (PI * offset_m.length_squared().powi(2));
-        Some(Look { unshadowed_lx, place: Some(self.place(barycentric)) })
+        Some(LightSample { unshadowed_lx, place: Some(self.place(barycentric)) })
     }
 
     fn ahead(&self) -> Option<(DVec3, f64)> {
@@ -263,7 +263,8 @@ mod tests {
             let (mut sum_lx, mut squares) = (0.0, 0.0);
             for index in 0..N {
                 stream.seek(index);
-                let lx = emitter.glance(point_m, normal, &mut stream).map_or(0.0, |look| look.unshadowed_lx);
+                let lx =
+                    emitter.cheap_light_sample(point_m, normal, &mut stream).map_or(0.0, |look| look.unshadowed_lx);
                 sum_lx += lx;
                 squares += lx * lx;
             }

@@ -1,6 +1,6 @@
 //! A shining triangle as one place sees it.
 
-use super::{Look, Place};
+use super::{LightSample, Place};
 use crate::sampling::random::Stream;
 use crate::sampling::triangle::RisenTriangle;
 use crate::scene::Side;
@@ -20,13 +20,13 @@ pub(super) struct TriangleView {
 
 impl TriangleView {
     /// See [`super::Emitter::look`].
-    pub fn look(&self, stream: &mut Stream) -> Option<Look> {
+    pub fn light_sample(&self, stream: &mut Stream) -> Option<LightSample> {
         if self.unshadowed_lx <= 0.0 {
             return None;
         }
         let drawn = self.risen.as_ref().and_then(|risen| risen.draw(stream));
         let place = drawn.map(|(_, barycentric)| place_on(self.triangle, self.side, barycentric));
-        Some(Look { unshadowed_lx: self.unshadowed_lx, place })
+        Some(LightSample { unshadowed_lx: self.unshadowed_lx, place })
     }
 }
 

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::light::{Light, SeenPart};
 use super::seen::show_point;
-use super::{Emitted, Look, Place, cosine_per_square};
+use super::{Emitted, LightSample, Place, cosine_per_square};
 use crate::sampling::importance::{Beacon, Profile};
 use crate::sampling::opening::{Aperture, OpeningPoint};
 use crate::sampling::random::Stream;
@@ -65,15 +65,15 @@ impl Light for WebLight {
         self.intensity_cd((point_m - self.position_m).normalize()) * geometry
     }
 
-    fn look(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<Look> {
+    fn light_sample(&self, point_m: DVec3, normal: DVec3, stream: &mut Stream) -> Option<LightSample> {
         if let Some(aperture) = &self.aperture {
             let towards = |direction: DVec3| self.intensity_cd(direction);
-            let (unshadowed_lx, at_m) = aperture.look(point_m, normal, towards, stream)?;
-            return Some(Look { unshadowed_lx, place: Some(self.place_of_point(at_m)) });
+            let (unshadowed_lx, at_m) = aperture.light_sample(point_m, normal, towards, stream)?;
+            return Some(LightSample { unshadowed_lx, place: Some(self.place_of_point(at_m)) });
         }
         let unshadowed_lx = self.unshadowed_lx(point_m, normal);
         let place = Some(self.place_of_point(self.position_m));
-        (unshadowed_lx > 0.0).then_some(Look { unshadowed_lx, place })
+        (unshadowed_lx > 0.0).then_some(LightSample { unshadowed_lx, place })
     }
 
     fn ahead(&self) -> Option<(DVec3, f64)> {
@@ -85,7 +85,7 @@ impl Light for WebLight {
         Some((axis, axis.dot(self.position_m) - behind_m))
     }
 
-    fn is_point(&self) -> bool {
+    fn is_met_by_no_ray(&self) -> bool {
         true
     }
 

@@ -95,7 +95,7 @@ fn a_near_lambertian_rectangle_brings_what_the_polygon_formula_says() {
         for index in 0..N {
             stream.seek(index);
             let cosine = |direction: DVec3| 1000.0 * (-direction.z / direction.length()).max(0.0);
-            let lx = aperture.look(point_m, normal, cosine, &mut stream).map_or(0.0, |(lx, _)| lx);
+            let lx = aperture.light_sample(point_m, normal, cosine, &mut stream).map_or(0.0, |(lx, _)| lx);
             sum += lx;
             squares += lx * lx;
         }
@@ -192,7 +192,7 @@ fn looks_bring_what_the_faces_show() {
                 share * intensity_cd(-offset_m) * height_m / offset_m.length().powi(3)
             };
             let looked =
-                mean(&|stream| aperture.look(point_m, normal, intensity_cd, stream).map_or(0.0, |look| look.0));
+                mean(&|stream| aperture.light_sample(point_m, normal, intensity_cd, stream).map_or(0.0, |look| look.0));
             let counted = mean(&|stream| {
                 let at = aperture.draw(stream);
                 lx_from(&at, aperture.share_towards(&at, (point_m - at.position_m).normalize()))

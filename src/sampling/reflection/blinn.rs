@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::lossless::{Gloss, Lossless, draw_power_of_cosine, power_of_cosine_angle};
+use super::lossless::{GlossyBase, Lossless, draw_power_of_cosine, power_of_cosine_angle};
 use super::{Pair, Reflection, Scattered, mirrored};
 use crate::sampling::random::Stream;
 
@@ -17,7 +17,7 @@ use crate::sampling::random::Stream;
 #[derive(Clone, Debug)]
 pub struct Blinn {
     exponent: f64,
-    gloss: Gloss,
+    gloss: GlossyBase,
 }
 
 impl Blinn {
@@ -30,7 +30,7 @@ impl Blinn {
             let [cos_half, sin_half] = power_of_cosine_angle(exponent, y);
             [1.0 - 2.0 * sin_half * sin_half, 2.0 * sin_half * cos_half]
         });
-        Blinn { exponent, gloss: Gloss { diffuse_reflectance, specular_reflectance, table } }
+        Blinn { exponent, gloss: GlossyBase { diffuse_reflectance, specular_reflectance, table } }
     }
 
     /// A direction of the lobe of light that arrives along another, not thinned yet.

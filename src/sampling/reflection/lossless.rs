@@ -98,13 +98,13 @@ impl Lossless {
 /// A diffuse part, a lobe over max(cos θ_i, cos θ_o), and what the lobe loses: a glossy law but for the lobe itself. The reflectance is
 /// ρ_d + ρ_s at every angle.
 #[derive(Clone, Debug)]
-pub(super) struct Gloss {
+pub(super) struct GlossyBase {
     pub diffuse_reflectance: f64,
     pub specular_reflectance: f64,
     pub table: Lossless,
 }
 
-impl Gloss {
+impl GlossyBase {
     /// Share of the light that leaves again.
     #[inline]
     pub fn total(&self) -> f64 {

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::lossless::{Gloss, Lossless, draw_power_of_cosine, power_of_cosine_angle};
+use super::lossless::{GlossyBase, Lossless, draw_power_of_cosine, power_of_cosine_angle};
 use super::{Pair, Reflection, Scattered, mirrored};
 use crate::sampling::random::Stream;
 
@@ -15,7 +15,7 @@ use crate::sampling::random::Stream;
 #[derive(Clone, Debug)]
 pub struct Phong {
     exponent: f64,
-    gloss: Gloss,
+    gloss: GlossyBase,
 }
 
 impl Phong {
@@ -23,7 +23,7 @@ impl Phong {
     pub fn new(diffuse_reflectance: f64, specular_reflectance: f64, exponent: f64) -> Phong {
         let width = 1.0 / (exponent + 2.0).sqrt();
         let table = Lossless::new(width, |y| power_of_cosine_angle(exponent, y));
-        Phong { exponent, gloss: Gloss { diffuse_reflectance, specular_reflectance, table } }
+        Phong { exponent, gloss: GlossyBase { diffuse_reflectance, specular_reflectance, table } }
     }
 
     /// A direction of the lobe of light that arrives along another, not thinned yet.

@@ -23,7 +23,7 @@ const MILLIMETRE_M: f64 = 1e-3;
 /// Whatever breaks the format, with line, token, expectation and remedy. Never panics.
 pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError> {
     let lines = lines_of(&decode(bytes));
-    let fields = Fields { lines: &lines };
+    let fields = HeaderLines { lines: &lines };
     let mut warnings = Vec::new();
 
     let symmetry = symmetry(&fields)?;
@@ -122,11 +122,11 @@ pub fn parse_eulumdat(bytes: &[u8]) -> Result<PhotometricFile, PhotometricError>
 }
 
 /// The header's lines, by their number in the standard.
-struct Fields<'a> {
+struct HeaderLines<'a> {
     lines: &'a [String],
 }
 
-impl Fields<'_> {
+impl HeaderLines<'_> {
     fn text(&self, line: usize) -> &str {
         self.lines.get(line - 1).map(|line| line.trim()).unwrap_or_default()
     }
@@ -159,7 +159,7 @@ impl Fields<'_> {
     }
 }
 
-fn symmetry(fields: &Fields) -> Result<LateralSymmetry, PhotometricError> {
+fn symmetry(fields: &HeaderLines) -> Result<LateralSymmetry, PhotometricError> {
     let what = "Isym, the symmetry: 0, 1, 2, 3 or 4";
     let code = fields.number(3, what, |value| [0.0, 1.0, 2.0, 3.0, 4.0].contains(&value))?;
     let kinds = [
@@ -173,7 +173,7 @@ fn symmetry(fields: &Fields) -> Result<LateralSymmetry, PhotometricError> {
 }
 
 /// How many of the Mc planes have their intensities in the file.
-fn stored_planes(symmetry: LateralSymmetry, planes: usize, fields: &Fields) -> Result<usize, PhotometricError> {
+fn stored_planes(symmetry: LateralSymmetry, planes: usize, fields: &HeaderLines) -> Result<usize, PhotometricError> {
     let (divisor, stored) = match symmetry {
         LateralSymmetry::None => (1, planes),
         LateralSymmetry::Rotational => (1, 1),
@@ -212,7 +212,7 @@ fn plane_angles(c_deg: &[f64], symmetry: LateralSymmetry, stored: usize) -> Resu
 }
 
 /// A set of lamps and whether it is absolute photometry, which a negative number of lamps says.
-fn lamp_set(fields: &Fields, line: usize) -> Result<(LampSet, bool), PhotometricError> {
+fn lamp_set(fields: &HeaderLines, line: usize) -> Result<(LampSet, bool), PhotometricError> {
     let lamps = fields.number(line, "the number of lamps (negative for absolute photometry)", |_| true)?;
     let flux = fields.number(line + 2, "the total luminous flux of the lamps in lm, 0 or more", |lm| lm >= 0.0)?;
     let watts = fields.optional(line + 5, "the power in W, 0 or more", |watts| watts >= 0.0)?;

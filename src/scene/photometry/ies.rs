@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::file::FLUX_TOLERANCE;
-use super::ies_body::{Body, FOOT_M, Tilt, Tokenized, read_body, read_tilt};
+use super::ies_body::{FOOT_M, IesNumbers, Tilt, Tokenized, read_body, read_tilt};
 use super::planes::unfold;
 use super::text::{Comma, Tokens, decode, lines_of, read_bytes};
 use super::{
@@ -185,7 +185,7 @@ fn tilt_file(
 
 /// The table in the angles of its goniometer, the whole way round for type C.
 fn web_of(
-    body: &Body,
+    body: &IesNumbers,
     candela: Vec<f64>,
     warnings: &mut Vec<String>,
 ) -> Result<(IntensityWeb, LateralSymmetry), PhotometricError> {
@@ -271,7 +271,7 @@ fn lateral_symmetry(first: f64, last: f64, count: usize, line: usize) -> Result<
 }
 
 /// Warns where header and integral disagree; the intensities count in any case.
-fn check_flux(body: &Body, flux_lm: f64, warnings: &mut Vec<String>) {
+fn check_flux(body: &IesNumbers, flux_lm: f64, warnings: &mut Vec<String>) {
     if flux_lm == 0.0 {
         warnings.push("all intensities are 0: the luminaire is dark".to_string());
     }
@@ -292,7 +292,7 @@ fn check_flux(body: &Body, flux_lm: f64, warnings: &mut Vec<String>) {
 }
 
 /// The luminous opening by the signs of its dimensions, which the editions from 2002 on read in their own way.
-fn opening(format: PhotometricFormat, body: &Body, warnings: &mut Vec<String>) -> Opening {
+fn opening(format: PhotometricFormat, body: &IesNumbers, warnings: &mut Vec<String>) -> Opening {
     let unit_m = if body.feet { FOOT_M } else { 1.0 };
     let [width, length, height] = body.dimensions.map(|size| size * unit_m);
     let (c90_m, c0_m, height_m) = (width.abs(), length.abs(), height.abs());

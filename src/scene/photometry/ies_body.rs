@@ -8,7 +8,7 @@ use super::{PhotometricError, PhotometricType};
 pub(super) const FOOT_M: f64 = 0.3048;
 
 /// The numbers after the TILT line as they stand in the file.
-pub(super) struct Body {
+pub(super) struct IesNumbers {
     pub tilt: Option<Tilt>,
     pub lamps: f64,
     /// Negative in absolute photometry.
@@ -51,7 +51,7 @@ impl Tilt {
 
 /// A body with how its commas were read and how many tokens follow it.
 pub(super) struct Tokenized {
-    pub body: Body,
+    pub body: IesNumbers,
     pub comma: Comma,
     pub leftover: usize,
 }
@@ -99,7 +99,7 @@ pub(super) fn read_tilt(tokens: &mut Tokens) -> Result<Tilt, PhotometricError> {
     Ok(Tilt { angles_deg, factors })
 }
 
-fn body(tokens: &mut Tokens, included_tilt: bool) -> Result<Body, PhotometricError> {
+fn body(tokens: &mut Tokens, included_tilt: bool) -> Result<IesNumbers, PhotometricError> {
     let tilt = if included_tilt { Some(read_tilt(tokens)?) } else { None };
     let not_negative = |value: f64| value >= 0.0;
     let lamps = tokens.checked("a number of lamps of 0 or more", "write 1 if it is not known", not_negative)?;
@@ -153,7 +153,7 @@ fn body(tokens: &mut Tokens, included_tilt: bool) -> Result<Body, PhotometricErr
     let intensity = "an intensity of 0 or more";
     let remedy = "no light source has a negative intensity; check the counts of angles and that no value is missing";
     let values = tokens.list(verticals * horizontals, intensity, remedy, not_negative)?;
-    Ok(Body {
+    Ok(IesNumbers {
         tilt,
         lamps,
         lumens_per_lamp,

@@ -271,9 +271,9 @@ enum AreaName {
 
 /// What is made about a task area by the rule of EN 12464-1: receivers in a band, and in a wider one about that.
 #[derive(JsonSchema)]
-#[schemars(deny_unknown_fields)]
+#[schemars(rename = "Surroundings", deny_unknown_fields)]
 #[expect(dead_code, reason = "only its shape is used")]
-struct Surroundings {
+struct SurroundingsFile {
     /// The floor that bounds the room: a geometry or a part of one; the surface that the grid lies on by default.
     within: Option<String>,
     /// Width of the immediate surroundings; 0.5 m by default, none with 0.
@@ -354,7 +354,7 @@ enum ReceiverKind {
         #[schemars(flatten)]
         measuring: Measuring,
         /// Receivers about the task area, by rule.
-        surroundings: Option<Surroundings>,
+        surroundings: Option<SurroundingsFile>,
     },
     /// A grid on a flat rectangular surface: points at the centres of its cells, facing as its front does.
     #[schemars(rename = "grid")]
@@ -369,7 +369,7 @@ enum ReceiverKind {
         #[schemars(flatten)]
         measuring: Measuring,
         /// Receivers about the task area, by rule.
-        surroundings: Option<Surroundings>,
+        surroundings: Option<SurroundingsFile>,
     },
     /// Points from a CSV file with the header x,y,z,nx,ny,nz and optionally area, or points that stand here.
     #[schemars(extend("oneOf" = [{"required": ["file"]}, {"required": ["points"]}]))]
@@ -496,9 +496,8 @@ mod tests {
     fn the_schema_and_the_reader_know_the_same_keys() {
         let schema = scene_schema();
         type Keys = fn(usize) -> Vec<&'static str>;
-        let keys_of_materials: Keys = |kind| crate::scene::materials::KEYS[kind].to_vec();
         for (definition, types, keys) in [
-            ("MaterialKind", &crate::scene::materials::TYPES[..], keys_of_materials),
+            ("MaterialKind", &crate::scene::materials::TYPES[..], crate::scene::materials::keys as Keys),
             ("GeometryKind", &crate::scene::surfaces::TYPES, crate::scene::surfaces::keys),
             ("LuminaireKind", &crate::scene::emission::TYPES, crate::scene::luminaires::keys),
             ("ReceiverKind", &crate::scene::receivers::TYPES, crate::scene::receivers::keys),
@@ -533,7 +532,7 @@ mod tests {
             &crate::scene::units::UNIT_NAMES[..],
             &crate::scene::surfaces::FACINGS,
             &crate::scene::emission::DISTRIBUTIONS,
-            &crate::scene::emission::SIDES,
+            &crate::scene::luminaire_reading::SIDES,
             &crate::scene::sky::DISTRIBUTIONS,
             &crate::scene::standard::AREAS.map(crate::scene::Area::name),
         ] {

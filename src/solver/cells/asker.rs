@@ -201,7 +201,7 @@ impl Asker<'_> {
 
     /// Where one ray starts.
     #[inline]
-    fn start(&self, site: &Site, stream: &mut Stream) -> Start {
+    fn start(&self, site: &Site, stream: &mut Stream) -> GatheringStart {
         let stage = self.context.stage;
         match site {
             Site::Element(element) => {
@@ -214,19 +214,26 @@ impl Asker<'_> {
                 let (at, weight) = at.map_or(([0.0; 2], 0.0), |at| (at, 1.0));
                 let origin = element.origin(stage, at);
                 let point_m = stage.tracer.position_m(&origin);
-                Start { at, point_m, normal: element.normal_at(stage, at), origin, weight, rays }
+                GatheringStart { at, point_m, normal: element.normal_at(stage, at), origin, weight, rays }
             }
             Site::Point { point_m, normal, origin, quantity } => {
                 let receiver = Receiver { point_m: *point_m, normal: *normal, origin };
                 let (plane, weight) = one_plane(*quantity, &receiver, stream);
-                Start { at: [0.0; 2], point_m: *point_m, normal: plane.normal, origin: *origin, weight, rays: 0 }
+                GatheringStart {
+                    at: [0.0; 2],
+                    point_m: *point_m,
+                    normal: plane.normal,
+                    origin: *origin,
+                    weight,
+                    rays: 0,
+                }
             }
         }
     }
 }
 
 /// Where one gathering ray starts.
-struct Start {
+struct GatheringStart {
     /// Place in its element: the weights of the second and third corner.
     at: [f64; 2],
     point_m: DVec3,
@@ -239,7 +246,7 @@ struct Start {
     rays: u64,
 }
 
-impl Start {
+impl GatheringStart {
     /// The plane that the ray is for.
     #[inline]
     fn receiver(&self) -> Receiver<'_> {

@@ -24,7 +24,7 @@ impl CellAsks {
         let told: Vec<Vec<f32>> = replicas.map(|(replica, records)| records.told_lx(sets.of(replica), rays)).collect();
         let references = shape.as_ref().map(|shape| &shape.references_lx[..]);
         let slabs = map.indirect.par_iter_mut().with_max_len(1).enumerate();
-        let found: Vec<Found> =
+        let found: Vec<ReplicaFindings> =
             slabs.map(|(replica, rows)| self.sum_up(replica, &told[replica], references, rows)).collect();
         self.ray_squared_lx2 = ray_squared_lx2(&found, weights, self.order.sites(), passes);
         if let Some(shape) = shape {
@@ -60,10 +60,16 @@ impl CellAsks {
     }
 
     /// Sums of one replica's rays.
-    fn sum_up(&self, replica: usize, told: &[f32], references_lx: Option<&[Linear]>, rows: &mut [f64]) -> Found {
+    fn sum_up(
+        &self,
+        replica: usize,
+        told: &[f32],
+        references_lx: Option<&[Linear]>,
+        rows: &mut [f64],
+    ) -> ReplicaFindings {
         let (sites, passes, records) = (self.order.sites(), self.passes(), &self.records[replica]);
         rows.fill(0.0);
-        let mut found = Found { by_half_lx: vec![[0.0; 2]; rows.len()], ..Found::default() };
+        let mut found = ReplicaFindings { by_half_lx: vec![[0.0; 2]; rows.len()], ..ReplicaFindings::default() };
         if references_lx.is_some() {
             found.make_room(sites);
         }
@@ -153,7 +159,7 @@ fn count(guide: &mut Guide, entries: impl Iterator<Item = (u64, usize)>, bins: &
 
 /// What the rays of one replica found, beside its rows.
 #[derive(Default)]
-struct Found {
+struct ReplicaFindings {
     /// Of every entry, what the first half of the passes brought, and the second, in lx.
     by_half_lx: Vec<[f64; 2]>,
     /// Of every element, sums of what goes beyond its reference times the polynomials, and in each part of it, in lx.
@@ -161,7 +167,7 @@ struct Found {
     parts_lx: Vec<[f64; PARTS]>,
 }
 
-impl Found {
+impl ReplicaFindings {
     fn make_room(&mut self, sites: usize) {
         self.bends_lx = vec![[0.0; BENDS]; sites];
         self.parts_lx = vec![[0.0; PARTS]; IndirectDetail::with_parts(sites)];
@@ -170,7 +176,7 @@ impl Found {
 
 /// Squared error in lx² of the mean over all replicas that rays have by chance: halves of a replica's passes ask the same cells.
 /// Squares of the entries beyond the elements, slopes, add to those of their means.
-fn ray_squared_lx2(found: &[Found], weights: &[f64], sites: usize, passes: u64) -> f64 {
+fn ray_squared_lx2(found: &[ReplicaFindings], weights: &[f64], sites: usize, passes: u64) -> f64 {
     let [first, second] = [passes / 2, passes - passes / 2].map(|count| count as f64);
     if first == 0.0 {
         return 0.0;

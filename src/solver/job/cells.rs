@@ -153,7 +153,7 @@ impl Job {
         let walks = WALKS_OF_AN_ENTRY * self.walked.rays * (2.0 * entries).sqrt();
         let to_first_look = self.rays_to_first_look(error);
         let rays = to_first_look.max(RAYS_OF_A_RAY * of_one * (entries + walks));
-        let looks_out = context.stage.would_look_out(rays);
+        let looks_out = context.stage.would_learn_selection_by_cell(rays);
         let choosing = if looks_out { 0.0 } else { self.walked.choosing / self.walked.rays.max(1.0) };
         let work = self.rays_with_direct(WORK_OF_A_GATHERING_RAY * rays * (1.0 + choosing), error_lx);
         // Where a look is cheap beside walks it is taken: it tells more than the pilot of walks can.
@@ -207,7 +207,7 @@ impl Job {
             goal = CellGoal { direct: 1, fills: rays * entries, rays, walks: rays.div_ceil(4) };
         }
         self.cell_goal = CellGoal { direct: direct.clamp(1, most_direct.max(1)), ..goal };
-        self.engine = Engine::Gathering;
+        self.engine = Engine::Gather;
         self.begin_asks(context);
     }
 

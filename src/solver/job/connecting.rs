@@ -44,7 +44,7 @@ impl Job {
     /// Takes local estimation instead of walks; nothing of the map has been done yet.
     pub fn start_connecting(&mut self, plan: LocalPlan) {
         self.share = DirectShare::of(self.direct, plan.cost(&self.weights), [self.map.len(); 2]);
-        self.engine = Engine::Connecting(Kernel::Bounded);
+        self.engine = Engine::Local(Kernel::Bounded);
         self.local = Some(plan);
     }
 
@@ -55,7 +55,7 @@ impl Job {
         self.map.forget_indirect_scores();
         self.forget_looks();
         self.local = None;
-        self.engine = Engine::Walking;
+        self.engine = Engine::Walk;
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
         self.give_up_samples();

@@ -41,7 +41,7 @@ impl Job {
 
     /// Traces chains that only tell whether flux gets lost, for elements that gather and count none.
     pub fn balance_flux(&mut self, context: &Context) {
-        if self.kind != MapKind::Elements || self.engine != Engine::Gathering || self.asks.is_none() {
+        if self.kind != MapKind::Elements || self.engine != Engine::Gather || self.asks.is_none() {
             return;
         }
         let started = Instant::now();

@@ -62,7 +62,7 @@ impl Job {
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
         self.samples = 0;
         self.give_up_samples();
-        if self.engine == Engine::Gathering {
+        if self.engine == Engine::Gather {
             self.begin_asks(context);
         }
         found

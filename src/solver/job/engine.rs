@@ -11,36 +11,36 @@ use crate::solver::local::Kernel;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Engine {
     /// Packets of chains are counted on elements.
-    Counting,
+    Collision,
     /// Walks from receivers.
-    Walking,
+    Walk,
     /// Gathering rays that ask cells, and walks that measure what these have wrong.
-    Gathering,
+    Gather,
     /// Vertices of chains score at all receivers.
-    Connecting(Kernel),
+    Local(Kernel),
 }
 
 impl Engine {
     /// The unbiased one of a map.
     pub(super) fn unbiased(scene: &Scene, kind: MapKind, method: Method) -> Engine {
         match (kind, method) {
-            (MapKind::Elements, _) => Engine::Counting,
+            (MapKind::Elements, _) => Engine::Collision,
             // What leaves the scene is counted, too.
-            (MapKind::Receivers(set), _) if scene.receivers[set].is_far_field() => Engine::Counting,
-            (MapKind::Receivers(_), Method::Local) => Engine::Connecting(Kernel::Bounded),
-            (MapKind::Receivers(_), Method::LocalNaive) => Engine::Connecting(Kernel::Naive),
-            (MapKind::Receivers(_), _) => Engine::Walking,
+            (MapKind::Receivers(set), _) if scene.receivers[set].is_far_field() => Engine::Collision,
+            (MapKind::Receivers(_), Method::Local) => Engine::Local(Kernel::Bounded),
+            (MapKind::Receivers(_), Method::LocalNaive) => Engine::Local(Kernel::Naive),
+            (MapKind::Receivers(_), _) => Engine::Walk,
         }
     }
 
     /// Name as results tell it.
     pub fn name(self) -> &'static str {
         match self {
-            Engine::Counting => "collision",
-            Engine::Walking => "walk",
-            Engine::Gathering => "gather",
-            Engine::Connecting(Kernel::Bounded) => "local",
-            Engine::Connecting(Kernel::Naive) => "local-naive",
+            Engine::Collision => "collision",
+            Engine::Walk => "walk",
+            Engine::Gather => "gather",
+            Engine::Local(Kernel::Bounded) => "local",
+            Engine::Local(Kernel::Naive) => "local-naive",
         }
     }
 }

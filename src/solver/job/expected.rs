@@ -13,14 +13,13 @@ const WALKS_OVER_PILOT: f64 = 0.55;
 
 /// Samples at which counts, or walks, are judged for the first time.
 pub fn first_look(engine: Engine) -> u64 {
-    if engine == Engine::Counting { FIRST_COUNTED_CHAINS } else { FIRST_WALKS }
+    if engine == Engine::Collision { FIRST_COUNTED_CHAINS } else { FIRST_WALKS }
 }
 
 impl Job {
     /// Rays that a slice of its indirect light takes at least, by what the pilot counted.
     pub fn rays_at_least(&self) -> f64 {
-        let entries =
-            if matches!(self.engine, Engine::Walking | Engine::Gathering) { self.map.len().max(1) } else { 1 };
+        let entries = if matches!(self.engine, Engine::Walk | Engine::Gather) { self.map.len().max(1) } else { 1 };
         self.share.rays_per_indirect * REPLICAS as f64 / entries as f64
     }
 
@@ -32,14 +31,14 @@ impl Job {
     /// The same in work: rays, and what choosing among luminaires takes beside them.
     pub fn work_without_gathering(&self, context: &Context, error_lx: f64) -> f64 {
         let rays = self.rays_without_gathering(context, error_lx);
-        let choosing = if context.stage.would_look_out(rays) { 0.0 } else { self.indirect.choosing };
+        let choosing = if context.stage.would_learn_selection_by_cell(rays) { 0.0 } else { self.indirect.choosing };
         self.without_gathering(context, error_lx, self.indirect.rays + choosing)
     }
 
     fn without_gathering(&self, context: &Context, error_lx: f64, rays_per_sample: f64) -> f64 {
         let to_first_look = first_look(Engine::unbiased(context.scene, self.kind, context.method)) as f64;
         let first_rays = to_first_look * rays_per_sample * self.map.len() as f64 * REPLICAS as f64;
-        let walks = Engine::unbiased(context.scene, self.kind, context.method) == Engine::Walking;
+        let walks = Engine::unbiased(context.scene, self.kind, context.method) == Engine::Walk;
         let over_pilot = if walks { WALKS_OVER_PILOT } else { 1.0 };
         let alone =
             over_pilot * self.indirect.variance * rays_per_sample * self.map.len() as f64 / (error_lx * error_lx);

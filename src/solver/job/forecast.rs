@@ -117,7 +117,7 @@ impl Job {
         let mean_lx = self.mean_without_gathering_lx();
         let indirect = self.indirect.variance * self.indirect.rays * self.map.len() as f64;
         let direct = self.direct.variance * self.direct.rays * self.map.len() as f64;
-        let rays = self.all_rays() + context.stage.outlook_rays();
+        let rays = self.all_rays() + context.stage.selection_rays();
         let error = (direct.sqrt() + indirect.sqrt()) / (rays as f64).sqrt() / mean_lx;
         (mean_lx > 0.0 && rays > 0).then_some(ErrorParts::random(error))
     }
@@ -128,7 +128,7 @@ impl Job {
         let is_whole = self.map.direct_samples.ahead == 0 && self.map.indirect_samples.ahead == 0;
         // Before a first look there are too few samples to tell more than the pilot.
         let is_new = self.seen.as_ref().is_some_and(|(_, samples)| self.samples > *samples);
-        let counts = !self.black && self.engine != Engine::Gathering && self.samples > 0 && !self.met;
+        let counts = !self.black && self.engine != Engine::Gather && self.samples > 0 && !self.met;
         if !(is_cheap && is_whole && is_new && counts && self.has_started()) {
             return;
         }
@@ -183,7 +183,7 @@ impl Job {
 
     /// Rays to its first look, for a map that has had none.
     pub fn rays_to_look(&self, context: &Context) -> f64 {
-        if self.engine != Engine::Gathering {
+        if self.engine != Engine::Gather {
             return self.rays_to(self.first_samples());
         }
         (self.rays_of_first_look(context) - self.kept_rays() as f64).max(0.0)
@@ -196,7 +196,7 @@ impl Job {
 
     /// Rays of the chains that tell where flux goes, for elements that count none.
     pub fn rays_of_balance(&self) -> f64 {
-        let gathers = self.kind == MapKind::Elements && self.engine == Engine::Gathering;
+        let gathers = self.kind == MapKind::Elements && self.engine == Engine::Gather;
         let rays_of_a_chain = self.indirect.rays * self.elements.len() as f64;
         if gathers { (CHAINS_OF_BALANCE * REPLICAS as u64) as f64 * rays_of_a_chain } else { 0.0 }
     }
@@ -218,7 +218,7 @@ impl Job {
                 let by_cells = self.broad.as_ref().map_or(f64::INFINITY, |_| self.work_by_cells(context, target));
                 (without.min(by_cells), DEVIATION_BY_PILOT.hypot(DEVIATION_BY_CUTTING))
             }
-            (_, Engine::Gathering) => {
+            (_, Engine::Gather) => {
                 // After a first look it goes over to local estimation where that takes less.
                 let by_cells = self.work_by_cells(context, target);
                 let by_chains = self.offered.as_ref().and_then(|offered| offered.as_ref().ok());
@@ -227,10 +227,10 @@ impl Job {
                 let beyond_look = by_chains.map_or(by_cells, |rays| rays.min(by_cells));
                 (self.rays_of_first_look(context) + beyond_look, DEVIATION_BY_PILOT_OF_CELLS)
             }
-            (Some(plan), Engine::Connecting(_)) => {
+            (Some(plan), Engine::Local(_)) => {
                 (LOCAL_OVER_PILOT * self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT)
             }
-            (_, Engine::Walking) => {
+            (_, Engine::Walk) => {
                 (WALKS_BEYOND_PILOT * self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT)
             }
             _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
@@ -261,11 +261,11 @@ impl Job {
         }
         let left = (1.0 - 1.0 / needed).max(0.0);
         let of_chance = deviation_of_work(judgement.degrees_of_freedom, self.scores_seen, 1.0 / needed, exponent);
-        let is_of_law = self.engine != Engine::Counting;
+        let is_of_law = self.engine != Engine::Collision;
         let of_law = if is_of_law { DEVIATION_OF_EXPONENT * needed.ln().max(0.0) / exponent } else { 0.0 };
         let scatter = if self.connects() { SCATTER_OF_CONNECTIONS } else { 0.0 };
         let of_errors = scatter * left.sqrt() / exponent;
-        let of_kind = if self.engine == Engine::Counting { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
+        let of_kind = if self.engine == Engine::Collision { DEVIATION_OF_COUNTS } else { DEVIATION_OF_LOOK };
         let of_look = of_chance.hypot(of_law).hypot(of_errors).hypot(of_kind * left.sqrt());
         // What the pilot said counts the more the less the look tells.
         match self.rays_by_pilot(context, target) {
@@ -290,7 +290,7 @@ impl Job {
     pub fn rays_if_refused(&self, left: f64) -> f64 {
         let all = self.kept_rays() as f64 + left;
         match &self.asks {
-            Some(asks) if self.engine == Engine::Gathering => {
+            Some(asks) if self.engine == Engine::Gather => {
                 let parts = [self.direct_rays, asks.rays[0]];
                 let share = parts.into_iter().max().unwrap_or(0) as f64 / (self.kept_rays().max(1)) as f64;
                 share.min(1.0) * all
@@ -302,9 +302,9 @@ impl Job {
     /// Power of the work with which its error falls: docs/methods.md, "The forecast".
     pub fn error_exponent(&self) -> f64 {
         match self.engine {
-            Engine::Counting => EXPONENT_OF_INDEPENDENT_SAMPLES,
-            Engine::Walking | Engine::Connecting(_) => EXPONENT_OF_WALKS,
-            Engine::Gathering => EXPONENT_OF_GATHERING,
+            Engine::Collision => EXPONENT_OF_INDEPENDENT_SAMPLES,
+            Engine::Walk | Engine::Local(_) => EXPONENT_OF_WALKS,
+            Engine::Gather => EXPONENT_OF_GATHERING,
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::solver::local::Kernel;
 impl Job {
     /// Direct light is known but nothing has bounced yet: what N chains have not found is below 3/N.
     pub(super) fn bound_unseen(&mut self, context: &Context, chains: u64) {
-        if !self.judgement.unseen || self.judgement.dark || self.engine == Engine::Gathering {
+        if !self.judgement.unseen || self.judgement.dark || self.engine == Engine::Gather {
             return;
         }
         let bound = PACKETS_OF_A_BOUND / chains as f64 * self.flux_over_map(context);
@@ -34,7 +34,7 @@ impl Job {
         let [_, mut indirect] = self.gathered().score_evidence();
         // Laws that have an end look like a tail where entries of many sizes are pooled: what cells answer, the bounded kernel, and direct
         // light at points, which differs from what is expected by no more than an emitter brings unshadowed over its share of the looks.
-        if matches!(self.engine, Engine::Gathering | Engine::Connecting(Kernel::Bounded)) {
+        if matches!(self.engine, Engine::Gather | Engine::Local(Kernel::Bounded)) {
             indirect.shape = None;
         }
         if matches!(self.kind, MapKind::Receivers(_)) {

@@ -10,12 +10,7 @@ impl Engine {
     /// The engine of this name; where shares had several, the unbiased one of the map.
     pub fn named(name: Option<&str>, scene: &Scene, kind: MapKind, method: crate::solver::Method) -> Engine {
         let unbiased = Engine::unbiased(scene, kind, method);
-        let all = [
-            Engine::Gathering,
-            Engine::Walking,
-            Engine::Connecting(Kernel::Bounded),
-            Engine::Connecting(Kernel::Naive),
-        ];
+        let all = [Engine::Gather, Engine::Walk, Engine::Local(Kernel::Bounded), Engine::Local(Kernel::Naive)];
         all.into_iter().find(|engine| Some(engine.name()) == name).unwrap_or(unbiased)
     }
 }

@@ -23,7 +23,7 @@ impl Job {
 
     /// Lets the walks to come go where light has come from.
     pub(super) fn learn_directions(&mut self) {
-        if let Some(guide) = self.guide.as_mut().filter(|_| self.engine == Engine::Walking) {
+        if let Some(guide) = self.guide.as_mut().filter(|_| self.engine == Engine::Walk) {
             guide.learn();
         }
     }

@@ -63,7 +63,7 @@ const MOST_PER_ROUND: f64 = 64.0;
 
 /// Weighted variance and rays of one sample of a part, summed over the set.
 #[derive(Clone, Copy, Debug, Default)]
-struct Part {
+struct PartVariance {
     variance: f64,
     rays: f64,
 }
@@ -193,7 +193,7 @@ struct PilotAnchor {
 }
 
 /// What the pilot's chains score under a bound.
-struct Scores {
+struct PilotScores {
     /// For one lm, vertex by vertex, anchor by anchor.
     each: Vec<f64>,
     /// Weighted variance of a chain that is not thinned.
@@ -293,7 +293,7 @@ impl Pilot {
         })
     }
 
-    fn scores(&self, bound: f64) -> Scores {
+    fn scores(&self, bound: f64) -> PilotScores {
         let mut each = Vec::with_capacity(self.pairs.len());
         for of_vertex in self.brought(bound) {
             each.extend(of_vertex.map(|(anchor, brought)| anchor.scale * brought));
@@ -309,7 +309,7 @@ impl Pilot {
         let of_means: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * (sum / count).powi(2)).sum();
         let sum: f64 = sums.iter().zip(&self.weights).map(|(sum, weight)| weight * sum / count).sum();
         let mean = sum / self.weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        Scores { each, variance: (squares / count - of_means).max(0.0), mean }
+        PilotScores { each, variance: (squares / count - of_means).max(0.0), mean }
     }
 
     /// Goes through what each of the first `most` chains brings to every entry looked at, by what its vertices do.
@@ -326,7 +326,7 @@ impl Pilot {
     }
 
     /// Variance of independent chains over that of a run's quasi-random ones, by the spread of the batches' means.
-    fn quasi_gain(&self, scores: &Scores) -> f64 {
+    fn quasi_gain(&self, scores: &PilotScores) -> f64 {
         let of_batch = self.chains.len() as f64 / BATCHES as f64;
         let mut means = vec![[0.0; BATCHES]; self.weights.len()];
         self.for_each_chain(&scores.each, usize::MAX, |chain, of_chain| {
@@ -353,7 +353,7 @@ impl Pilot {
 
     /// Degrees of freedom of a map by the chance of chains, (tr C)²/tr C² of its entries' weighted covariances: few, since
     /// all entries share the chains. By the products of what every two chains bring to all entries looked at.
-    fn degrees(&self, scores: &Scores) -> f64 {
+    fn degrees(&self, scores: &PilotScores) -> f64 {
         let entries = self.weights.len();
         let roots: Vec<f64> = self.weights.iter().map(|weight| weight.sqrt()).collect();
         // Every two chains are compared: some hundred must do.
@@ -381,7 +381,7 @@ impl Pilot {
     }
 
     /// Variance and rays of one chain whose scores are thinned below a threshold.
-    fn part(&self, scores: &Scores, threshold: f64) -> Part {
+    fn part(&self, scores: &PilotScores, threshold: f64) -> PartVariance {
         let (mut thinning, mut rays) = (0.0, 0.0);
         for ((place, score), anchor) in scores.each.iter().enumerate().zip(self.anchors.iter().cycle()) {
             let threshold = threshold * anchor.own_level;
@@ -394,17 +394,17 @@ impl Pilot {
         }
         rays += RAYS_PER_SCORE * scores.each.len() as f64;
         let count = self.chains.len() as f64;
-        Part {
+        PartVariance {
             variance: (scores.variance + thinning / count) * self.flux_lm * self.flux_lm * self.share_inverse,
             rays: self.path_rays + self.share_inverse * rays / count,
         }
     }
 
     /// The thinning that makes variance times rays least, under a bound.
-    fn thin(&self, bound: f64) -> (f64, Part) {
+    fn thin(&self, bound: f64) -> (f64, PartVariance) {
         let scores = self.scores(bound);
         let unthinned = self.part(&scores, 0.0);
-        let cost = |part: &Part| (part.variance - (1.0 - 1.0 / QUASI_GAIN) * unthinned.variance) * part.rays;
+        let cost = |part: &PartVariance| (part.variance - (1.0 - 1.0 / QUASI_GAIN) * unthinned.variance) * part.rays;
         let largest = scores.each.chunks(self.anchors.len().max(1)).fold(0.0f64, |largest, of_vertex| {
             let relative = of_vertex.iter().zip(&self.anchors).map(|(score, anchor)| score / anchor.own_level);
             relative.fold(largest, f64::max)
@@ -417,12 +417,12 @@ impl Pilot {
 }
 
 /// One walk from every entry, judged by some of them, the mean value of a walk, and the rays that it took.
-fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part, f64, u64) {
+fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (PartVariance, f64, u64) {
     let receivers = &context.scene.receivers[set];
     let mut stream = Stream::new(context.seed, Purpose::Pilot, MapKind::Receivers(set).number(), 4);
     let mut cut = Cut::default();
     let stride = receivers.points.len().div_ceil(SITES).max(1);
-    let (mut part, mut total, mut sites, mut traced) = (Part::default(), 0.0, 0.0, 0);
+    let (mut part, mut total, mut sites, mut traced) = (PartVariance::default(), 0.0, 0.0, 0);
     for site in scattered(receivers.points.len().div_ceil(stride)) {
         let (entry, point) = (site * stride, &receivers.points[site * stride]);
         if point.inside {
@@ -453,8 +453,8 @@ fn walks(context: &Context, set: usize, anchors: &Anchors, bound: f64) -> (Part,
         sites += 1.0;
     }
     if sites == 0.0 {
-        return (Part::default(), 0.0, 0);
+        return (PartVariance::default(), 0.0, 0);
     }
     let scale = receivers.points.len() as f64 / sites;
-    (Part { variance: part.variance * scale, rays: part.rays * scale }, total / sites, traced)
+    (PartVariance { variance: part.variance * scale, rays: part.rays * scale }, total / sites, traced)
 }

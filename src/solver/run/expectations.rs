@@ -120,7 +120,7 @@ impl Run<'_> {
         let bound = || self.jobs.iter().filter(|job| job.bound);
         let mut engines: Vec<&str> = bound().map(|job| job.engine.name()).collect();
         engines.dedup();
-        let gathers = bound().any(|job| job.engine == Engine::Gathering);
+        let gathers = bound().any(|job| job.engine == Engine::Gather);
         let most_bytes = limit_bytes() as f64 / super::SHARE_OF_MEMORY as f64;
         Some(Expectation {
             method,

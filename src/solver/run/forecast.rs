@@ -34,13 +34,13 @@ pub struct SlowestMap {
 
 /// Work that is left to do.
 #[derive(Default)]
-pub(super) struct Left {
+pub(super) struct WorkLeft {
     pub rays: Forecast,
     /// The map that takes the most of it, and its rays.
     slowest: Option<(SlowestMap, f64)>,
 }
 
-impl Left {
+impl WorkLeft {
     /// Notes what a map takes of it.
     fn note(&mut self, map: SlowestMap, rays: Forecast) {
         // What is out of reach comes before what merely takes long.
@@ -137,11 +137,11 @@ impl Run<'_> {
     }
 
     /// Rays and seconds to the end, whichever rule brings it; none where only the user does.
-    pub(super) fn remaining(&self, rays: u64, wall_s: f64) -> Option<(Left, Forecast)> {
+    pub(super) fn remaining(&self, rays: u64, wall_s: f64) -> Option<(WorkLeft, Forecast)> {
         let to_limit_s = self.settings.time_limit_s.map(|limit_s| (limit_s - wall_s).max(0.0));
         let to_limit_rays = to_limit_s.map(|seconds| seconds * self.clock.rays_per_s(rays, wall_s));
         if self.target_error.is_none() && self.settings.chains.is_none() {
-            let left = Left { rays: Forecast::known(to_limit_rays?), slowest: None };
+            let left = WorkLeft { rays: Forecast::known(to_limit_rays?), slowest: None };
             return Some((left, Forecast::known(to_limit_s?)));
         }
         let mut left = self.left()?;
@@ -154,8 +154,8 @@ impl Run<'_> {
     }
 
     /// What all maps are still to take; none where nothing is known of one.
-    fn left(&self) -> Option<Left> {
-        let mut left = Left::default();
+    fn left(&self) -> Option<WorkLeft> {
+        let mut left = WorkLeft::default();
         let mut by_pilots = Forecast::default();
         // In one run of four or so a check refuses a map once: within the interval.
         let mut refused = 0.0f64;

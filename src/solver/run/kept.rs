@@ -12,7 +12,7 @@ use super::super::spending::Spending;
 use super::super::{ConvergenceRow, Settings, Solution, StopReason};
 use super::clock::Clock;
 use super::{Observer, Progress, Run, solve_as};
-use crate::chain::SightMap;
+use crate::chain::SelectionByCell;
 use crate::control::Forecast;
 use crate::scene::Scene;
 
@@ -34,7 +34,7 @@ pub struct RunState<'a> {
     spending: Spending,
     clock: Clock,
     target_error: Option<f64>,
-    sight_map: Option<&'a SightMap>,
+    selection_by_cell: Option<&'a SelectionByCell>,
     wall_s: f64,
 }
 
@@ -48,7 +48,7 @@ pub struct KeptRun {
     spending: Spending,
     clock: Clock,
     target_error: Option<f64>,
-    sight_map: Option<SightMap>,
+    selection_by_cell: Option<SelectionByCell>,
     wall_s: f64,
 }
 
@@ -145,7 +145,7 @@ impl Run<'_> {
             spending: self.spending,
             clock: self.clock,
             target_error: self.target_error,
-            sight_map: self.context.stage.sight_map(),
+            selection_by_cell: self.context.stage.selection_by_cell(),
             wall_s: self.observer.wall_s(),
         }
     }
@@ -153,7 +153,7 @@ impl Run<'_> {
     /// Goes on from a kept state; a map that was judged is judged anew where the target is another one.
     pub(super) fn take_up(&mut self, kept: KeptRun) {
         let stage = self.context.stage;
-        stage.take_sight_map(kept.sight_map);
+        stage.take_selection_by_cell(kept.selection_by_cell);
         (self.jobs, self.sets, self.most_bytes_of_cells) = (kept.jobs, kept.sets, kept.most_bytes_of_cells);
         (self.convergence, self.spending, self.clock) = (kept.convergence, kept.spending, kept.clock);
         for job in &mut self.jobs {

@@ -51,7 +51,7 @@ impl Run<'_> {
     /// All rays so far.
     pub(super) fn all_rays(&self) -> u64 {
         let sum = || self.jobs.iter().map(Job::all_rays).sum::<u64>();
-        self.context.stage.outlook_rays() + self.standing.all_rays().unwrap_or_else(sum)
+        self.context.stage.selection_rays() + self.standing.all_rays().unwrap_or_else(sum)
     }
 
     /// Share of its work that is done, as far as that can be forecast: else a half of what has begun. None of a map that walks,
@@ -60,7 +60,7 @@ impl Run<'_> {
         let rays = job.rays as f64;
         match self.left_of(job) {
             _ if job.rays == 0 => 0.0,
-            _ if job.engine != Engine::Gathering && !job.has_been_judged() => 0.0,
+            _ if job.engine != Engine::Gather && !job.has_been_judged() => 0.0,
             Some(left) if left.expected.is_finite() => rays / (rays + left.expected),
             _ => 0.5,
         }

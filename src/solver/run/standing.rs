@@ -26,18 +26,18 @@ pub(super) struct Stand {
 
 /// A share as a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Share(f64);
+struct ShareKey(f64);
 
-impl Eq for Share {}
+impl Eq for ShareKey {}
 
-impl PartialOrd for Share {
-    fn partial_cmp(&self, other: &Share) -> Option<Ordering> {
+impl PartialOrd for ShareKey {
+    fn partial_cmp(&self, other: &ShareKey) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Share {
-    fn cmp(&self, other: &Share) -> Ordering {
+impl Ord for ShareKey {
+    fn cmp(&self, other: &ShareKey) -> Ordering {
         self.0.total_cmp(&other.0)
     }
 }
@@ -46,7 +46,7 @@ impl Ord for Share {
 #[derive(Debug, Default)]
 pub(super) struct Standing {
     stands: Vec<Stand>,
-    bound: BTreeSet<(Share, u64, usize)>,
+    bound: BTreeSet<(ShareKey, u64, usize)>,
     unbound: BTreeSet<(u64, usize)>,
     /// Sums over the maps that the target does not bind, and over those that it does.
     rays: [u64; 2],
@@ -98,8 +98,8 @@ impl Standing {
         };
         match (open, bound, counts) {
             (false, ..) => false,
-            (_, true, true) => self.bound.insert((Share(share), rays, index)),
-            (_, true, false) => self.bound.remove(&(Share(share), rays, index)),
+            (_, true, true) => self.bound.insert((ShareKey(share), rays, index)),
+            (_, true, false) => self.bound.remove(&(ShareKey(share), rays, index)),
             (_, false, true) => self.unbound.insert((rays, index)),
             (_, false, false) => self.unbound.remove(&(rays, index)),
         };

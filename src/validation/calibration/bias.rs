@@ -1,7 +1,7 @@
 //! Bias entry by entry: what of the deviation from the truth is the same in all runs.
 
 use super::FULL;
-use crate::validation::statistics::Entry;
+use crate::validation::statistics::ComparedEntry;
 
 /// The mean deviation of an entry may be this share of the error that it states.
 const SHARE_OF_STATED: f64 = 1.0 / 3.0;
@@ -14,18 +14,18 @@ const BEYOND: f64 = 4.0;
 #[derive(Clone, Debug, Default)]
 pub struct Biases {
     runs: usize,
-    entries: Vec<Sums>,
+    entries: Vec<BiasSums>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+struct BiasSums {
     deviation_lx: f64,
     squared_lx2: f64,
     stated_lx2: f64,
     truth_lx: f64,
 }
 
-impl Sums {
+impl BiasSums {
     fn mean_lx(&self, runs: usize) -> f64 {
         self.deviation_lx / runs as f64
     }
@@ -44,8 +44,8 @@ impl Sums {
 
 impl Biases {
     /// Adds one run.
-    pub(super) fn add(&mut self, entries: &[Entry]) {
-        self.entries.resize(entries.len(), Sums::default());
+    pub(super) fn add(&mut self, entries: &[ComparedEntry]) {
+        self.entries.resize(entries.len(), BiasSums::default());
         self.runs += 1;
         for (sums, entry) in self.entries.iter_mut().zip(entries) {
             sums.deviation_lx += entry.deviation_lx();
@@ -55,20 +55,20 @@ impl Biases {
         }
     }
 
-    fn noisy(&self) -> impl Iterator<Item = &Sums> {
+    fn noisy(&self) -> impl Iterator<Item = &BiasSums> {
         self.entries.iter().filter(|sums| sums.stated_lx2 > 0.0)
     }
 
     /// Share of the entries whose mean deviation is at most a third of what they state.
     pub fn share_within(&self) -> f64 {
-        let is_within = |sums: &&Sums| sums.mean_lx(self.runs).abs() <= SHARE_OF_STATED * sums.stated_lx(self.runs);
+        let is_within = |sums: &&BiasSums| sums.mean_lx(self.runs).abs() <= SHARE_OF_STATED * sums.stated_lx(self.runs);
         self.noisy().filter(is_within).count() as f64 / self.noisy().count().max(1) as f64
     }
 
     /// Largest mean deviation, four of its own standard errors less, over the error that the entry states; 0 where chance
     /// explains all.
     pub fn worst(&self) -> f64 {
-        let beyond = |sums: &Sums| {
+        let beyond = |sums: &BiasSums| {
             (sums.mean_lx(self.runs).abs() - BEYOND * sums.error_lx(self.runs)) / sums.stated_lx(self.runs)
         };
         self.noisy().map(beyond).fold(0.0, f64::max)
@@ -92,11 +92,16 @@ mod tests {
         let mut biases = Biases::default();
         for run in 0..300 {
             stream.seek(run);
-            let entries: Vec<Entry> = (0..100)
+            let entries: Vec<ComparedEntry> = (0..100)
                 .map(|i| {
                     let error: f64 = (0..12).map(|_| stream.unit() - 0.5).sum();
                     let bias_lx = if i < off { bias_lx } else { 0.0 };
-                    Entry { measured_lx: error + bias_lx, standard_error_lx: 1.0, weight: 1.0, ..Entry::default() }
+                    ComparedEntry {
+                        measured_lx: error + bias_lx,
+                        standard_error_lx: 1.0,
+                        weight: 1.0,
+                        ..ComparedEntry::default()
+                    }
                 })
                 .collect();
             biases.add(&entries);

@@ -3,9 +3,9 @@
 use super::bias::Biases;
 use super::{COVERAGE_ALLOWANCE, NOMINAL, fewest_met, most_cost, student_within};
 use crate::solver::{ElementChoice, MapSelection, Method, Settings, Solution, solve};
-use crate::validation::case::{Case, Comparison, Run};
+use crate::validation::case::{Case, CaseRun, Comparison};
 use crate::validation::error::CaseError;
-use crate::validation::exact::Light;
+use crate::validation::exact::LightPart;
 use crate::validation::exact_side::ExactSide;
 use crate::validation::forecasts::{JudgedForecast, judged_forecasts, median};
 use crate::validation::measure::Stopwatch;
@@ -99,7 +99,7 @@ pub fn calibrate(
 ) -> Result<Vec<Campaign>, CaseError> {
     let run = &case.runs[case.ladder_run];
     let mut campaigns = Vec::new();
-    let counts = |comparison: &&Comparison| !comparison.what.is_one_number() && comparison.light == Light::Total;
+    let counts = |comparison: &&Comparison| !comparison.what.is_one_number() && comparison.light == LightPart::Total;
     for comparison in run.comparisons.iter().filter(counts) {
         let truth = ExactSide::new(case, run, comparison)?;
         let methods = [("collision", Method::Collision), ("auto", Method::Auto)];
@@ -127,7 +127,7 @@ pub fn calibrate(
 }
 
 /// One run a thread at a time: runs are short, and results do not depend on threads.
-fn solve_all(run: &Run, comparison: &Comparison, method: Method, settings: &CampaignSettings) -> Vec<Solution> {
+fn solve_all(run: &CaseRun, comparison: &Comparison, method: Method, settings: &CampaignSettings) -> Vec<Solution> {
     let solve_one = |seed: u64| {
         let settings = Settings {
             method,

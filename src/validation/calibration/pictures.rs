@@ -1,10 +1,9 @@
 //! Pictures of a calibration.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::campaign::{Campaign, LEVELS};
-use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, TEXT, svg, tick};
+use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, PlotArea, TEXT, svg, tick};
 
 /// Colours of methods, told apart in print by shape too (Okabe and Ito 2008).
 const OTHER: RGBColor = RGBColor(0, 158, 115);
@@ -18,8 +17,6 @@ const ERROR_REACH: f64 = 3.0;
 /// Forecasts of a campaign that are drawn, evenly chosen.
 const MOST_DOTS: usize = 400;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
 fn colour(campaign: &Campaign) -> RGBColor {
     if campaign.method == "auto" { OTHER } else { MEASURED }
 }
@@ -29,7 +26,7 @@ fn name(campaign: &Campaign) -> String {
 }
 
 /// Names of the two methods above a picture.
-fn methods(area: &Area) -> Drawn {
+fn methods(area: &PlotArea) -> Drawn {
     use crate::validation::plots::{Sign, legend};
     let signs = [(Sign::Dot(MEASURED), "collision".to_owned()), (Sign::Dot(OTHER), "auto".to_owned())];
     legend(area, &signs)

@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use super::campaign::{Proof, RoomProof};
 use super::report::costs;
 use super::summary::Group;
-use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, Sign, TEXT, legend, svg, tick};
+use crate::validation::plots::{Drawn, EXACT, FAINT, ForecastChart, MEASURED, PlotArea, Sign, TEXT, legend, svg, tick};
 
 /// Colour of rooms that nothing was tuned on, and of the rival (Okabe and Ito 2008).
 const OTHER: RGBColor = RGBColor(0, 158, 115);
@@ -99,9 +99,7 @@ pub fn cost_picture(proof: &Proof, target: usize, target_error: f64) -> String {
     svg(height, |area| cost_bars(area, &ratios))
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-
-fn cost_bars(area: &Area, ratios: &[(&RoomProof, [Option<f64>; 2])]) -> Drawn {
+fn cost_bars(area: &PlotArea, ratios: &[(&RoomProof, [Option<f64>; 2])]) -> Drawn {
     let all = || ratios.iter().flat_map(|(_, ratios)| ratios.iter().flatten().copied());
     if all().next().is_none() {
         return Err("nothing to compare".into());

@@ -44,7 +44,7 @@ pub fn rival_scene(scene: &Scene) -> Result<Vec<u8>, String> {
         put(&mut bytes, position_m);
         put_number(&mut bytes, intensity_cd);
     }
-    for Shining { corners_m, exitance_lm_m2 } in shining {
+    for ShiningTriangle { corners_m, exitance_lm_m2 } in shining {
         corners_m.into_iter().for_each(|corner| put(&mut bytes, corner));
         put_number(&mut bytes, exitance_lm_m2);
     }
@@ -60,7 +60,7 @@ fn put_number(bytes: &mut Vec<u8>, number: f64) {
 }
 
 /// A triangle that shines from its front.
-struct Shining {
+struct ShiningTriangle {
     corners_m: [DVec3; 3],
     exitance_lm_m2: f64,
 }
@@ -69,7 +69,7 @@ fn add_luminaire(
     scene: &Scene,
     luminaire: &Luminaire,
     points: &mut Vec<(DVec3, f64)>,
-    shining: &mut Vec<Shining>,
+    shining: &mut Vec<ShiningTriangle>,
 ) -> Result<(), String> {
     match &luminaire.emission {
         Emission::Isotropic { position_m, intensity_cd } => points.push((*position_m, *intensity_cd)),
@@ -84,17 +84,17 @@ fn add_luminaire(
             // The rival reckons with rounded corners: so does the area that shares out the flux.
             let [a, b, c] = corners_m.map(|corner| corner.as_vec3().as_dvec3());
             let area_m2 = 0.5 * (b - a).cross(c - a).length();
-            shining.push(Shining { corners_m, exitance_lm_m2: luminaire.luminous_flux_lm / area_m2 });
+            shining.push(ShiningTriangle { corners_m, exitance_lm_m2: luminaire.luminous_flux_lm / area_m2 });
         }
         Emission::Area { surfaces, front, back, exitance_lm_m2 } => {
             for triangle in surfaces.iter().flat_map(|surface| scene.surfaces[*surface as usize].triangles.clone()) {
                 let [a, b, c] = scene.corners_m(triangle);
                 let exitance_lm_m2 = *exitance_lm_m2;
                 if *front {
-                    shining.push(Shining { corners_m: [a, b, c], exitance_lm_m2 });
+                    shining.push(ShiningTriangle { corners_m: [a, b, c], exitance_lm_m2 });
                 }
                 if *back {
-                    shining.push(Shining { corners_m: [a, c, b], exitance_lm_m2 });
+                    shining.push(ShiningTriangle { corners_m: [a, c, b], exitance_lm_m2 });
                 }
             }
         }

@@ -88,13 +88,13 @@ fn subjects(wishes: &mut StudyWishes) -> Result<Vec<Subject>, String> {
 }
 
 /// Ends a run that has taken too many rays.
-struct Patience {
+struct RayLimit {
     started: Instant,
     rays: std::sync::atomic::AtomicU64,
     most_rays: f64,
 }
 
-impl Observer for Patience {
+impl Observer for RayLimit {
     fn progress(&self, progress: &Progress) {
         self.rays.store(progress.rays, std::sync::atomic::Ordering::Relaxed);
     }
@@ -110,7 +110,7 @@ impl Observer for Patience {
 
 /// What runs of one method cost in the mean.
 #[derive(Clone, Debug, Default)]
-struct Cost {
+struct MethodCost {
     rays: f64,
     seconds: f64,
     /// Whether it met the target within the patience, every time.
@@ -119,7 +119,7 @@ struct Cost {
     estimators: String,
 }
 
-fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_rays: f64) -> Cost {
+fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_rays: f64) -> MethodCost {
     let mut runs: Vec<Solution> = Vec::new();
     for seed in 0..seeds {
         let settings = Settings {
@@ -131,7 +131,7 @@ fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_r
             ..Settings::default()
         };
         let once = || {
-            let observer = Patience { started: Instant::now(), rays: Default::default(), most_rays };
+            let observer = RayLimit { started: Instant::now(), rays: Default::default(), most_rays };
             solve(&subject.scene, &settings, &observer)
         };
         let mut run = once();
@@ -147,7 +147,7 @@ fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_r
     let mut estimators: Vec<&str> = runs.iter().flat_map(|run| &run.maps).map(|map| map.method.as_str()).collect();
     estimators.sort_unstable();
     estimators.dedup();
-    Cost {
+    MethodCost {
         rays: mean(&|run| run.rays as f64),
         seconds: mean(&|run| run.compute_s),
         arrived: runs.iter().all(|run| matches!(run.stop_reason, StopReason::TargetMet | StopReason::Exact)),
@@ -156,7 +156,7 @@ fn cost(subject: &Subject, target_error: f64, method: Method, seeds: u64, most_r
 }
 
 /// Auto's cost over the least of those that arrived.
-fn ratio(auto: &Cost, fixed: &[(&'static str, Cost)], of: fn(&Cost) -> f64) -> (f64, &'static str) {
+fn ratio(auto: &MethodCost, fixed: &[(&'static str, MethodCost)], of: fn(&MethodCost) -> f64) -> (f64, &'static str) {
     let arrived = fixed.iter().filter(|(_, cost)| cost.arrived);
     let best = arrived.min_by(|one, other| of(&one.1).total_cmp(&of(&other.1)));
     match best {
@@ -167,7 +167,7 @@ fn ratio(auto: &Cost, fixed: &[(&'static str, Cost)], of: fn(&Cost) -> f64) -> (
     }
 }
 
-fn cell(cost: &Cost, of: fn(&Cost) -> f64, words: fn(f64) -> String) -> String {
+fn cell(cost: &MethodCost, of: fn(&MethodCost) -> f64, words: fn(f64) -> String) -> String {
     format!("{}{}", if cost.arrived { "" } else { "> " }, words(of(cost)))
 }
 
@@ -183,15 +183,15 @@ pub fn choice(wishes: &mut StudyWishes) -> Result<Findings, String> {
             (wishes.tell)(&place);
             let auto = cost(&subject, *target_error, Method::Auto, seeds, f64::INFINITY);
             let most_rays = (PATIENCE * auto.rays).max(LEAST_RAYS);
-            let fixed: Vec<(&'static str, Cost)> = FIXED
+            let fixed: Vec<(&'static str, MethodCost)> = FIXED
                 .iter()
                 .filter(|(name, _)| subject.untrue != Some(*name))
                 .filter(|(_, method)| *method != Method::Local || subject.maps != MapSelection::Elements)
                 .map(|(name, method)| (*name, cost(&subject, *target_error, *method, seeds, most_rays)))
                 .collect();
             let of_name = |name: &str| fixed.iter().find(|(known, _)| *known == name).map(|(_, cost)| cost);
-            let rays: fn(&Cost) -> f64 = |cost| cost.rays;
-            let seconds: fn(&Cost) -> f64 = |cost| cost.seconds;
+            let rays: fn(&MethodCost) -> f64 = |cost| cost.rays;
+            let seconds: fn(&MethodCost) -> f64 = |cost| cost.seconds;
             for (index, (rows, of, words)) in [
                 (&mut by_rays, rays, scientific as fn(f64) -> String),
                 (&mut by_seconds, seconds, |seconds| significant(seconds, 2)),
@@ -243,9 +243,9 @@ mod tests {
 
     #[test]
     fn the_ratio_is_to_the_best_that_arrived() {
-        let cost = |rays: f64, arrived: bool| Cost { rays, seconds: 1.0, arrived, estimators: String::new() };
+        let cost = |rays: f64, arrived: bool| MethodCost { rays, seconds: 1.0, arrived, estimators: String::new() };
         let fixed = [("collision", cost(50.0, false)), ("gather", cost(100.0, true)), ("local", cost(80.0, true))];
-        let of: fn(&Cost) -> f64 = |cost| cost.rays;
+        let of: fn(&MethodCost) -> f64 = |cost| cost.rays;
         assert_eq!(ratio(&cost(140.0, true), &fixed[..2], of), (1.4, "gather"));
         assert_eq!(ratio(&cost(140.0, true), &fixed, of), (1.75, "local"));
         assert_eq!(ratio(&cost(30.0, true), &fixed[..1], of), (1.0 / PATIENCE, "auto"));

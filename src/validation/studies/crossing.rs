@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::pictures::{Line, log_log};
+use super::pictures::{PlotLine, log_log};
 use super::world::{HALL_M, Lit, grid, hall, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options, RADIUS_PER_STEP};
@@ -17,7 +17,7 @@ const MOST_RAYS: f64 = 4e7;
 const SETTING: &str = "A black hall of 20 m × 20 m × 4 m with 24 crates, point lamps in a square array under its ceiling, a grid of receivers on its floor. Mesh: h = 0.1 m, R = 1.25 h, all accelerations. Errors are relative RMS errors against the shadow rays. Times marked * were measured on a part of the receivers, evenly spread, and scaled to all.";
 
 /// One size of the problem.
-struct Row {
+struct CrossingRow {
     luminaires: usize,
     receivers: usize,
     rays: Lit,
@@ -25,7 +25,7 @@ struct Row {
     error: f64,
 }
 
-fn measure(edge: usize, count: usize, wishes: &mut StudyWishes) -> Result<Row, String> {
+fn measure(edge: usize, count: usize, wishes: &mut StudyWishes) -> Result<CrossingRow, String> {
     let world = hall(edge)?;
     let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], count);
     let options = Options { step_m: STEP_M, radius_m: RADIUS_PER_STEP * STEP_M, accelerations: Accelerations::ALL };
@@ -33,11 +33,11 @@ fn measure(edge: usize, count: usize, wishes: &mut StudyWishes) -> Result<Row, S
     let mesh = world.by_mesh(&points_m, options)?;
     let rays = world.by_rays(&points_m, 1, MOST_RAYS);
     let error = relative_rms(&mesh, &rays);
-    Ok(Row { luminaires: edge * edge, receivers: points_m.len(), rays, mesh, error })
+    Ok(CrossingRow { luminaires: edge * edge, receivers: points_m.len(), rays, mesh, error })
 }
 
-fn table(rows: &[Row]) -> Table {
-    let cells = |row: &Row| {
+fn table(rows: &[CrossingRow]) -> Table {
+    let cells = |row: &CrossingRow| {
         let mark = if row.rays.every > 1 { "*" } else { "" };
         vec![
             grouped(row.luminaires as u64),
@@ -69,7 +69,7 @@ fn table(rows: &[Row]) -> Table {
 }
 
 /// Size at which a ratio passes 1, between the sizes measured (straight lines on logarithmic axes).
-fn crossing(rows: &[Row], size: fn(&Row) -> f64, gain: fn(&Row) -> f64) -> Option<f64> {
+fn crossing(rows: &[CrossingRow], size: fn(&CrossingRow) -> f64, gain: fn(&CrossingRow) -> f64) -> Option<f64> {
     let pair = rows.windows(2).find(|pair| gain(&pair[0]) < 1.0 && gain(&pair[1]) >= 1.0)?;
     let (low, high) = (gain(&pair[0]).ln(), gain(&pair[1]).ln());
     let share = -low / (high - low);
@@ -82,16 +82,16 @@ fn two_digits(size: f64) -> u64 {
     ((size / unit).round() * unit) as u64
 }
 
-fn by_time(row: &Row) -> f64 {
+fn by_time(row: &CrossingRow) -> f64 {
     row.rays.seconds / row.mesh.seconds
 }
 
-fn by_count(row: &Row) -> f64 {
+fn by_count(row: &CrossingRow) -> f64 {
     row.rays.rays as f64 / row.mesh.rays.max(1) as f64
 }
 
-fn tell_crossing(rows: &[Row], what: &str, size: fn(&Row) -> f64) -> String {
-    let words = |gain: fn(&Row) -> f64| match crossing(rows, size, gain) {
+fn tell_crossing(rows: &[CrossingRow], what: &str, size: fn(&CrossingRow) -> f64) -> String {
+    let words = |gain: fn(&CrossingRow) -> f64| match crossing(rows, size, gain) {
         Some(size) => format!("from some {} {what} on", grouped(two_digits(size))),
         None if rows.iter().all(|row| gain(row) >= 1.0) => format!("with every number of {what} tried"),
         None => format!("with no number of {what} tried"),
@@ -99,7 +99,7 @@ fn tell_crossing(rows: &[Row], what: &str, size: fn(&Row) -> f64) -> String {
     format!("The mesh is the quicker way {}; it sends fewer rays {}.", words(by_time), words(by_count))
 }
 
-fn finish(name: &'static str, rows: &[Row], what: &str, size: fn(&Row) -> f64) -> Findings {
+fn finish(name: &'static str, rows: &[CrossingRow], what: &str, size: fn(&CrossingRow) -> f64) -> Findings {
     let mut found = Findings::of(name, SETTING);
     found.results.push(tell_crossing(rows, what, size));
     if let Some(best) = rows.iter().max_by(|one, other| by_time(one).total_cmp(&by_time(other))) {
@@ -113,7 +113,7 @@ fn finish(name: &'static str, rows: &[Row], what: &str, size: fn(&Row) -> f64) -
     }
     found.tables.push(("Rays and times".to_owned(), table(rows)));
     for (axis, of) in [("time, s", (|lit| lit.seconds) as fn(&Lit) -> f64), ("rays", |lit| lit.rays as f64)] {
-        let lines = [("shadow rays", 0), ("light mesh", 1)].map(|(name, which)| Line {
+        let lines = [("shadow rays", 0), ("light mesh", 1)].map(|(name, which)| PlotLine {
             name: name.to_owned(),
             places: rows.iter().map(|row| (size(row), of(if which == 0 { &row.rays } else { &row.mesh }))).collect(),
         });
@@ -145,7 +145,7 @@ mod tests {
     /// Shadow rays cost 1 for each of n, the mesh 100 whatever n: they cross at 100, not at 101.
     #[test]
     fn the_crossing_is_where_both_cost_the_same() {
-        let row = |n: usize, mesh: f64| Row {
+        let row = |n: usize, mesh: f64| CrossingRow {
             luminaires: n,
             receivers: 1,
             rays: Lit { seconds: n as f64, ..Lit::default() },

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::interpolation::{DirectForm, Interpolation};
-use super::pictures::{Line, log_log};
+use super::pictures::{PlotLine, log_log};
 use super::world::{HALL_M, Lit, World, grid, hall, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Index, Lattice, RADIUS_PER_STEP};
@@ -28,20 +28,20 @@ struct Known {
 }
 
 /// Points over the hall's floor.
-struct Points<'a> {
+struct FloorPoints<'a> {
     world: &'a World,
     lattice: Lattice,
     known: Vec<Option<Known>>,
 }
 
-impl<'a> Points<'a> {
+impl<'a> FloorPoints<'a> {
     /// Looks from every point above the floor to all lamps; points inside of solids know nothing.
-    fn over(world: &'a World, points_m: &[DVec3], step_m: f64) -> Option<Points<'a>> {
+    fn over(world: &'a World, points_m: &[DVec3], step_m: f64) -> Option<FloorPoints<'a>> {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         points_m.iter().for_each(|point_m| bounds_m = [bounds_m[0].min(*point_m), bounds_m[1].max(*point_m)]);
         let lattice = Lattice::over(bounds_m, step_m, RADIUS_PER_STEP * step_m)?;
         let known = (0..lattice.points() as usize).into_par_iter().map(|number| look_around(world, &lattice, number));
-        Some(Points { known: known.collect(), world, lattice })
+        Some(FloorPoints { known: known.collect(), world, lattice })
     }
 
     fn of(&self, index: Index) -> Option<&Known> {
@@ -105,12 +105,13 @@ pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     );
     let mean_lx = exact.lx.iter().sum::<f64>() / exact.lx.len() as f64;
     let mut rows = Vec::new();
-    let mut lines: Vec<Line> = Vec::new();
+    let mut lines: Vec<PlotLine> = Vec::new();
     let mut finest: Vec<(DirectForm, f64)> = Vec::new();
     for (number, count) in counts.iter().enumerate() {
         let step_m = HALL_M / *count as f64;
         (wishes.tell)(&format!("{count}² cells, h = {step_m} m"));
-        let points = Points::over(&world, &points_m, step_m).ok_or("a mesh with more points than numbers for them")?;
+        let points =
+            FloorPoints::over(&world, &points_m, step_m).ok_or("a mesh with more points than numbers for them")?;
         let asked = DirectForm::ALL.into_iter().filter(|form| wishes.only.takes(*form));
         let ways = asked.flat_map(|form| wishes.only.interpolations().map(move |way| (form, way)));
         for (place, (form, interpolation)) in ways.enumerate() {
@@ -128,7 +129,7 @@ pub fn forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
                 format!("{:+.2} %", 100.0 * (mean / mean_lx - 1.0)),
             ]);
             if number == 0 {
-                lines.push(Line::new(format!("{}, {}", form.name(), interpolation.name())));
+                lines.push(PlotLine::new(format!("{}, {}", form.name(), interpolation.name())));
             }
             lines[place].places.push((step_m, 100.0 * error));
             if number + 1 == counts.len() {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::interpolation::Interpolation;
-use super::pictures::{Line, log_log};
+use super::pictures::{PlotLine, log_log};
 use super::world::{HALL_M, Lit, World, grid, hall_with_crates, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::check::scene_from_json;
@@ -27,23 +27,23 @@ const STREAMS: [u32; 3] = [0, 1, 2];
 
 /// What a mesh point keeps of indirect light, as the illuminance that a place gets of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
+enum StudiedForm {
     /// Light from all sides, a quarter of which a surface gets (2001, eq. 4).
     Scalar,
     /// What a plane through the point gets that faces up.
     Plane,
 }
 
-const FORMS: [(Form, &str); 2] = [(Form::Plane, "plane"), (Form::Scalar, "scalar")];
+const FORMS: [(StudiedForm, &str); 2] = [(StudiedForm::Plane, "plane"), (StudiedForm::Scalar, "scalar")];
 
 /// Illuminance in lx by both forms at the free points of a mesh.
-struct Points {
+struct FreePoints {
     lattice: Lattice,
     kept_lx: Vec<Option<[f64; 2]>>,
 }
 
-impl Points {
-    fn over(world: &World, points_m: &[DVec3], step_m: f64, walks: u64) -> Option<Points> {
+impl FreePoints {
+    fn over(world: &World, points_m: &[DVec3], step_m: f64, walks: u64) -> Option<FreePoints> {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         points_m.iter().for_each(|point_m| bounds_m = [bounds_m[0].min(*point_m), bounds_m[1].max(*point_m)]);
         let lattice = Lattice::over(bounds_m, step_m, RADIUS_PER_STEP * step_m)?;
@@ -63,8 +63,8 @@ impl Points {
                 for walk in 0..walks {
                     stream.seek_quasi((number << 32) | walk, number, walk);
                     let direction = match form {
-                        Form::Scalar => uniform_sphere(stream.pair()),
-                        Form::Plane => cosine_hemisphere(DVec3::Z, stream.pair()),
+                        StudiedForm::Scalar => uniform_sphere(stream.pair()),
+                        StudiedForm::Plane => cosine_hemisphere(DVec3::Z, stream.pair()),
                     };
                     // π times the luminance: its mean over all sides is a quarter of ∫ L dω, over the cosine the illuminance.
                     sum_lx += sample_arriving_lx(&world.stage, origin, direction, &mut cut, &mut stream).0;
@@ -73,7 +73,7 @@ impl Points {
             }))
         };
         let kept_lx = (0..lattice.points() as u64).into_par_iter().map(gather).collect();
-        Some(Points { lattice, kept_lx })
+        Some(FreePoints { lattice, kept_lx })
     }
 
     fn light(&self, place_m: DVec3, form: usize, interpolation: Interpolation) -> f64 {
@@ -135,8 +135,8 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
     for (number, count) in counts.iter().enumerate() {
         let step_m = HALL_M / *count as f64;
         (wishes.tell)(&format!("{count}² cells, h = {step_m} m"));
-        let points =
-            Points::over(&world, &points_m, step_m, walks).ok_or("a mesh with more points than numbers for them")?;
+        let points = FreePoints::over(&world, &points_m, step_m, walks)
+            .ok_or("a mesh with more points than numbers for them")?;
         let ways = (0..FORMS.len()).flat_map(|form| wishes.only.interpolations().map(move |way| (form, way)));
         for (place, (form, interpolation)) in ways.enumerate() {
             let lx = points_m.iter().map(|point_m| points.light(*point_m, form, interpolation)).collect();
@@ -154,7 +154,7 @@ pub fn indirect_forms(wishes: &mut StudyWishes) -> Result<Findings, String> {
                 format!("{:+.2} %", 100.0 * (mean / mean_lx - 1.0)),
             ]);
             if number == 0 {
-                lines.push(Line::new(format!("{name}, {}", interpolation.name())));
+                lines.push(PlotLine::new(format!("{name}, {}", interpolation.name())));
             }
             lines[place].places.push((step_m, 100.0 * error));
             if number + 1 == counts.len() {

@@ -23,7 +23,7 @@ pub mod world;
 use super::report::Table;
 
 pub use interpolation::{DirectForm, Interpolation};
-pub use pictures::{Line, log_log};
+pub use pictures::{PlotLine, log_log};
 pub use report::{study_csv, study_md, study_section};
 
 /// What a study is told to do, and whom it tells.

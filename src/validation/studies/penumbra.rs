@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::pictures::{Line, profiles};
+use super::pictures::{PlotLine, profiles};
 use super::world::World;
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
@@ -61,7 +61,7 @@ pub fn penumbra(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let mut add_line = |name: &str, lx: &[f64]| {
         let full = lx[lx.len() - 1];
         let places = line_m.iter().zip(lx).map(|(point_m, lx)| (point_m.x, lx / full)).collect();
-        lines.push(Line { name: name.to_owned(), places });
+        lines.push(PlotLine { name: name.to_owned(), places });
     };
     add_line("ball, shadow rays", &exact.lx);
     let mut rows = vec![vec![

@@ -12,22 +12,22 @@ const COLOURS: [RGBColor; 6] =
 const WRITTEN_OUT: f64 = 1000.0;
 
 /// A line of a plot.
-pub struct Line {
+pub struct PlotLine {
     /// What it is.
     pub name: String,
     /// Its places.
     pub places: Vec<(f64, f64)>,
 }
 
-impl Line {
+impl PlotLine {
     /// A line without places.
-    pub fn new(name: impl Into<String>) -> Line {
-        Line { name: name.into(), places: Vec::new() }
+    pub fn new(name: impl Into<String>) -> PlotLine {
+        PlotLine { name: name.into(), places: Vec::new() }
     }
 }
 
 /// Lines with dots on logarithmic axes.
-pub fn log_log(axes: [&str; 2], lines: &[Line]) -> String {
+pub fn log_log(axes: [&str; 2], lines: &[PlotLine]) -> String {
     let all = || lines.iter().flat_map(|line| &line.places).filter(|place| place.1 > 0.0);
     if all().next().is_none() {
         return "<p>There is nothing to plot: every value is 0.</p>".to_owned();
@@ -74,7 +74,7 @@ pub fn log_log(axes: [&str; 2], lines: &[Line]) -> String {
 }
 
 /// Lines on linear axes from `x` and from 0.
-pub fn profiles(axes: [&str; 2], x: [f64; 2], lines: &[Line]) -> String {
+pub fn profiles(axes: [&str; 2], x: [f64; 2], lines: &[PlotLine]) -> String {
     let most = lines.iter().flat_map(|line| &line.places).map(|place| place.1).fold(0.0, f64::max);
     svg(380, |area| -> Drawn {
         let signs: Vec<(Sign, String)> = lines
@@ -109,7 +109,7 @@ pub fn profiles(axes: [&str; 2], x: [f64; 2], lines: &[Line]) -> String {
     })
 }
 
-fn signs(lines: &[Line]) -> Vec<(Sign, String)> {
+fn signs(lines: &[PlotLine]) -> Vec<(Sign, String)> {
     let sign = |index: usize| {
         let colour = COLOURS[index % COLOURS.len()];
         match index % 3 {

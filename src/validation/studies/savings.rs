@@ -27,17 +27,17 @@ const MESHES: [(f64, f64); 5] = [(1.0, 2.1), (1.26, 2.1), (2.0, 2.1), (1.0, 3.1)
 /// What the papers saved of the time with MU1 alone.
 const PAPERS: [(&str, f64); 2] = [("gazebo", 0.65), ("playground", 0.50)];
 
-struct Place {
+struct TimeSaved {
     name: &'static str,
     world: World,
     points_m: Vec<DVec3>,
 }
 
 /// Both scenes with the receivers that are seen: `edge`² on the lawn, those under things left out.
-fn places(edge: usize) -> Result<Vec<Place>, String> {
-    let make = |name: &'static str, things: Things, depth: f64| -> Result<Place, String> {
+fn places(edge: usize) -> Result<Vec<TimeSaved>, String> {
+    let make = |name: &'static str, things: Things, depth: f64| -> Result<TimeSaved, String> {
         let (world, points_m) = place_of(name, &things, depth, Lamps::Points, edge)?;
-        Ok(Place { name, world, points_m })
+        Ok(TimeSaved { name, world, points_m })
     };
     Ok(vec![make("gazebo", gazebo(), 400.0)?, make("playground", playground(), 350.0)?])
 }
@@ -202,7 +202,7 @@ fn against_rays(wishes: &mut StudyWishes, found: &mut Findings) -> Result<(), St
     Ok(())
 }
 
-fn head(place: &Place, step_m: f64, ratio: f64, what: &str) -> Vec<String> {
+fn head(place: &TimeSaved, step_m: f64, ratio: f64, what: &str) -> Vec<String> {
     vec![place.name.to_owned(), step_m.to_string(), ratio.to_string(), what.to_owned()]
 }
 

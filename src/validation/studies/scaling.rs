@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use super::pictures::{Line, log_log};
+use super::pictures::{PlotLine, log_log};
 use super::slopes::Slope;
 use super::{Findings, StudyWishes};
 use crate::check::read_scene;
@@ -37,7 +37,7 @@ const WORK_PLANE_M: f64 = 0.8;
 const SETTING: &str = "A room of 8 m × 6 m × 3 m with desks, a cupboard and a partition, reflectances 0.2 to 0.7, illuminance on a work plane to 1 % by the method auto. Points inside of furniture (one in twenty) are left out. Triangles: the same surfaces cut ever finer, by a mesh file; 6 point luminaires, 1,024 receivers. Luminaires: one flux shared by ever more of them in a square array, as points that shine down and as square panels; 1,024 receivers, some 1,000 triangles. Receivers: an ever finer grid; 6 point luminaires. Three seeds of each size (one where a run takes over 30 s): seconds are those of the quickest, since other work of the machine only adds; the rest are medians. Slopes are exponents: cost ∝ size^slope, through all sizes and between the two largest that lie a factor of 8 apart or more; 1 is linear. Seconds are of the machine and its load, rays are not.";
 
 /// One size.
-struct Row {
+struct SizeRow {
     size: f64,
     triangles: usize,
     luminaires: usize,
@@ -180,7 +180,7 @@ fn scene_of(wish: &Wish) -> Result<(Scene, f64), String> {
     Ok((scene, started.elapsed().as_secs_f64()))
 }
 
-fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut StudyWishes) -> Result<Row, String> {
+fn measure(wish: &Wish, size_of: fn(&SizeRow) -> f64, told: &mut StudyWishes) -> Result<SizeRow, String> {
     let (scene, read_s) = scene_of(wish)?;
     let luminaires = wish.lamps[0] * wish.lamps[1];
     let receivers = wish.grid[0] * wish.grid[1];
@@ -208,7 +208,7 @@ fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut StudyWishes) -> Res
     let mut methods: Vec<&str> = runs.iter().flat_map(|run| &run.maps).map(|map| map.method.as_str()).collect();
     methods.sort_unstable();
     methods.dedup();
-    let mut row = Row {
+    let mut row = SizeRow {
         size: 0.0,
         triangles: scene.triangles.len(),
         luminaires,
@@ -230,7 +230,7 @@ fn measure(wish: &Wish, size_of: fn(&Row) -> f64, told: &mut StudyWishes) -> Res
 }
 
 /// A cost by its name.
-type Named = (&'static str, fn(&Row) -> f64);
+type Named = (&'static str, fn(&SizeRow) -> f64);
 
 const COSTS: [Named; 4] = [
     ("computing", |row| row.compute_s),
@@ -239,8 +239,8 @@ const COSTS: [Named; 4] = [
     ("building", |row| row.build_s),
 ];
 
-fn sizes_table(rows: &[Row]) -> Table {
-    let cells = |row: &Row| {
+fn sizes_table(rows: &[SizeRow]) -> Table {
+    let cells = |row: &SizeRow| {
         vec![
             grouped(row.triangles as u64),
             grouped(row.luminaires as u64),
@@ -273,7 +273,7 @@ fn sizes_table(rows: &[Row]) -> Table {
 }
 
 /// Adds a series' tables and picture, and its slopes to those of all.
-fn add(found: &mut Findings, what: &str, rows: &[Row], slopes: &mut Vec<Vec<String>>, above: &mut Vec<String>) {
+fn add(found: &mut Findings, what: &str, rows: &[SizeRow], slopes: &mut Vec<Vec<String>>, above: &mut Vec<String>) {
     let mut lines = Vec::new();
     for (cost, of) in COSTS {
         let places: Vec<(f64, f64)> = rows.iter().map(|row| (row.size, of(row))).collect();
@@ -289,12 +289,12 @@ fn add(found: &mut Findings, what: &str, rows: &[Row], slopes: &mut Vec<Vec<Stri
             }
         }
         if cost != "rays" {
-            lines.push(Line { name: format!("{cost}, s"), places });
+            lines.push(PlotLine { name: format!("{cost}, s"), places });
         }
     }
     found.tables.push((format!("Ever more {what}"), sizes_table(rows)));
     found.pictures.push((format!("Seconds against the number of {what}"), log_log([what, "seconds"], &lines)));
-    let rays = [Line { name: "rays".to_owned(), places: rows.iter().map(|row| (row.size, row.rays)).collect() }];
+    let rays = [PlotLine { name: "rays".to_owned(), places: rows.iter().map(|row| (row.size, row.rays)).collect() }];
     found.pictures.push((format!("Rays against the number of {what}"), log_log([what, "rays"], &rays)));
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::pictures::{Line, log_log};
+use super::pictures::{PlotLine, log_log};
 use super::world::{HALL_M, Lit, World, grid, hall_with_crates, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options, RADIUS_PER_STEP};
@@ -32,7 +32,7 @@ pub fn sources(wishes: &mut StudyWishes) -> Result<Findings, String> {
     let points_m = grid(DVec3::ZERO, [HALL_M, HALL_M], count);
     (wishes.tell)("the truth by a dense quadrature");
     let exact = world.by_points(&points_m, DENSE, (DENSE * PLACES.min(points_m.len())) as f64);
-    let mut lines = [Line::new("point sources"), Line::new("light mesh")];
+    let mut lines = [PlotLine::new("point sources"), PlotLine::new("light mesh")];
     let mut rows = Vec::new();
     let mut first_s = None;
     let mut ratios = Vec::new();

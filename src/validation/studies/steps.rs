@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::pictures::{Line, log_log};
+use super::pictures::{PlotLine, log_log};
 use super::world::{HALL_M, grid, hall, relative_rms};
 use super::{Findings, StudyWishes};
 use crate::light_mesh::{Accelerations, Options};
@@ -30,7 +30,7 @@ pub fn steps(wishes: &mut StudyWishes) -> Result<Findings, String> {
         "light-mesh-steps",
         "A black hall of 20 m × 20 m with 24 crates, 49 point lamps, a grid of receivers on its floor. Relative RMS errors against shadow rays.",
     );
-    let mut lines = RATIOS.map(|ratio| Line::new(format!("R = {ratio} h")));
+    let mut lines = RATIOS.map(|ratio| PlotLine::new(format!("R = {ratio} h")));
     let mut rows = Vec::new();
     for step_m in steps_m {
         (wishes.tell)(&format!("h = {step_m} m"));

@@ -11,7 +11,9 @@ use crate::chain::Stage;
 use crate::check::scene_from_json;
 use crate::estimators::direct::Receiver;
 use crate::light_mesh::exact::look_at_all;
-use crate::light_mesh::{Counts, Lattice, LightMesh, NEVER, Options, Placing, Samples, Solids, Surroundings, Workroom};
+use crate::light_mesh::{
+    Counts, Lattice, LightMesh, NEVER, Options, SamplePlacing, Samples, Solids, Surroundings, Workroom,
+};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::Scene;
 
@@ -53,7 +55,7 @@ impl World {
     /// Makes a scene ready.
     pub fn of(scene: Scene) -> World {
         let stage = Stage::new(&scene);
-        let samples = Samples::of(&stage, Placing::Stratified, 0);
+        let samples = Samples::of(&stage, SamplePlacing::Stratified, 0);
         World { solids: Solids::of(&scene), samples, stage, scene }
     }
 
@@ -125,7 +127,7 @@ impl World {
 
     /// The same by a shadow ray to every one of `count` points of each area, a point source each.
     pub fn by_points(&self, points_m: &[DVec3], count: usize, most_rays: f64) -> Lit {
-        let sources = Samples::of(&self.stage, Placing::Count(count), 0);
+        let sources = Samples::of(&self.stage, SamplePlacing::Count(count), 0);
         let every = ((points_m.len() * sources.len()) as f64 / most_rays).ceil().max(1.0) as usize;
         self.every_so_many(points_m, every, |_, receiver| sources.as_point_sources_lx(&self.stage, receiver))
     }

@@ -27,7 +27,7 @@ const TRIES: usize = 30;
 
 /// A receiver.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct ReceiverPlace {
     position_m: DVec3,
     normal: DVec3,
     area_m2: f64,
@@ -51,13 +51,13 @@ pub fn add_points(draft: &mut Draft, dice: &mut Dice) {
     }
 }
 
-fn add_set(draft: &mut Draft, name: &str, places: &[Place]) {
+fn add_set(draft: &mut Draft, name: &str, places: &[ReceiverPlace]) {
     if places.is_empty() {
         return;
     }
     let file = format!("{}.csv", name.replace(' ', "-"));
     let mut text = String::from("x,y,z,nx,ny,nz,area\n");
-    for Place { position_m: p, normal: n, area_m2 } in places {
+    for ReceiverPlace { position_m: p, normal: n, area_m2 } in places {
         // Writing to a text asks for nothing that could fail.
         writeln!(text, "{},{},{},{},{},{},{area_m2}", p.x, p.y, p.z, n.x, n.y, n.z).ok();
     }
@@ -72,14 +72,14 @@ fn uncovered(
     count: usize,
     area_m2: f64,
     mut make: impl FnMut(&mut Dice) -> (DVec3, DVec3),
-) -> Vec<Place> {
+) -> Vec<ReceiverPlace> {
     let mut places = Vec::with_capacity(count);
     let mut tried = 0;
     while places.len() < count && tried < TRIES * count {
         tried += 1;
         let (position_m, normal) = make(dice);
         if draft.is_in_the_air(position_m + CONTACT_M * normal) {
-            places.push(Place { position_m, normal, area_m2 });
+            places.push(ReceiverPlace { position_m, normal, area_m2 });
         }
     }
     places.iter_mut().for_each(|place| place.area_m2 = area_m2 / tried as f64);
@@ -99,7 +99,7 @@ fn on_triangle(dice: &mut Dice, corners_m: [DVec3; 3]) -> DVec3 {
     a + (root * (1.0 - share)) * (b - a) + (root * share) * (c - a)
 }
 
-fn on_surfaces(draft: &Draft, dice: &mut Dice) -> Vec<Place> {
+fn on_surfaces(draft: &Draft, dice: &mut Dice) -> Vec<ReceiverPlace> {
     let areas_m2: Vec<f64> = draft.faces.iter().map(|face| area_and_normal(face).0).collect();
     let balls: Vec<(DVec3, f64)> = draft
         .solids
@@ -142,14 +142,14 @@ fn on_surfaces(draft: &Draft, dice: &mut Dice) -> Vec<Place> {
 }
 
 /// An edge of the shell where two walls meet, as one of them sees it.
-struct Edge {
+struct ShellEdge {
     ends_m: [DVec3; 2],
     /// Normal of the wall on which receivers lie, and the direction on it away from the edge.
     normal: DVec3,
     away: DVec3,
 }
 
-fn edges(walls: &[Wall]) -> Vec<Edge> {
+fn edges(walls: &[Wall]) -> Vec<ShellEdge> {
     let mut edges = Vec::new();
     for (index, wall) in walls.iter().enumerate() {
         let corners_m = &wall.corners_m;
@@ -162,14 +162,14 @@ fn edges(walls: &[Wall]) -> Vec<Edge> {
             if walls.iter().enumerate().any(meets) {
                 let normal = wall.normal();
                 // The polygon runs counter-clockwise: its inside is to the left of each edge.
-                edges.push(Edge { ends_m: [a, b], normal, away: normal.cross(b - a).normalize() });
+                edges.push(ShellEdge { ends_m: [a, b], normal, away: normal.cross(b - a).normalize() });
             }
         }
     }
     edges
 }
 
-fn in_corners(draft: &Draft, dice: &mut Dice) -> Vec<Place> {
+fn in_corners(draft: &Draft, dice: &mut Dice) -> Vec<ReceiverPlace> {
     let edges = edges(&draft.walls);
     if edges.is_empty() {
         return Vec::new();
@@ -190,7 +190,7 @@ fn in_corners(draft: &Draft, dice: &mut Dice) -> Vec<Place> {
     })
 }
 
-fn in_region(draft: &Draft, dice: &mut Dice, name: &str) -> Vec<Place> {
+fn in_region(draft: &Draft, dice: &mut Dice, name: &str) -> Vec<ReceiverPlace> {
     let patches: Vec<Patch> =
         draft.regions.iter().filter(|(region, _)| region == name).map(|(_, patch)| *patch).collect();
     let area_m2: f64 = patches.iter().map(|patch| patch.u_m.cross(patch.v_m).length()).sum();

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 use luxmc::chain::Stage;
-use luxmc::estimators::direct::{Care, Receiver, one_look};
+use luxmc::estimators::direct::{Receiver, SampleCost, one_light_sample};
 use luxmc::sampling::emitter_tree::Cut;
 use luxmc::sampling::random::{Purpose, Stream};
 use luxmc::scene::{Scene, Side};
@@ -70,7 +70,8 @@ fn by_looks(stage: &Stage, (triangle, barycentric): (u32, [f64; 2]), seed: u64, 
     let (mut sum, mut squares) = (0.0, 0.0);
     for index in 0..count {
         stream.seek(index);
-        let sight = one_look(stage, (triangle, Side::Front), &receiver, Care::Look, &mut cut, &mut stream);
+        let sight =
+            one_light_sample(stage, (triangle, Side::Front), &receiver, SampleCost::Full, &mut cut, &mut stream);
         let lx = sight.map_or(0.0, |sight| sight.direct_lx());
         sum += lx;
         squares += lx * lx;
@@ -88,8 +89,8 @@ fn cells_change_no_mean_and_take_variance_away() {
     const N: u64 = 40_000;
     let scene = shelves();
     let [plain, with_cells] = [Stage::new(&scene), Stage::new(&scene)];
-    with_cells.look_out(MANY_RAYS);
-    let map = with_cells.sight_map().expect("most light is hidden");
+    with_cells.learn_selection_by_cell(MANY_RAYS);
+    let map = with_cells.selection_by_cell().expect("most light is hidden");
     assert!(map.rays() as f64 <= 0.2 * MANY_RAYS, "{} rays", map.rays());
     let (mut sums, mut squares, mut variances) = ([0.0; 2], 0.0, [0.0; 2]);
     for place in places(&scene, &plain) {
@@ -116,7 +117,7 @@ fn choices_in_cells_have_the_probabilities_told() {
     const N: u32 = 50_000;
     let scene = shelves();
     let stage = Stage::new(&scene);
-    stage.look_out(MANY_RAYS);
+    stage.learn_selection_by_cell(MANY_RAYS);
     let count = stage.emitters.list().len();
     let mut cut = Cut::default();
     let mut strong = 0;
@@ -147,8 +148,8 @@ fn choices_in_cells_have_the_probabilities_told() {
 #[test]
 fn nothing_is_looked_out_for_where_it_does_not_pay() {
     let few = Stage::new(&shelves());
-    few.look_out(1e4);
-    assert!(few.sight_map().is_none());
+    few.learn_selection_by_cell(1e4);
+    assert!(few.selection_by_cell().is_none());
     let open = scene_of(
         r#"{ "version": 1, "materials": { "paint": { "type": "diffuse", "reflectance": 0.5 } },
           "geometry": [ { "name": "room", "type": "box", "min": [0,0,0], "max": [6,4,3], "facing": "inward", "material": "paint" } ],
@@ -158,6 +159,6 @@ fn nothing_is_looked_out_for_where_it_does_not_pay() {
             { "name": "d", "type": "point", "position": [5,3,2], "luminous_flux_lm": 100 } ] }"#,
     );
     let open = Stage::new(&open);
-    open.look_out(MANY_RAYS);
-    assert!(open.sight_map().is_none());
+    open.learn_selection_by_cell(MANY_RAYS);
+    assert!(open.selection_by_cell().is_none());
 }

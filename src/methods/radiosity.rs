@@ -41,26 +41,8 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         let bound = maps.iter().zip(&requests).filter(|(_, (_, bound))| *bound);
         let estimated_error = bound.map(|(map, _)| map.error.estimated).fold(0.0, f64::max);
         let wall_s = observer.wall_s();
-        convergence.push(ConvergenceRow {
-            wall_s,
-            rays: 0,
-            chains: 0,
-            error: ErrorParts::bias(estimated_error),
-            judged: true,
-            forecast_rays: Forecast::known(0.0),
-            forecast_wall_s: Forecast::known(wall_s),
-        });
-        observer.progress(&Progress {
-            estimated_error: Some(estimated_error),
-            target_error,
-            chains: 0,
-            rays: 0,
-            forecast_rays: None,
-            remaining_s: None,
-            slowest_map: None,
-            fraction: target_error.map_or(0.0, |target| (target / estimated_error.max(target)).min(1.0)),
-            wall_s,
-        });
+        convergence.push(judged(estimated_error, wall_s));
+        observer.progress(&progress(estimated_error, target_error, wall_s));
         let late = |limit_s: f64| wall_s + NEXT_MESH_TAKES * last_s > limit_s;
         let met = target_error.is_some_and(|target| estimated_error <= target);
         let stop = if maps.iter().all(|map| map.values.standard_error_lx.iter().all(|error| *error == 0.0)) {
@@ -111,6 +93,34 @@ pub fn solve_by_radiosity(scene: &Scene, settings: &Settings, observer: &dyn Obs
         compute_s: started.elapsed().as_secs_f64(),
         warnings: Vec::new(),
     })
+}
+
+/// A row of the run's history: how exact its mesh is.
+fn judged(estimated_error: f64, wall_s: f64) -> ConvergenceRow {
+    ConvergenceRow {
+        wall_s,
+        rays: 0,
+        chains: 0,
+        error: ErrorParts::bias(estimated_error),
+        judged: true,
+        forecast_rays: Forecast::known(0.0),
+        forecast_wall_s: Forecast::known(wall_s),
+    }
+}
+
+/// How far the run has come.
+fn progress(estimated_error: f64, target_error: Option<f64>, wall_s: f64) -> Progress {
+    Progress {
+        estimated_error: Some(estimated_error),
+        target_error,
+        chains: 0,
+        rays: 0,
+        forecast_rays: None,
+        remaining_s: None,
+        slowest_map: None,
+        fraction: target_error.map_or(0.0, |target| (target / estimated_error.max(target)).min(1.0)),
+        wall_s,
+    }
 }
 
 fn map_check(scene: &Scene, radiosity: &Radiosity, maps: &[MapResult]) -> Result<MapCheck, String> {

@@ -1,4 +1,4 @@
-//! How much of each luminaire is in sight, cell by cell.
+//! Light selection by cell: how much of each luminaire is in sight, cell by cell.
 //!
 //! Among shelves and machines most luminaires that would bring much are hidden, and looks at them find nothing. So before
 //! a long run some chains show where light meets surfaces; in cells that hold several such places, looks from these tell
@@ -69,7 +69,7 @@ const WHOLE: f64 = 2_147_483_648.0;
 
 /// Probabilities of emitters, cell by cell; a cell is a cube of space and one of six directions that surfaces face.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct SightMap {
+pub struct SelectionByCell {
     low_m: DVec3,
     cell_m: f64,
     counts: [usize; 3],
@@ -82,7 +82,7 @@ pub struct SightMap {
 }
 
 /// A place where light met a surface.
-struct Meeting {
+struct LitPlace {
     cell: usize,
     point_m: DVec3,
     normal: DVec3,
@@ -90,7 +90,7 @@ struct Meeting {
 }
 
 /// What looks from one cell found.
-struct CellSights {
+struct CellCounts {
     cell: usize,
     cumulative: Vec<u32>,
     rays: u64,
@@ -110,21 +110,21 @@ pub fn would_serve(stage: &Stage, planned_rays: f64) -> bool {
 fn rays_to_find_out(stage: &Stage, planned_rays: f64) -> Option<f64> {
     let rays = (SHARE_OF_RUN * planned_rays).min(MOST_RAYS);
     let has_many = (FEWEST_EMITTERS..=MOST_EMITTERS).contains(&stage.emitters.list().len());
-    (has_many && rays >= LEAST_RAYS && stage.outlook.hidden_share() >= LEAST_HIDDEN).then_some(rays)
+    (has_many && rays >= LEAST_RAYS && stage.selection_by_region.hidden_share() >= LEAST_HIDDEN).then_some(rays)
 }
 
-impl SightMap {
+impl SelectionByCell {
     /// Finds out what is in sight from where, for a run of about so many rays; `None` where that would not pay.
-    pub fn of(stage: &Stage, planned_rays: f64) -> Option<SightMap> {
+    pub fn of(stage: &Stage, planned_rays: f64) -> Option<SelectionByCell> {
         let rays = rays_to_find_out(stage, planned_rays)?;
         let emitters = stage.emitters.list().len();
         let (mut met, chain_rays) = meetings(stage, (SHARE_OF_CHAINS * rays) as u64);
-        let mut map = SightMap { emitters, ..SightMap::over(&met)? };
+        let mut map = SelectionByCell { emitters, ..SelectionByCell::over(&met)? };
         for meeting in &mut met {
             meeting.cell = map.cell(meeting.point_m, meeting.normal)?;
         }
         met.sort_by_key(|meeting| meeting.cell);
-        let mut cells: Vec<&[Meeting]> = met.chunk_by(|a, b| a.cell == b.cell).collect();
+        let mut cells: Vec<&[LitPlace]> = met.chunk_by(|a, b| a.cell == b.cell).collect();
         cells.retain(|cell| cell.len() >= FEWEST_PLACES);
         // The cells that most light meets come first, as far as the rays go.
         cells.sort_by_key(|cell| (usize::MAX - cell.len(), cell[0].cell));
@@ -136,37 +136,37 @@ impl SightMap {
             if left <= 0.0 {
                 break;
             }
-            let looked: Vec<CellSights> = part
+            let looked: Vec<CellCounts> = part
                 .par_iter()
                 .with_max_len(1)
                 .filter_map(|cell| look_from(stage, map.center_m(cell[0].point_m), map.cell_m, cell))
                 .collect();
-            for sights in looked {
-                map.numbers[sights.cell] = (map.cumulative.len() / emitters) as u32;
-                map.cumulative.extend(sights.cumulative);
-                map.rays += sights.rays;
-                left -= sights.rays as f64;
+            for cell in looked {
+                map.numbers[cell.cell] = (map.cumulative.len() / emitters) as u32;
+                map.cumulative.extend(cell.cumulative);
+                map.rays += cell.rays;
+                left -= cell.rays as f64;
             }
         }
         Some(map)
     }
 
     /// Empty cells around all places, of such a size that about [`PLACES`] lie in one.
-    fn over(met: &[Meeting]) -> Option<SightMap> {
+    fn over(met: &[LitPlace]) -> Option<SelectionByCell> {
         let (low_m, high_m) = met.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
             (low.min(at.point_m), high.max(at.point_m))
         });
         let extent_m = high_m - low_m;
         let wanted = met.len() as f64 / PLACES;
         let mut cell_m = extent_m.max_element() / 8.0;
-        let mut map = SightMap::default();
+        let mut map = SelectionByCell::default();
         for _ in 0..SIZE_STEPS {
             // A cell more keeps the outermost places within.
             let counts: [usize; 3] = std::array::from_fn(|axis| (extent_m[axis] / cell_m) as usize + 1);
             if !(cell_m > 0.0 && cell_m.is_finite()) || counts.iter().product::<usize>() > MOST_NUMBERS {
                 return None;
             }
-            map = SightMap { low_m, cell_m, counts, ..SightMap::default() };
+            map = SelectionByCell { low_m, cell_m, counts, ..SelectionByCell::default() };
             let mut occupied: Vec<usize> = met.iter().filter_map(|at| map.cell(at.point_m, at.normal)).collect();
             occupied.sort_unstable();
             occupied.dedup();
@@ -230,7 +230,7 @@ impl CellChoice<'_> {
 }
 
 /// Places where chains of about so many rays meet surfaces that scatter, and the rays.
-fn meetings(stage: &Stage, most_rays: u64) -> (Vec<Meeting>, u64) {
+fn meetings(stage: &Stage, most_rays: u64) -> (Vec<LitPlace>, u64) {
     let mut stream = Stream::new(SEED, Purpose::Pilot, 0, 0);
     let (mut met, mut rays) = (Vec::new(), 0);
     for chain in 0.. {
@@ -244,7 +244,7 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<Meeting>, u64) {
             if stage.law(hit.triangle).scatters() {
                 let origin = stage.leave(hit, Way::Spread);
                 let (point_m, normal) = (stage.tracer.position_m(&origin), stage.normal_at(hit));
-                met.push(Meeting { cell: 0, point_m, normal, origin });
+                met.push(LitPlace { cell: 0, point_m, normal, origin });
             }
         };
         rays += stage.trace_chain(choice, &mut stream, arrive).1;
@@ -254,16 +254,16 @@ fn meetings(stage: &Stage, most_rays: u64) -> (Vec<Meeting>, u64) {
 
 /// Looks from places in a cell at the emitters, those that may bring most first; `None` where an emitter stands so near
 /// that places in the cell differ in what it brings.
-fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> Option<CellSights> {
+fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[LitPlace]) -> Option<CellCounts> {
     let list = stage.emitters.list();
     let near = |emitter: &Emitter| if emitter.is_single_point() { NEAR_POINT } else { NEAR };
     if list.iter().any(|emitter| emitter.is_within(center_m, near(emitter) * cell_m)) {
         return None;
     }
     let count = cell.len().min(PLACES as usize);
-    let places: Vec<&Meeting> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
-    let mean = |of: &dyn Fn(&Meeting) -> f64| places.iter().map(|place| of(place)).sum::<f64>() / count as f64;
-    let bound_at = |emitter: &Emitter, place: &Meeting| emitter.importance(place.point_m, place.normal);
+    let places: Vec<&LitPlace> = (0..count).map(|place| &cell[place * cell.len() / count]).collect();
+    let mean = |of: &dyn Fn(&LitPlace) -> f64| places.iter().map(|place| of(place)).sum::<f64>() / count as f64;
+    let bound_at = |emitter: &Emitter, place: &LitPlace| emitter.importance(place.point_m, place.normal);
     let means: Vec<f64> = list.iter().map(|emitter| mean(&|place| bound_at(emitter, place))).collect();
     let means_sum: f64 = means.iter().sum();
     let is_uneven = |(emitter, mean): (&Emitter, &f64)| {
@@ -314,7 +314,7 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> O
             // Places in turn, so that weak emitters are not all looked at from the same.
             let place = places[(number + rank) % count];
             stream.seek(((cell[0].cell as u64) << 28) | ((*emitter as u64) << 4) | number as u64);
-            let Some(look) = list[*emitter].look(place.point_m, place.normal, &mut stream) else {
+            let Some(look) = list[*emitter].light_sample(place.point_m, place.normal, &mut stream) else {
                 continue;
             };
             rays += 1;
@@ -348,7 +348,7 @@ fn look_from(stage: &Stage, center_m: DVec3, cell_m: f64, cell: &[Meeting]) -> O
     });
     let mut cumulative: Vec<u32> = sums.collect();
     *cumulative.last_mut()? = WHOLE as u32;
-    Some(CellSights { cell: cell[0].cell, cumulative, rays })
+    Some(CellCounts { cell: cell[0].cell, cumulative, rays })
 }
 
 #[cfg(test)]
@@ -374,17 +374,17 @@ mod tests {
         );
         let scene = scene_from_json(&text, None, Path::new(".")).expect("a scene");
         let stage = Stage::new(&scene);
-        let places: Vec<Meeting> = (0..4)
+        let places: Vec<LitPlace> = (0..4)
             .map(|place| {
                 let (point_m, normal) = (DVec3::new(0.2, 0.2 * f64::from(place), 0.5), DVec3::NEG_X);
-                Meeting { cell: 0, point_m, normal, origin: stage.tracer.side_origin(point_m, normal) }
+                LitPlace { cell: 0, point_m, normal, origin: stage.tracer.side_origin(point_m, normal) }
             })
             .collect();
         assert!(places.iter().all(|place| stage.emitters.list()[3].importance(place.point_m, place.normal) == 0.0));
-        let sights = look_from(&stage, DVec3::splat(0.5), 1.0, &places).expect("a cell far enough from all lamps");
-        let chance = CellChoice(&sights.cumulative).probability(3);
+        let cell = look_from(&stage, DVec3::splat(0.5), 1.0, &places).expect("a cell far enough from all lamps");
+        let chance = CellChoice(&cell.cumulative).probability(3);
         assert!(chance > 10.0 * ANY / 4.0, "{chance}");
-        let sum: f64 = (0..4).map(|lamp| CellChoice(&sights.cumulative).probability(lamp)).sum();
+        let sum: f64 = (0..4).map(|lamp| CellChoice(&cell.cumulative).probability(lamp)).sum();
         assert!((sum - 1.0).abs() < 1e-9, "{sum}");
     }
 }

@@ -1,4 +1,4 @@
-//! Which luminaires are in sight from where.
+//! Light selection by region: which luminaires are in sight from where.
 //!
 //! A walk looks at one luminaire, chosen by what it would bring if nothing stood between. Where a strong one is hidden,
 //! nearly all looks go to it and what lights the place is hardly ever found: the result is right in the mean, but no
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::Stage;
 use crate::geometry::Origin;
-use crate::sampling::emitter::Look;
+use crate::sampling::emitter::LightSample;
 use crate::sampling::random::{Purpose, Stream};
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::{Scene, Side};
@@ -35,27 +35,27 @@ const SEED: u64 = 0x0A11;
 
 /// What was seen of the luminaires from the parts of a scene.
 #[derive(Clone, Debug, Default)]
-pub struct Outlook {
+pub struct SelectionByRegion {
     /// Region of every triangle's front and back; empty where no choice needs help.
     regions: Vec<[u32; 2]>,
-    sights: Vec<Option<Sights>>,
+    selections: Vec<Option<RegionSelection>>,
     rays: u64,
     hidden_share: f64,
 }
 
 /// Where an emitter is looked for from: a side of a triangle.
-pub type Spot = (u32, Side);
+pub type TriangleSide = (u32, Side);
 
 /// The luminaires in sight from a region where most of the unshadowed light is hidden.
 #[derive(Clone, Debug)]
-pub(super) struct Sights {
+pub(super) struct RegionSelection {
     /// Emitters by number.
     emitters: Vec<u32>,
     /// Sum of the shares up to and including each, 1 at the end.
     cumulative: Vec<f64>,
 }
 
-impl Sights {
+impl RegionSelection {
     pub fn choose(&self, variate: f64) -> u32 {
         let place = self.cumulative.partition_point(|sum| *sum <= variate);
         self.emitters[place.min(self.emitters.len() - 1)]
@@ -69,13 +69,13 @@ impl Sights {
     }
 }
 
-impl Outlook {
+impl SelectionByRegion {
     /// Looks around in a scene; a scene of one emitter, or without reflection, needs no look.
-    pub(super) fn of(scene: &Scene, stage: &Stage) -> Outlook {
+    pub(super) fn of(scene: &Scene, stage: &Stage) -> SelectionByRegion {
         if stage.emitters.list().len() < 2 || !stage.reflects() {
-            return Outlook::default();
+            return SelectionByRegion::default();
         }
-        let mut spots: Vec<Spot> = (0..scene.triangles.len() as u32)
+        let mut spots: Vec<TriangleSide> = (0..scene.triangles.len() as u32)
             .flat_map(|triangle| [(triangle, Side::Front), (triangle, Side::Back)])
             .filter(|(triangle, side)| stage.receives(*triangle, *side) && stage.law(*triangle).scatters())
             .filter(|spot| !stage.is_unlit(*spot))
@@ -84,7 +84,7 @@ impl Outlook {
         let most = spots.len().div_ceil(MOST_REGIONS);
         divide(scene, stage, &mut spots, most, &mut parts);
 
-        let found: Vec<Survey> = parts
+        let found: Vec<RegionSurvey> = parts
             .par_iter()
             .with_max_len(1)
             .enumerate()
@@ -93,8 +93,8 @@ impl Outlook {
         let rays = found.iter().map(|survey| survey.rays).sum();
         let [seen, hidden] = [0, 1].map(|which| found.iter().map(|survey| survey.light[which]).sum::<f64>());
         let hidden_share = if hidden > 0.0 { hidden / (seen + hidden) } else { 0.0 };
-        if found.iter().all(|survey| survey.sights.is_none()) {
-            return Outlook { rays, hidden_share, ..Outlook::default() };
+        if found.iter().all(|survey| survey.selection.is_none()) {
+            return SelectionByRegion { rays, hidden_share, ..SelectionByRegion::default() };
         }
         let mut regions = vec![[u32::MAX; 2]; scene.triangles.len()];
         for (region, spots) in parts.iter().enumerate() {
@@ -102,8 +102,8 @@ impl Outlook {
                 regions[*triangle as usize][*side as usize] = region as u32;
             }
         }
-        let sights = found.into_iter().map(|survey| survey.sights).collect();
-        Outlook { regions, sights, rays, hidden_share }
+        let selections = found.into_iter().map(|survey| survey.selection).collect();
+        SelectionByRegion { regions, selections, rays, hidden_share }
     }
 
     /// Rays that looking around took.
@@ -117,31 +117,31 @@ impl Outlook {
     }
 
     #[inline]
-    pub(super) fn sights_from(&self, (triangle, side): Spot) -> Option<&Sights> {
+    pub(super) fn selection_at(&self, (triangle, side): TriangleSide) -> Option<&RegionSelection> {
         let region = self.regions.get(triangle as usize)?[side as usize];
-        self.sights.get(region as usize)?.as_ref()
+        self.selections.get(region as usize)?.as_ref()
     }
 }
 
 impl Stage {
     /// Share of the light of a look that gets to a place: 1 or 0, or what panes let pass.
-    pub fn seen_share(&self, look: &Look, origin: &Origin) -> f64 {
+    pub fn seen_share(&self, look: &LightSample, origin: &Origin) -> f64 {
         look.place.map_or(0.0, |place| self.transmittance(origin, &self.origin(&place)))
     }
 
     /// Looks at one emitter after the other from a point with a unit normal, strong ones about first, and shows each with
     /// what it brings in lx, until that is `enough`.
-    pub fn look_around(
+    pub fn light_samples_around(
         &self,
         origin: &Origin,
         [point_m, normal]: [DVec3; 2],
         stream: &mut Stream,
         show: &mut dyn FnMut(u32, f64),
-        enough: &dyn Fn(&Found) -> bool,
-    ) -> Found {
-        let mut found = Found::default();
+        enough: &dyn Fn(&LightInSight) -> bool,
+    ) -> LightInSight {
+        let mut found = LightInSight::default();
         self.emitters.strongest_first(point_m, normal, |index, importance, rest| {
-            let look = self.emitters.list()[index as usize].look(point_m, normal, stream);
+            let look = self.emitters.list()[index as usize].light_sample(point_m, normal, stream);
             let lx = look.map_or(0.0, |look| {
                 found.rays += 1;
                 look.unshadowed_lx * self.seen_share(&look, origin)
@@ -158,8 +158,14 @@ impl Stage {
 
 /// Divides sides of triangles into parts of at most so many that face and stand alike: first by the axis that they
 /// face, then in halves along the longest extent.
-fn divide<'a>(scene: &Scene, stage: &Stage, spots: &'a mut [Spot], most: usize, parts: &mut Vec<&'a [Spot]>) {
-    let facing = |(triangle, side): &Spot| {
+fn divide<'a>(
+    scene: &Scene,
+    stage: &Stage,
+    spots: &'a mut [TriangleSide],
+    most: usize,
+    parts: &mut Vec<&'a [TriangleSide]>,
+) {
+    let facing = |(triangle, side): &TriangleSide| {
         let normal = stage.normal(*triangle, *side);
         let axis = normal.abs().max_position();
         2 * axis + usize::from(normal[axis] < 0.0)
@@ -170,12 +176,12 @@ fn divide<'a>(scene: &Scene, stage: &Stage, spots: &'a mut [Spot], most: usize, 
     }
 }
 
-fn halve<'a>(scene: &Scene, spots: &'a mut [Spot], most: usize, parts: &mut Vec<&'a [Spot]>) {
+fn halve<'a>(scene: &Scene, spots: &'a mut [TriangleSide], most: usize, parts: &mut Vec<&'a [TriangleSide]>) {
     if spots.len() <= most.max(1) {
         parts.push(spots);
         return;
     }
-    let center = |spot: &Spot| scene.corners_m(spot.0).iter().sum::<DVec3>() / 3.0;
+    let center = |spot: &TriangleSide| scene.corners_m(spot.0).iter().sum::<DVec3>() / 3.0;
     let (low, high) = spots
         .iter()
         .map(center)
@@ -190,7 +196,7 @@ fn halve<'a>(scene: &Scene, spots: &'a mut [Spot], most: usize, parts: &mut Vec<
 
 /// What the looks from one point found.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Found {
+pub struct LightInSight {
     /// Importance of emitters that were seen, in lx.
     pub seen: f64,
     /// Importance of those that were hidden.
@@ -203,7 +209,7 @@ pub struct Found {
     pub rays: u64,
 }
 
-impl Found {
+impl LightInSight {
     /// Whether nearly all that was looked at is hidden: then a choice by unshadowed light needs help.
     pub fn is_mostly_hidden(&self) -> bool {
         self.hidden > HIDDEN * (self.hidden + self.seen)
@@ -216,16 +222,16 @@ impl Found {
 }
 
 /// What looking around from a region found.
-struct Survey {
+struct RegionSurvey {
     /// The luminaires in sight, where nearly all unshadowed light is hidden from some point of it.
-    sights: Option<Sights>,
+    selection: Option<RegionSelection>,
     /// Shares of the light that were seen and that were hidden, summed over the first points.
     light: [f64; 2],
     rays: u64,
 }
 
 /// Looks around from a region.
-fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
+fn survey(scene: &Scene, stage: &Stage, spots: &[TriangleSide], region: u32) -> RegionSurvey {
     let areas: Vec<f64> = spots
         .iter()
         .scan(0.0, |sum, (triangle, _)| {
@@ -234,21 +240,22 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
         })
         .collect();
     let mut stream = Stream::new(SEED, Purpose::Pilot, region, 0);
-    let mut look_from = |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&Found) -> bool| {
-        stream.seek(index);
-        let aim = (index % points) as f64 + stream.unit();
-        let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
-        let (triangle, side) = spots[place.min(spots.len() - 1)];
-        let at = uniform_triangle(stream.pair());
-        let origin = stage.tracer.surface_origin(triangle, at, side);
-        let place = [stage.tracer.position_m(&origin), stage.normal_on(triangle, at, side)];
-        stage.look_around(&origin, place, &mut stream, show, enough)
-    };
+    let mut look_from =
+        |index: u64, points: u64, show: &mut dyn FnMut(u32, f64), enough: &dyn Fn(&LightInSight) -> bool| {
+            stream.seek(index);
+            let aim = (index % points) as f64 + stream.unit();
+            let place = areas.partition_point(|sum| *sum <= aim / points as f64 * areas[areas.len() - 1]);
+            let (triangle, side) = spots[place.min(spots.len() - 1)];
+            let at = uniform_triangle(stream.pair());
+            let origin = stage.tracer.surface_origin(triangle, at, side);
+            let place = [stage.tracer.position_m(&origin), stage.normal_on(triangle, at, side)];
+            stage.light_samples_around(&origin, place, &mut stream, show, enough)
+        };
 
     let (mut rays, mut light) = (0, [0.0; 2]);
     let mut most_is_hidden = false;
     for index in 0..FIRST_POINTS {
-        let enough = |found: &Found| found.seen >= found.rest || found.looks >= FIRST_LOOKS;
+        let enough = |found: &LightInSight| found.seen >= found.rest || found.looks >= FIRST_LOOKS;
         let found = look_from(index, FIRST_POINTS, &mut |_, _| {}, &enough);
         rays += found.rays;
         // In full shadow there is nothing to find.
@@ -260,13 +267,13 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
         }
     }
     if !most_is_hidden {
-        return Survey { sights: None, light, rays };
+        return RegionSurvey { selection: None, light, rays };
     }
 
     let mut shares: Vec<(u32, f64)> = Vec::new();
     for index in 0..POINTS {
         let first = shares.len();
-        let enough = |found: &Found| found.has_little_rest() || found.looks >= LOOKS;
+        let enough = |found: &LightInSight| found.has_little_rest() || found.looks >= LOOKS;
         let mut show = |emitter: u32, lx: f64| {
             if lx > 0.0 {
                 shares.push((emitter, lx));
@@ -280,14 +287,14 @@ fn survey(scene: &Scene, stage: &Stage, spots: &[Spot], region: u32) -> Survey {
     shares.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     if total <= 0.0 {
-        return Survey { sights: None, light, rays };
+        return RegionSurvey { selection: None, light, rays };
     }
-    let mut sights = Sights { emitters: Vec::new(), cumulative: Vec::new() };
+    let mut selection = RegionSelection { emitters: Vec::new(), cumulative: Vec::new() };
     let mut before = 0.0;
     for same in shares.chunk_by(|a, b| a.0 == b.0) {
         before += same.iter().map(|(_, share)| share).sum::<f64>() / total;
-        sights.emitters.push(same[0].0);
-        sights.cumulative.push(before);
+        selection.emitters.push(same[0].0);
+        selection.cumulative.push(before);
     }
-    Survey { sights: Some(sights), light, rays }
+    RegionSurvey { selection: Some(selection), light, rays }
 }

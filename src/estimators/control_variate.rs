@@ -12,13 +12,14 @@ use serde::{Deserialize, Serialize};
 
 use super::direct::Receiver;
 use crate::chain::Stage;
-use crate::sampling::emitter::{Emitters, Look, View};
+use crate::sampling::emitter::{EmitterView, Emitters, LightSample};
 use crate::sampling::random::{Square, Stream};
 
 use survey::Survey;
 
-/// An emitter that brings at least this share of all is looked at ahead, and one that is a point if it brings that of what was seen.
-const SHARE_FOR_A_LOOK: f64 = 1.0 / 400.0;
+/// An emitter that brings at least this share of all is looked at ahead, and one that is a point if it brings that of what was seen. Of
+/// more emitters than are each looked at, one that brings this share is looked at in every pass.
+pub(super) const SHARE_FOR_A_LIGHT_SAMPLE: f64 = 1.0 / 400.0;
 /// Looks of a sample over the number of items among which the doubt is spread.
 const LOOKS_PER_DOUBT: f64 = 0.5;
 /// Samples, all replicas together, that a first pass takes of a place: it shall not cost more than looking ahead did.
@@ -31,11 +32,11 @@ const MOST_VIEWS: usize = 24;
 
 /// What a receiver expects of its emitters.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Expectation {
+pub struct ControlVariate {
     /// All that is expected, in lx.
     sum_lx: f64,
     /// What may bring something else.
-    items: Vec<Item>,
+    items: Vec<UncertainEmitter>,
     /// Looks of a sample.
     looks: usize,
     /// Rays that it took to find all this out.
@@ -44,7 +45,7 @@ pub struct Expectation {
 
 /// An emitter, or a part of one, of which it is not certain what it brings.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Item {
+struct UncertainEmitter {
     emitter: u32,
     /// The part: looks have their first two variates in this square.
     square: Square,
@@ -58,28 +59,28 @@ struct Item {
 
 /// Expectations at the points of a receiver set, kept from pass to pass as far as there is room.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Expectations {
+pub struct ControlVariates {
     /// Looks ahead at an emitter that brings everything.
     pub looks_ahead: f64,
     /// Rays that looking ahead takes at a point of which nothing is kept, about.
     pub rays_ahead: f64,
-    of_points: Vec<Option<Expectation>>,
+    of_points: Vec<Option<ControlVariate>>,
     items: usize,
 }
 
-impl Expectations {
+impl ControlVariates {
     /// None yet, from so many looks ahead at an emitter that brings everything; at a point they take so many rays.
-    pub fn planned(looks_ahead: f64, rays_ahead: f64) -> Expectations {
-        Expectations { looks_ahead, rays_ahead, ..Expectations::default() }
+    pub fn planned(looks_ahead: f64, rays_ahead: f64) -> ControlVariates {
+        ControlVariates { looks_ahead, rays_ahead, ..ControlVariates::default() }
     }
 
     /// That of a point, if it is kept.
-    pub fn of(&self, point: usize) -> Option<&Expectation> {
+    pub fn of(&self, point: usize) -> Option<&ControlVariate> {
         self.of_points.get(point).and_then(Option::as_ref)
     }
 
     /// Keeps that of one of so many points, if there is room. It is the same when it is made again.
-    pub fn keep(&mut self, point: usize, points: usize, expectation: Expectation) {
+    pub fn keep(&mut self, point: usize, points: usize, expectation: ControlVariate) {
         if self.items + expectation.items.len() > MOST_ITEMS {
             return;
         }
@@ -90,7 +91,7 @@ impl Expectations {
     }
 }
 
-impl Expectation {
+impl ControlVariate {
     /// Looks ahead from a receiver, at emitters weighed by what they may bring there, `looks_ahead` times at one that
     /// brings everything; the stream is one that no sample draws from.
     pub fn of(
@@ -99,14 +100,14 @@ impl Expectation {
         importance: &[f64],
         looks_ahead: f64,
         stream: &mut Stream,
-    ) -> Expectation {
+    ) -> ControlVariate {
         let total: f64 = importance.iter().sum();
-        let mut expectation = Expectation::default();
+        let mut expectation = ControlVariate::default();
         let mut seen_lx = total;
         // Emitters that bring little of all may bring much of what is not hidden.
         for is_strong in [true, false] {
             for (number, (emitter, importance)) in stage.emitters.list().iter().zip(importance).enumerate() {
-                if *importance > 0.0 && (*importance >= SHARE_FOR_A_LOOK * total) == is_strong {
+                if *importance > 0.0 && (*importance >= SHARE_FOR_A_LIGHT_SAMPLE * total) == is_strong {
                     let mut survey = Survey::new(stage, receiver, emitter, number as u32, *importance, stream);
                     survey.look_ahead([total, seen_lx], looks_ahead, &mut expectation);
                     expectation.rays += survey.rays;
@@ -134,7 +135,7 @@ impl Expectation {
         if doubt_lx > 0.0 {
             let before_lx = self.items.last().map_or(0.0, |last| last.cumulative_lx);
             let cumulative_lx = before_lx + doubt_lx;
-            self.items.push(Item { emitter, square, slopes_lx, expected_lx, cumulative_lx });
+            self.items.push(UncertainEmitter { emitter, square, slopes_lx, expected_lx, cumulative_lx });
         }
     }
 
@@ -164,7 +165,7 @@ impl Expectation {
             stream.turn_to_square(again << 48 | item.square.code() << 32 | u64::from(item.emitter), item.square);
             again += 1;
             let variates = stream.ahead();
-            let look = views.look(&stage.emitters, item.emitter, receiver, stream);
+            let look = views.light_sample(&stage.emitters, item.emitter, receiver, stream);
             let found_lx = look.map_or(0.0, |look| {
                 rays += 1;
                 look.unshadowed_lx * stage.seen_share(&look, receiver.origin)
@@ -179,23 +180,29 @@ impl Expectation {
 /// Emitters as a receiver sees them, kept from sample to sample.
 #[derive(Default)]
 pub struct Views<'a> {
-    of_emitters: Vec<(u32, View<'a>)>,
+    of_emitters: Vec<(u32, EmitterView<'a>)>,
 }
 
 impl<'a> Views<'a> {
-    fn look(&mut self, emitters: &'a Emitters, number: u32, receiver: &Receiver, stream: &mut Stream) -> Option<Look> {
+    fn light_sample(
+        &mut self,
+        emitters: &'a Emitters,
+        number: u32,
+        receiver: &Receiver,
+        stream: &mut Stream,
+    ) -> Option<LightSample> {
         if let Some((_, view)) = self.of_emitters.iter().find(|(kept, _)| *kept == number) {
-            return view.look(stream);
+            return view.light_sample(stream);
         }
         let view = emitters.list()[number as usize].view(receiver.point_m, receiver.normal);
         if self.of_emitters.len() < MOST_VIEWS {
             self.of_emitters.push((number, view));
         }
-        view.look(stream)
+        view.light_sample(stream)
     }
 }
 
-impl Item {
+impl UncertainEmitter {
     /// What is expected at two variates beyond the mean over them, in lx.
     #[inline]
     fn change_lx(&self, variates: [f64; 2]) -> f64 {

@@ -1,4 +1,4 @@
-//! Light meshes as a method like the others, and their rivals.
+//! Light meshes as a method like the others.
 
 use std::sync::OnceLock;
 use std::time::Instant;
@@ -7,13 +7,15 @@ use crate::chain::Stage;
 use crate::control::Forecast;
 use crate::light_mesh::{
     Accelerations, DirectPlan, Entries, IndirectForm, IndirectPlan, LEAST_RADIUS_PER_STEP, MOST_RADIUS_PER_STEP,
-    NotForLightMesh, Placing, Plan, Planner, RADIUS_PER_STEP, Samples, Solids, Surroundings, TracedMap, Why, Wishes,
-    check,
+    MapPlan, NotForLightMesh, Planner, RADIUS_PER_STEP, SamplePlacing, Samples, Solids, Surroundings, TracedMap, Why,
+    Wishes, check,
 };
 use crate::maps::{MapError, MapKind, MapResult};
 use crate::scene::{Elements, Scene, joined};
 use crate::solver::{ConvergenceRow, ErrorParts, Observer, Progress, Settings, Solution, Spending, StopReason};
 use crate::solver::{DEFAULT_TARGET_ERROR, PACKETS_OF_A_BOUND, map_requests};
+
+use super::light_mesh_words::{said, step_not_taken, why_in_words};
 
 /// Plans of a map after the first whose last check missed the target.
 const MOST_ATTEMPTS: u32 = 3;
@@ -89,7 +91,7 @@ pub fn solve_by_light_mesh(
     observer.ready();
     let begun_wall_s = observer.wall_s();
     let solids = Solids::of(scene);
-    let samples = Samples::of(&stage, Placing::Stratified, settings.seed);
+    let samples = Samples::of(&stage, SamplePlacing::Stratified, settings.seed);
     // A step that the user gives is taken as it is, if no error is asked for besides.
     let is_given = choice.step_m.is_some() || choice.radius_m.is_some();
     let no_rule = settings.time_limit_s.is_none() && !is_given;
@@ -121,42 +123,7 @@ pub fn solve_by_light_mesh(
         stop: &stop,
     };
 
-    let mut run = Findings { traced: requests.iter().map(|_| None).collect(), ..Findings::default() };
-    let mut finest_m = None;
-    // Maps that the target binds go first.
-    let mut order: Vec<usize> = (0..requests.len()).collect();
-    order.sort_by_key(|index| !requests[*index].1);
-    for (done, index) in order.into_iter().enumerate() {
-        let (kind, bound) = requests[index];
-        if !bound && choice.step_m.is_none() {
-            // What the target does not bind is not refined: it takes the finest step of what is bound.
-            planner.wishes.step_m = finest_m;
-        }
-        if is_long_over() {
-            run.left_out.push((kind, bound));
-            continue;
-        }
-        let entries = Entries::of(&planner.around, kind, settings.seed, planner.wishes.target_error);
-        planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(run.rays as f64) };
-        let target = target_error.filter(|_| bound);
-        let Some((plan, map)) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut run.rays) else {
-            run.left_out.push((kind, bound));
-            continue;
-        };
-        let misses_near_lights = may_miss_near_lights(&planner.around, &entries, &plan);
-        run.tell(&map, &plan, [samples.len(), entries.places()], misses_near_lights);
-        if bound && let Some(facts) = &map.mesh {
-            finest_m = Some(finest_m.map_or(facts.step_m, |finest_m: f64| finest_m.min(facts.step_m)));
-        }
-        let fraction = (done + 1) as f64 / requests.len() as f64;
-        run.record(&map, bound, target_error, fraction, observer);
-        let dark_upper_bound_lx = dark_upper_bound_lx(&stage, &entries, &map);
-        let is_dark = dark_upper_bound_lx.is_some();
-        let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_lights);
-        let error = MapError { dark_upper_bound_lx, ..map.map.error };
-        let result = MapResult { bound, target_met, error, ..map.map };
-        run.traced[index] = Some(TracedMap { map: result, ..map });
-    }
+    let mut run = trace_maps(&mut planner, &requests, target_error, observer);
     run.tell_at_the_end(scene, &stage, &solids);
     let end = match () {
         _ if observer.is_interrupted() => StopReason::Interrupted,
@@ -172,6 +139,53 @@ pub fn solve_by_light_mesh(
     ))
 }
 
+/// Plans and computes the maps that are asked for.
+fn trace_maps(
+    planner: &mut Planner,
+    requests: &[(MapKind, bool)],
+    target_error: Option<f64>,
+    observer: &dyn Observer,
+) -> LightMeshFindings {
+    let mut run = LightMeshFindings { traced: requests.iter().map(|_| None).collect(), ..LightMeshFindings::default() };
+    let finds_step = planner.wishes.step_m.is_none();
+    let mut finest_m: Option<f64> = None;
+    // Maps that the target binds go first.
+    let mut order: Vec<usize> = (0..requests.len()).collect();
+    order.sort_by_key(|index| !requests[*index].1);
+    for (done, index) in order.into_iter().enumerate() {
+        let (kind, bound) = requests[index];
+        if !bound && finds_step {
+            // What the target does not bind is not refined: it takes the finest step of what is bound.
+            planner.wishes.step_m = finest_m;
+        }
+        if (planner.around.give_up)() {
+            run.left_out.push((kind, bound));
+            continue;
+        }
+        let entries = Entries::of(&planner.around, kind, planner.wishes.seed, planner.wishes.target_error);
+        planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(run.rays as f64) };
+        let target = target_error.filter(|_| bound);
+        let Some((plan, map)) = best_attempt(planner, &entries, index as u32, bound, target, &mut run.rays) else {
+            run.left_out.push((kind, bound));
+            continue;
+        };
+        let misses_near_lights = may_miss_near_lights(&planner.around, &entries, &plan);
+        run.tell(&map, &plan, [planner.around.samples.len(), entries.places()], misses_near_lights);
+        if bound && let Some(facts) = &map.mesh {
+            finest_m = Some(finest_m.map_or(facts.step_m, |finest_m| finest_m.min(facts.step_m)));
+        }
+        let fraction = (done + 1) as f64 / requests.len() as f64;
+        run.record(&map, bound, target_error, fraction, observer);
+        let dark_upper_bound_lx = dark_upper_bound_lx(planner.around.stage, &entries, &map);
+        let is_dark = dark_upper_bound_lx.is_some();
+        let target_met = target_error.map(|target| map.upper_error <= target && !is_dark && !misses_near_lights);
+        let error = MapError { dark_upper_bound_lx, ..map.map.error };
+        let result = MapResult { bound, target_met, error, ..map.map };
+        run.traced[index] = Some(TracedMap { map: result, ..map });
+    }
+    run
+}
+
 /// What frames a run: what it was to reach, why it ended if it did not, and its times.
 struct RunFrame {
     seed: u64,
@@ -182,8 +196,8 @@ struct RunFrame {
     compute_s: f64,
 }
 
-fn solution_of(scene: &Scene, stage: &Stage, run: Findings, frame: RunFrame) -> Solution {
-    let Findings { traced, left_out, rays, convergence, notes, warnings } = run;
+fn solution_of(scene: &Scene, stage: &Stage, run: LightMeshFindings, frame: RunFrame) -> Solution {
+    let LightMeshFindings { traced, left_out, rays, convergence, notes, warnings } = run;
     let RunFrame { seed, target_error, end, begun_wall_s, build_s, compute_s } = frame;
     let maps: Vec<MapResult> = traced.into_iter().flatten().map(|map| map.map).collect();
     let estimated_error = maps.iter().filter(|map| map.bound).map(|map| map.error.estimated).fold(0.0, f64::max);
@@ -222,7 +236,7 @@ fn solution_of(scene: &Scene, stage: &Stage, run: Findings, frame: RunFrame) -> 
 
 /// What a run by light meshes has found so far.
 #[derive(Default)]
-struct Findings {
+struct LightMeshFindings {
     /// The maps asked for, in their order.
     traced: Vec<Option<TracedMap>>,
     /// Maps that the run's end left out, and whether the target binds them.
@@ -233,9 +247,9 @@ struct Findings {
     warnings: Vec<String>,
 }
 
-impl Findings {
+impl LightMeshFindings {
     /// Says how a map was computed, of so many points in a set and places, and what may be wrong with it.
-    fn tell(&mut self, map: &TracedMap, plan: &Plan, [points, places]: [usize; 2], misses_near_lights: bool) {
+    fn tell(&mut self, map: &TracedMap, plan: &MapPlan, [points, places]: [usize; 2], misses_near_lights: bool) {
         let name = &map.map.name;
         self.notes.extend(said(map, plan, points, places));
         self.warnings.extend(step_not_taken(map, plan));
@@ -342,9 +356,9 @@ fn best_attempt<'a>(
     bound: bool,
     target_error: Option<f64>,
     rays: &mut u64,
-) -> Option<(Plan<'a>, TracedMap)> {
+) -> Option<(MapPlan<'a>, TracedMap)> {
     (planner.caution, planner.by_places) = (1.0, false);
-    let mut best: Option<(Plan<'a>, TracedMap)> = None;
+    let mut best: Option<(MapPlan<'a>, TracedMap)> = None;
     for attempt in 0.. {
         let plan = planner.plan(entries, number + attempt * ATTEMPT, bound);
         let map = planner.trace(entries, number + attempt * ATTEMPT, &plan);
@@ -382,97 +396,12 @@ pub fn check_requests(scene: &Scene, settings: &Settings) -> Result<(), NotForLi
     check(scene, sets)
 }
 
-/// That a given step gave way to shadow rays or walks, since it misses the target that was given too.
-fn step_not_taken(map: &TracedMap, plan: &Plan) -> Vec<String> {
-    let of = |part: &str, why: &Why| match why {
-        Why::StepMisses(error) => Some(format!(
-            "light mesh: \"{}\": the step that was given is not used for {part} light, where it leaves an error of {:.2} %: without --target-error it is taken as it is",
-            map.map.name,
-            100.0 * error
-        )),
-        _ => None,
-    };
-    let direct = if let DirectPlan::Rays(why) = &plan.direct { of("direct", why) } else { None };
-    let indirect = if let IndirectPlan::Walks(why) = &plan.indirect { of("indirect", why) } else { None };
-    direct.into_iter().chain(indirect).collect()
-}
-
 /// Whether a luminaire nearly touches a surface in a scene or map whose walks do not look back from what it lights: they miss
 /// the spot, and so does what checks them.
-fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &Plan) -> bool {
+fn may_miss_near_lights(around: &Surroundings, entries: &Entries, plan: &MapPlan) -> bool {
     let touches = around.stage.near_lights.as_ref().is_some_and(|near| near.touch());
     let by_mesh = matches!(plan.indirect, IndirectPlan::Mesh(_));
     touches && (around.looks_for_areas() || by_mesh && !plan.looks_back(around, entries))
-}
-
-/// What a user should know of how a map came about.
-fn said(map: &TracedMap, plan: &Plan, points_of_luminaires: usize, places: usize) -> Vec<String> {
-    let name = &map.map.name;
-    let rays_of_all = points_of_luminaires as f64 * places as f64;
-    let mut said = Vec::new();
-    match (&plan.direct, map.mesh) {
-        (DirectPlan::Mesh(_), Some(facts)) => {
-            let counts = &map.effort.mesh;
-            said.push(format!(
-                "light mesh: \"{name}\": step {:.4} m, radius {:.4} m: {} points, {} rays for direct light where shadow rays from every place would be {:.0}; {:.1} MB, dense {:.1} MB",
-                facts.step_m,
-                facts.radius_m,
-                counts.points,
-                counts.rays(),
-                rays_of_all,
-                facts.bytes as f64 / 1e6,
-                facts.dense_bytes / 1e6
-            ));
-            if counts.places_without_set > 0 {
-                said.push(format!(
-                    "light mesh: \"{name}\": {} of {} places saw no mesh point and sent {} shadow rays themselves",
-                    counts.places_without_set, counts.places, counts.fallback_rays
-                ));
-            }
-        }
-        (DirectPlan::Rays(why), _) if *why != Why::Dark => said.push(format!(
-            "light mesh: \"{name}\": {} shadow rays from every place completed direct light: {}",
-            map.effort.exact_rays,
-            why_in_words(why)
-        )),
-        _ => {}
-    }
-    if let Some(gathering) = &map.gathering {
-        said.push(format!(
-            "light mesh: \"{name}\": indirect light gathered at {} points {:.4} m apart by {} walks each",
-            map.effort.gather.points, gathering.step_m, gathering.walks
-        ));
-    }
-    if let IndirectPlan::Walks(why) = &plan.indirect {
-        said.push(format!(
-            "light mesh: \"{name}\": {} walks from every place, {} rays with the search, completed indirect light: {}",
-            map.rounds.walks,
-            map.effort.gather.rays(),
-            why_in_words(why)
-        ));
-    }
-    said
-}
-
-fn why_in_words(why: &Why) -> String {
-    match why {
-        Why::Cheaper(step_m) => {
-            format!("a mesh fine enough, of {step_m:.4} m or less, would take more rays than the places themselves")
-        }
-        Why::NotSmooth(step_m) => {
-            format!("a mesh of {step_m:.4} m was no nearer to it than one of twice the step")
-        }
-        Why::StepMisses(error) => format!("the step that was given leaves an error of {:.2} %", 100.0 * error),
-        Why::TooFine(step_m) => {
-            format!("a mesh of the step that was given, {step_m:e} m, has more points than can be numbered")
-        }
-        Why::Missed => "plans with a mesh missed the target".to_owned(),
-        Why::NearLights => {
-            "a luminaire stands close to a surface, whose light the points of a mesh may miss".to_owned()
-        }
-        Why::Cut => "the run was ended before a mesh was found that is better than so few walks".to_owned(),
-        Why::Dark => "there is none".to_owned(),
-    }
 }
 
 #[cfg(test)]
@@ -494,7 +423,7 @@ mod tests {
             "receivers": [{ "name": "grid", "type": "grid", "origin": [0.2,0.2,0], "u": [3.6,0,0], "v": [0,3.6,0], "columns": 30, "rows": 30 }] }"#;
         let scene = scene_from_json(room, None, Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
         let stage = Stage::new(&scene);
-        let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, Placing::Stratified, 1));
+        let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, SamplePlacing::Stratified, 1));
         let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
         let entries = Entries::of(&around, MapKind::Receivers(0), 1, None);
         let (asked, most) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));

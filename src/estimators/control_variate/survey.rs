@@ -1,9 +1,9 @@
 //! Looks ahead from a receiver at one emitter: more of them where it is seen in part.
 
-use super::{Expectation, SHARE_FOR_A_LOOK};
+use super::{ControlVariate, SHARE_FOR_A_LIGHT_SAMPLE};
 use crate::chain::Stage;
 use crate::estimators::direct::Receiver;
-use crate::sampling::emitter::{Emitter, View};
+use crate::sampling::emitter::{Emitter, EmitterView};
 use crate::sampling::random::{Square, Stream};
 
 /// Looks that both answers, in sight and hidden, count for before the first, where looks are too few to stand in order.
@@ -35,7 +35,7 @@ pub struct Survey<'a> {
     /// What it may bring, in lx.
     importance: f64,
     stream: &'a mut Stream,
-    view: Option<View<'a>>,
+    view: Option<EmitterView<'a>>,
     /// Rays so far.
     pub rays: u64,
 }
@@ -55,15 +55,15 @@ impl<'a> Survey<'a> {
 
     /// Looks ahead at an emitter that may bring a part of all light, of which `seen_lx` was found so far (all, before the first
     /// look), and says what to expect of it.
-    pub fn look_ahead(&mut self, [total_lx, seen_lx]: [f64; 2], looks_ahead: f64, found: &mut Expectation) {
+    pub fn look_ahead(&mut self, [total_lx, seen_lx]: [f64; 2], looks_ahead: f64, found: &mut ControlVariate) {
         // A point is known for certain after one ray.
-        if self.emitter.is_single_point() && self.importance >= SHARE_FOR_A_LOOK * seen_lx {
+        if self.emitter.is_single_point() && self.importance >= SHARE_FOR_A_LIGHT_SAMPLE * seen_lx {
             let lx = self.look_lx(Square::WHOLE, 0);
             found.expect(self.number, Square::WHOLE, lx, [0.0; 2], 0.0);
             return;
         }
         let share = self.importance / total_lx;
-        if share < SHARE_FOR_A_LOOK {
+        if share < SHARE_FOR_A_LIGHT_SAMPLE {
             found.expect(self.number, Square::WHOLE, 0.0, [0.0; 2], UNASKED * self.importance);
             return;
         }
@@ -76,7 +76,7 @@ impl<'a> Survey<'a> {
     }
 
     /// A few looks anywhere.
-    fn ask_few(&mut self, looks: u64, found: &mut Expectation) {
+    fn ask_few(&mut self, looks: u64, found: &mut ControlVariate) {
         let (mut sum_lx, mut seen) = (0.0, 0.0);
         for look in 0..looks {
             let lx = self.look_lx(Square::WHOLE, look);
@@ -90,7 +90,7 @@ impl<'a> Survey<'a> {
     }
 
     /// A look in each quarter; whether these look alike, so that there is nothing more to ask.
-    fn ask_quarters(&mut self, found: &mut Expectation) -> bool {
+    fn ask_quarters(&mut self, found: &mut ControlVariate) -> bool {
         let quarters: [f64; 4] = std::array::from_fn(|place| self.look_lx(Square::of(QUARTERS, place), 0));
         let alike = quarters.iter().all(|lx| (*lx > 0.0) == (quarters[0] > 0.0));
         if alike {
@@ -103,7 +103,7 @@ impl<'a> Survey<'a> {
     }
 
     /// A look in each of sixteen parts, and more where an edge of a shadow runs.
-    fn ask_parts(&mut self, looks: f64, found: &mut Expectation) {
+    fn ask_parts(&mut self, looks: f64, found: &mut ControlVariate) {
         const SIDE: usize = 1 << PARTS;
         let parts: [f64; SIDE * SIDE] = std::array::from_fn(|place| self.look_lx(Square::of(PARTS, place), 0));
         let is_seen = |place: usize| parts[place] > 0.0;
@@ -130,7 +130,7 @@ impl<'a> Survey<'a> {
     }
 
     /// Looks in the quarters of a square at the edge of a shadow and in theirs, as far as the looks go.
-    fn ask_edge(&mut self, square: Square, lx: f64, looks: f64, found: &mut Expectation) {
+    fn ask_edge(&mut self, square: Square, lx: f64, looks: f64, found: &mut ControlVariate) {
         if looks * square.area() < 1.0 || square.level() >= DEEPEST {
             self.expect_part(square, lx, AT_EDGE, found);
             return;
@@ -146,7 +146,7 @@ impl<'a> Survey<'a> {
         }
     }
 
-    fn expect_part(&self, square: Square, lx: f64, doubt: f64, found: &mut Expectation) {
+    fn expect_part(&self, square: Square, lx: f64, doubt: f64, found: &mut ControlVariate) {
         let area = square.area();
         found.expect(self.number, square, area * lx, [0.0; 2], doubt * area * self.importance);
     }
@@ -157,7 +157,7 @@ impl<'a> Survey<'a> {
         self.stream.turn_to_square(square.code(), square);
         let Receiver { point_m, normal, .. } = *self.receiver;
         let view = self.view.get_or_insert_with(|| self.emitter.view(point_m, normal));
-        let Some(look) = view.look(self.stream) else {
+        let Some(look) = view.light_sample(self.stream) else {
             return 0.0;
         };
         self.rays += 1;
