@@ -7,33 +7,101 @@
 
 use glam::DVec3;
 
-use crate::base::solid_angle::triangle_solid_angle_sr;
 use crate::scene::{Scene, Side};
 
 /// Corners of a polygon at most: cuts that would give more are left out, which makes the polygon larger than the beam,
 /// not smaller; whoever follows a path checks it facet by facet.
 const MOST_CORNERS: usize = 16;
 
-/// A flat triangle that reflects as a mirror on one of its sides.
+/// Two triangles lie in one plane where no corner is farther off it than this, over the length of an edge.
+const FLAT: f64 = 1e-12;
+
+/// A triangle of the scene.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    triangle: u32,
+    corners_m: [DVec3; 3],
+}
+
+impl Part {
+    fn of(scene: &Scene, triangle: u32) -> Part {
+        Part { triangle, corners_m: scene.corners_m(triangle) }
+    }
+
+    /// Weights of the second and third corner at a point of the plane; `None` outside of the triangle.
+    fn weights(&self, point_m: DVec3) -> Option<[f64; 2]> {
+        let [a, b, c] = self.corners_m;
+        let twice_area = (b - a).cross(c - a);
+        let scale = 1.0 / twice_area.length_squared();
+        let u = (point_m - a).cross(c - a).dot(twice_area) * scale;
+        let v = (b - a).cross(point_m - a).dot(twice_area) * scale;
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some([u, v])
+    }
+}
+
+/// A flat piece that reflects as a mirror on one of its sides: a triangle, or two that make a quadrilateral, so that chance has
+/// nothing to choose between the halves of a rectangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet {
-    /// Triangle of the scene.
-    pub triangle: u32,
     /// The side that reflects.
     pub side: Side,
     /// Unit normal of that side.
     pub normal: DVec3,
-    /// Counter-clockwise as seen from that side.
-    corners_m: [DVec3; 3],
+    part: Part,
+    other: Option<Part>,
+    /// Its outline, counter-clockwise as seen from that side.
+    corners_m: [DVec3; 4],
+    count: usize,
+}
+
+/// Where a line crosses a facet.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossed {
+    /// The place in m.
+    pub point_m: DVec3,
+    /// Triangle of the scene.
+    pub triangle: u32,
+    /// Weights of its second and third corner.
+    pub weights: [f64; 2],
 }
 
 impl Facet {
     /// A side of a triangle.
     pub fn new(scene: &Scene, triangle: u32, side: Side) -> Facet {
-        let [a, b, c] = scene.corners_m(triangle);
+        let part = Part::of(scene, triangle);
+        let [a, b, c] = part.corners_m;
         let front = scene.triangle_normal(triangle);
-        let (normal, corners_m) = if side == Side::Front { (front, [a, b, c]) } else { (-front, [a, c, b]) };
-        Facet { triangle, side, normal, corners_m }
+        let (normal, outline) = if side == Side::Front { (front, [a, b, c, c]) } else { (-front, [a, c, b, b]) };
+        Facet { side, normal, part, other: None, corners_m: outline, count: 3 }
+    }
+
+    /// With a second triangle, the same side of it, if both make a flat convex quadrilateral.
+    pub fn joined(&self, scene: &Scene, triangle: u32) -> Option<Facet> {
+        let part = Part::of(scene, triangle);
+        let is_own = |corner_m: &DVec3| self.corners_m[..3].contains(corner_m);
+        let mut new = part.corners_m.iter().filter(|corner_m| !is_own(corner_m));
+        let (Some(fourth_m), None) = (new.next(), new.next()) else { return None };
+        let alone = (0..3).find(|i| !part.corners_m.contains(&self.corners_m[*i]))?;
+        // The new corner lies beyond the edge that both have.
+        let [a, b, c] = [0, 1, 2].map(|i| self.corners_m[(alone + i) % 3]);
+        let outline = [a, b, *fourth_m, c];
+        let turns_left = |i: usize| {
+            let [before, here, after] = [0, 1, 2].map(|k| outline[(i + k) % 4]);
+            (here - before).cross(after - here).dot(self.normal) > 0.0
+        };
+        let is_flat = self.height_m(*fourth_m).abs() <= FLAT * (*fourth_m - a).length();
+        let is_single = self.other.is_none();
+        (is_single && is_flat && (0..4).all(turns_left)).then_some(Facet {
+            other: Some(part),
+            corners_m: outline,
+            count: 4,
+            ..*self
+        })
+    }
+
+    /// One of its triangles in the scene.
+    pub fn triangle(&self) -> u32 {
+        self.part.triangle
     }
 
     /// Height of a point above the facet in m.
@@ -46,18 +114,12 @@ impl Facet {
         point_m - self.normal * (2.0 * self.height_m(point_m))
     }
 
-    /// Where a line crosses the facet, as a point and as weights of the second and third corner of the scene's
-    /// triangle; `None` outside of it.
-    pub fn crossing(&self, from_m: DVec3, to_m: DVec3) -> Option<(DVec3, [f64; 2])> {
+    /// Where a line crosses the facet; `None` outside of it.
+    pub fn crossing(&self, from_m: DVec3, to_m: DVec3) -> Option<Crossed> {
         let (below, above) = (self.height_m(from_m), self.height_m(to_m));
         let point_m = from_m + (to_m - from_m) * (below / (below - above));
-        let [a, b, c] = self.corners_m;
-        let twice_area = (b - a).cross(c - a);
-        let scale = 1.0 / twice_area.length_squared();
-        let u = (point_m - a).cross(c - a).dot(twice_area) * scale;
-        let v = (b - a).cross(point_m - a).dot(twice_area) * scale;
-        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
-        inside.then_some((point_m, if self.side == Side::Front { [u, v] } else { [v, u] }))
+        let within = |part: &Part| Some(Crossed { point_m, triangle: part.triangle, weights: part.weights(point_m)? });
+        within(&self.part).or_else(|| within(self.other.as_ref()?))
     }
 }
 
@@ -69,43 +131,61 @@ struct Polygon {
 }
 
 impl Polygon {
+    const EMPTY: Polygon = Polygon { corners_m: [DVec3::ZERO; MOST_CORNERS], count: 0 };
+
     fn corners(&self) -> &[DVec3] {
         &self.corners_m[..self.count]
     }
 
     /// Keeps the part on the inner side of a plane.
+    #[inline]
     fn cut(&mut self, point_m: DVec3, inward: DVec3) {
         let mut heights = [0.0; MOST_CORNERS];
-        let mut all_inside = true;
+        let mut inside = 0;
         for (height, corner_m) in heights.iter_mut().zip(self.corners()) {
             *height = (corner_m - point_m).dot(inward);
-            all_inside &= *height >= 0.0;
+            inside += usize::from(*height >= 0.0);
         }
-        if all_inside || self.count == MOST_CORNERS {
+        if inside == 0 {
+            self.count = 0;
+        }
+        if inside == self.count || self.count == MOST_CORNERS {
             return;
         }
-        let whole = *self;
-        self.count = 0;
-        for i in 0..whole.count {
-            let j = (i + 1) % whole.count;
+        let mut kept = [DVec3::ZERO; MOST_CORNERS];
+        let mut count = 0;
+        for i in 0..self.count {
+            let j = if i + 1 == self.count { 0 } else { i + 1 };
             if heights[i] >= 0.0 {
-                self.push(whole.corners_m[i]);
+                kept[count] = self.corners_m[i];
+                count += 1;
             }
             if (heights[i] >= 0.0) != (heights[j] >= 0.0) {
                 let t = heights[i] / (heights[i] - heights[j]);
-                self.push(whole.corners_m[i] + t * (whole.corners_m[j] - whole.corners_m[i]));
+                kept[count] = self.corners_m[i] + t * (self.corners_m[j] - self.corners_m[i]);
+                count += 1;
             }
         }
+        self.corners_m[..count].copy_from_slice(&kept[..count]);
+        self.count = count;
     }
 
-    fn push(&mut self, corner_m: DVec3) {
-        self.corners_m[self.count] = corner_m;
-        self.count += 1;
-    }
-
+    /// Solid angle as seen from a point, triangle by triangle of a fan. The tangent of half a triangle's is a quotient (A. van
+    /// Oosterom, J. Strackee, 1983), so that a product of complex numbers has half of the whole for its angle.
     fn solid_angle_sr(&self, from_m: DVec3) -> f64 {
-        let seen = |i: usize| self.corners_m[i] - from_m;
-        (2..self.count).map(|i| triangle_solid_angle_sr(seen(0), seen(i - 1), seen(i))).sum()
+        let seen = |i: usize| (self.corners_m[i] - from_m).normalize_or_zero();
+        let (first, mut before) = (seen(0), seen(1));
+        let mut product = [1.0, 0.0];
+        for i in 2..self.count {
+            let here = seen(i);
+            let real = 1.0 + first.dot(before) + before.dot(here) + here.dot(first);
+            let imaginary = first.dot((before - first).cross(here - first)).abs();
+            product =
+                [product[0] * real - product[1] * imaginary, product[0] * imaginary + product[1] * real];
+            before = here;
+        }
+        // Nothing that is flat covers more than half of the sphere.
+        if product[1] == 0.0 { 0.0 } else { 2.0 * product[1].atan2(product[0]).abs() }
     }
 }
 
@@ -115,7 +195,8 @@ pub struct Beam {
     /// Where the paths seem to come from, in m.
     pub apex_m: DVec3,
     /// Inward normals of planes through the apex.
-    walls: Vec<DVec3>,
+    walls: [DVec3; MOST_CORNERS],
+    wall_count: usize,
     /// A point of the last facet and its normal: the beam begins there.
     base: Option<(DVec3, DVec3)>,
 }
@@ -135,7 +216,13 @@ pub struct Step {
 impl Beam {
     /// All directions above a point with a unit normal.
     pub fn above(point_m: DVec3, normal: DVec3) -> Beam {
-        Beam { apex_m: point_m, walls: vec![normal], base: None }
+        let mut walls = [DVec3::ZERO; MOST_CORNERS];
+        walls[0] = normal;
+        Beam { apex_m: point_m, walls, wall_count: 1, base: None }
+    }
+
+    fn walls(&self) -> &[DVec3] {
+        &self.walls[..self.wall_count]
     }
 
     /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle that the beam leaves of it.
@@ -162,48 +249,64 @@ impl Beam {
 
     /// Solid angles that the beam leaves of facets, in sr.
     fn seen_sr(&self, facets: &[Facet]) -> Vec<f64> {
-        let solid_angle_sr = |facet: &Facet| self.part_of(facet).map_or(0.0, |part| part.solid_angle_sr(self.apex_m));
-        facets.iter().map(solid_angle_sr).collect()
+        let mut part = Polygon::EMPTY;
+        let mut solid_angle_sr = |facet: &Facet| {
+            self.set_to_part_of(facet, &mut part);
+            if part.count > 0 { part.solid_angle_sr(self.apex_m) } else { 0.0 }
+        };
+        facets.iter().map(&mut solid_angle_sr).collect()
     }
 
     fn step(&self, facets: &[Facet], facet: usize, probability: f64) -> Option<Step> {
-        let polygon = self.part_of(&facets[facet])?;
+        let mut polygon = Polygon::EMPTY;
+        self.set_to_part_of(&facets[facet], &mut polygon);
+        if polygon.count == 0 {
+            return None;
+        }
         let middle_m = polygon.corners().iter().sum::<DVec3>() / polygon.count as f64;
         let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();
         Some(Step { facet, probability, cosine, polygon })
     }
 
-    /// The beam after a step.
-    pub fn reflected(&self, facet: &Facet, step: &Step) -> Beam {
-        let apex_m = facet.image_m(self.apex_m);
+    /// Goes on by a step.
+    pub fn reflect(&mut self, facet: &Facet, step: &Step) {
+        self.apex_m = facet.image_m(self.apex_m);
+        self.base = Some((facet.corners_m[0], facet.normal));
         let corners = step.polygon.corners();
-        let walls = (0..corners.len())
-            .map(|i| (corners[i] - apex_m).cross(corners[(i + 1) % corners.len()] - apex_m))
-            .collect();
-        Beam { apex_m, walls, base: Some((facet.corners_m[0], facet.normal)) }
+        let mut before = corners[corners.len() - 1] - self.apex_m;
+        for (wall, corner_m) in self.walls.iter_mut().zip(corners) {
+            let here = corner_m - self.apex_m;
+            *wall = before.cross(here);
+            before = here;
+        }
+        self.wall_count = corners.len();
     }
 
     /// Whether a point lies in the beam.
     pub fn holds(&self, point_m: DVec3) -> bool {
         self.base.is_none_or(|(base_m, normal)| (point_m - base_m).dot(normal) > 0.0)
-            && self.walls.iter().all(|wall| (point_m - self.apex_m).dot(*wall) >= 0.0)
+            && self.walls().iter().all(|wall| (point_m - self.apex_m).dot(*wall) >= 0.0)
     }
 
-    fn part_of(&self, facet: &Facet) -> Option<Polygon> {
+    /// What the beam leaves of a facet: no corners where that is nothing.
+    fn set_to_part_of(&self, facet: &Facet, part: &mut Polygon) {
+        part.count = 0;
         if facet.height_m(self.apex_m) <= 0.0 {
-            return None;
+            return;
         }
-        let mut part = Polygon { corners_m: [DVec3::ZERO; MOST_CORNERS], count: 3 };
-        part.corners_m[..3].copy_from_slice(&facet.corners_m);
+        part.count = facet.count;
+        part.corners_m[..facet.count].copy_from_slice(&facet.corners_m[..facet.count]);
         if let Some((base_m, normal)) = self.base {
             part.cut(base_m, normal);
         }
-        for wall in &self.walls {
-            if part.count < 3 {
-                return None;
+        for wall in self.walls() {
+            if part.count == 0 {
+                return;
             }
             part.cut(self.apex_m, *wall);
         }
-        (part.count >= 3).then_some(part)
+        if part.count < 3 {
+            part.count = 0;
+        }
     }
 }

@@ -136,7 +136,8 @@ pub fn solve_by_light_mesh(
             run.left_out.push((kind, bound));
             continue;
         }
-        let entries = Entries::of(&planner.around, kind, settings.seed, planner.wishes.target_error);
+        let may_draw = bound && choice.step_m.is_none() && choice.radius_m.is_none();
+        let entries = Entries::of(&planner.around, kind, settings.seed, planner.wishes.target_error, may_draw);
         planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(run.rays as f64) };
         let target = target_error.filter(|_| bound);
         let Some((plan, map)) = best_attempt(&mut planner, &entries, index as u32, bound, target, &mut run.rays) else {
@@ -466,6 +467,7 @@ fn why_in_words(why: &Why) -> String {
         Why::TooFine(step_m) => {
             format!("a mesh of the step that was given, {step_m:e} m, has more points than can be numbered")
         }
+        Why::Gloss => "rays along gloss for a mesh would be more".to_owned(),
         Why::Missed => "plans with a mesh missed the target".to_owned(),
         Why::NearLights => {
             "a luminaire stands close to a surface, whose light the points of a mesh may miss".to_owned()
@@ -496,7 +498,7 @@ mod tests {
         let stage = Stage::new(&scene);
         let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, Placing::Stratified, 1));
         let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
-        let entries = Entries::of(&around, MapKind::Receivers(0), 1, None);
+        let entries = Entries::of(&around, MapKind::Receivers(0), 1, None, false);
         let (asked, most) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most.load(Ordering::Relaxed);
         let wishes = Wishes {
