@@ -36,7 +36,7 @@ struct Terms {
 pub struct HarmonicSeries {
     degree: usize,
     coefficients: Vec<f64>,
-    terms: Vec<Term>,
+    terms: Vec<Terms>,
 }
 
 /// Bounds of a series over the sphere.

@@ -36,13 +36,7 @@ pub struct Entries {
 impl Entries {
     /// The entries of a map. Lines of sight that split beyond counting are thinned by the seed's chance, and gloss is looked into as often as
     /// the target needs, if there is one; `may_draw` allows that it is looked into anew by every sample where that takes fewer rays.
-    pub fn of(
-        around: &Surroundings,
-        kind: MapKind,
-        seed: u64,
-        target_error: Option<f64>,
-        may_draw: bool,
-    ) -> Entries {
+    pub fn of(around: &Surroundings, kind: MapKind, seed: u64, target_error: Option<f64>, may_draw: bool) -> Entries {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let mut include = |place_m: DVec3| bounds_m = [bounds_m[0].min(place_m), bounds_m[1].max(place_m)];
         let mut sights = None;

@@ -7,8 +7,8 @@ use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
 use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
 use super::options::{IndirectForm, SHARE_OF_DIRECT};
 use super::plan::{
-    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, PLANNING, Plan, Planner, SHARE_OF_ALL,
-    Why, half_ball, mean, points_needed, side_m,
+    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, PLANNING, Plan, Planner, SHARE_OF_ALL, Why, half_ball,
+    mean, points_needed, side_m,
 };
 use super::tracing::{DirectBy, EntryLight, IndirectBy, light_of};
 

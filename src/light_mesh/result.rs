@@ -4,8 +4,8 @@ use super::classes::{CLASSES, Classes, kind, squares_of};
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
-    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY,
-    ONE_IN_TWENTY, choose, looks_until, measure_direct,
+    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY, ONE_IN_TWENTY,
+    choose, looks_until, measure_direct,
 };
 use super::options::DIRECT_PLACES;
 use super::plan::{DirectPlan, IndirectPlan, Plan, Planner};

@@ -28,11 +28,7 @@ pub fn polar_picture(name: &str, web: &IntensityWeb, values: &'static str) -> Pi
     let mut picture = Picture::new(WIDTH, 606.0, say!("Luminous intensity of {}", name));
     picture.words(Words::new(say!("Luminous intensity: {}", name), [24.0, 26.0], 17.0).bold());
     let flux_lm = web.luminous_flux_lm();
-    let facts = say!(
-        "Φ = {} lm, greatest intensity {} cd",
-        amount(flux_lm),
-        amount(web.maximum_intensity_cd())
-    );
+    let facts = say!("Φ = {} lm, greatest intensity {} cd", amount(flux_lm), amount(web.maximum_intensity_cd()));
     picture.words(Words::new(facts, [LEFT, 46.0], FACTS).ink(SOFT));
     picture.words(Words::new(said(values), [LEFT, 592.0], TYPE).ink(SOFT));
     if flux_lm > 0.0 {

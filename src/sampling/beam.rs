@@ -90,8 +90,9 @@ impl Facet {
             (here - before).cross(after - here).dot(self.normal) > 0.0
         };
         let is_flat = self.height_m(*fourth_m).abs() <= FLAT * (*fourth_m - a).length();
-        let is_single = self.other.is_none();
-        (is_single && is_flat && (0..4).all(turns_left)).then_some(Facet {
+        let front = scene.triangle_normal(triangle);
+        let is_alike = (if self.side == Side::Front { front } else { -front }).dot(self.normal) > 0.0;
+        (self.other.is_none() && is_alike && is_flat && (0..4).all(turns_left)).then_some(Facet {
             other: Some(part),
             corners_m: outline,
             count: 4,
@@ -137,37 +138,31 @@ impl Polygon {
         &self.corners_m[..self.count]
     }
 
-    /// Keeps the part on the inner side of a plane.
-    #[inline]
-    fn cut(&mut self, point_m: DVec3, inward: DVec3) {
-        let mut heights = [0.0; MOST_CORNERS];
-        let mut inside = 0;
-        for (height, corner_m) in heights.iter_mut().zip(self.corners()) {
-            *height = (corner_m - point_m).dot(inward);
-            inside += usize::from(*height >= 0.0);
+    /// Puts the part on the inner side of a plane into `kept`; whether it is less than the whole, which is not put there.
+    fn cut(&self, point_m: DVec3, inward: DVec3, kept: &mut Polygon) -> bool {
+        let height_m = |corner_m: &DVec3| (corner_m - point_m).dot(inward);
+        if self.count == MOST_CORNERS || self.corners().iter().all(|corner_m| height_m(corner_m) >= 0.0) {
+            return false;
         }
-        if inside == 0 {
-            self.count = 0;
-        }
-        if inside == self.count || self.count == MOST_CORNERS {
-            return;
-        }
-        let mut kept = [DVec3::ZERO; MOST_CORNERS];
-        let mut count = 0;
-        for i in 0..self.count {
-            let j = if i + 1 == self.count { 0 } else { i + 1 };
-            if heights[i] >= 0.0 {
-                kept[count] = self.corners_m[i];
-                count += 1;
+        kept.count = 0;
+        let mut before_m = self.corners_m[self.count - 1];
+        let mut before = height_m(&before_m);
+        for corner_m in self.corners() {
+            let here = height_m(corner_m);
+            if (before >= 0.0) != (here >= 0.0) {
+                kept.push(before_m + before / (before - here) * (corner_m - before_m));
             }
-            if (heights[i] >= 0.0) != (heights[j] >= 0.0) {
-                let t = heights[i] / (heights[i] - heights[j]);
-                kept[count] = self.corners_m[i] + t * (self.corners_m[j] - self.corners_m[i]);
-                count += 1;
+            if here >= 0.0 {
+                kept.push(*corner_m);
             }
+            (before_m, before) = (*corner_m, here);
         }
-        self.corners_m[..count].copy_from_slice(&kept[..count]);
-        self.count = count;
+        true
+    }
+
+    fn push(&mut self, corner_m: DVec3) {
+        self.corners_m[self.count] = corner_m;
+        self.count += 1;
     }
 
     /// Solid angle as seen from a point, triangle by triangle of a fan. The tangent of half a triangle's is a quotient (A. van
@@ -180,8 +175,7 @@ impl Polygon {
             let here = seen(i);
             let real = 1.0 + first.dot(before) + before.dot(here) + here.dot(first);
             let imaginary = first.dot((before - first).cross(here - first)).abs();
-            product =
-                [product[0] * real - product[1] * imaginary, product[0] * imaginary + product[1] * real];
+            product = [product[0] * real - product[1] * imaginary, product[0] * imaginary + product[1] * real];
             before = here;
         }
         // Nothing that is flat covers more than half of the sphere.
@@ -249,20 +243,16 @@ impl Beam {
 
     /// Solid angles that the beam leaves of facets, in sr.
     fn seen_sr(&self, facets: &[Facet]) -> Vec<f64> {
-        let mut part = Polygon::EMPTY;
-        let mut solid_angle_sr = |facet: &Facet| {
-            self.set_to_part_of(facet, &mut part);
-            if part.count > 0 { part.solid_angle_sr(self.apex_m) } else { 0.0 }
+        let mut room = [Polygon::EMPTY; 2];
+        let solid_angle_sr = |facet: &Facet| {
+            let part = self.part_of(facet, &mut room);
+            part.map_or(0.0, |part| part.solid_angle_sr(self.apex_m))
         };
-        facets.iter().map(&mut solid_angle_sr).collect()
+        facets.iter().map(solid_angle_sr).collect()
     }
 
     fn step(&self, facets: &[Facet], facet: usize, probability: f64) -> Option<Step> {
-        let mut polygon = Polygon::EMPTY;
-        self.set_to_part_of(&facets[facet], &mut polygon);
-        if polygon.count == 0 {
-            return None;
-        }
+        let polygon = *self.part_of(&facets[facet], &mut [Polygon::EMPTY; 2])?;
         let middle_m = polygon.corners().iter().sum::<DVec3>() / polygon.count as f64;
         let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();
         Some(Step { facet, probability, cosine, polygon })
@@ -288,25 +278,65 @@ impl Beam {
             && self.walls().iter().all(|wall| (point_m - self.apex_m).dot(*wall) >= 0.0)
     }
 
-    /// What the beam leaves of a facet: no corners where that is nothing.
-    fn set_to_part_of(&self, facet: &Facet, part: &mut Polygon) {
-        part.count = 0;
+    /// What the beam leaves of a facet, made in a room for two polygons.
+    fn part_of<'r>(&self, facet: &Facet, room: &'r mut [Polygon; 2]) -> Option<&'r Polygon> {
         if facet.height_m(self.apex_m) <= 0.0 {
-            return;
+            return None;
         }
+        let [mut part, mut kept] = room.each_mut();
         part.count = facet.count;
         part.corners_m[..facet.count].copy_from_slice(&facet.corners_m[..facet.count]);
-        if let Some((base_m, normal)) = self.base {
-            part.cut(base_m, normal);
-        }
-        for wall in self.walls() {
-            if part.count == 0 {
-                return;
+        let walls = self.walls().iter().map(|wall| (self.apex_m, *wall));
+        for (point_m, inward) in self.base.into_iter().chain(walls) {
+            if part.cut(point_m, inward, kept) {
+                (part, kept) = (kept, part);
             }
-            part.cut(self.apex_m, *wall);
+            if part.count < 3 {
+                return None;
+            }
         }
-        if part.count < 3 {
-            part.count = 0;
+        Some(part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::solid_angle::triangle_solid_angle_sr;
+
+    /// A rectangle of 2 m × 1 m on the floor, in two triangles, as one facet.
+    fn facet() -> Facet {
+        let [a, b, c, d] = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        let [part, other] = [(0, [a, b, c]), (1, [a, c, d])].map(|(triangle, corners_m)| Part { triangle, corners_m });
+        Facet { side: Side::Front, normal: DVec3::Z, part, other: Some(other), corners_m: [a, b, c, d], count: 4 }
+    }
+
+    #[test]
+    fn a_facet_covers_what_its_triangles_do() {
+        let facet = facet();
+        for apex_m in [DVec3::new(0.3, 0.2, 0.7), DVec3::new(-4.0, 3.0, 0.1), DVec3::new(1.0, 0.5, 1e-3)] {
+            let polygon = *Beam::above(apex_m, -DVec3::Z).part_of(&facet, &mut [Polygon::EMPTY; 2]).expect("seen");
+            let of_parts: f64 = [facet.part, facet.other.expect("two")]
+                .map(|part| part.corners_m.map(|corner_m| corner_m - apex_m))
+                .iter()
+                .map(|[a, b, c]| triangle_solid_angle_sr(*a, *b, *c))
+                .sum();
+            assert!((polygon.solid_angle_sr(apex_m) / of_parts - 1.0).abs() < 1e-9, "{of_parts}");
         }
+    }
+
+    #[test]
+    fn a_line_crosses_the_triangle_where_it_passes() {
+        let facet = facet();
+        let from_m = DVec3::new(1.0, 0.5, -1.0);
+        for (x, y, triangle) in [(1.5, 0.2, 0), (0.5, 0.8, 1)] {
+            let place_m = DVec3::new(x, y, 0.0);
+            let crossed = facet.crossing(from_m, 2.0 * place_m - from_m).expect("it passes");
+            let part = [facet.part, facet.other.expect("two")][triangle as usize];
+            let ([a, b, c], [u, v]) = (part.corners_m, crossed.weights);
+            assert_eq!(crossed.triangle, triangle);
+            assert!((a + u * (b - a) + v * (c - a) - place_m).length() < 1e-12);
+        }
+        assert!(facet.crossing(from_m, DVec3::new(5.0, 0.5, 1.0)).is_none());
     }
 }
