@@ -25,7 +25,8 @@ const LEAST_SURVIVAL: f64 = 0.1;
 /// (d + 6)⁻⁵ᐟ². That is slower than the squares of what images bring between two mirrors (d⁻⁴), so that the variance stays
 /// finite, and faster than d⁻², so that the work does: following a path back takes as many rays as it has facets.
 fn decay(depth: u32) -> f64 {
-    if depth == 1 { 1.0 } else { (f64::from(depth + 5) / f64::from(depth + 6)).powf(2.5) }
+    let ratio = f64::from(depth + 5) / f64::from(depth + 6);
+    if depth == 1 { 1.0 } else { ratio * ratio * ratio.sqrt() }
 }
 
 /// Facets on a way that both a look and a ray may find, at most: looks go no further, and rays count all that lies beyond.
