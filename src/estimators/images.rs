@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::chain::{Mirrors, Stage};
 use crate::estimators::direct::Receiver;
 use crate::geometry::Origin;
-use crate::sampling::beam::{Beam, Crossed, Facet, Step as Reached};
+use crate::sampling::beam::{Beam, Facet, MirrorPlace, Step as Reached};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 
@@ -298,7 +298,7 @@ fn follow(
     let mut rays = 0;
     for (facet, before_m) in path.iter().rev() {
         let facet = &facets[*facet];
-        let Some(Crossed { point_m, triangle, weights }) = facet.crossing(seen_from_m, target_m) else {
+        let Some(MirrorPlace { point_m, triangle, weights }) = facet.crossing(seen_from_m, target_m) else {
             return (0.0, DVec3::ZERO, rays);
         };
         let cosine = (target_m - point_m).normalize_or_zero().dot(facet.normal);

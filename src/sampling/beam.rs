@@ -56,7 +56,7 @@ pub struct Facet {
 
 /// Where a line crosses a facet.
 #[derive(Clone, Copy, Debug)]
-pub struct Crossed {
+pub struct MirrorPlace {
     /// The place in m.
     pub point_m: DVec3,
     /// Triangle of the scene.
@@ -116,10 +116,11 @@ impl Facet {
     }
 
     /// Where a line crosses the facet; `None` outside of it.
-    pub fn crossing(&self, from_m: DVec3, to_m: DVec3) -> Option<Crossed> {
+    pub fn crossing(&self, from_m: DVec3, to_m: DVec3) -> Option<MirrorPlace> {
         let (below, above) = (self.height_m(from_m), self.height_m(to_m));
         let point_m = from_m + (to_m - from_m) * (below / (below - above));
-        let within = |part: &Part| Some(Crossed { point_m, triangle: part.triangle, weights: part.weights(point_m)? });
+        let within =
+            |part: &Part| Some(MirrorPlace { point_m, triangle: part.triangle, weights: part.weights(point_m)? });
         within(&self.part).or_else(|| within(self.other.as_ref()?))
     }
 }
