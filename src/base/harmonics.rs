@@ -293,7 +293,9 @@ mod tests {
             assert!((value - by_sum).abs() < 1e-13);
             assert!(bounds.low <= value && value <= bounds.high && slope.length() <= bounds.derivatives[0]);
             let (first, second) = d.any_orthonormal_pair();
-            for across in [first, second] {
+            for across in
+                (0..8).map(|part| 0.125 * PI * f64::from(part)).map(|turn| first * turn.cos() + second * turn.sin())
+            {
                 let at = |angle: f64| series.value_and_slope(d * angle.cos() + across * angle.sin());
                 let difference = (at(1e-5).0 - at(-1e-5).0) / 2e-5;
                 assert!((difference - slope.dot(across)).abs() < 1e-8, "{difference} {}", slope.dot(across));
