@@ -14,14 +14,16 @@ const STEP_BY_DEGREE: f64 = 0.4;
 /// Bounds are as much wider than what is found, over the largest value: far above the rounding of sums.
 const ROUNDING: f64 = 1e-9;
 
-/// One harmonic pair of order m and what leads to the next degree.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct HarmonicTerm {
-    cosine: f64,
-    sine: f64,
-    /// (2l + 1)/(l + 1 − m) and (l + m)/(l + 1 − m).
-    up: f64,
-    down: f64,
+/// Orders that are summed side by side.
+const LANES: usize = 4;
+
+/// The harmonics of degree m + k of [`LANES`] neighbouring orders m. Those that a series does not have count 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct HarmonicTerms {
+    /// What leads to the next polynomial: q_{k+1} = z q_k − down q_{k−1}.
+    down: [f64; LANES],
+    /// Factors of q_k in the sums that go with cos mφ and sin mφ, and in their derivatives by z.
+    sums: [[f64; LANES]; 4],
 }
 
 /// r(d) = Σ c_lm Y_lm(d) over unit vectors d, with orthonormal real harmonics.
@@ -34,7 +36,7 @@ struct HarmonicTerm {
 pub struct HarmonicSeries {
     degree: usize,
     coefficients: Vec<f64>,
-    terms: Vec<HarmonicTerm>,
+    terms: Vec<HarmonicTerms>,
 }
 
 /// Bounds of a series over the sphere.
@@ -46,6 +48,8 @@ pub struct RadialBounds {
     pub high: f64,
     /// Along great circles the first and the second derivative by the angle stay within ± these.
     pub derivatives: [f64; 2],
+    /// The second derivative less the value stays below the first of these, the value less the second derivative below the other.
+    pub bends: [f64; 2],
 }
 
 /// Place of a coefficient in the list: l² + l + m.
@@ -70,19 +74,30 @@ impl HarmonicSeries {
     pub fn new(coefficients: Vec<f64>) -> HarmonicSeries {
         let degree = (coefficients.len() as f64).sqrt().round() as usize - 1;
         assert!((degree + 1).pow(2) == coefficients.len() && degree <= LARGEST_DEGREE);
-        let mut terms = Vec::with_capacity((degree + 1) * (degree + 2) / 2);
-        for m in 0..=degree {
-            for l in m..=degree {
-                let norm = norm(l, m);
-                let sine = if m == 0 { 0.0 } else { norm * coefficients[place_of(l, -(m as i64))] };
-                let steps = (l + 1 - m) as f64;
-                terms.push(HarmonicTerm {
-                    cosine: norm * coefficients[place_of(l, m as i64)],
-                    sine,
-                    up: (2 * l + 1) as f64 / steps,
-                    down: (l + m) as f64 / steps,
-                });
+        let mut terms = Vec::new();
+        for first in (0..=degree).step_by(LANES) {
+            let mut of_orders = vec![HarmonicTerms::default(); degree - first + 1];
+            for (lane, m) in (first..=degree.min(first + LANES - 1)).enumerate() {
+                let mut scale = 1.0;
+                for (k, terms) in of_orders.iter_mut().enumerate().take(degree - m + 1) {
+                    let l = m + k;
+                    let [even, odd] = [m as i64, -(m as i64)].map(|order| coefficients[place_of(l, order)]);
+                    let factor = scale * norm(l, m);
+                    terms.sums[0][lane] = factor * even;
+                    terms.sums[1][lane] = if m == 0 { 0.0 } else { factor * odd };
+                    // The derivative of Gegenbauer's polynomial of order m + ½ is 2(j + m + ½) times those of j = k − 1, k − 3, …
+                    for above in (k + 1..=degree - m).step_by(2) {
+                        let norm = scale * (2 * l + 1) as f64 * norm(m + above, m);
+                        let [even, odd] = [m as i64, -(m as i64)].map(|order| coefficients[place_of(m + above, order)]);
+                        terms.sums[2][lane] += norm * even;
+                        terms.sums[3][lane] += if m == 0 { 0.0 } else { norm * odd };
+                    }
+                    let [l, m] = [l, m].map(|number| number as f64);
+                    terms.down[lane] = (l + m) * (l - m) / ((2.0 * l + 1.0) * (2.0 * l - 1.0)).max(1.0);
+                    scale *= (2.0 * l + 1.0) / (l + 1.0 - m);
+                }
             }
+            terms.extend(of_orders);
         }
         HarmonicSeries { degree, coefficients, terms }
     }
@@ -102,70 +117,110 @@ impl HarmonicSeries {
     /// Accuracy: some 1e-14 of the largest values.
     pub fn value_and_slope(&self, direction: DVec3) -> (f64, DVec3) {
         let DVec3 { x, y, z } = direction;
-        let (mut value, mut slope) = (0.0, DVec3::ZERO);
-        // Real and imaginary part of (x + iy)^m, and of the power before.
-        let (mut power, mut before) = ([1.0, 0.0], [0.0, 0.0]);
-        let mut terms = self.terms.iter();
-        for m in 0..=self.degree {
-            let (mut cosines, mut sines) = ([0.0; 2], [0.0; 2]);
-            // Legendre polynomials of this order over their sin^m θ, and their derivatives by z.
-            let (mut legendre, mut last) = ([1.0, 0.0], [0.0, 0.0]);
-            for _ in m..=self.degree {
-                let Some(term) = terms.next() else { break };
-                for k in 0..2 {
-                    cosines[k] += term.cosine * legendre[k];
-                    sines[k] += term.sine * legendre[k];
+        let times = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c - b * d, a * d + b * c];
+        // Powers of x + iy, real and imaginary parts apart, and the last one of the orders before.
+        let second = times([x, y], [x, y]);
+        let third = times(second, [x, y]);
+        let fourth = times(second, second);
+        let mut powers = [[1.0, x, second[0], third[0]], [0.0, y, second[1], third[1]]];
+        let mut last_power = [0.0; 2];
+        let (mut value, mut slope) = ([0.0; LANES], [[0.0; LANES]; 3]);
+        let mut terms = &self.terms[..];
+        for first in (0..=self.degree).step_by(LANES) {
+            let (of_orders, rest) = terms.split_at(self.degree - first + 1);
+            terms = rest;
+            let mut sums = [[0.0; LANES]; 4];
+            let (mut polynomial, mut last) = ([1.0; LANES], [0.0; LANES]);
+            for term in of_orders {
+                for lane in 0..LANES {
+                    let here = polynomial[lane];
+                    for (sum, factor) in sums.iter_mut().zip(&term.sums) {
+                        sum[lane] += factor[lane] * here;
+                    }
+                    polynomial[lane] = z * here - term.down[lane] * last[lane];
+                    last[lane] = here;
                 }
-                let next = [
-                    term.up * z * legendre[0] - term.down * last[0],
-                    term.up * (legendre[0] + z * legendre[1]) - term.down * last[1],
-                ];
-                (last, legendre) = (legendre, next);
             }
-            value += cosines[0] * power[0] + sines[0] * power[1];
-            slope.x += m as f64 * (cosines[0] * before[0] + sines[0] * before[1]);
-            slope.y += m as f64 * (sines[0] * before[0] - cosines[0] * before[1]);
-            slope.z += cosines[1] * power[0] + sines[1] * power[1];
-            before = power;
-            power = [x * power[0] - y * power[1], x * power[1] + y * power[0]];
+            let [reals, imaginaries] = powers;
+            let before = [0, 1].map(|k| [last_power[k], powers[k][0], powers[k][1], powers[k][2]]);
+            for lane in 0..LANES {
+                let order = (first + lane) as f64;
+                let [cosine, sine] = [sums[0][lane], sums[1][lane]];
+                value[lane] += cosine * reals[lane] + sine * imaginaries[lane];
+                slope[0][lane] += order * (cosine * before[0][lane] + sine * before[1][lane]);
+                slope[1][lane] += order * (sine * before[0][lane] - cosine * before[1][lane]);
+                slope[2][lane] += sums[2][lane] * reals[lane] + sums[3][lane] * imaginaries[lane];
+                [powers[0][lane], powers[1][lane]] = times([reals[lane], imaginaries[lane]], fourth);
+            }
+            last_power = [reals[LANES - 1], imaginaries[LANES - 1]];
         }
-        (value, slope - slope.dot(direction) * direction)
+        let sum = |lanes: [f64; LANES]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+        let slope = DVec3::from(slope.map(sum));
+        (sum(value), slope - slope.dot(direction) * direction)
+    }
+
+    /// The series of the Laplacian on the unit sphere.
+    fn laplacian(&self) -> HarmonicSeries {
+        let of_degree = |(place, c): (usize, &f64)| {
+            let l = (place as f64).sqrt().floor();
+            -l * (l + 1.0) * c
+        };
+        HarmonicSeries::new(self.coefficients.iter().enumerate().map(of_degree).collect())
+    }
+
+    /// The series of the derivative by the azimuth.
+    fn by_azimuth(&self) -> HarmonicSeries {
+        let mut coefficients = vec![0.0; self.coefficients.len()];
+        for l in 0..=self.degree {
+            for m in 1..=l as i64 {
+                coefficients[place_of(l, -m)] = -m as f64 * self.coefficients[place_of(l, m)];
+                coefficients[place_of(l, m)] = m as f64 * self.coefficients[place_of(l, -m)];
+            }
+        }
+        HarmonicSeries::new(coefficients)
     }
 
     /// Bounds of value and derivatives that hold everywhere.
     ///
-    /// On a great circle the series is a trigonometric polynomial of its degree, of which Bernstein's inequality bounds the
-    /// derivatives by the range; with it, values on a fine grid bound those between.
+    /// On a great circle the series is a trigonometric polynomial of its degree, and so are its derivatives along directions that turn
+    /// with the circle. Bernstein's inequality bounds the second derivative of such a polynomial by its range; with it, values on a fine grid
+    /// bound those between. Second derivatives on the grid are the eigenvalues of the Hessian in polar coordinates.
     pub fn bounds(&self) -> RadialBounds {
         let degree = self.degree.max(1) as f64;
         let rows = (PI * degree / STEP_BY_DEGREE).ceil() as usize + 1;
         let step = PI / rows as f64;
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (by_azimuth, laplacian) = (self.by_azimuth(), self.laplacian());
+        let (mut low, mut high, mut steepest) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+        let (mut most_bent, mut bends) = (0.0_f64, [f64::NEG_INFINITY; 2]);
         for row in 0..rows {
-            let theta = (row as f64 + 0.5) * step;
+            let (sine, cosine) = ((row as f64 + 0.5) * step).sin_cos();
             for column in 0..2 * rows {
-                let value = self.value_and_slope(direction(theta.cos(), column as f64 * step)).0;
-                (low, high) = (low.min(value), high.max(value));
+                let towards = direction(cosine, column as f64 * step);
+                let (sine_azimuth, cosine_azimuth) = (column as f64 * step).sin_cos();
+                let down = DVec3::new(cosine * cosine_azimuth, cosine * sine_azimuth, -sine);
+                let around = DVec3::new(-sine_azimuth, cosine_azimuth, 0.0);
+                let (value, slope) = self.value_and_slope(towards);
+                let (turned, turned_slope) = by_azimuth.value_and_slope(towards);
+                let trace = laplacian.value_and_slope(towards).0;
+                let bend_around = (turned_slope.dot(around) + cosine * slope.dot(down)) / sine;
+                let twist = (turned_slope.dot(down) - cosine / sine * turned) / sine;
+                let spread = (0.5 * trace - bend_around).hypot(twist);
+                let [least, most] = [0.5 * trace - spread, 0.5 * trace + spread];
+                (low, high, steepest) = (low.min(value), high.max(value), steepest.max(slope.length()));
+                most_bent = most_bent.max(most.abs()).max(least.abs());
+                bends = [bends[0].max(most - value), bends[1].max(value - least)];
             }
         }
         // No direction is farther from the grid than half its cells' diagonal.
         let reach = step / SQRT_2;
-        let half_range = 0.5 * (high - low) / (1.0 - 0.5 * (degree * reach).powi(2));
-        let beyond = 0.5 * (degree * reach).powi(2) * half_range;
-        let by_degrees = |power: i32| -> f64 {
-            (1..=self.degree)
-                .map(|l| {
-                    let of_degree = &self.coefficients[l * l..(l + 1) * (l + 1)];
-                    let norm = of_degree.iter().map(|c| c * c).sum::<f64>().sqrt();
-                    (l as f64).powi(power) * norm * ((2 * l + 1) as f64 / (4.0 * PI)).sqrt()
-                })
-                .sum()
-        };
-        let degree = self.degree as f64;
-        let derivatives = [(degree * half_range).min(by_degrees(1)), (degree * degree * half_range).min(by_degrees(2))];
+        let missed = 0.5 * (degree * reach).powi(2);
+        let beyond = missed * 0.5 * (high - low) / (1.0 - missed);
+        let derivatives = [steepest / (1.0 - missed), most_bent / (1.0 - missed)];
         // What is summed is rounded.
         let beyond = beyond + ROUNDING * high.abs();
-        RadialBounds { low: low - beyond, high: high + beyond, derivatives }
+        let (low, high) = (low - beyond, high + beyond);
+        let bends = bends.map(|bend| bend + missed * (derivatives[1] + high.abs().max(low.abs())));
+        RadialBounds { low, high, derivatives, bends }
     }
 }
 
@@ -230,6 +285,7 @@ mod tests {
             (0..64).map(|k| if k == 0 { 4.0 } else { 0.2 * f64::sin(7.3 * k as f64) / f64::from(k).sqrt() }).collect();
         let series = HarmonicSeries::new(coefficients.clone());
         let bounds = series.bounds();
+        let (mut steepest, mut bends) = (0.0_f64, [0.0_f64; 2]);
         for k in 0..2000 {
             let d = direction(1.0 - (k as f64 + 0.5) / 1000.0, 2.4 * k as f64);
             let (value, slope) = series.value_and_slope(d);
@@ -237,14 +293,23 @@ mod tests {
             assert!((value - by_sum).abs() < 1e-13);
             assert!(bounds.low <= value && value <= bounds.high && slope.length() <= bounds.derivatives[0]);
             let (first, second) = d.any_orthonormal_pair();
-            for across in [first, second] {
+            for across in
+                (0..8).map(|part| 0.125 * PI * f64::from(part)).map(|turn| first * turn.cos() + second * turn.sin())
+            {
                 let at = |angle: f64| series.value_and_slope(d * angle.cos() + across * angle.sin());
                 let difference = (at(1e-5).0 - at(-1e-5).0) / 2e-5;
                 assert!((difference - slope.dot(across)).abs() < 1e-8, "{difference} {}", slope.dot(across));
                 let bend = (at(1e-3).0 - 2.0 * value + at(-1e-3).0) / 1e-6;
                 assert!(bend.abs() <= bounds.derivatives[1]);
+                assert!(bend - value <= bounds.bends[0] && value - bend <= bounds.bends[1]);
+                steepest = steepest.max(slope.length());
+                bends = [bends[0].max(bend - value), bends[1].max(value - bend)];
             }
         }
+        // They hold closely: those by the series' range alone, the planted fault, are almost three times as far.
+        let [bent, unbent] = [0, 1].map(|k| bounds.bends[k] / bends[k]);
+        assert!(bounds.derivatives[0] < 1.1 * steepest && bent < 1.3 && unbent < 1.3, "{bent} {unbent}");
+        assert!(49.0 * 0.5 * (bounds.high - bounds.low) > 2.0 * bounds.derivatives[1]);
         // The pole is a place like any other.
         let (pole, near) = (series.value_and_slope(DVec3::Z), series.value_and_slope(direction(1.0 - 1e-14, 1.0)));
         assert!((pole.0 - near.0).abs() < 1e-5 && pole.1.distance(near.1) < 1e-5);

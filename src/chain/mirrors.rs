@@ -86,10 +86,17 @@ pub(super) fn mirrors_of(
             left_out.push(format!("{} ({count} facets)", surface.name));
             continue;
         }
-        for triangle in surface.triangles.clone() {
-            for side in Side::of_surface(surface.two_sided) {
+        for side in Side::of_surface(surface.two_sided) {
+            let mut open: Option<Facet> = None;
+            for triangle in surface.triangles.clone() {
+                // The two halves of a rectangle are one.
+                let joined = open.and_then(|open| open.joined(scene, triangle));
+                if joined.is_some() {
+                    facets.pop();
+                }
                 number[triangle as usize][*side as usize] = facets.len() as u16;
-                facets.push(Facet::new(scene, triangle, *side));
+                facets.push(joined.unwrap_or_else(|| Facet::new(scene, triangle, *side)));
+                open = if joined.is_some() { None } else { facets.last().copied() };
             }
         }
     }

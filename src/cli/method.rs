@@ -32,7 +32,7 @@ impl MethodChoice {
 
 /// Reads a method's name, for clap.
 pub fn method(text: &str) -> Result<MethodChoice, String> {
-    const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance without lobes)";
+    const THERE: &str = "this version has auto, gather, collision and local (every scene), local-naive (to show why local is not so simple), radiosity (closed diffuse rooms of rectangles) and light-mesh (planes and luminance)";
     let mut all =
         Method::ALL.map(MethodChoice::By).into_iter().chain([MethodChoice::Radiosity, MethodChoice::LightMesh]);
     let name = |choice: &MethodChoice| match choice {

@@ -83,7 +83,7 @@ pub struct SolveArguments {
     #[arg(long, value_name = "MAPS")]
     maps: Option<String>,
     /// Method: auto, gather, collision or local (every scene), local-naive, radiosity (closed diffuse rooms of rectangles along the axes), or
-    /// light-mesh (planes and luminance without lobes; pays with many luminaires and many receivers)
+    /// light-mesh (planes and luminance; pays with many luminaires and many receivers)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = method)]
     pub(super) method: MethodChoice,
     /// Elements of the element map where the target binds it: adaptive (the scene's own, cut and sloped as far as the

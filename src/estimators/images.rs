@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::chain::{Mirrors, Stage};
 use crate::estimators::direct::Receiver;
 use crate::geometry::Origin;
-use crate::sampling::beam::{Beam, Facet, Step as Reached};
+use crate::sampling::beam::{Beam, Facet, MirrorPlace, Step as Reached};
 use crate::sampling::emitter_tree::Cut;
 use crate::sampling::random::Stream;
 
@@ -25,7 +25,8 @@ const LEAST_SURVIVAL: f64 = 0.1;
 /// (d + 6)⁻⁵ᐟ². That is slower than the squares of what images bring between two mirrors (d⁻⁴), so that the variance stays
 /// finite, and faster than d⁻², so that the work does: following a path back takes as many rays as it has facets.
 fn decay(depth: u32) -> f64 {
-    if depth == 1 { 1.0 } else { (f64::from(depth + 5) / f64::from(depth + 6)).powf(2.5) }
+    let ratio = f64::from(depth + 5) / f64::from(depth + 6);
+    if depth == 1 { 1.0 } else { ratio * ratio * ratio.sqrt() }
 }
 
 /// Facets on a way that both a look and a ray may find, at most: looks go no further, and rays count all that lies beyond.
@@ -84,7 +85,7 @@ impl Trail {
             };
             let facet = &mirrors.facets[step.facet];
             probability *= step.probability * survival(stage, facet, &step, depth);
-            beam = beam.reflected(facet, &step);
+            beam.reflect(facet, &step);
             normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
         }
         let emitter = &stage.emitters.list()[number as usize];
@@ -104,7 +105,7 @@ fn weights_of_areas(stage: &Stage, mirrors: &Mirrors, apex_m: DVec3, normal: DVe
 
 /// Probability with which a sequence of facets goes on past one of them.
 fn survival(stage: &Stage, facet: &Facet, step: &Reached, depth: u32) -> f64 {
-    stage.law(facet.triangle).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
+    stage.law(facet.triangle()).mirror_share(step.cosine).max(LEAST_SURVIVAL) * decay(depth)
 }
 
 /// A point of an emitter, as it is chosen at a step of a beam.
@@ -265,7 +266,7 @@ fn look_by_facets(
         }
         probability *= step.probability * survival;
         path.push((step.facet, beam.apex_m));
-        beam = beam.reflected(facet, &step);
+        beam.reflect(facet, &step);
         normal -= 2.0 * normal.dot(facet.normal) * facet.normal;
         let here = BeamPosition { apex_m: beam.apex_m, normal, facet_normal: facet.normal };
         let Some(chosen) = choose(&here, stream) else { continue };
@@ -297,12 +298,12 @@ fn follow(
     let mut rays = 0;
     for (facet, before_m) in path.iter().rev() {
         let facet = &facets[*facet];
-        let Some((point_m, barycentric)) = facet.crossing(seen_from_m, target_m) else {
+        let Some(MirrorPlace { point_m, triangle, weights }) = facet.crossing(seen_from_m, target_m) else {
             return (0.0, DVec3::ZERO, rays);
         };
         let cosine = (target_m - point_m).normalize_or_zero().dot(facet.normal);
-        let here = stage.tracer.surface_origin(facet.triangle, barycentric, facet.side);
-        share *= stage.law(facet.triangle).mirror_share(cosine) * stage.transmittance(&here, &target);
+        let here = stage.tracer.surface_origin(triangle, weights, facet.side);
+        share *= stage.law(triangle).mirror_share(cosine) * stage.transmittance(&here, &target);
         rays += 1;
         if share <= 0.0 {
             return (0.0, DVec3::ZERO, rays);

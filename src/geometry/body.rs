@@ -1,7 +1,7 @@
 //! Where a ray meets a smooth body, in f64 and without a mesh.
 //!
 //! A line and the body's centre span a plane, in which the body is r = R(ψ), ψ the angle from the line's foot, and the line
-//! r = p / cos ψ. So they cross where H(ψ) = R(ψ) cos ψ − p is 0, docs/methods.md (34). |H″| stays below a constant that the bounds of the
+//! r = p / cos ψ. So they cross where H(ψ) = R(ψ) cos ψ − p is 0, docs/methods.md (34). H″ stays below a constant that the bounds of the
 //! series tell, so that a parabola bounds H from here on, and its root is a step that passes no crossing, docs/methods.md (35). Near a crossing
 //! that is Newton's step. Inside and outside are states that a ray has, not answers of rounding: one that leaves the outside of a
 //! body stays outside until it crosses.
@@ -21,6 +21,8 @@ const OFF: f64 = 1e-10;
 const ZERO: f64 = 1e-13;
 /// A line that passes the centre this near, over the body's size, is taken to pass it so far.
 const NEAREST: f64 = 1e-13;
+/// Longest step along a ray in rad: it does not turn past the end of a line.
+const LONGEST_STEP: f64 = 1.0;
 /// Steps along a ray at most; a ray that only touches a body takes some hundred.
 const MOST_STEPS: usize = 1000;
 
@@ -107,15 +109,18 @@ impl Body {
             (NEAREST * size_m, along.any_orthonormal_vector())
         };
         // What lies beyond the sphere around the body need not be looked at.
-        let rim = (nearest_m / size_m).min(1.0).acos();
-        let first = (-before_foot_m).atan2(nearest_m);
-        let mut angle = if outside { first.max(-rim) } else { first };
-        let last = ((far_m - before_foot_m) / nearest_m).atan().min(rim);
-        let [slope_m, bend_m] = self.bounds.derivatives;
-        let most_bent_m = (bend_m + size_m).hypot(2.0 * slope_m);
+        let half_chord_m = (size_m * size_m - nearest_m * nearest_m).max(0.0).sqrt();
+        let last_m = (far_m - before_foot_m).min(half_chord_m);
+        let (mut cosine, mut sine) = if outside && before_foot_m > half_chord_m {
+            (nearest_m / size_m, -half_chord_m / size_m)
+        } else {
+            let distance_m = nearest_m.hypot(before_foot_m);
+            (nearest_m / distance_m, -before_foot_m / distance_m)
+        };
         let sign = if outside { 1.0 } else { -1.0 };
+        let bend_m = self.bounds.bends[usize::from(!outside)].max(0.0);
+        let most_bent_m = bend_m.hypot(2.0 * self.bounds.derivatives[0]);
         for _ in 0..MOST_STEPS {
-            let (sine, cosine) = angle.sin_cos();
             let direction = across * cosine + along * sine;
             let (radius_m, gradient_m) = self.series.value_and_slope(direction);
             let turning_m = gradient_m.dot(along * cosine - across * sine);
@@ -127,8 +132,12 @@ impl Body {
             let depth_m = (-height_m).max(0.0);
             let root_m = (rise_m * rise_m + 2.0 * most_bent_m * depth_m).sqrt();
             let step = if rise_m > 0.0 { 2.0 * depth_m / (rise_m + root_m) } else { (root_m - rise_m) / most_bent_m };
-            angle += step;
-            if angle > last || step == 0.0 {
+            // Twice the angle whose tangent is half a step is no longer than the step, and needs no functions of angles.
+            let half = (0.5 * step).min(0.5 * LONGEST_STEP);
+            let scale = 1.0 / (1.0 + half * half);
+            let [by_cosine, by_sine] = [(1.0 - half * half) * scale, 2.0 * half * scale];
+            (cosine, sine) = (cosine * by_cosine - sine * by_sine, sine * by_cosine + cosine * by_sine);
+            if cosine <= 0.0 || sine * nearest_m > last_m * cosine || half == 0.0 {
                 return None;
             }
         }

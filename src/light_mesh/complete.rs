@@ -4,7 +4,8 @@
 use super::entries::Entries;
 use super::exact::looks_are_exact;
 use super::judge::ONE_IN_TWENTY;
-use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT};
+use super::options::SHARE_OF_DIRECT;
+use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner, SHARE_OF_ALL};
 use super::result::{mean_lx, random_lx};
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy};
 use super::walks::HALVES;
@@ -92,7 +93,9 @@ impl Planner<'_> {
                 return;
             }
             let rays_of_pass = (took.exact_rays as f64 / now).max(1.0);
-            more = rounds.passes.min((RAYS_OF_ROUND / rays_of_pass) as u64).max(1);
+            let excess = self.target_lx(entries, lights).map_or(1.0, |target_lx| random_lx / (share * target_lx));
+            let missing = missing(rounds.passes as f64, excess);
+            more = rounds.passes.min((RAYS_OF_ROUND / rays_of_pass) as u64).min(missing as u64).max(1);
         }
     }
 
@@ -109,7 +112,7 @@ impl Planner<'_> {
         let direct_lx = plan.direct_upper_lx.hypot(random_lx(entries, lights, |light| light.direct_lx));
         // Places that gloss shows are many, and stand for a small part of a direction each.
         let mut more = match (self.stop)() {
-            _ if entries.show_gloss() => HALVES as u32,
+            _ if entries.show_gloss() && !entries.draw_sights() => HALVES as u32,
             true => HURRIED_PLACE_WALKS,
             false => FIRST_ROUND_WALKS,
         };
@@ -131,9 +134,15 @@ impl Planner<'_> {
             }
             let rays_of_walk = (took.gather.walk_rays as f64 / now).max(1.0);
             let of_round = (RAYS_OF_ROUND / rays_of_walk) as u32;
-            more = rounds.walks.min(of_round).max(2).next_multiple_of(2);
+            let missing = missing(f64::from(rounds.walks), random_lx / square.sqrt());
+            more = rounds.walks.min(of_round).min(missing as u32).max(2).next_multiple_of(2);
         }
     }
+}
+
+/// Samples that are missing of so many, whose random error is this many times what it may be: it falls with their root, at least.
+fn missing(samples: f64, excess: f64) -> f64 {
+    (samples * (excess * excess - 1.0)).ceil()
 }
 
 /// Means of two halves over what was known before and what has come now.

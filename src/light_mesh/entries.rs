@@ -35,8 +35,8 @@ pub struct Entries {
 
 impl Entries {
     /// The entries of a map. Lines of sight that split beyond counting are thinned by the seed's chance, and gloss is looked into as often as
-    /// the target needs, if there is one.
-    pub fn of(around: &Surroundings, kind: MapKind, seed: u64, target_error: Option<f64>) -> Entries {
+    /// the target needs, if there is one; `may_draw` allows that it is looked into anew by every sample where that takes fewer rays.
+    pub fn of(around: &Surroundings, kind: MapKind, seed: u64, target_error: Option<f64>, may_draw: bool) -> Entries {
         let mut bounds_m = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let mut include = |place_m: DVec3| bounds_m = [bounds_m[0].min(place_m), bounds_m[1].max(place_m)];
         let mut sights = None;
@@ -44,7 +44,7 @@ impl Entries {
             MapKind::Receivers(number) => {
                 let set = &around.scene.receivers[number];
                 if set.quantity == Quantity::Luminance {
-                    let found = Sights::of(around, set, seed, number as u32, target_error);
+                    let found = Sights::of(around, set, [seed, number as u64], target_error, may_draw);
                     found.spots().for_each(|spot| include(spot.point_m));
                     sights = Some(found);
                 } else {
@@ -119,7 +119,12 @@ impl Entries {
 
     /// Whether light on surfaces is in an entry at all.
     pub fn has_places(&self, entry: usize) -> bool {
-        self.sights.as_ref().is_none_or(|sights| !sights.places_of(entry).is_empty())
+        self.sights.as_ref().is_none_or(|sights| !sights.places_of(entry).is_empty() || sights.shows_gloss(entry))
+    }
+
+    /// Whether every sample of light follows lines of sight anew.
+    pub fn draw_sights(&self) -> bool {
+        self.sights.as_ref().is_some_and(|sights| sights.are_drawn)
     }
 
     /// Whether lines of sight end on gloss, so that there is chance in what they show.

@@ -3,6 +3,7 @@
 //! After Debelov and Sevastyanov (2001, "An original approach to simulation of soft shadows and diffuse color bleeding
 //! in ray tracing") and Debelov and Novikov (2009, "Soft shadow generation via recursive ray tracing").
 
+mod anew;
 pub mod classes;
 mod complete;
 mod entries;

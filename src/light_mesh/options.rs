@@ -1,4 +1,9 @@
-//! What a light mesh is made with.
+//! What a light mesh is made with, and by how much it is checked.
+
+/// Places at which direct light is computed again.
+pub const DIRECT_PLACES: usize = 1024;
+/// Part of the target that direct light may use where there is indirect light too, which gets what is left; squares add up.
+pub(super) const SHARE_OF_DIRECT: f64 = 0.6;
 
 /// What saves time; each can be switched off, and then changes what is stated beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use super::entries::Entries;
 use super::indirect::{IndirectMesh, Stop};
-use super::judge::{DIRECT_PLACES, ONE_IN_SIXTY, choose, looks_until, measure_direct};
+use super::judge::{ONE_IN_SIXTY, choose, looks_until, measure_direct};
 use super::mesh::{LightMesh, Surroundings};
-use super::options::{Accelerations, IndirectForm, Options, RADIUS_PER_STEP};
+use super::options::{Accelerations, DIRECT_PLACES, IndirectForm, Options, RADIUS_PER_STEP, SHARE_OF_DIRECT};
 use super::plan_indirect::FIRST_CHECK_WALKS;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 
@@ -14,8 +14,6 @@ use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
 pub(super) const FIRST_STEPS: f64 = 16.0;
 /// Refinements at most: steps from the first to a 4,000th of it.
 pub(super) const MOST_REFINEMENTS: u32 = 12;
-/// Part of the target that direct light may use where there is indirect light too, which gets what is left; squares add up.
-pub(super) const SHARE_OF_DIRECT: f64 = 0.6;
 /// Part of the target that all light may use: the last check has its own chance.
 pub(super) const SHARE_OF_ALL: f64 = 0.9;
 /// The maps' numbers of the streams that check while a plan is made; what is stated at the end is checked anew.
@@ -55,6 +53,8 @@ pub enum Why {
     NotSmooth(f64),
     /// Plans with a mesh missed the target.
     Missed,
+    /// Samples with lines of sight of their own take fewer rays than rays along gloss for a mesh do.
+    Gloss,
     /// The step that the user gave does not meet the target: this error in it.
     StepMisses(f64),
     /// A luminaire stands close to a surface, and the points of this map's mesh could not look back from the spot that it lights.
@@ -144,13 +144,14 @@ impl<'a> Planner<'a> {
             effort: Effort::default(),
             check_rays: 0,
         };
-        if entries.places() == 0 || self.around.samples.is_empty() {
+        if entries.places() == 0 && !entries.draw_sights() || self.around.samples.is_empty() {
             return plan;
         }
         let reflects = self.around.stage.reflects();
-        if refines && self.by_places {
-            plan.direct = DirectPlan::Rays(Why::Missed);
-            plan.indirect = if reflects { IndirectPlan::Walks(Why::Missed) } else { IndirectPlan::Nothing };
+        if refines && self.by_places || entries.draw_sights() {
+            let why = if entries.draw_sights() { Why::Gloss } else { Why::Missed };
+            plan.direct = DirectPlan::Rays(why);
+            plan.indirect = if reflects { IndirectPlan::Walks(why) } else { IndirectPlan::Nothing };
             return plan;
         }
         let target_error = self.wishes.target_error.filter(|_| refines).map(|target| self.caution * target);

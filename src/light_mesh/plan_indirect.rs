@@ -5,10 +5,10 @@ use super::complete::HURRIED_PLACE_WALKS;
 use super::entries::Entries;
 use super::indirect::{Gathering, HURRIED_WALKS, IndirectMesh};
 use super::judge::{Checked, INDIRECT_PLACES, ONE_IN_TWENTY, choose};
-use super::options::IndirectForm;
+use super::options::{IndirectForm, SHARE_OF_DIRECT};
 use super::plan::{
-    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, MapPlan, PLANNING, Planner, SHARE_OF_ALL, SHARE_OF_DIRECT,
-    Why, half_ball, mean, points_needed, side_m,
+    DirectPlan, FIRST_STEPS, IndirectPlan, MOST_REFINEMENTS, MapPlan, PLANNING, Planner, SHARE_OF_ALL, Why, half_ball,
+    mean, points_needed, side_m,
 };
 use super::tracing::{DirectBy, EntryLight, IndirectBy, light_of};
 
@@ -26,7 +26,9 @@ const MOST_MORE_WALKS: f64 = 16.0;
 const QUIET: f64 = 0.007;
 /// Walks from a mesh point at most where no target is set.
 const MOST_QUIET_WALKS: u32 = 8192;
-/// Walks from a checked place in each half, at first.
+/// Walks from a checked place in each half that tell how bright and how noisy indirect light is.
+const PILOT_WALKS: u64 = 64;
+/// Walks from a checked place in each half, for the first mesh.
 pub(super) const FIRST_CHECK_WALKS: u64 = 256;
 /// Walks from a checked place in each half, at most.
 const MOST_CHECK_WALKS: u64 = 16_384;
@@ -108,9 +110,16 @@ impl Planner<'_> {
     pub(super) fn pilot(&self, entries: &Entries, map: u32, plan: &mut MapPlan) -> Checked {
         let chosen = choose(entries, INDIRECT_PLACES, self.wishes.seed, PLANNING + map);
         let mut checked = Checked::of(chosen, self.wishes.seed, PLANNING + map);
-        checked.add(&self.around, entries, FIRST_CHECK_WALKS, self.stop);
+        checked.add(&self.around, entries, PILOT_WALKS, self.stop);
         plan.check_rays += checked.rays;
         checked
+    }
+
+    /// Walks enough to tell what a first mesh is off by.
+    fn add_to_pilot(&self, entries: &Entries, checked: &mut Checked, plan: &mut MapPlan) {
+        let before = checked.rays;
+        checked.add(&self.around, entries, FIRST_CHECK_WALKS.saturating_sub(checked.walks), self.stop);
+        plan.check_rays += checked.rays - before;
     }
 }
 
@@ -149,6 +158,7 @@ impl<'a> Planner<'a> {
             if !is_asked && search > SHARE_OF_SEARCH * rays_by_places {
                 break;
             }
+            self.add_to_pilot(entries, &mut checked, plan);
             let gathering = Gathering { step_m, radius_m: ratio * step_m, walks, form: self.wishes.form };
             let Some(trial) = self.try_mesh(entries, map, gathering, &checked, plan) else { break };
             if (self.stop)() {
@@ -275,7 +285,8 @@ impl<'a> Planner<'a> {
     /// if the rays that the map may take suffice for them.
     pub(super) fn plan_quietly(&self, entries: &Entries, map: u32, plan: &mut MapPlan<'a>) {
         let (step_m, ratio) = (self.indirect_step_m(entries), self.indirect_radius_per_step());
-        let checked = self.pilot(entries, map, plan);
+        let mut checked = self.pilot(entries, map, plan);
+        self.add_to_pilot(entries, &mut checked, plan);
         let quiet = (QUIET * checked.mean_lx()).powi(2);
         let mut gathering = Gathering { step_m, radius_m: ratio * step_m, walks: FIRST_WALKS, form: self.wishes.form };
         let rays_of_one = points_needed(entries, step_m, ratio * step_m) * checked.rays_per_walk();

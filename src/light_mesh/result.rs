@@ -4,9 +4,10 @@ use super::classes::{CLASSES, Classes, kind, squares_of};
 use super::complete::Rounds;
 use super::entries::Entries;
 use super::judge::{
-    Checked, DIRECT_PLACES, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY,
-    ONE_IN_TWENTY, choose, looks_until, measure_direct,
+    Checked, INDIRECT_PLACES, LAST_INDIRECT_PLACES, MeanSquare, MeasuredDifference, ONE_IN_SIXTY, ONE_IN_TWENTY,
+    choose, looks_until, measure_direct,
 };
+use super::options::DIRECT_PLACES;
 use super::plan::{DirectPlan, IndirectPlan, MapPlan, Planner};
 use super::samples::Samples;
 use super::tracing::{DirectBy, Effort, EntryLight, IndirectBy, light_of};
@@ -77,7 +78,7 @@ impl Planner<'_> {
         };
         let classes = Classes::of(&lights);
         let (mut direct_of_class, mut indirect_of_kind) = ([0.0; CLASSES], [0.0; CLASSES]);
-        if matches!(plan.direct, DirectPlan::Mesh(_)) || entries.have_chance() {
+        if matches!(plan.direct, DirectPlan::Mesh(_)) || entries.have_chance() && !entries.draw_sights() {
             let mut checked = chosen(DIRECT_PLACES);
             let (of_all, mut products) =
                 measure_direct(&self.around, entries, &checked, looks_until(entries, self.stop), seed, map);

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::exact::look_at_all;
 use super::eye::{Eye, GlossRays, SeenPlace, Shown};
 use super::mesh::Surroundings;
+use super::options::{DIRECT_PLACES, SHARE_OF_DIRECT};
 use crate::sampling::random::{Purpose, Stream};
 use crate::scene::{ReceiverPoint, ReceiverSet};
 
@@ -30,6 +31,9 @@ const MOST_PLACES: f64 = 1_048_576.0;
 /// Samples of each half that check a direction, at least and at most.
 const CHECKS: [f64; 2] = [32.0, 1024.0];
 
+/// Checks of direct light by which a mesh is found and its error stated, at least: two meshes, and the last.
+const LEAST_CHECKS: f64 = 3.0;
+
 /// How thoroughly gloss is looked into.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlossEffort {
@@ -37,6 +41,8 @@ pub struct GlossEffort {
     pub rays: u32,
     /// Samples of each half that a check of a direction takes.
     pub checks: u64,
+    /// Whether samples with lines of sight of their own take fewer rays than this.
+    pub is_dear: bool,
 }
 
 /// What the directions of a set show.
@@ -45,33 +51,38 @@ pub struct Sights {
     places: Vec<SeenPlace>,
     /// Where the places of each direction begin; one more entry ends the last.
     starts: Vec<usize>,
-    luminaires_cd_m2: Vec<f64>,
+    shown: Vec<Shown>,
     /// Places of the direction that has most.
     pub most_places: usize,
     /// Whether a faint branch was decided by chance.
     pub has_chance: bool,
     /// How thoroughly gloss was looked into, if it is seen.
     pub gloss: Option<GlossEffort>,
+    /// Whether every sample of light follows lines of sight anew: then these tell no more than where surfaces are.
+    pub are_drawn: bool,
     /// Rays that it took.
     pub rays: u64,
 }
 
 impl Sights {
-    /// Follows every direction of a set; `target_error` is what chance in gloss goes by.
+    /// Follows every direction of a set by streams of a seed and the set's number; `target_error` is what chance in gloss goes by, and
+    /// `may_draw` says whether samples may follow lines of sight anew where gloss takes too many rays.
     pub fn of(
         around: &Surroundings,
         set: &ReceiverSet,
-        seed: u64,
-        set_number: u32,
+        [seed, set_number]: [u64; 2],
         target_error: Option<f64>,
+        may_draw: bool,
     ) -> Sights {
+        let set_number = set_number as u32;
         let stage = around.stage;
         let has_gloss = around.scene.surfaces.iter().any(|surface| {
             let material = &around.scene.materials[surface.material as usize];
             material.law.has_lobe()
         });
         let gloss = has_gloss.then(|| effort_of_gloss(around, set, seed, set_number, target_error));
-        let rays_of_gloss = gloss.map_or(1, |gloss| gloss.rays);
+        let are_drawn = may_draw && gloss.is_some_and(|gloss| gloss.is_dear);
+        let rays_of_gloss = gloss.filter(|_| !are_drawn).map_or(1, |gloss| gloss.rays);
         let follow = |(number, point): (usize, &ReceiverPoint)| {
             let mut places = Vec::new();
             if point.inside || (around.give_up)() {
@@ -97,10 +108,11 @@ impl Sights {
         let mut sights = Sights {
             places: Vec::new(),
             starts: vec![0],
-            luminaires_cd_m2: followed.iter().map(|(_, shown)| shown.luminaires_cd_m2).collect(),
+            shown: followed.iter().map(|(_, shown)| *shown).collect(),
             most_places,
             has_chance: stage.has_specular() || shows_gloss,
             gloss: gloss.filter(|_| shows_gloss),
+            are_drawn,
             rays: followed.iter().map(|(_, shown)| shown.rays).sum(),
         };
         for (places, _) in followed {
@@ -127,7 +139,12 @@ impl Sights {
 
     /// Luminance of the luminaires that a direction shows.
     pub fn luminaires_cd_m2(&self, direction: usize) -> f64 {
-        self.luminaires_cd_m2[direction]
+        self.shown[direction].luminaires_cd_m2
+    }
+
+    /// Whether a direction shows gloss.
+    pub fn shows_gloss(&self, direction: usize) -> bool {
+        self.shown[direction].has_gloss
     }
 }
 
@@ -151,36 +168,64 @@ fn effort_of_gloss(
         with_luminaires: true,
         looks_for_areas: around.looks_for_areas(),
     };
-    // Mean, variance of a sample, and whether gloss is in it, of a direction.
     let judge = |(number, point): &(usize, &ReceiverPoint)| {
         let mut stream = Stream::new(seed, Purpose::LightMesh, GLOSS_PILOT, set_number);
         let from = stage.tracer.side_origin(point.position_m, point.normal);
         let (mut samples, mut has_gloss) = ([0.0; PILOT_SAMPLES], false);
+        let (mut sight_rays, mut rays) = (0, 0);
         for (sample_number, sample) in (0u64..).zip(&mut samples) {
             stream.seek(((*number as u64) << 32) | sample_number);
             let mut places = Vec::new();
             let shown = eye.look(&from, point.normal, &mut stream, &mut places);
             has_gloss |= shown.has_gloss;
             *sample = shown.luminaires_cd_m2;
+            sight_rays += shown.rays;
             for place in places {
-                let (lx, _) = look_at_all(stage, &place.receiver(), &mut stream);
+                let (lx, look_rays) = look_at_all(stage, &place.receiver(), &mut stream);
                 *sample += place.weight_per_sr * lx;
+                rays += look_rays;
             }
         }
         let mean = samples.iter().sum::<f64>() / PILOT_SAMPLES as f64;
         let squares: f64 = samples.iter().map(|sample| (sample - mean).powi(2)).sum();
-        (mean, squares / (PILOT_SAMPLES - 1) as f64, has_gloss)
+        let per_sample = |rays: u64| rays as f64 / PILOT_SAMPLES as f64;
+        JudgedDirection {
+            mean,
+            variance: squares / (PILOT_SAMPLES - 1) as f64,
+            has_gloss,
+            sight_rays: per_sample(sight_rays),
+            rays: per_sample(sight_rays + rays),
+        }
     };
-    let judged: Vec<(f64, f64, bool)> = chosen.par_iter().map(judge).collect();
-    let count = judged.len().max(1) as f64;
-    let mean = judged.iter().map(|(mean, ..)| mean).sum::<f64>() / count;
-    let variance =
-        judged.iter().filter(|(.., has_gloss)| *has_gloss).map(|(_, variance, _)| variance).sum::<f64>() / count;
-    let fourth = judged.iter().map(|(_, variance, _)| variance * variance).sum::<f64>() / count;
+    let judged: Vec<JudgedDirection> = chosen.par_iter().map(judge).collect();
+    let mean_of = |of: fn(&JudgedDirection) -> f64| judged.iter().map(of).sum::<f64>() / judged.len().max(1) as f64;
+    let mean = mean_of(|direction| direction.mean);
+    let variance = mean_of(|direction| direction.variance);
+    let variance_of_gloss = mean_of(|direction| if direction.has_gloss { direction.variance } else { 0.0 });
+    let fourth = mean_of(|direction| direction.variance * direction.variance);
     let target = target_error.unwrap_or(NO_TARGET) * mean.max(f64::MIN_POSITIVE);
     let most = (MOST_PLACES / set.points.len().max(1) as f64).clamp(RAYS[0], RAYS[1]);
-    let rays = (variance / (SHARE_OF_GLOSS * target).powi(2)).clamp(RAYS[0], most);
+    let rays = (variance_of_gloss / (SHARE_OF_GLOSS * target).powi(2)).clamp(RAYS[0], most).ceil();
     // Products of two independent estimates of n checks vary by variance/n, their mean over the places by less.
-    let checks = fourth.sqrt() / count.sqrt() / (SHARE_OF_CHECK * target).powi(2);
-    GlossEffort { rays: rays.ceil() as u32, checks: checks.clamp(CHECKS[0], CHECKS[1]).ceil() as u64 }
+    let checked = set.points.len().min(DIRECT_PLACES) as f64;
+    let checks = fourth.sqrt() / checked.sqrt() / (SHARE_OF_CHECK * target).powi(2);
+    let checks = checks.clamp(CHECKS[0], CHECKS[1]).ceil();
+    // A mesh saves what places ask of luminaires, and asks for more rays along gloss, and for checks.
+    let rays_of_sample = mean_of(|direction| direction.rays);
+    let directions = set.points.len() as f64;
+    let by_samples = directions * variance / (SHARE_OF_DIRECT * target).powi(2) * rays_of_sample;
+    let by_mesh = directions * rays * mean_of(|direction| if direction.has_gloss { direction.sight_rays } else { 0.0 });
+    let by_checks = LEAST_CHECKS * 2.0 * checked * checks * rays_of_sample;
+    GlossEffort { rays: rays as u32, checks: checks as u64, is_dear: by_mesh + by_checks > by_samples }
+}
+
+/// What a few samples of a direction are like.
+struct JudgedDirection {
+    mean: f64,
+    variance: f64,
+    has_gloss: bool,
+    /// Rays of the line of sight and along gloss, by sample.
+    sight_rays: f64,
+    /// All rays, by sample.
+    rays: f64,
 }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::anew::{sample_direct, walks_of_entry_lx};
 use super::entries::Entries;
 use super::exact::{look_at_all, looks_are_exact};
 use super::indirect::{GatherCounts, GatherRoom, IndirectMesh};
@@ -128,6 +129,15 @@ pub fn light_of(
                     light.direct_lx = halves_lx;
                     exact_rays += rays;
                 }
+                if entries.draw_sights() {
+                    if let IndirectBy::Walks(walks) = indirect {
+                        let (halves_lx, rays) =
+                            walks_of_entry_lx(around, entries, *entry, *walks, seed, &mut gather.cut);
+                        light.indirect_lx = halves_lx;
+                        gather.counts.walk_rays += rays;
+                    }
+                    return light;
+                }
                 light.direct_lx = light.direct_lx.map(|lx| lx + entries.own_light(*entry));
                 let mut number = 0;
                 entries.each_spot(around, *entry, |spot, weight| {
@@ -190,12 +200,18 @@ fn by_rays(
     map: u32,
 ) -> ([f64; 2], u64) {
     let mut rays = 0;
-    let one_half = looks_are_exact(around.stage) && !entries.are_means();
+    let one_half = looks_are_exact(around.stage) && !entries.are_means() && !entries.draw_sights();
     let mut half_lx = |half: u64| {
         let mut stream = Stream::new(seed, Purpose::Direct, map, half as u32);
         let mut sum_lx = 0.0;
         for pass in first..first + passes {
             stream.seek_quasi(((entry as u64) << SAMPLE_BITS) | pass, entry as u64, pass);
+            if entries.draw_sights() {
+                let (lx, pass_rays) = sample_direct(around, entries, entry, &mut stream);
+                sum_lx += lx;
+                rays += pass_rays;
+                continue;
+            }
             entries.each_drawn_spot(around, entry, &mut stream, |spot, weight, stream| {
                 let (lx, pass_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
                 sum_lx += weight * lx;

@@ -167,9 +167,19 @@ pub fn walks_at_place_lx(
     around: &Surroundings,
     receiver: &Receiver,
     place_number: u64,
-    [first, count]: [u32; 2],
+    walks: [u32; 2],
     seed: u64,
     cut: &mut Cut,
+) -> ([f64; HALVES], u64) {
+    in_halves_lx(place_number, walks, seed, |stream| sample_at_place_lx(around, receiver, cut, stream))
+}
+
+/// Means of so many samples from one number on, in two halves whose numbers are spread evenly each, and the rays they took.
+pub fn in_halves_lx(
+    place_number: u64,
+    [first, count]: [u32; 2],
+    seed: u64,
+    mut sample: impl FnMut(&mut Stream) -> (f64, u64),
 ) -> ([f64; HALVES], u64) {
     let mut stream = Stream::new(seed, Purpose::LightMesh, FROM_PLACES, 0);
     let (mut sum_lx, mut rays) = ([0.0; HALVES], 0);
@@ -177,7 +187,7 @@ pub fn walks_at_place_lx(
         let half = walk as usize % HALVES;
         let sequence = HALVES as u64 * place_number + half as u64;
         stream.seek_quasi((place_number << 32) | u64::from(walk), sequence, u64::from(walk) / HALVES as u64);
-        let (lx, walk_rays) = sample_at_place_lx(around, receiver, cut, &mut stream);
+        let (lx, walk_rays) = sample(&mut stream);
         rays += walk_rays;
         sum_lx[half] += lx;
     }

@@ -162,7 +162,8 @@ fn trace_maps(
             run.left_out.push((kind, bound));
             continue;
         }
-        let entries = Entries::of(&planner.around, kind, planner.wishes.seed, planner.wishes.target_error);
+        let may_draw = bound && finds_step && planner.wishes.radius_m.is_none();
+        let entries = Entries::of(&planner.around, kind, planner.wishes.seed, planner.wishes.target_error, may_draw);
         planner.most_rays = if bound { f64::INFINITY } else { LEAST_RAYS.max(run.rays as f64) };
         let target = target_error.filter(|_| bound);
         let Some((plan, map)) = best_attempt(planner, &entries, index as u32, bound, target, &mut run.rays) else {
@@ -425,7 +426,7 @@ mod tests {
         let stage = Stage::new(&scene);
         let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, SamplePlacing::Stratified, 1));
         let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
-        let entries = Entries::of(&around, MapKind::Receivers(0), 1, None);
+        let entries = Entries::of(&around, MapKind::Receivers(0), 1, None, false);
         let (asked, most) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most.load(Ordering::Relaxed);
         let wishes = Wishes {

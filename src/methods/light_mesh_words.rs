@@ -79,6 +79,7 @@ pub(super) fn why_in_words(why: &Why) -> String {
         Why::TooFine(step_m) => {
             format!("a mesh of the step that was given, {step_m:e} m, has more points than can be numbered")
         }
+        Why::Gloss => "rays along gloss for a mesh would be more".to_owned(),
         Why::Missed => "plans with a mesh missed the target".to_owned(),
         Why::NearLights => {
             "a luminaire stands close to a surface, whose light the points of a mesh may miss".to_owned()

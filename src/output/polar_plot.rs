@@ -2,7 +2,6 @@
 
 use super::axes::TYPE;
 use super::color::{BLACK, BLUE, FAINT, SOFT, VERMILION};
-use super::font::text_width;
 use super::numbers::{amount, round_step, tick};
 use super::picture::{PagePoint, Pen, Picture, TextAnchor, Words};
 use super::texts::{said, say, words};
@@ -11,9 +10,8 @@ use crate::scene::photometry::IntensityWeb;
 const WIDTH: f64 = 560.0;
 const RADIUS: f64 = 215.0;
 const MIDDLE: PagePoint = [280.0, 300.0];
-/// Where words begin, what stays free at the right, and the size of the type of what is told of the intensities.
+/// Where words begin, and the size of the type of what is told of the intensities.
 const LEFT: f64 = 24.0;
-const MARGIN: f64 = 8.0;
 const FACTS: f64 = 13.0;
 /// Rings that the diagram has at most.
 const MOST_RINGS: usize = 5;
@@ -21,27 +19,21 @@ const MOST_RINGS: usize = 5;
 const STEP_DEG: f64 = 0.5;
 
 /// Of a photometric file.
-pub const INITIAL: &str = words!("initial values, undimmed");
+pub const INITIAL: &str = words!("Initial values, undimmed.");
 /// Of what leaves a scene.
-pub const LEAVING: &str = words!("all that leaves the scene, maintained values");
+pub const LEAVING: &str = words!("All that leaves the scene, maintained values.");
 
 /// Intensity in the planes C0–C180 and C90–C270, γ = 0 downward, as the distribution gives it, with a word on what values these are.
 pub fn polar_picture(name: &str, web: &IntensityWeb, values: &'static str) -> Picture {
-    let mut picture = Picture::new(WIDTH, 590.0, say!("Luminous intensity of {}", name));
+    let mut picture = Picture::new(WIDTH, 606.0, say!("Luminous intensity of {}", name));
     picture.words(Words::new(say!("Luminous intensity: {}", name), [24.0, 26.0], 17.0).bold());
     let flux_lm = web.luminous_flux_lm();
-    let facts = say!(
-        "Φ = {} lm, greatest intensity {} cd; {}",
-        amount(flux_lm),
-        amount(web.maximum_intensity_cd()),
-        said(values)
-    );
-    // What takes more than the page is set smaller.
-    let size = FACTS * ((WIDTH - LEFT - MARGIN) / text_width(&facts, FACTS, false)).min(1.0);
-    picture.words(Words::new(facts, [LEFT, 46.0], size).ink(SOFT));
+    let facts = say!("Φ = {} lm, greatest intensity {} cd", amount(flux_lm), amount(web.maximum_intensity_cd()));
+    picture.words(Words::new(facts, [LEFT, 46.0], FACTS).ink(SOFT));
+    picture.words(Words::new(said(values), [LEFT, 592.0], TYPE).ink(SOFT));
     if flux_lm > 0.0 {
         let per_klm = say!("For cd per 1000 lm of the luminaire, divide by {}.", tick_short(flux_lm / 1000.0));
-        picture.words(Words::new(per_klm, [24.0, 576.0], TYPE).ink(SOFT));
+        picture.words(Words::new(per_klm, [LEFT, 576.0], TYPE).ink(SOFT));
     }
 
     let curves = [(0.0, BLUE, None), (90.0, VERMILION, Some([7.0, 4.0]))];

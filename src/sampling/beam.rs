@@ -7,33 +7,102 @@
 
 use glam::DVec3;
 
-use crate::base::solid_angle::triangle_solid_angle_sr;
 use crate::scene::{Scene, Side};
 
 /// Corners of a polygon at most: cuts that would give more are left out, which makes the polygon larger than the beam,
 /// not smaller; whoever follows a path checks it facet by facet.
 const MOST_CORNERS: usize = 16;
 
-/// A flat triangle that reflects as a mirror on one of its sides.
+/// Two triangles lie in one plane where no corner is farther off it than this, over the length of an edge.
+const FLAT: f64 = 1e-12;
+
+/// A triangle of the scene.
+#[derive(Clone, Copy, Debug)]
+struct FacetTriangle {
+    triangle: u32,
+    corners_m: [DVec3; 3],
+}
+
+impl FacetTriangle {
+    fn of(scene: &Scene, triangle: u32) -> FacetTriangle {
+        FacetTriangle { triangle, corners_m: scene.corners_m(triangle) }
+    }
+
+    /// Weights of the second and third corner at a point of the plane; `None` outside of the triangle.
+    fn weights(&self, point_m: DVec3) -> Option<[f64; 2]> {
+        let [a, b, c] = self.corners_m;
+        let twice_area = (b - a).cross(c - a);
+        let scale = 1.0 / twice_area.length_squared();
+        let u = (point_m - a).cross(c - a).dot(twice_area) * scale;
+        let v = (b - a).cross(point_m - a).dot(twice_area) * scale;
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some([u, v])
+    }
+}
+
+/// A flat piece that reflects as a mirror on one of its sides: a triangle, or two that make a quadrilateral, so that chance has
+/// nothing to choose between the halves of a rectangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet {
-    /// Triangle of the scene.
-    pub triangle: u32,
     /// The side that reflects.
     pub side: Side,
     /// Unit normal of that side.
     pub normal: DVec3,
-    /// Counter-clockwise as seen from that side.
-    corners_m: [DVec3; 3],
+    part: FacetTriangle,
+    other: Option<FacetTriangle>,
+    /// Its outline, counter-clockwise as seen from that side.
+    corners_m: [DVec3; 4],
+    count: usize,
+}
+
+/// Where a line crosses a facet.
+#[derive(Clone, Copy, Debug)]
+pub struct MirrorPlace {
+    /// The place in m.
+    pub point_m: DVec3,
+    /// Triangle of the scene.
+    pub triangle: u32,
+    /// Weights of its second and third corner.
+    pub weights: [f64; 2],
 }
 
 impl Facet {
     /// A side of a triangle.
     pub fn new(scene: &Scene, triangle: u32, side: Side) -> Facet {
-        let [a, b, c] = scene.corners_m(triangle);
+        let part = FacetTriangle::of(scene, triangle);
+        let [a, b, c] = part.corners_m;
         let front = scene.triangle_normal(triangle);
-        let (normal, corners_m) = if side == Side::Front { (front, [a, b, c]) } else { (-front, [a, c, b]) };
-        Facet { triangle, side, normal, corners_m }
+        let (normal, outline) = if side == Side::Front { (front, [a, b, c, c]) } else { (-front, [a, c, b, b]) };
+        Facet { side, normal, part, other: None, corners_m: outline, count: 3 }
+    }
+
+    /// With a second triangle, the same side of it, if both make a flat convex quadrilateral.
+    pub fn joined(&self, scene: &Scene, triangle: u32) -> Option<Facet> {
+        let part = FacetTriangle::of(scene, triangle);
+        let is_own = |corner_m: &DVec3| self.corners_m[..3].contains(corner_m);
+        let mut new = part.corners_m.iter().filter(|corner_m| !is_own(corner_m));
+        let (Some(fourth_m), None) = (new.next(), new.next()) else { return None };
+        let alone = (0..3).find(|i| !part.corners_m.contains(&self.corners_m[*i]))?;
+        // The new corner lies beyond the edge that both have.
+        let [a, b, c] = [0, 1, 2].map(|i| self.corners_m[(alone + i) % 3]);
+        let outline = [a, b, *fourth_m, c];
+        let turns_left = |i: usize| {
+            let [before, here, after] = [0, 1, 2].map(|k| outline[(i + k) % 4]);
+            (here - before).cross(after - here).dot(self.normal) > 0.0
+        };
+        let is_flat = self.height_m(*fourth_m).abs() <= FLAT * (*fourth_m - a).length();
+        let front = scene.triangle_normal(triangle);
+        let is_alike = (if self.side == Side::Front { front } else { -front }).dot(self.normal) > 0.0;
+        (self.other.is_none() && is_alike && is_flat && (0..4).all(turns_left)).then_some(Facet {
+            other: Some(part),
+            corners_m: outline,
+            count: 4,
+            ..*self
+        })
+    }
+
+    /// One of its triangles in the scene.
+    pub fn triangle(&self) -> u32 {
+        self.part.triangle
     }
 
     /// Height of a point above the facet in m.
@@ -46,18 +115,14 @@ impl Facet {
         point_m - self.normal * (2.0 * self.height_m(point_m))
     }
 
-    /// Where a line crosses the facet, as a point and as weights of the second and third corner of the scene's
-    /// triangle; `None` outside of it.
-    pub fn crossing(&self, from_m: DVec3, to_m: DVec3) -> Option<(DVec3, [f64; 2])> {
+    /// Where a line crosses the facet; `None` outside of it.
+    pub fn crossing(&self, from_m: DVec3, to_m: DVec3) -> Option<MirrorPlace> {
         let (below, above) = (self.height_m(from_m), self.height_m(to_m));
         let point_m = from_m + (to_m - from_m) * (below / (below - above));
-        let [a, b, c] = self.corners_m;
-        let twice_area = (b - a).cross(c - a);
-        let scale = 1.0 / twice_area.length_squared();
-        let u = (point_m - a).cross(c - a).dot(twice_area) * scale;
-        let v = (b - a).cross(point_m - a).dot(twice_area) * scale;
-        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
-        inside.then_some((point_m, if self.side == Side::Front { [u, v] } else { [v, u] }))
+        let within = |part: &FacetTriangle| {
+            Some(MirrorPlace { point_m, triangle: part.triangle, weights: part.weights(point_m)? })
+        };
+        within(&self.part).or_else(|| within(self.other.as_ref()?))
     }
 }
 
@@ -69,33 +134,32 @@ struct Polygon {
 }
 
 impl Polygon {
+    const EMPTY: Polygon = Polygon { corners_m: [DVec3::ZERO; MOST_CORNERS], count: 0 };
+
     fn corners(&self) -> &[DVec3] {
         &self.corners_m[..self.count]
     }
 
-    /// Keeps the part on the inner side of a plane.
-    fn cut(&mut self, point_m: DVec3, inward: DVec3) {
-        let mut heights = [0.0; MOST_CORNERS];
-        let mut all_inside = true;
-        for (height, corner_m) in heights.iter_mut().zip(self.corners()) {
-            *height = (corner_m - point_m).dot(inward);
-            all_inside &= *height >= 0.0;
+    /// Puts the part on the inner side of a plane into `kept`; whether it is less than the whole, which is not put there.
+    fn cut(&self, point_m: DVec3, inward: DVec3, kept: &mut Polygon) -> bool {
+        let height_m = |corner_m: &DVec3| (corner_m - point_m).dot(inward);
+        if self.count == MOST_CORNERS || self.corners().iter().all(|corner_m| height_m(corner_m) >= 0.0) {
+            return false;
         }
-        if all_inside || self.count == MOST_CORNERS {
-            return;
-        }
-        let whole = *self;
-        self.count = 0;
-        for i in 0..whole.count {
-            let j = (i + 1) % whole.count;
-            if heights[i] >= 0.0 {
-                self.push(whole.corners_m[i]);
+        kept.count = 0;
+        let mut before_m = self.corners_m[self.count - 1];
+        let mut before = height_m(&before_m);
+        for corner_m in self.corners() {
+            let here = height_m(corner_m);
+            if (before >= 0.0) != (here >= 0.0) {
+                kept.push(before_m + before / (before - here) * (corner_m - before_m));
             }
-            if (heights[i] >= 0.0) != (heights[j] >= 0.0) {
-                let t = heights[i] / (heights[i] - heights[j]);
-                self.push(whole.corners_m[i] + t * (whole.corners_m[j] - whole.corners_m[i]));
+            if here >= 0.0 {
+                kept.push(*corner_m);
             }
+            (before_m, before) = (*corner_m, here);
         }
+        true
     }
 
     fn push(&mut self, corner_m: DVec3) {
@@ -103,9 +167,21 @@ impl Polygon {
         self.count += 1;
     }
 
+    /// Solid angle as seen from a point, triangle by triangle of a fan. The tangent of half a triangle's is a quotient (A. van
+    /// Oosterom, J. Strackee, 1983), so that a product of complex numbers has half of the whole for its angle.
     fn solid_angle_sr(&self, from_m: DVec3) -> f64 {
-        let seen = |i: usize| self.corners_m[i] - from_m;
-        (2..self.count).map(|i| triangle_solid_angle_sr(seen(0), seen(i - 1), seen(i))).sum()
+        let seen = |i: usize| (self.corners_m[i] - from_m).normalize_or_zero();
+        let (first, mut before) = (seen(0), seen(1));
+        let mut product = [1.0, 0.0];
+        for i in 2..self.count {
+            let here = seen(i);
+            let real = 1.0 + first.dot(before) + before.dot(here) + here.dot(first);
+            let imaginary = first.dot((before - first).cross(here - first)).abs();
+            product = [product[0] * real - product[1] * imaginary, product[0] * imaginary + product[1] * real];
+            before = here;
+        }
+        // Nothing that is flat covers more than half of the sphere.
+        if product[1] == 0.0 { 0.0 } else { 2.0 * product[1].atan2(product[0]).abs() }
     }
 }
 
@@ -115,7 +191,8 @@ pub struct Beam {
     /// Where the paths seem to come from, in m.
     pub apex_m: DVec3,
     /// Inward normals of planes through the apex.
-    walls: Vec<DVec3>,
+    walls: [DVec3; MOST_CORNERS],
+    wall_count: usize,
     /// A point of the last facet and its normal: the beam begins there.
     base: Option<(DVec3, DVec3)>,
 }
@@ -135,7 +212,13 @@ pub struct Step {
 impl Beam {
     /// All directions above a point with a unit normal.
     pub fn above(point_m: DVec3, normal: DVec3) -> Beam {
-        Beam { apex_m: point_m, walls: vec![normal], base: None }
+        let mut walls = [DVec3::ZERO; MOST_CORNERS];
+        walls[0] = normal;
+        Beam { apex_m: point_m, walls, wall_count: 1, base: None }
+    }
+
+    fn walls(&self) -> &[DVec3] {
+        &self.walls[..self.wall_count]
     }
 
     /// Chooses the next facet by a variate in [0, 1), in proportion to the solid angle that the beam leaves of it.
@@ -162,48 +245,101 @@ impl Beam {
 
     /// Solid angles that the beam leaves of facets, in sr.
     fn seen_sr(&self, facets: &[Facet]) -> Vec<f64> {
-        let solid_angle_sr = |facet: &Facet| self.part_of(facet).map_or(0.0, |part| part.solid_angle_sr(self.apex_m));
+        let mut room = [Polygon::EMPTY; 2];
+        let solid_angle_sr = |facet: &Facet| {
+            let part = self.part_of(facet, &mut room);
+            part.map_or(0.0, |part| part.solid_angle_sr(self.apex_m))
+        };
         facets.iter().map(solid_angle_sr).collect()
     }
 
     fn step(&self, facets: &[Facet], facet: usize, probability: f64) -> Option<Step> {
-        let polygon = self.part_of(&facets[facet])?;
+        let polygon = *self.part_of(&facets[facet], &mut [Polygon::EMPTY; 2])?;
         let middle_m = polygon.corners().iter().sum::<DVec3>() / polygon.count as f64;
         let cosine = (self.apex_m - middle_m).normalize_or_zero().dot(facets[facet].normal).abs();
         Some(Step { facet, probability, cosine, polygon })
     }
 
-    /// The beam after a step.
-    pub fn reflected(&self, facet: &Facet, step: &Step) -> Beam {
-        let apex_m = facet.image_m(self.apex_m);
+    /// Goes on by a step.
+    pub fn reflect(&mut self, facet: &Facet, step: &Step) {
+        self.apex_m = facet.image_m(self.apex_m);
+        self.base = Some((facet.corners_m[0], facet.normal));
         let corners = step.polygon.corners();
-        let walls = (0..corners.len())
-            .map(|i| (corners[i] - apex_m).cross(corners[(i + 1) % corners.len()] - apex_m))
-            .collect();
-        Beam { apex_m, walls, base: Some((facet.corners_m[0], facet.normal)) }
+        let mut before = corners[corners.len() - 1] - self.apex_m;
+        for (wall, corner_m) in self.walls.iter_mut().zip(corners) {
+            let here = corner_m - self.apex_m;
+            *wall = before.cross(here);
+            before = here;
+        }
+        self.wall_count = corners.len();
     }
 
     /// Whether a point lies in the beam.
     pub fn holds(&self, point_m: DVec3) -> bool {
         self.base.is_none_or(|(base_m, normal)| (point_m - base_m).dot(normal) > 0.0)
-            && self.walls.iter().all(|wall| (point_m - self.apex_m).dot(*wall) >= 0.0)
+            && self.walls().iter().all(|wall| (point_m - self.apex_m).dot(*wall) >= 0.0)
     }
 
-    fn part_of(&self, facet: &Facet) -> Option<Polygon> {
+    /// What the beam leaves of a facet, made in a room for two polygons.
+    fn part_of<'r>(&self, facet: &Facet, room: &'r mut [Polygon; 2]) -> Option<&'r Polygon> {
         if facet.height_m(self.apex_m) <= 0.0 {
             return None;
         }
-        let mut part = Polygon { corners_m: [DVec3::ZERO; MOST_CORNERS], count: 3 };
-        part.corners_m[..3].copy_from_slice(&facet.corners_m);
-        if let Some((base_m, normal)) = self.base {
-            part.cut(base_m, normal);
-        }
-        for wall in &self.walls {
+        let [mut part, mut kept] = room.each_mut();
+        part.count = facet.count;
+        part.corners_m[..facet.count].copy_from_slice(&facet.corners_m[..facet.count]);
+        let walls = self.walls().iter().map(|wall| (self.apex_m, *wall));
+        for (point_m, inward) in self.base.into_iter().chain(walls) {
+            if part.cut(point_m, inward, kept) {
+                (part, kept) = (kept, part);
+            }
             if part.count < 3 {
                 return None;
             }
-            part.cut(self.apex_m, *wall);
         }
-        (part.count >= 3).then_some(part)
+        Some(part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::solid_angle::triangle_solid_angle_sr;
+
+    /// A rectangle of 2 m × 1 m on the floor, in two triangles, as one facet.
+    fn facet() -> Facet {
+        let [a, b, c, d] = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        let [part, other] =
+            [(0, [a, b, c]), (1, [a, c, d])].map(|(triangle, corners_m)| FacetTriangle { triangle, corners_m });
+        Facet { side: Side::Front, normal: DVec3::Z, part, other: Some(other), corners_m: [a, b, c, d], count: 4 }
+    }
+
+    #[test]
+    fn a_facet_covers_what_its_triangles_do() {
+        let facet = facet();
+        for apex_m in [DVec3::new(0.3, 0.2, 0.7), DVec3::new(-4.0, 3.0, 0.1), DVec3::new(1.0, 0.5, 1e-3)] {
+            let polygon = *Beam::above(apex_m, -DVec3::Z).part_of(&facet, &mut [Polygon::EMPTY; 2]).expect("seen");
+            let of_parts: f64 = [facet.part, facet.other.expect("two")]
+                .map(|part| part.corners_m.map(|corner_m| corner_m - apex_m))
+                .iter()
+                .map(|[a, b, c]| triangle_solid_angle_sr(*a, *b, *c))
+                .sum();
+            assert!((polygon.solid_angle_sr(apex_m) / of_parts - 1.0).abs() < 1e-9, "{of_parts}");
+        }
+    }
+
+    #[test]
+    fn a_line_crosses_the_triangle_where_it_passes() {
+        let facet = facet();
+        let from_m = DVec3::new(1.0, 0.5, -1.0);
+        for (x, y, triangle) in [(1.5, 0.2, 0), (0.5, 0.8, 1)] {
+            let place_m = DVec3::new(x, y, 0.0);
+            let crossed = facet.crossing(from_m, 2.0 * place_m - from_m).expect("it passes");
+            let part = [facet.part, facet.other.expect("two")][triangle as usize];
+            let ([a, b, c], [u, v]) = (part.corners_m, crossed.weights);
+            assert_eq!(crossed.triangle, triangle);
+            assert!((a + u * (b - a) + v * (c - a) - place_m).length() < 1e-12);
+        }
+        assert!(facet.crossing(from_m, DVec3::new(5.0, 0.5, 1.0)).is_none());
     }
 }

@@ -53,7 +53,7 @@ pub fn solve_by_points(
     let (mut maps, mut rays, mut estimated_error, mut check_s) = (Vec::new(), 0, 0.0f64, 0.0);
     for (number, (kind, bound)) in map_requests(scene, &settings.maps).into_iter().enumerate() {
         let checking = Instant::now();
-        let entries = Entries::of(&planner.around, kind, settings.seed, settings.target_error);
+        let entries = Entries::of(&planner.around, kind, settings.seed, settings.target_error, false);
         let traced = planner.trace_points(&entries, number as u32, &points);
         // The check belongs to what is stated, not to the rival: its share of the rays is its share of the time.
         let all_rays = (traced.effort.rays() + traced.check_rays).max(1);

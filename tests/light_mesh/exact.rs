@@ -63,7 +63,7 @@ impl World {
 
     /// Direct light of the first receiver set by a mesh, and what it took.
     fn by_mesh(&self, step_m: f64, ratio: f64, accelerations: Accelerations) -> (Vec<f64>, Counts) {
-        let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1, None);
+        let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1, None, false);
         let options = Options { step_m, radius_m: ratio * step_m, accelerations };
         let mesh = LightMesh::new(self.around(), entries.bounds_m, options).expect("a mesh of sound size");
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
@@ -73,7 +73,7 @@ impl World {
     }
 
     fn by_rays(&self) -> Vec<f64> {
-        let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1, None);
+        let entries = Entries::of(&self.around(), MapKind::Receivers(0), 1, None, false);
         let asked: Vec<usize> = (0..entries.weights.len()).collect();
         let rays = DirectBy::Rays { first: 0, passes: 1 };
         let (lights, _) = light_of(&self.around(), &entries, &asked, &rays, &IndirectBy::Nothing, 1, 0);

@@ -114,7 +114,7 @@ fn a_run_that_is_cut_shows_the_best_that_it_has() {
     let stage = Stage::new(&scene);
     let (solids, samples) = (Solids::of(&scene), Samples::of(&stage, SamplePlacing::Stratified, 1));
     let around = Surroundings { scene: &scene, stage: &stage, solids: &solids, samples: &samples, give_up: NEVER };
-    let entries = Entries::of(&around, MapKind::Receivers(0), 1, None);
+    let entries = Entries::of(&around, MapKind::Receivers(0), 1, None, false);
     let all: Vec<usize> = (0..entries.weights.len()).collect();
     let none = DirectBy::Rays { first: 0, passes: 0 };
     let (lights, _) = light_of(&around, &entries, &all, &none, &IndirectBy::Walks([0, 16]), 1, 0);

@@ -6,8 +6,18 @@ use crate::output::numbers::count_tick;
 use crate::validation::plots::{Drawn, EXACT, FAINT, MEASURED, Sign, TEXT, legend, legend_height, svg, tick};
 
 /// Colours that everyone can tell apart (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 6] =
-    [EXACT, MEASURED, RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(86, 180, 233), RGBColor(0, 0, 0)];
+const COLOURS: [RGBColor; 8] = [
+    EXACT,
+    MEASURED,
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+    RGBColor(230, 159, 0),
+    RGBColor(130, 130, 130),
+];
+/// So many powers of ten on an axis need no numbers between them.
+const ENOUGH_POWERS: usize = 3;
 /// Numbers below this are written out on axes.
 const WRITTEN_OUT: f64 = 1000.0;
 
@@ -45,7 +55,10 @@ pub fn log_log(axes: [&str; 2], lines: &[PlotLine]) -> String {
             .margin_right(18)
             .x_label_area_size(46)
             .y_label_area_size(72)
-            .build_cartesian_2d((x.0 / 1.3..x.1 * 1.3).log_scale(), (y.0 / 1.6..y.1 * 1.6).log_scale())?;
+            .build_cartesian_2d(
+                (x.0 / 1.3..x.1 * 1.3).log_scale().with_key_points(log_ticks(x.0 / 1.3, x.1 * 1.3)),
+                (y.0 / 1.6..y.1 * 1.6).log_scale().with_key_points(log_ticks(y.0 / 1.6, y.1 * 1.6)),
+            )?;
         let words = |value: &f64| if *value < WRITTEN_OUT { tick(*value) } else { count_tick(*value) };
         chart
             .configure_mesh()
@@ -71,6 +84,17 @@ pub fn log_log(axes: [&str; 2], lines: &[PlotLine]) -> String {
         }
         Ok(())
     })
+}
+
+/// Numbers on a logarithmic axis: powers of ten, and where they are few, twice and five times these.
+fn log_ticks(low: f64, high: f64) -> Vec<f64> {
+    let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
+    let ticks = |factors: &[f64]| -> Vec<f64> {
+        let all = powers.clone().flat_map(|power| factors.iter().map(move |factor| factor * 10f64.powi(power)));
+        all.filter(|tick| (low..=high).contains(tick)).collect()
+    };
+    let tens = ticks(&[1.0]);
+    if tens.len() >= ENOUGH_POWERS { tens } else { ticks(&[1.0, 2.0, 5.0]) }
 }
 
 /// Lines on linear axes from `x` and from 0.
@@ -119,4 +143,15 @@ fn signs(lines: &[PlotLine]) -> Vec<(Sign, String)> {
         }
     };
     lines.iter().enumerate().map(|(index, line)| (sign(index), line.name.clone())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_axes_have_numbers_between_powers_of_ten() {
+        assert_eq!(log_ticks(4.0, 25.0), [5.0, 10.0, 20.0]);
+        assert_eq!(log_ticks(0.5, 2000.0), [1.0, 10.0, 100.0, 1000.0]);
+    }
 }

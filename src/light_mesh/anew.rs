@@ -1,0 +1,104 @@
+//! Light of an entry of a map without a mesh, a sample at a time, with lines of sight of its own: what meshes are compared with, and
+//! what completes views whose gloss takes fewer rays so.
+
+use super::entries::Entries;
+use super::exact::{MeshPlace, look_at_all};
+use super::eye::{Eye, GlossRays, SeenPlace, Shown};
+use super::mesh::Surroundings;
+use super::walks::{HALVES, in_halves_lx, sample_at_place_lx};
+use crate::estimators::sight::SMALL_SHARE;
+use crate::maps::MapKind;
+use crate::sampling::emitter_tree::Cut;
+use crate::sampling::random::Stream;
+use crate::scene::ReceiverPoint;
+
+/// One unbiased sample of the direct light of an entry, without a mesh and with lines of sight of its own, and its rays.
+pub fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> (f64, u64) {
+    let (mut sum_lx, mut rays) = (0.0, 0);
+    if let Some(point) = eye_of(around, entries, entry) {
+        let (shown, places) = look_again(around, point, true, stream);
+        sum_lx += shown.luminaires_cd_m2;
+        rays += shown.rays;
+        for place in places {
+            let (lx, look_rays) = look_at_all(around.stage, &place.receiver(), stream);
+            sum_lx += place.weight_per_sr * lx;
+            rays += look_rays;
+        }
+        return (sum_lx, rays);
+    }
+    entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
+        let (lx, look_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
+        sum_lx += weight * lx;
+        rays += look_rays;
+    });
+    (sum_lx, rays)
+}
+
+/// One unbiased sample of the indirect light of an entry, a walk from every place that is in it, and its rays.
+pub fn sample_indirect(
+    around: &Surroundings,
+    entries: &Entries,
+    entry: usize,
+    cut: &mut Cut,
+    stream: &mut Stream,
+) -> (f64, u64) {
+    let (mut sum_lx, mut rays) = (0.0, 0);
+    if let Some(point) = eye_of(around, entries, entry) {
+        let (shown, places) = look_again(around, point, false, stream);
+        rays += shown.rays;
+        for place in places {
+            let (lx, walk_rays) = sample_at_place_lx(around, &place.receiver(), cut, stream);
+            sum_lx += place.weight_per_sr * lx;
+            rays += walk_rays;
+        }
+        return (sum_lx, rays);
+    }
+    entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
+        let (lx, walk_rays) = spot.ask(around.stage, |receiver| sample_at_place_lx(around, receiver, cut, stream));
+        sum_lx += weight * lx;
+        rays += walk_rays;
+    });
+    (sum_lx, rays)
+}
+
+/// What a line of sight of its own shows, with one ray along each gloss.
+fn look_again(
+    around: &Surroundings,
+    point: &ReceiverPoint,
+    with_luminaires: bool,
+    stream: &mut Stream,
+) -> (Shown, Vec<SeenPlace>) {
+    let stage = around.stage;
+    let mut places = Vec::new();
+    let from = stage.tracer.side_origin(point.position_m, point.normal);
+    let eye = Eye {
+        stage,
+        small_share: SMALL_SHARE,
+        gloss: GlossRays::One,
+        with_luminaires,
+        looks_for_areas: around.looks_for_areas(),
+    };
+    let shown = eye.look(&from, point.normal, stream, &mut places);
+    (shown, places)
+}
+
+/// The eye of an entry that looks.
+fn eye_of<'a>(around: &Surroundings<'a>, entries: &Entries, entry: usize) -> Option<&'a ReceiverPoint> {
+    match (entries.kind, &entries.sights) {
+        (MapKind::Receivers(set), Some(_)) => Some(&around.scene.receivers[set].points[entry]),
+        _ => None,
+    }
+}
+
+/// Indirect light of an entry that looks, by so many walks from one number on, each along a line of sight of its own; in two halves, and
+/// the rays they took.
+pub fn walks_of_entry_lx(
+    around: &Surroundings,
+    entries: &Entries,
+    entry: usize,
+    walks: [u32; 2],
+    seed: u64,
+    cut: &mut Cut,
+) -> ([f64; HALVES], u64) {
+    in_halves_lx(entry as u64, walks, seed, |stream| sample_indirect(around, entries, entry, cut, stream))
+}
