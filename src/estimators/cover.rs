@@ -1,7 +1,10 @@
 //! Points that are covered: something lies on them, a partition on the floor say, or they lie inside of a solid.
 //!
 //! A surface touches such a point, or lies a little above it, or all that it sees is the backs of one-sided surfaces. Its
-//! illuminance is 0, and nobody sees it.
+//! illuminance is 0, and nobody sees it. A sheet with a black back, a luminaire's panel under the ceiling say, covers nothing: flat rays
+//! find the gap beside it.
+
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 
@@ -12,6 +15,10 @@ use crate::sampling::warp::cosine_hemisphere;
 
 /// Rays of which all must meet backs: a point that sees them beside other things is not covered.
 const RAYS: u64 = 12;
+/// Flat rays all around of which all must meet backs, too, and how high they rise, in rad: a sheet hides all of them only where it reaches
+/// fifty times as far as it lies above the point.
+const FLAT_RAYS: u64 = 8;
+const RISE_RAD: f64 = 0.02;
 /// What lies on a point is at most so many times as far from it as positions are accurate.
 const CLOSE: f64 = 10.0;
 
@@ -22,16 +29,24 @@ pub fn is_covered(stage: &Stage, origin: &Origin, normal: DVec3, stream: &mut St
         return (true, 1);
     }
     let close_m = CLOSE * stage.tracer.position_accuracy_m();
-    for ray in 1..=RAYS {
+    let (along, across) = normal.any_orthonormal_pair();
+    for ray in 1..=RAYS + FLAT_RAYS {
         // The first ray goes along the normal, straight into what lies just above the point.
-        let direction = if ray == 1 { normal } else { cosine_hemisphere(normal, stream.pair()) };
+        let direction = match ray {
+            1 => normal,
+            2..=RAYS => cosine_hemisphere(normal, stream.pair()),
+            _ => {
+                let (sine, cosine) = (TAU * ((ray - RAYS) as f64 + stream.unit()) / FLAT_RAYS as f64).sin_cos();
+                RISE_RAD.sin() * normal + RISE_RAD.cos() * (cosine * along + sine * across)
+            }
+        };
         match stage.tracer.first_hit_from_there(origin, direction) {
             Meeting::Surface(hit) if ray == 1 && hit.distance_m < close_m => return (true, 1 + ray),
             Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side) => {}
             _ => return (false, 1 + ray),
         }
     }
-    (true, 1 + RAYS)
+    (true, 1 + RAYS + FLAT_RAYS)
 }
 
 #[cfg(test)]
@@ -96,5 +111,38 @@ mod tests {
             assert!(beside > 0, "{name}: the planted fault told the same, {beside} {within}");
             assert!(name == "room/ceiling" || within > 0, "{name}: the planted fault told the same");
         }
+    }
+
+    /// A panel of 0.6 m whose back is black hangs 10 cm, and another 2 cm, below a ceiling: of 20,000 places on each element of the ceiling
+    /// (seed 4) none is covered. Without flat rays, the planted fault, some would be: a ray in ten finds the gap.
+    #[test]
+    fn a_sheet_covers_nothing() {
+        let text = r#"{ "version": 1, "materials": { "m": { "type": "diffuse", "reflectance": 0.5 } },
+            "geometry": [
+                { "name": "room", "type": "box", "min": [0,0,0], "max": [4,3,2.7], "facing": "inward", "material": "m" },
+                { "name": "panel", "type": "rectangle", "origin": [1,1,2.6], "u": [0,0.6,0], "v": [0.6,0,0], "material": "m" },
+                { "name": "low", "type": "rectangle", "origin": [2.5,1,2.68], "u": [0,0.6,0], "v": [0.6,0,0], "material": "m" } ],
+            "luminaires": [ { "name": "a", "type": "area", "surface": "panel", "luminous_flux_lm": 10000 } ] }"#;
+        let scene = scene_from_json(text, None, Path::new(".")).expect("a valid scene");
+        let stage = Stage::new(&scene);
+        let surface =
+            scene.surfaces.iter().position(|surface| surface.name == "room/ceiling").expect("a surface") as u32;
+        let mut stream = Stream::new(4, Purpose::Pilot, 0, 0);
+        let mut in_the_dark = 0;
+        for cell in stage.elements.cells_of_surface(&scene, surface) {
+            let element = Element::of(&stage, &scene, &stage.elements, cell);
+            for place in 0..20_000 {
+                stream.seek((u64::from(cell) << 32) | place);
+                let at = element.draw(&stage, &mut stream);
+                let (origin, normal) = (element.origin(&stage, at), element.normal_at(&stage, at));
+                let meets_back = |direction: DVec3| {
+                    let met = stage.tracer.first_hit_from_there(&origin, direction);
+                    matches!(met, Meeting::Surface(hit) if !stage.receives(hit.triangle, hit.side))
+                };
+                in_the_dark += u32::from((0..RAYS).all(|_| meets_back(cosine_hemisphere(normal, stream.pair()))));
+                assert!(!is_covered(&stage, &origin, normal, &mut stream).0, "{}", element.point_m(&stage, at));
+            }
+        }
+        assert!(in_the_dark > 100, "the planted fault told the same: {in_the_dark}");
     }
 }

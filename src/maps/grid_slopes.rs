@@ -284,7 +284,7 @@ mod tests {
                 area_m2: 9.0,
                 covered_area_m2: 0.0,
                 places,
-                skewness: map.skewness(),
+                rare_scores: map.rare_scores(),
                 average_left_lx: None,
             };
             table_row(&map, &subject)

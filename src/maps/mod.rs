@@ -8,11 +8,11 @@ mod grid_slopes;
 mod history;
 mod judge;
 mod pieces;
+mod rare_scores;
 mod replicas;
 mod residuals;
 mod result;
 mod scores;
-mod skewness;
 mod stated;
 mod tables;
 
@@ -23,11 +23,11 @@ pub use grid_slopes::{CellSlopes, grid_slopes};
 pub use history::{History, PastJudgement};
 pub use judge::{Judgement, judge};
 pub use pieces::Piece;
+pub use rare_scores::RareScores;
 pub use replicas::{ReplicaMap, Tally, Unit, standard_error};
 pub use residuals::{CellsError, Left, Measured, MeasuredPart, ResidualState, Residuals};
 pub use result::*;
 pub use scores::{EntryScores, LARGEST, Levels, PartScores, ScoreEvidence, Scores};
-pub use skewness::Skewness;
 pub use stated::{StatedValues, grid_places, stated_error, stated_row};
 pub use tables::{Places, TableSubject, table_row};
 

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::basis::{Linear, SLOPES};
 use super::pieces::{Piece, on_pieces};
+use super::rare_scores::{RareScores, Spread};
 use super::residuals::within_halves;
-use super::skewness::{Skewness, Spread};
 use super::{CellsError, HALF, Levels, MapValues, PartScores, REPLICAS, Residuals, ScoreEvidence};
 
 /// Sums of scores in every replica, direct and indirect apart; entry `i` is element side or point `i`.
@@ -38,6 +38,9 @@ pub struct ReplicaMap {
     pub scores: [PartScores; 2],
     /// What these scores deviate from.
     pub levels: [Levels; 2],
+    /// Whether an entry without light may be covered, and its 0 exact: so it is with elements, but not with points, of which covered
+    /// ones count for nothing.
+    pub may_be_covered: bool,
     sites: usize,
 }
 
@@ -99,6 +102,7 @@ impl ReplicaMap {
             cells_error: None,
             scores: Default::default(),
             levels: Default::default(),
+            may_be_covered: false,
             sites,
         }
     }
@@ -312,27 +316,34 @@ impl ReplicaMap {
         3.0 * luminous_flux_lm / (packets * entries_area_m2)
     }
 
-    /// How skewed its scores are: see [`Skewness`].
-    pub fn skewness(&self) -> Skewness {
+    /// What it knows of scores that are rare: see [`RareScores`].
+    pub fn rare_scores(&self) -> RareScores {
         let spreads = (0..self.sites).map(|entry| {
             let indirect_lx = |replica: usize| self.indirect[replica][entry] * self.indirect_scale(entry);
             Spread::of(|replica| self.illuminance_lx(replica, entry), indirect_lx)
         });
-        Skewness::of(spreads.collect::<Vec<Spread>>().iter())
+        let spreads: Vec<Spread> = spreads.collect();
+        let of_those_seen = RareScores::of(&spreads);
+        match self.indirect_unit_lx {
+            Unit::Lux if self.indirect_samples.complete > 0 => {
+                of_those_seen.with_missing(&spreads, !self.may_be_covered)
+            }
+            _ => of_those_seen,
+        }
     }
 
-    /// Lengthens the error bars of entries whose replicas are skewed.
+    /// Lengthens the error bars of entries whose light a few scores bring.
     fn widen_bars(&self, values: &mut MapValues) {
-        let skewness = self.skewness();
+        let rare = self.rare_scores();
         for (error_lx, indirect_lx) in values.standard_error_lx.iter_mut().zip(&values.indirect_lx) {
-            *error_lx *= skewness.widening(*error_lx, *indirect_lx);
+            *error_lx = rare.bar_lx(*error_lx, *indirect_lx);
         }
     }
 
     /// Means over the replicas and the standard errors that their spread gives, with 15 degrees of freedom.
     ///
-    /// An entry that chains could have reached but none has gets the bound of three packets as its error, since 0
-    /// would claim that it is exact.
+    /// An entry that chains could have reached but none has gets the bound of three packets as its error, a point that no walk has brought
+    /// light that of its map's scores, since 0 would claim that it is exact.
     pub fn values(&self) -> MapValues {
         let mut values = MapValues::with_capacity(self.len());
         for entry in 0..self.len() {

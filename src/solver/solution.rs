@@ -261,6 +261,11 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// Whether the entries of the map with this name took their light from cells.
+    pub fn is_gathered(&self, name: &str) -> bool {
+        self.maps.iter().any(|map| map.name == name && map.method == GATHERING)
+    }
+
     /// Worst stated error of the bound maps; `None` where light has not reached one of them, or all are left out: of nothing nobody knows
     /// an error.
     pub fn stated_error(&self) -> Option<f64> {
@@ -300,7 +305,7 @@ impl Solution {
                 percent(map.error.discretisation)
             ));
         }
-        if let Some(map) = worst(|error| error.bias).filter(|map| map.method == GATHERING) {
+        if let Some(map) = worst(|error| error.bias).filter(|map| self.is_gathered(&map.name)) {
             return Some(format!(
                 "what the cells of \"{}\" share of its error, {}, exceeds the target by itself, and walks had not taken it off yet",
                 map.name,

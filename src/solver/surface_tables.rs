@@ -33,7 +33,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
         Some(_) => job.discretisation_lx(),
         None => Vec::new(),
     };
-    let skewness = job.map.skewness();
+    let rare_scores = job.map.rare_scores();
     // Elements that adapt are told without what is covered; the others are means over it too.
     let exposed = if job.adaptive.is_some() { Vec::new() } else { exposed_of_given(context, job, &sides) };
     let exposed_of = |entry: usize| exposed.get(entry).copied().unwrap_or(1.0);
@@ -60,7 +60,7 @@ pub(super) fn surface_tables(context: &Context, job: &Job) -> Vec<TableRow> {
                 discretisation_lx: &discretisation_lx,
                 slopes: &slopes,
             },
-            skewness,
+            rare_scores,
             average_left_lx,
         };
         let mut row = table_row(&job.map, &subject);
@@ -201,7 +201,7 @@ pub(super) fn receiver_table(scene: &Scene, set: usize, job: &Job) -> TableRow {
         area_m2,
         covered_area_m2: 0.0,
         places: Places::Entries,
-        skewness: job.map.skewness(),
+        rare_scores: job.map.rare_scores(),
         average_left_lx: averages_left_lx(job, std::iter::once(&entries[..]), |_| 1.0)[0],
     };
     table_row(&job.map, &subject)

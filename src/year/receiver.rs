@@ -21,6 +21,9 @@ const RESERVE: f64 = 1.15;
 /// What suns that are half hidden may leave of the target, and how often a replica looks for them at most.
 const HALF_HIDDEN_SHARE: f64 = 0.5;
 const MOST_LOOKS: u64 = 64;
+/// An hour's error is relative to its illuminance, or to this share of the mean over all occupied hours where that is more: at dusk, when
+/// there is next to no light, nobody asks for a hundredth of it.
+const DIM_SHARE: f64 = 0.1;
 
 /// What all receivers share.
 pub(super) struct YearContext<'a> {
@@ -246,7 +249,7 @@ fn hours_of(
         .collect();
     let mut counts = HourCounts::default();
     let mut lx = Vec::with_capacity(sky.hours.len());
-    let (mut squares, mut sun_squares, mut told, mut occupied) = (0.0, 0.0, 0.0f64, 0usize);
+    let mut occupied: Vec<OccupiedHour> = Vec::with_capacity(sky.occupied);
     let mut sun = 0;
     for (number, hour) in sky.hours.iter().enumerate() {
         let luminances = sky.luminances_cd_m2(number);
@@ -278,17 +281,48 @@ fn hours_of(
         let square_of = |off: &[f64; PARTINGS]| off.iter().map(|off| off * off).sum::<f64>() / PARTINGS as f64;
         counts.add_hour(hour.is_occupied, (mean_lx, &off_lx), sunlit);
         if hour.is_occupied {
-            occupied += 1;
-            if mean_lx > 0.0 {
-                squares += square_of(&off_lx) / (mean_lx * mean_lx);
-                let of_sun = sunlit.filter(|_| is_open).map_or(0.0, |(_, off)| square_of(off));
-                sun_squares += of_sun / (mean_lx * mean_lx);
-                told += 1.0;
-            }
+            let of_sun = sunlit.filter(|_| is_open).map_or(0.0, |(_, off)| square_of(off));
+            occupied.push(OccupiedHour { lx: mean_lx, squared_error_lx2: square_of(&off_lx), of_sun_lx2: of_sun });
         }
         lx.push((mean_lx, off_lx));
     }
-    counts.add_dark((sky.occupied - occupied) as f64);
-    let [error, sun_error] = [squares, sun_squares].map(|sum| if told > 0.0 { (sum / told).sqrt() } else { 0.0 });
+    counts.add_dark((sky.occupied - occupied.len()) as f64);
+    let error_of = |square: fn(&OccupiedHour) -> f64| relative_error(&occupied, square);
+    let (error, sun_error) = (error_of(|hour| hour.squared_error_lx2), error_of(|hour| hour.of_sun_lx2));
     ReceiverHours { lx, counts, error, sun_error, walks: 0, rays: 0 }
+}
+
+/// Illuminance of an occupied hour with light, and its squared error, all of it and what of it looks for the sun leave.
+struct OccupiedHour {
+    lx: f64,
+    squared_error_lx2: f64,
+    of_sun_lx2: f64,
+}
+
+/// Root mean square over occupied hours of their relative errors; see [`DIM_SHARE`].
+fn relative_error(hours: &[OccupiedHour], square_lx2: impl Fn(&OccupiedHour) -> f64) -> f64 {
+    let mean_lx = hours.iter().map(|hour| hour.lx).sum::<f64>() / hours.len().max(1) as f64;
+    let told = || hours.iter().filter(|hour| hour.lx > 0.0);
+    let squares = told().map(|hour| square_lx2(hour) / hour.lx.max(DIM_SHARE * mean_lx).powi(2));
+    (squares.sum::<f64>() / told().count().max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hundred hours of 1000 lx known to 3 %, and one at dusk whose 0.01 lx are known to 1 lx: 3 %. With each hour's own illuminance
+    /// below its error, the planted fault, it would be near 1000 %.
+    #[test]
+    fn an_hour_without_light_to_speak_of_does_not_rule_the_year() {
+        let mut hours: Vec<OccupiedHour> =
+            (0..100).map(|_| OccupiedHour { lx: 1000.0, squared_error_lx2: 900.0, of_sun_lx2: 400.0 }).collect();
+        hours.push(OccupiedHour { lx: 0.01, squared_error_lx2: 1.0, of_sun_lx2: 0.0 });
+        let error = relative_error(&hours, |hour| hour.squared_error_lx2);
+        assert!((error - 0.03).abs() < 3e-4, "{error}");
+        assert!((relative_error(&hours, |hour| hour.of_sun_lx2) - 0.02).abs() < 2e-4);
+        let each_by_itself: f64 = hours.iter().map(|hour| hour.squared_error_lx2 / hour.lx.powi(2)).sum();
+        assert!((each_by_itself / 101.0).sqrt() > 9.0);
+        assert_eq!(relative_error(&[], |hour| hour.squared_error_lx2), 0.0);
+    }
 }

@@ -18,6 +18,15 @@ const HISTOGRAM: &str = words!(
     "Bars as wide as the curve: the halves differ by what is stated. Narrower ones: the stated errors also hold what both \
                          halves have wrong alike, or state too much. Wider ones: they state too little."
 );
+const GATHERED_HALVES: &str = words!(
+    "Two halves of the computation know nothing of each other. Within a half neighbours take light from the same cells, so that patches \
+     and even a whole map may be of one colour: the stated errors hold that. Strong colours over wide areas would be an error that they \
+     do not tell."
+);
+const GATHERED_HISTOGRAM: &str = words!(
+    "Bars as wide as the curve, or narrower: the halves differ by no more than is stated. They may stand aside of it, since points that \
+     take light from the same cells differ alike; bars far beyond it on one side or on both would be more than is stated."
+);
 
 impl Report<'_> {
     pub(super) fn method(&self) -> String {
@@ -68,10 +77,14 @@ impl Report<'_> {
         let mut page = format!("<h2 class=\"page\">{}</h2>\n", say!("Evidence"));
         let of = |kind: PlotKind| self.plots.iter().filter(move |plot| plot.kind == kind);
         for plot in of(PlotKind::Halves) {
-            page += &figure(&plot.picture, said(HALVES));
+            page += &figure(
+                &plot.picture,
+                said(if self.solution.is_gathered(&plot.subject) { GATHERED_HALVES } else { HALVES }),
+            );
         }
         for plot in of(PlotKind::HalvesHistogram) {
-            page += &figure(&plot.picture, said(HISTOGRAM));
+            let words = if self.solution.is_gathered(&plot.subject) { GATHERED_HISTOGRAM } else { HISTOGRAM };
+            page += &figure(&plot.picture, said(words));
         }
         for plot in of(PlotKind::Convergence) {
             page += &format!("<div class=\"tall\">\n{}</div>\n", figure(&plot.picture, ""));

@@ -227,10 +227,11 @@ pub fn element_map(context: &Context, elements: &Elements, shows: Option<Shows>)
     let area_m2 = |(index, weight): (usize, &f64)| if *weight > 0.0 { *weight } else { whole_m2(index) };
     let area_m2: Vec<f64> = weights[..elements.len()].iter().enumerate().map(area_m2).collect();
     let unit = Unit::Packets { luminous_flux_lm, area_m2 };
-    let map = match shows {
+    let mut map = match shows {
         Some(_) => ReplicaMap::linear(elements.len(), unit),
         None => ReplicaMap::new(elements.len(), unit),
     };
+    map.may_be_covered = true;
     (map, weights)
 }
 
