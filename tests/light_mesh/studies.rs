@@ -23,6 +23,7 @@ fn number(cell: &str) -> f64 {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn every_study_tells_numbers_and_draws() {
     for study in STUDIES {
         let found = found(study.name);

@@ -156,6 +156,7 @@ fn isothermal_office() -> (Scene, f64) {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn an_isothermal_office_has_the_same_illuminance_everywhere_within_its_error_bars() {
     // Kirchhoff: E = πL₀ at every element and receiver. Pooled over the seeds, |z| lies within Student's quantile at 15
     // degrees of freedom in 95.4% ± 2% (200 seeds in the slow run, 8 here with ± 3%), the mean within 4.5 of its errors (t with 7 degrees of
@@ -205,6 +206,7 @@ fn a_black_scene_traces_no_chains() {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn the_forecast_holds_from_two_hundredths_of_the_run_on() {
     // 40 seeds: once 2% of the rays are traced, the forecast lies within 5% of the rays really needed in 9 of 10 runs, and
     // its 90% interval holds them in 31 or more (fewer: once in 200 times); one of an eighth of the width is refused.
