@@ -230,6 +230,7 @@ mod tests {
             maximum_lx: estimate(maximum_lx),
             uniformity_u0: Estimate { value: 1.0, standard_error: 41.63 },
             uniformity_ud: Estimate { value: 0.5, standard_error: 0.1 },
+            pulled_lx: [0.0; 2],
             places: 4,
             area_m2: 1.0,
             covered_area_m2: 0.0,

@@ -54,7 +54,7 @@ pub struct YearArguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Relative standard error that each point's hourly illuminances are to have, their root mean square over occupied hours (of hours
-    /// darker than a tenth of the mean, relative to that tenth)
+    /// darker than a hundredth of the mean, relative to that)
     #[arg(long, value_name = "ERROR", default_value = "3%", value_parser = values::target_error)]
     target_error: f64,
     /// Occupied hours of every day, in standard time

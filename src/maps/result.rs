@@ -238,6 +238,8 @@ pub struct TableRow {
     pub uniformity_u0: Estimate,
     /// Ud = Emin/Emax.
     pub uniformity_ud: Estimate,
+    /// How far in lx chance may have pulled Emin and Emax: in their errors and in those of the uniformities, in squares.
+    pub pulled_lx: [f64; 2],
     /// Places of which Emin and Emax are told: the points of a receiver set, or the cells of a grid on a surface. 0: there is no such
     /// grid, and minimum, maximum and uniformities are 0.
     pub places: usize,

@@ -107,6 +107,7 @@ pub fn stated_row(
         maximum_lx,
         uniformity_u0: ratio(minimum_lx, average_lx),
         uniformity_ud: ratio(minimum_lx, maximum_lx),
+        pulled_lx: [0.0; 2],
         places: places.len(),
         area_m2,
         covered_area_m2: 0.0,

@@ -224,6 +224,7 @@ pub fn table_row(map: &ReplicaMap, subject: &TableSubject) -> TableRow {
         maximum_lx: Estimate::default(),
         uniformity_u0: Estimate::default(),
         uniformity_ud: Estimate::default(),
+        pulled_lx: [least.pulled_lx(), most.pulled_lx()],
         places,
         area_m2: subject.area_m2 - subject.covered_area_m2,
         covered_area_m2: subject.covered_area_m2,

@@ -181,6 +181,7 @@ fn map_of(set: &SetYear, place: usize, times: f64) -> MapResult {
         maximum_lx: Estimate::default(),
         uniformity_u0: Estimate::default(),
         uniformity_ud: Estimate::default(),
+        pulled_lx: [0.0; 2],
         places: 0,
         area_m2: 0.0,
         covered_area_m2: 0.0,

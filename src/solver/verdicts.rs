@@ -123,15 +123,25 @@ fn of_illuminance(receivers: &ReceiverSet, map: &MapResult, requirement: &Requir
         };
         map.counted(&receivers.points).map(place).collect()
     };
+    // By how many places there are the verdict itself knows of the pull.
+    let alone = |told: Estimate, pulled: f64| Estimate {
+        standard_error: (told.standard_error.powi(2) - pulled.powi(2)).max(0.0).sqrt(),
+        ..told
+    };
+    let [least_lx, most_lx] = row.pulled_lx;
+    let (mean_lx, greatest_lx) = (row.average_lx.value, row.maximum_lx.value);
     let (estimate, places) = match measure {
         // Direct light has tables of its own: see `of_direct_light`.
         Measure::AverageLx | Measure::Ugr | Measure::DirectMinimumLx | Measure::DirectUniformityUd => {
             (row.average_lx, Vec::new())
         }
-        Measure::MinimumLx => (row.minimum_lx, places(1.0)),
-        Measure::MaximumLx => (row.maximum_lx, places(1.0)),
-        Measure::UniformityU0 => (row.uniformity_u0, places(row.average_lx.value)),
-        Measure::UniformityUd => (row.uniformity_ud, places(row.maximum_lx.value)),
+        Measure::MinimumLx => (alone(row.minimum_lx, least_lx), places(1.0)),
+        Measure::MaximumLx => (alone(row.maximum_lx, most_lx), places(1.0)),
+        Measure::UniformityU0 => (alone(row.uniformity_u0, least_lx / mean_lx), places(mean_lx)),
+        Measure::UniformityUd => {
+            let pulled = least_lx.hypot(row.uniformity_ud.value * most_lx) / greatest_lx;
+            (alone(row.uniformity_ud, pulled), places(greatest_lx))
+        }
     };
     // Without replicas all of the stated error is bias, and the row tells it.
     let bias = if row.replica_averages_lx.is_empty() { 0.0 } else { map.error.bias * estimate.value.abs() };

@@ -281,6 +281,7 @@ mod tests {
             maximum_lx: Estimate::default(),
             uniformity_u0: Estimate::default(),
             uniformity_ud: Estimate::default(),
+            pulled_lx: [0.0; 2],
             places: 1,
             covered_area_m2: 0.0,
             area_m2: 1.0,

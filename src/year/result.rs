@@ -70,8 +70,8 @@ pub struct SetYear {
 pub struct YearPoint {
     /// What is counted, in the order of [`MEASURES`].
     pub measures: [Estimate; MEASURES.len()],
-    /// Relative standard error of the hours' illuminances, its root mean square over the occupied hours with light; of those darker than a tenth of their
-    /// mean, relative to that tenth.
+    /// Relative standard error of the hours' illuminances, its root mean square over the occupied hours with light; of those darker than a hundredth of
+    /// their mean, relative to that.
     pub error: f64,
     /// Walks that it took.
     pub walks: u64,
