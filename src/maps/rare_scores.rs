@@ -186,7 +186,7 @@ mod tests {
                 count
             };
             let entry = |number: usize, stream: &mut Stream| {
-                let mean = if number % 3 == 0 { mean_count / REPLICAS as f64 } else { 200.0 };
+                let mean = if number.is_multiple_of(3) { mean_count / REPLICAS as f64 } else { 200.0 };
                 let values: [f64; REPLICAS] = std::array::from_fn(|_| 5.0 * count_of(stream, mean));
                 (
                     Spread::of(|replica| values[replica], |replica| values[replica]),
