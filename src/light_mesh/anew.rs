@@ -6,6 +6,7 @@ use super::exact::{MeshPlace, look_at_all};
 use super::eye::{Eye, GlossRays, SeenPlace, Shown};
 use super::mesh::Surroundings;
 use super::walks::{HALVES, in_halves_lx, sample_at_place_lx};
+use crate::estimators::direct::Receiver;
 use crate::estimators::sight::SMALL_SHARE;
 use crate::maps::MapKind;
 use crate::sampling::emitter_tree::Cut;
@@ -14,24 +15,7 @@ use crate::scene::ReceiverPoint;
 
 /// One unbiased sample of the direct light of an entry, without a mesh and with lines of sight of its own, and its rays.
 pub fn sample_direct(around: &Surroundings, entries: &Entries, entry: usize, stream: &mut Stream) -> (f64, u64) {
-    let (mut sum_lx, mut rays) = (0.0, 0);
-    if let Some(point) = eye_of(around, entries, entry) {
-        let (shown, places) = look_again(around, point, true, stream);
-        sum_lx += shown.luminaires_cd_m2;
-        rays += shown.rays;
-        for place in places {
-            let (lx, look_rays) = look_at_all(around.stage, &place.receiver(), stream);
-            sum_lx += place.weight_per_sr * lx;
-            rays += look_rays;
-        }
-        return (sum_lx, rays);
-    }
-    entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
-        let (lx, look_rays) = spot.ask(around.stage, |receiver| look_at_all(around.stage, receiver, stream));
-        sum_lx += weight * lx;
-        rays += look_rays;
-    });
-    (sum_lx, rays)
+    sample(around, entries, entry, true, stream, |receiver, stream| look_at_all(around.stage, receiver, stream))
 }
 
 /// One unbiased sample of the indirect light of an entry, a walk from every place that is in it, and its rays.
@@ -42,21 +26,37 @@ pub fn sample_indirect(
     cut: &mut Cut,
     stream: &mut Stream,
 ) -> (f64, u64) {
+    let walk = |receiver: &Receiver, stream: &mut Stream| sample_at_place_lx(around, receiver, cut, stream);
+    sample(around, entries, entry, false, stream, walk)
+}
+
+/// One sample of an entry by what its places are asked, in lx, with the rays that each asking takes; an eye sees luminaires too, if wished.
+fn sample(
+    around: &Surroundings,
+    entries: &Entries,
+    entry: usize,
+    with_luminaires: bool,
+    stream: &mut Stream,
+    mut ask: impl FnMut(&Receiver, &mut Stream) -> (f64, u64),
+) -> (f64, u64) {
     let (mut sum_lx, mut rays) = (0.0, 0);
     if let Some(point) = eye_of(around, entries, entry) {
-        let (shown, places) = look_again(around, point, false, stream);
+        let (shown, places) = look_again(around, point, with_luminaires, stream);
+        if with_luminaires {
+            sum_lx += shown.luminaires_cd_m2;
+        }
         rays += shown.rays;
         for place in places {
-            let (lx, walk_rays) = sample_at_place_lx(around, &place.receiver(), cut, stream);
+            let (lx, place_rays) = ask(&place.receiver(), stream);
             sum_lx += place.weight_per_sr * lx;
-            rays += walk_rays;
+            rays += place_rays;
         }
         return (sum_lx, rays);
     }
     entries.each_drawn_spot(around, entry, stream, |spot: MeshPlace, weight, stream| {
-        let (lx, walk_rays) = spot.ask(around.stage, |receiver| sample_at_place_lx(around, receiver, cut, stream));
+        let (lx, place_rays) = spot.ask(around.stage, |receiver| ask(receiver, stream));
         sum_lx += weight * lx;
-        rays += walk_rays;
+        rays += place_rays;
     });
     (sum_lx, rays)
 }

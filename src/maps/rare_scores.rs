@@ -1,10 +1,11 @@
 //! Error bars of entries whose light a few scores bring.
 //!
 //! Where few walks or packets bring most of the light, the mean and its spread rise and fall together: means that came
-//! out low have bars that are too short, and where no score has come at all there is no spread. By Edgeworth's expansion (Hall, P., 1992, "The Bootstrap and Edgeworth
-//! Expansion", section 2.6) a t interval of ±z standard errors loses about 2 φ(z) z (z⁴ + 2z² − 3)/18 · g² of its
+//! out low have bars that are too short, and where no score has come at all there is no spread. By Edgeworth's expansion
+//! (Hall, P., 1992, "The Bootstrap and Edgeworth Expansion", section 2.6) a t interval of ±z standard errors loses about 2 φ(z) z (z⁴ + 2z² − 3)/18 · g² of its
 //! coverage, g the skewness of the mean; bars longer by a share of (z⁴ + 2z² − 3)/18 · g² give it back.
 
+use super::residuals::within_halves;
 use super::{HALF, REPLICAS};
 
 /// (z⁴ + 2z² − 3)/18 − 1.3 (z² − 3)/12 at z = 2.17, Student's quantile of 95.4% for 15 degrees of freedom: the second
@@ -38,17 +39,14 @@ impl Spread {
             let mean_lx = mean(&value_lx);
             let power = |power: i32| mean(&|replica| (value_lx(replica) - mean_lx).powi(power));
             let n = HALF as f64;
-            let of_indirect_lx = mean(&indirect_lx);
-            let indirect_lx2 = mean(&|replica| (indirect_lx(replica) - of_indirect_lx).powi(2)) / (n - 1.0);
-            let moments = (power(2) * n / (n - 1.0), power(3) * n * n / ((n - 1.0) * (n - 2.0)));
-            (of_indirect_lx, moments, indirect_lx2)
+            (mean(&indirect_lx), power(2) * n / (n - 1.0), power(3) * n * n / ((n - 1.0) * (n - 2.0)))
         });
-        let [(even_lx, (even_variance, even_third), even_lx2), (odd_lx, (odd_variance, odd_third), odd_lx2)] = halves;
+        let [(even_lx, even_variance, even_third), (odd_lx, odd_variance, odd_third)] = halves;
         Spread {
             scale_lx: 0.5 * (even_lx + odd_lx),
             third_lx4: 0.5 * (even_third * odd_lx + odd_third * even_lx),
             fourth_lx4: even_variance * odd_variance,
-            indirect_lx2: 0.25 * (even_lx2 + odd_lx2),
+            indirect_lx2: within_halves(indirect_lx),
         }
     }
 

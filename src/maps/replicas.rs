@@ -373,7 +373,7 @@ impl ReplicaMap {
 }
 
 /// Means over the even and over the odd replicas.
-fn half_means(value: impl Fn(usize) -> f64) -> [f64; 2] {
+pub(super) fn half_means(value: impl Fn(usize) -> f64) -> [f64; 2] {
     [0, 1].map(|parity| (parity..REPLICAS).step_by(2).map(&value).sum::<f64>() / HALF as f64)
 }
 

@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use super::REPLICAS;
 use super::grid_slopes::CellSlopes;
-use super::replicas::{ReplicaMap, standard_error};
+use super::replicas::{ReplicaMap, half_means, standard_error};
 use super::{Estimate, RareScores, TableKind, TableRow, judge};
-use super::{HALF, REPLICAS};
 use crate::scene::{EvaluationGrid, GridPart};
 
 /// Spread of replicas over their mean that is rounding, not chance: sums of thousands of entries agree to some units of
@@ -102,11 +102,6 @@ impl PlaceReplicas {
         self.replicas_lx.iter().sum::<f64>() / REPLICAS as f64
     }
 
-    /// Means over its even and over its odd replicas.
-    fn halves_lx(&self) -> [f64; 2] {
-        [0, 1].map(|parity| self.replicas_lx.iter().skip(parity).step_by(2).sum::<f64>() / HALF as f64)
-    }
-
     /// The error in lx of its mean, as its own row of a file has it: the replicas' spread, wider where few scores bring its light, with
     /// what they share.
     fn error_lx(&self, map: &ReplicaMap, rare_scores: RareScores) -> f64 {
@@ -142,7 +137,7 @@ impl Extreme {
             let rest_lx = (sum_lx - lx) / (REPLICAS - 1) as f64;
             *without_lx = if beyond(rest_lx, *without_lx) { rest_lx } else { *without_lx };
         }
-        let [even_lx, odd_lx] = place.halves_lx();
+        let [even_lx, odd_lx] = half_means(|replica| place.replicas_lx[replica]);
         for (best_lx, half_lx) in self.of_halves_lx.iter_mut().zip([[even_lx, odd_lx], [odd_lx, even_lx]]) {
             *best_lx = if beyond(half_lx[0], best_lx[0]) { half_lx } else { *best_lx };
         }
