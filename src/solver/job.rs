@@ -30,6 +30,7 @@ use self::forecast::BeforeCut;
 pub use self::forecast::Hindrance;
 use super::Method;
 use super::adapt::{Adaptive, Cutting, Loss};
+use super::allotment::Allotment;
 use super::broad::Broad;
 use super::cells::{CellAsks, CellSets};
 use super::guide::Guide;
@@ -190,6 +191,9 @@ pub struct Job {
     loss: Loss,
     /// What its walks have learned of the directions that light comes from.
     guide: Option<Guide>,
+    /// Walks of each point in a pass, and how often walks have begun anew.
+    allotment: Allotment,
+    beginnings: u32,
     /// Rounds of local estimation, where vertices of chains score.
     local: Option<LocalPlan>,
     /// Local estimation, once it has been weighed after a look.
@@ -314,6 +318,8 @@ impl Job {
             expectations: ControlVariates::default(),
             loss: Loss::default(),
             guide: None,
+            allotment: Allotment::default(),
+            beginnings: 0,
             local: None,
             black: !context.stage.reflects(),
         }
@@ -328,7 +334,7 @@ impl Job {
     pub fn chains(&self) -> u64 {
         let per_sample = match self.engine {
             Engine::Collision => 1,
-            Engine::Walk => self.map.len() as u64,
+            Engine::Walk => self.allotment.of_all(self.map.len()),
             Engine::Gather => return self.ends.iter().map(Ends::packets).sum(),
             Engine::Local(_) => self.chains_per_round(),
         };

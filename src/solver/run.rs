@@ -458,7 +458,12 @@ impl Run<'_> {
             (is_refined, self.target_error, self.settings.chains, self.settings.method)
         {
             let piloted = Instant::now();
-            choice::reconsider(self.context, &mut self.jobs[index], target);
+            let affordable_rays = self.affordable_rays();
+            let job = &mut self.jobs[index];
+            choice::reconsider(self.context, job, target);
+            if job.samples == samples && WORK_ANEW * job.kept_rays() as f64 <= affordable_rays {
+                job.share_out_walks(self.context, needed);
+            }
             self.spending.add(Activity::Pilots, 0, piloted.elapsed());
         }
         self.note(index);

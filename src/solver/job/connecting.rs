@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, FIRST_LOCAL_CHAINS, Job, RAYS_PER_SLICE, Tally};
+use super::{Engine, FIRST_LOCAL_CHAINS, Job, RAYS_PER_SLICE};
 use crate::maps::REPLICAS;
 use crate::solver::local::{Kernel, LocalPlan};
 use crate::solver::pilot::DirectShare;
@@ -50,15 +50,10 @@ impl Job {
 
     /// Goes back to walks; direct light stays as far as it is.
     pub fn stop_connecting(&mut self) {
-        self.map.indirect.iter_mut().for_each(|slab| slab.fill(0.0));
-        self.map.indirect_samples = Tally::default();
-        self.map.forget_indirect_scores();
-        self.forget_looks();
+        self.begin_walks_anew();
         self.local = None;
         self.engine = Engine::Walk;
         self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
-        self.samples = 0;
-        self.give_up_samples();
     }
 
     /// Whether it goes by local estimation.
