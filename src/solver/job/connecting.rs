@@ -43,21 +43,21 @@ impl Job {
 
     /// Takes local estimation instead of walks; nothing of the map has been done yet.
     pub fn start_connecting(&mut self, plan: LocalPlan) {
-        self.share = DirectShare::of(self.direct, plan.cost(&self.weights), [self.map.len(); 2]);
+        self.share = DirectShare::of(self.costs.direct, plan.cost(&self.weights), [self.map.len(); 2]);
         self.engine = Engine::Local(Kernel::Bounded);
-        self.local = Some(plan);
+        self.connecting.plan = Some(plan);
     }
 
     /// Goes back to walks; direct light stays as far as it is.
     pub fn stop_connecting(&mut self) {
         self.begin_walks_anew();
-        self.local = None;
+        self.connecting.plan = None;
         self.engine = Engine::Walk;
-        self.share = DirectShare::of(self.direct, self.indirect, [self.map.len(); 2]);
+        self.share = DirectShare::of(self.costs.direct, self.costs.indirect, [self.map.len(); 2]);
     }
 
     /// Whether it goes by local estimation.
     pub fn connects(&self) -> bool {
-        self.local.is_some()
+        self.connecting.plan.is_some()
     }
 }

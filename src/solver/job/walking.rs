@@ -22,22 +22,22 @@ impl Job {
     pub(super) fn walk_from_points(&mut self, context: &Context, set: usize, goal: u64) {
         let receivers = &context.scene.receivers[set];
         let has_guide = context.method == Method::Auto && receivers.quantity.has_one_hemisphere();
-        if has_guide && self.guide.is_none() {
+        if has_guide && self.walking.guide.is_none() {
             let places: Vec<_> = receivers.points.iter().map(|point| (point.position_m, point.normal)).collect();
-            self.guide = Some(Guide::new(regions_of(&places)));
+            self.walking.guide = Some(Guide::new(regions_of(&places)));
         }
         let rays = self.share.rays_per_indirect;
         let (entries, times) = slice_of_sweep(context, self.map.indirect_samples, goal, self.map.len(), rays);
-        let (guide, part) = (self.guide.as_mut(), (entries.clone(), times.clone()));
-        let number = MapKind::Receivers(set).number() | self.beginnings << BEGINNINGS_BIT;
-        let walks = PointWalks { set, number, allotment: &self.allotment };
-        self.rays += sweep::walks_from_points(context, walks, &mut self.map, guide, part.0, part.1);
+        let (guide, part) = (self.walking.guide.as_mut(), (entries.clone(), times.clone()));
+        let number = MapKind::Receivers(set).number() | self.walking.beginnings << BEGINNINGS_BIT;
+        let walks = PointWalks { set, number, allotment: &self.walking.allotment };
+        self.work.rays += sweep::walks_from_points(context, walks, &mut self.map, guide, part.0, part.1);
         self.map.indirect_samples = after_sweep(entries, times, self.map.len());
     }
 
     /// Lets the walks to come go where light has come from.
     pub(super) fn learn_directions(&mut self) {
-        if let Some(guide) = self.guide.as_mut().filter(|_| self.engine == Engine::Walk) {
+        if let Some(guide) = self.walking.guide.as_mut().filter(|_| self.engine == Engine::Walk) {
             guide.learn();
         }
     }
@@ -46,26 +46,26 @@ impl Job {
     /// given up: walks begin anew. Direct light stays as far as it is.
     pub fn share_out_walks(&mut self, context: &Context, needed: f64) {
         let can = self.engine == Engine::Walk && matches!(self.kind, MapKind::Receivers(_));
-        if !can || self.met || self.refused || !WORK_LEFT.contains(&needed) {
+        if !can || self.met || self.looks.refused || !WORK_LEFT.contains(&needed) {
             return;
         }
         let variances = self.variances_of_walks();
-        let Some(better) = self.allotment.improved(&variances, 1.0 / needed) else {
+        let Some(better) = self.walking.allotment.improved(&variances, 1.0 / needed) else {
             return;
         };
         let variance = better.variance_of_a_pass(&variances);
-        let passes = needed * self.samples as f64 * variance / self.allotment.variance_of_a_pass(&variances);
+        let passes = needed * self.samples as f64 * variance / self.walking.allotment.variance_of_a_pass(&variances);
         if passes < FEWEST_LOOKS * self.first_samples() as f64 {
             return;
         }
-        self.before_cut = self.before_cut(context);
+        self.adapting.before_cut = self.before_cut(context);
         self.begin_walks_anew();
         let points = self.map.len();
-        let rays = self.indirect.rays * better.of_all(points) as f64 / points as f64;
-        let pass = PartCost { rays, variance: self.indirect.variance * variance, ..self.indirect };
-        self.share = DirectShare::of(self.direct, pass, [points; 2]);
-        self.allotment = better;
-        self.beginnings += 1;
+        let rays = self.costs.indirect.rays * better.of_all(points) as f64 / points as f64;
+        let pass = PartCost { rays, variance: self.costs.indirect.variance * variance, ..self.costs.indirect };
+        self.share = DirectShare::of(self.costs.direct, pass, [points; 2]);
+        self.walking.allotment = better;
+        self.walking.beginnings += 1;
         self.next_judgement = self.first_samples();
     }
 
@@ -85,7 +85,7 @@ impl Job {
             let sums_lx = || (half..REPLICAS).step_by(2).map(|replica| self.map.indirect[replica][entry]);
             let mean_lx = sums_lx().sum::<f64>() / HALF as f64;
             let of_a_pass = sums_lx().map(|sum_lx| (sum_lx - mean_lx).powi(2)).sum::<f64>();
-            self.weights[entry] * self.allotment.of(entry) as f64 * of_a_pass
+            self.weights[entry] * self.walking.allotment.of(entry) as f64 * of_a_pass
         };
         (0..self.map.len()).map(|entry| [variance(entry, 0), variance(entry, 1)]).collect()
     }
