@@ -43,18 +43,23 @@ impl Allotment {
         if all > 0.0 { left / all } else { 1.0 }
     }
 
-    /// A better one, where the even and the odd half each know the variance of a walk from every point, times the point's weight. This
-    /// share of the work to come would be done by now, and is given up.
-    pub fn improved(&self, variances: &[[f64; 2]], done: f64) -> Option<Allotment> {
-        let of_half = |half: usize| -> Vec<f64> { variances.iter().map(|of_point| of_point[half]).collect() };
-        let halves = [of_half(0), of_half(1)];
-        let gain = |half: usize| {
+    /// How many times less work a better one takes, where the even and the odd half each know the variance of a walk from every point,
+    /// times the point's weight: either half judges what the other proposes.
+    pub fn gain(&self, variances: &[[f64; 2]]) -> f64 {
+        let halves = [0, 1].map(|half| -> Vec<f64> { variances.iter().map(|of_point| of_point[half]).collect() });
+        let of_half = |half: usize| {
             let judge = &halves[1 - half];
             self.work(judge) / Allotment::fitting(&halves[half]).work(judge)
         };
-        let gain = (1.0 - done) * (gain(0) * gain(1)).sqrt();
+        let gain = (of_half(0) * of_half(1)).sqrt();
+        // Without any variance there is nothing to gain.
+        if gain.is_nan() { 1.0 } else { gain }
+    }
+
+    /// A better one, if it takes far less work. This share of the work to come would be done by now, and is given up.
+    pub fn improved(&self, variances: &[[f64; 2]], done: f64) -> Option<Allotment> {
         let both: Vec<f64> = variances.iter().map(|[even, odd]| 0.5 * (even + odd)).collect();
-        (gain > WORTHWHILE).then(|| Allotment::fitting(&both))
+        ((1.0 - done) * self.gain(variances) > WORTHWHILE).then(|| Allotment::fitting(&both))
     }
 
     /// The one of least work for points of such variances.

@@ -233,7 +233,9 @@ impl Job {
                 (LOCAL_OVER_PILOT * self.rays_by_connecting(plan, error_lx), DEVIATION_BY_PILOT)
             }
             (_, Engine::Walk) => {
-                (WALKS_BEYOND_PILOT * self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT)
+                let shared_out = self.walking.brought * self.walking.to_come;
+                let even = WALKS_BEYOND_PILOT * self.rays_without_gathering(context, error_lx);
+                (shared_out * even, DEVIATION_BY_PILOT)
             }
             _ => (self.rays_without_gathering(context, error_lx), DEVIATION_BY_PILOT),
         };
@@ -255,7 +257,7 @@ impl Job {
             return Forecast::spread(anew, DEVIATION_BY_CUTTING);
         }
         let passing = work_to_pass(needed, self.looks.scores_seen);
-        let all = self.rays_of(passing * *seen_at as f64);
+        let all = self.walking.to_come * self.rays_of(passing * *seen_at as f64);
         if self.looks.refused {
             let next = self.rays_of(self.next_judgement as f64);
             let expected = all.max(WORK_OF_REFUSED * next);

@@ -103,7 +103,7 @@ pub struct AdaptingState {
 }
 
 /// Of a map that walks.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub struct WalkingState {
     /// What its walks have learned of the directions that light comes from.
     pub guide: Option<Guide>,
@@ -111,6 +111,15 @@ pub struct WalkingState {
     pub allotment: Allotment,
     /// How often walks have begun anew.
     pub beginnings: u32,
+    /// Work to the target over what even walks would take: what sharing them out has brought, and what it is expected to bring.
+    pub brought: f64,
+    pub to_come: f64,
+}
+
+impl Default for WalkingState {
+    fn default() -> WalkingState {
+        WalkingState { guide: None, allotment: Allotment::default(), beginnings: 0, brought: 1.0, to_come: 1.0 }
+    }
 }
 
 /// Of a map that asks cells.

@@ -46,10 +46,16 @@ impl Job {
     /// given up: walks begin anew. Direct light stays as far as it is.
     pub fn share_out_walks(&mut self, context: &Context, needed: f64) {
         let can = self.engine == Engine::Walk && matches!(self.kind, MapKind::Receivers(_));
-        if !can || self.met || self.looks.refused || !WORK_LEFT.contains(&needed) {
+        self.walking.to_come = 1.0;
+        if !can || self.met || self.looks.refused || !needed.is_finite() || needed < WORK_LEFT.start {
             return;
         }
         let variances = self.variances_of_walks();
+        let gain = self.walking.allotment.gain(&variances);
+        if needed >= WORK_LEFT.end {
+            self.walking.to_come = (1.0 / gain + 1.0 / WORK_LEFT.end).min(1.0);
+            return;
+        }
         let Some(better) = self.walking.allotment.improved(&variances, 1.0 / needed) else {
             return;
         };
@@ -58,7 +64,10 @@ impl Job {
         if passes < FEWEST_LOOKS * self.first_samples() as f64 {
             return;
         }
+        self.walking.to_come = 1.0 / gain;
         self.adapting.before_cut = self.before_cut(context);
+        self.walking.to_come = 1.0;
+        self.walking.brought /= gain;
         self.begin_walks_anew();
         let points = self.map.len();
         let rays = self.costs.indirect.rays * better.of_all(points) as f64 / points as f64;
