@@ -73,10 +73,10 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
         return Err("no target binds it");
     }
     let quantity = context.scene.receivers[set].quantity;
-    if matches!(quantity, Quantity::Luminance | Quantity::Glare(_) | Quantity::Intensity { .. }) {
-        return Err("for illuminances only");
+    if matches!(quantity, Quantity::Glare(_) | Quantity::Intensity { .. }) {
+        return Err("for illuminances and luminances only");
     }
-    if !context.stage.is_diffuse() {
+    if quantity != Quantity::Luminance && !context.stage.is_diffuse() {
         return Err("for diffuse surfaces only");
     }
     Ok(set)
