@@ -111,8 +111,7 @@ fn component_means(
             (Estimate { value: percent * sky.value, standard_error: percent * sky.standard_error }, *weight)
         })
         .collect();
-    let seen =
-        unlit_share(average_percent, NO_SKY_PERCENT).unwrap_or_else(|| share_above(&skies, NO_SKY_PERCENT));
+    let seen = unlit_share(average_percent, NO_SKY_PERCENT).unwrap_or_else(|| share_above(&skies, NO_SKY_PERCENT));
     Some(ComponentMeans { percents, without_sky: Estimate { value: 1.0 - seen.value, ..seen } })
 }
 

@@ -76,8 +76,13 @@ fn connectable(context: &Context, job: &Job) -> Result<usize, &'static str> {
     if matches!(quantity, Quantity::Glare(_) | Quantity::Intensity { .. }) {
         return Err("for illuminances and luminances only");
     }
-    if quantity != Quantity::Luminance && !context.stage.is_diffuse() {
+    // Lines of sight follow mirrors and panes themselves; vertices on gloss cost a luminance more chains than they save.
+    let is_view = quantity == Quantity::Luminance;
+    if !is_view && !context.stage.is_diffuse() {
         return Err("for diffuse surfaces only");
+    }
+    if is_view && context.stage.has_lobes() {
+        return Err("for scenes without gloss only");
     }
     Ok(set)
 }
